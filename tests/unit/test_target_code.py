@@ -13,7 +13,7 @@ from calibration.engines.blocks.lammps import block
 from calibration.engines.blocks.material import granulate
 from calibration.interface.cli import main
 from calibration.study.config import overlay
-from calibration.telling.export import target_code, trials
+from calibration.telling.export import target_code, trial_heaps, trials
 from calibration.telling.export.decks import write_decks
 from calibration.telling.export.heap_profile import READERS, profile
 from calibration.telling.export.target_code import Deck, find_factor, heaps_there, judge
@@ -28,6 +28,11 @@ EXPECTED = {
 }  # fmt: skip
 NUMBERS = np.linspace(30.0, 36.0, len(READERS))
 """A profile of the calibrated model: any numbers."""
+
+NO_ROTATION = {
+    "path": "no_rotation", "rolling_friction": 5.0, "static_friction": 0.3,
+    "stiffness_factor": 2.25, "damping_ratio": 0.3,
+}  # fmt: skip
 
 
 def heap(values):
@@ -106,7 +111,7 @@ def first_line(folder, code, law, metric="radial_angle_deg"):
 def test_the_first_line_of_a_deck_says_by_how_much_its_angle_misses(tmp_path, metric):
     """Type A in LIGGGHTS, which has no such law: the difference of the means of the kept heaps, and
     as margin two standard deviations of ours, no less than the study's 2 degrees."""
-    heaps = trials.trials()["heaps"]["constant_torque"]
+    heaps = trials.trials()["trials"]["constant_torque"]["heaps"]
     there, here = (np.array([h[metric] for h in heaps[c]]) for c in ("liggghts", trials.OWN))
     margin = max(EXPECTED["margin"], 2.0 * here.std(ddof=1))
     difference = there.mean() - here.mean()
@@ -122,26 +127,47 @@ def test_the_first_line_of_a_deck_says_by_how_much_its_angle_misses(tmp_path, me
 def test_no_miss_is_told_of_a_law_that_holds_or_was_not_tried(tmp_path, monkeypatch):
     assert "MISSES" in first_line(tmp_path, "lammps", "elastic_plastic")
     assert "MISSES" not in first_line(tmp_path, "liggghts", "elastic_plastic")
-    spec = parse_spec(overlay(SPEC, {"laws": {"rolling": "constant_torque"}}))
-    converted = trials.told("lammps", "LAMMPS", Conversion(spec, NO_ROTATION), EXPECTED)
-    assert tells(converted, "NOT CORRECTED", "LAMMPS")
-    assert "MISSES" not in converted
     known = trials.trials()
-    monkeypatch.setattr(trials, "trials", lambda: known | {"heaps": {}})
+    monkeypatch.setattr(trials, "trials", lambda: known | {"trials": {}})
     untried = first_line(tmp_path, "liggghts", "constant_torque")
     assert tells(untried, "NOT CORRECTED", "LIGGGHTS")
     assert "MISSES" not in untried
     assert "constant_torque" in untried
 
 
-def test_the_kept_trials_are_of_eight_heaps_a_law_and_code():
+@pytest.mark.parametrize(
+    ("changes", "found", "expected"),
+    [
+        ({"laws": {"rolling": "elastic_plastic"}}, None, "elastic_plastic"),
+        (trial_heaps.KINDS["elastic_plastic, sjkr"].changes, None, "elastic_plastic, sjkr"),
+        (
+            {"laws": {"rolling": "elastic_plastic"}, "particles": {"sizes": trial_heaps.SIZES}},
+            None,
+            "elastic_plastic, sieve curve",
+        ),
+        ({"laws": {"rolling": "constant_torque"}}, None, "constant_torque"),
+        ({"laws": {"rolling": "constant_torque"}}, NO_ROTATION, "constant_torque, converted"),
+        ({"laws": {"rolling": "constant_torque_relative"}}, None, None),
+    ],
+)
+def test_a_deck_is_told_what_heaps_of_its_own_law_gave(changes, found, expected):
+    spec = parse_spec(overlay(SPEC, changes))
+    assert trials.trial_like("liggghts", Conversion(spec, found)) == expected
+
+
+def test_the_kept_trials_are_of_eight_heaps_a_trial_and_code():
+    """A heap of YADE without a flank is left out."""
     kept = trials.trials()
-    assert set(kept["heaps"]) == {"elastic_plastic", "constant_torque"}
-    for by_code in kept["heaps"].values():
-        assert set(by_code) == {"liggghts", "lammps", trials.OWN} == set(kept["poured_by"])
-        for found in by_code.values():
-            assert len(found) == target_code.SEEDS
-            assert all(set(profile) == set(READERS) for profile in found)
+    assert list(kept["trials"]) == list(trial_heaps.KINDS)
+    for name, kind in trial_heaps.KINDS.items():
+        found = kept["trials"][name]
+        assert found["changes"] == kind.changes
+        assert bool(found["rolling"]) == kind.converted
+        assert set(found["heaps"]) == {*kind.codes, trials.OWN} <= set(kept["poured_by"])
+        for code, profiles in found["heaps"].items():
+            least = target_code.FEWEST if code == "yade" else target_code.SEEDS
+            assert least <= len(profiles) <= target_code.SEEDS
+            assert all(set(profile) == set(READERS) for profile in profiles)
 
 
 @pytest.mark.parametrize("true", [0.7, 1.4, 2.6])
@@ -169,12 +195,6 @@ def numbers(spec, found=None, corrected=None):
         (p.contact.rolling_friction, p.contact.static_friction)
         for p in conversion.pairs(granulate(spec))
     ]
-
-
-NO_ROTATION = {
-    "path": "no_rotation", "rolling_friction": 5.0, "static_friction": 0.3,
-    "stiffness_factor": 2.25, "damping_ratio": 0.3,
-}  # fmt: skip
 
 
 def test_a_correction_multiplies_rolling_friction_of_both_pairs():

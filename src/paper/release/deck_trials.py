@@ -4,38 +4,55 @@
 
 from typing import Any
 
+from calibration.engines.blocks.rolling import ELASTIC_PLASTIC
 from calibration.statistics.numbers import fixed
 from calibration.telling.export.decks import NAMES
 from calibration.telling.export.heap_profile import READERS
-from calibration.telling.export.trials import OWN, trial, trials
+from calibration.telling.export.trials import OWN, rows_in, trials
 
 MARGIN = 2.0
 """Of an angle [deg], where the heaps scatter less."""
-LAWS = {
-    "elastic_plastic": "type C, which all three codes have",
-    "constant_torque": "type A on the own spin, which neither other code has: their decks have "
-    "type C with the same number",
+ABOUT = {
+    "elastic_plastic": "type C, which all codes have",
+    "elastic_plastic, sieve curve": "grains of two sizes, half of the mass each",
+    "elastic_plastic, sjkr": "an attraction that of the other codes LIGGGHTS alone has",
+    "constant_torque": "type A on the own spin, which no other code has: their decks have type C "
+    "with the same number",
+    "constant_torque, converted": "the same law, with the numbers that `export_converted` finds",
 }
-"""{rolling law of the study: what the decks make of it}."""
+"""{trial: what it is}."""
 
 
 def values() -> dict[str, Any]:
     """{name: value} of `deck_trials.md.j2`."""
     kept = trials()
-    return {"by": kept["poured_by"], "laws": [_law(law, kept["heaps"][law]) for law in LAWS]}
+    names = {"dem": "this engine", **NAMES}
+    poured = [f"{names[code]} `{version}`" for code, version in kept["poured_by"].items()]
+    return {"poured": poured, "trials": [_trial(n, t) for n, t in kept["trials"].items()]}
 
 
-def _law(law, heaps):
+def _trial(name, kept):
+    heaps = kept["heaps"]
     codes = [code for code in NAMES if code in heaps]
-    rows = {code: trial(code, law, MARGIN) for code in codes}
+    rows = {code: rows_in(code, name, MARGIN) for code in codes}
     return {
-        "law": law,
-        "about": LAWS[law],
-        "names": [NAMES[code] for code in codes],
+        "name": name,
+        "about": ABOUT[name] + _found(kept["rolling"]),
+        "codes": [NAMES[code] for code in codes],
         "heaps": {NAMES.get(code, "this engine"): len(heaps[code]) for code in (OWN, *codes)},
         "rows": [_row(index, [rows[code] for code in codes]) for index in range(len(READERS))],
         "verdicts": [f"{NAMES[code]} {_counted(rows[code])}" for code in codes],
     }
+
+
+def _found(rolling):
+    """What the search for other codes' numbers came to, of one that was made."""
+    if not rolling:
+        return ""
+    turn = "" if rolling["path"] == ELASTIC_PLASTIC else " of grains that do not turn"
+    static, mu_r = rolling["static_friction"], rolling["rolling_friction"]
+    number = f"static friction {static:.3g}" if turn else f"rolling friction {mu_r:.3g}"
+    return f": {number}{turn}"
 
 
 def _row(index, by_code):

@@ -166,7 +166,7 @@ PARTS = (
     ),
     Part(
         "decks",
-        "decks with the numbers as they are, in LIGGGHTS and LAMMPS, which must be installed",
+        "decks as they are written, in LIGGGHTS, LAMMPS and YADE, which must be installed",
         ((PYTHON, "-m", "calibration.telling.export.trial_heaps"),),
     ),
     Part(

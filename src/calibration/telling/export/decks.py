@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Any
 from scipy.stats import t
 
 from calibration import engines
-from calibration.engines import EngineError, rig
-from calibration.engines.blocks import lammps, liggghts
+from calibration.engines import EngineError, blocks, rig
 from calibration.engines.blocks.header import left_out
 from calibration.engines.blocks.material import granulate
 from calibration.files import write_text
@@ -28,9 +27,10 @@ if TYPE_CHECKING:
     from dem.spec import RunSpec
 
 
-BLOCKS = {"liggghts": liggghts, "lammps": lammps}
-"""Code that has decks -> module that writes its material block."""
-NAMES = {"liggghts": "LIGGGHTS", "lammps": "LAMMPS"}
+BLOCKS = ("liggghts", "lammps")
+"""Codes that have decks."""
+NAMES = {"liggghts": "LIGGGHTS", "lammps": "LAMMPS", "yade": "YADE"}
+"""Of YADE heaps are tried, and no deck is written."""
 ONE_HEAP = 0.95
 """Share of single heaps of the calibrated model that lie within what a check allows."""
 CHECK = '''\
@@ -158,7 +158,7 @@ def pour_file(
     """Write what the program itself reads into the folder `place`: deck, material block and what
     these name."""
     lines = [*about, *left_out(spec, code)]
-    block = BLOCKS[code].block(granulate(spec), conversion, lines)
+    block = import_module(f"{blocks.__name__}.{code}").block(granulate(spec), conversion, lines)
     engine_of(code).deck(spec, place, block)
 
 

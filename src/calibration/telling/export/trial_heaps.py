@@ -1,17 +1,27 @@
 """Pour the heaps of `trials.json` again, of its own run spec: `python -m
-calibration.telling.export.trial_heaps` writes the file. It needs LIGGGHTS and LAMMPS. Cost: about
-five minutes of one core. Heaps are kept in results/trials or the folder that is named, so that a
-call that was cut off goes on where it stopped."""
+calibration.telling.export.trial_heaps` writes the file. It needs LIGGGHTS, LAMMPS and YADE. Cost:
+about fifteen minutes of one core. Heaps are kept in results/trials or the folder that is named, so
+that a call that was cut off goes on where it stopped."""
 
 from __future__ import annotations
 
+import math
 import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, cast
 
-from calibration.engines.blocks.conversion import Conversion
+import pandas as pd
+
+from calibration.errors import CalibrationError
+from calibration.files import read_json
+from calibration.intake.tables import read_written
+from calibration.runs.simulated import simulate
 from calibration.study.config import overlay
-from calibration.telling.export.decks import BLOCKS, engine_of, write_deck
+from calibration.telling.export import rolling
+from calibration.telling.export.decks import BLOCKS, engine_of
 from calibration.telling.export.target_code import SEEDS, Deck, heaps_here, heaps_there
 from calibration.telling.export.trials import OWN, TRIALS, trials
 from dem.fingerprint import engine_fingerprint
@@ -19,47 +29,98 @@ from dem.io.files import write_json
 from dem.spec import parse_spec
 
 if TYPE_CHECKING:
+    from calibration.chain.handed_over import NamedFiles
     from dem.spec import RunSpec
 
 
-LAWS = ("elastic_plastic", "constant_torque")
-"""Rolling laws that are tried. Of `constant_torque_relative` three of the first five heaps here did
-not rest within the three seconds."""
+@dataclass(frozen=True)
+class Trial:
+    """One law, or one kind of grain, that is poured in several codes."""
+
+    changes: Mapping[str, Any]
+    """What differs from the run spec of trials.json."""
+    codes: tuple[str, ...] = (*BLOCKS, "yade")
+    converted: bool = False
+    """Whether the codes get the numbers that `export_converted` finds for their own law."""
+
+
+TYPE_C, TYPE_A = "elastic_plastic", "constant_torque"
+SIZES = {"by": "mass", "diameters_mm": [5.2, 6.4], "fractions": [0.5, 0.5]}
+STICKY = {
+    "laws": {"rolling": TYPE_C, "cohesion": "sjkr"},
+    "law_parameters": {"cohesion_energy_density_J_m3": 60_000},
+}
+KINDS = {
+    TYPE_C: Trial({"laws": {"rolling": TYPE_C}}),
+    f"{TYPE_C}, sieve curve": Trial({"laws": {"rolling": TYPE_C}, "particles": {"sizes": SIZES}}),
+    f"{TYPE_C}, sjkr": Trial(STICKY, ("liggghts",)),
+    TYPE_A: Trial({"laws": {"rolling": TYPE_A}}, tuple(BLOCKS)),
+    f"{TYPE_A}, converted": Trial({"laws": {"rolling": TYPE_A}}, converted=True),
+}
+"""What is tried. Of `constant_torque_relative` three of the first five heaps here did not rest
+within the three seconds."""
+METRIC, MARGIN, UNIT = "radial_angle_deg", 2.0, "deg"
 STATED = {
-    "metric": "radial_angle_deg", "mean": 0.0, "sd": 0.0, "runs": 1, "margin": 2.0, "unit": "deg",
+    "metric": METRIC, "mean": 0.0, "sd": 0.0, "runs": 1, "margin": MARGIN, "unit": UNIT,
     "heaps": [],
 }  # fmt: skip
 """What the decks of the trial state of the calibrated model: nothing of it is used."""
 
 
-def poured(law: str, folder: str | Path, seeds: int = SEEDS) -> dict[str, list[dict[str, float]]]:
-    """{code: profiles of its heaps} of one rolling law, this engine's among them; folder: where the
-    decks and their heaps are kept."""
-    spec = parse_spec(overlay(trials()["spec"], {"laws": {"rolling": law}}))
-    wanted = range(spec.seed, spec.seed + seeds)
-    found: dict[str, list[dict[str, float]]] = {}
-    for code in BLOCKS:
-        deck = deck_in(Path(folder) / law, code, spec)
-        found[code] = heaps_there(deck, 1.0, wanted, 3600.0)
-        if OWN not in found:
-            found[OWN] = heaps_here(deck, wanted)
-    return found
+def poured(name: str, folder: str | Path, seeds: int = SEEDS) -> dict[str, Any]:
+    """Changes, conversion and {code: profiles of its heaps} of one of KINDS, this engine's heaps
+    among them; folder: where the decks and their heaps are kept."""
+    kind, place = KINDS[name], Path(folder) / name.replace(", ", "_").replace(" ", "_")
+    mapping = overlay(trials()["spec"], kind.changes)
+    spec, found = parse_spec(mapping), converted(mapping, place) if kind.converted else None
+    wanted, heaps = range(spec.seed, spec.seed + seeds), {}
+    for code in kind.codes:
+        deck = deck_in(place, code, spec, found)
+        heaps[code] = heaps_there(deck, 1.0, wanted, 3600.0)
+        if OWN not in heaps:
+            heaps[OWN] = heaps_here(deck, wanted)
+    return {"changes": kind.changes, "rolling": found, "heaps": heaps}
 
 
-def deck_in(folder: Path, code: str, spec: RunSpec) -> Deck:
-    """The deck of a run spec for a code, made in a folder where it is not there yet."""
+def converted(mapping: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """What the stage `export_converted` finds for a run spec (a mapping) of few grains: content of
+    rolling.json. folder: where its runs are kept."""
+    files = cast("NamedFiles", SimpleNamespace(plan=folder / "scan" / "plan.json"))
+    rolling.plan_scan(mapping, files)
+    design = read_written(folder / "scan" / "design.csv")
+    scan = _with_angles(design, read_json(files.plan), folder / "runs")
+    path, found = rolling.search(scan)
+    if path is None:
+        raise CalibrationError("the law that is to be converted needs no search")
+    share = round(found[path].share, 4)
+    rows, specs = rolling.rows_at(mapping, path, share, rolling.CONFIRM_SEEDS, "coarse")
+    check = _with_angles(pd.DataFrame(rows), specs, folder / "runs")
+    own = rolling.angles_of(scan, rolling.CALIBRATED)
+    return rolling.conclude(parse_spec(mapping), scan, check, own, MARGIN, UNIT)
+
+
+def _with_angles(design, specs, root):
+    """A design table with its runs' angles, NaN of one that ends without, such as a clogged
+    funnel."""
+    runs = simulate(specs, root)
+    angles = [(runs[name] or {}).get(METRIC, math.nan) for name in design["run_id"]]
+    return design.assign(response=angles)
+
+
+def deck_in(folder: Path, code: str, spec: RunSpec, found: Mapping[str, Any] | None) -> Deck:
+    """The deck of a run spec for a code, whose heaps are kept in a folder. found: content of
+    rolling.json, or None where the numbers stay as they are."""
     place = folder / code
-    if not (place / "expected.json").is_file():
-        place.mkdir(parents=True, exist_ok=True)
-        write_deck(code, spec, Conversion(spec), ["a trial"], STATED, place, "A trial.")
-    return Deck.read(place)
+    place.mkdir(parents=True, exist_ok=True)
+    return Deck(place, code, spec, STATED | {"rolling": found})
 
 
 def main(folder: str | Path = "results/trials") -> int:
     """Write trials.json."""
-    by = {code: engine_of(code).version() for code in BLOCKS} | {OWN: engine_fingerprint()}
-    heaps = {law: poured(law, folder) for law in LAWS}
-    write_json(TRIALS, {"spec": trials()["spec"], "poured_by": by, "heaps": heaps})
+    codes = dict.fromkeys(code for kind in KINDS.values() for code in kind.codes)
+    by = {code: engine_of(code).version() for code in codes} | {OWN: engine_fingerprint()}
+    made = {name: poured(name, folder) for name in KINDS}
+    write_json(TRIALS, {"spec": trials()["spec"], "poured_by": by, "trials": made})
     return 0
 
 

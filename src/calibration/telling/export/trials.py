@@ -12,11 +12,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from calibration.files import read_json
+from calibration.study.config import overlay
 from calibration.telling.export.heap_comparison import Row, rows_of
 from dem.spec import parse_spec
 
 if TYPE_CHECKING:
     from calibration.engines.blocks.conversion import Conversion
+    from dem.spec import RunSpec
 
 
 TRIALS = Path(__file__).with_name("trials.json")
@@ -27,33 +29,58 @@ OWN = "dem"
 
 @cache
 def trials() -> dict[str, Any]:
-    """Content of trials.json: the run spec without its law, what poured the heaps, and of each law
+    """Content of trials.json: the run spec, what poured the heaps, and {name: trial}: the `changes`
+    of its run spec, the conversion of its numbers (`rolling`, null where they are as they are) and
     the profiles {code: [profile, ...]}."""
     return read_json(TRIALS)
 
 
-def trial(code: str, law: str, margin: float) -> list[Row] | None:
-    """A `Row` for each quantity of the heaps of a rolling law in a code and here; None where none
-    were poured. margin: of an angle [deg]."""
-    heaps = trials()["heaps"].get(law)
-    if heaps is None or code not in heaps:
-        return None
-    return rows_of(parse_spec(trials()["spec"]), margin, heaps[code], heaps[OWN])
+def spec_of(name: str) -> RunSpec:
+    """`RunSpec` of a trial."""
+    kept = trials()
+    return parse_spec(overlay(kept["spec"], kept["trials"][name]["changes"]))
+
+
+def rows_in(code: str, name: str, margin: float) -> list[Row]:
+    """A `Row` for each quantity of a trial's heaps in a code and here. margin: of an angle
+    [deg]."""
+    heaps = trials()["trials"][name]["heaps"]
+    return rows_of(spec_of(name), margin, heaps[code], heaps[OWN])
+
+
+def trial_like(code: str, conversion: Conversion) -> str | None:
+    """Name of the trial in a code whose laws and whose conversion are those of a deck; the one of
+    equal grains or of several sizes, as the deck's; None where none was made."""
+    wanted, several = _laws(conversion.spec, conversion.found), conversion.spec.particles.sizes
+    found = {
+        name: spec_of(name)
+        for name, kept in trials()["trials"].items()
+        if code in kept["heaps"] and _laws(spec_of(name), kept["rolling"]) == wanted
+    }
+    alike = [n for n, spec in found.items() if bool(spec.particles.sizes) == bool(several)]
+    return next(iter(alike or found), None)
+
+
+def _laws(spec, found):
+    """What decides how a deck's heap compares: rolling law, cohesion, and the law that the search
+    chose for other codes."""
+    return spec.laws.rolling, spec.laws.cohesion, found["path"] if found else None
 
 
 def told(code: str, name: str, conversion: Conversion, expected: Mapping[str, Any]) -> str:
     """Sentences for the head of a deck that was not corrected: by how much its angle is off in its
     code, as far as heaps of the same law tell. name: of the code, in words; expected: what the
     calibrated model gives."""
-    law, upper = conversion.spec.laws.rolling, name.upper()  # type: ignore[attr-defined]  # a field for each law
-    rows = None if conversion.found else trial(code, law, expected["margin"])
-    if rows is None:
-        how = "with numbers found by a search" if conversion.found else f"of the law {law}"
-        return f"NOT CORRECTED IN {upper}. No heaps {how} were tried there."
-    heaps, spec = trials()["heaps"][law], parse_spec(trials()["spec"])
+    law, upper = _words(conversion.spec), name.upper()
+    numbers = "numbers found by a search" if conversion.found else "the same numbers"
+    like = trial_like(code, conversion)
+    if like is None:
+        return f"NOT CORRECTED IN {upper}. No heaps of {law} with {numbers} were tried there."
+    heaps, spec = trials()["trials"][like]["heaps"], spec_of(like)
+    rows = rows_in(code, like, expected["margin"])
     which = (
         f"{len(heaps[code])} heaps there and {len(heaps[OWN])} here of {spec.particles.count} "
-        f"grains, the law {law} and the same numbers"
+        f"grains, {law} and {numbers}"
     )
     missed = [row for row in rows if row.quantity in ANGLES and row.verdict == "misses"]
     if missed:
@@ -66,3 +93,8 @@ def told(code: str, name: str, conversion: Conversion, expected: Mapping[str, An
         )
     angles = "; ".join(row.told for row in rows if row.quantity in ANGLES)
     return f"NOT CORRECTED IN {upper}. Heaps that were tried miss no angle: {angles} ({which})."
+
+
+def _words(spec):
+    cohesion = "" if spec.laws.cohesion == "none" else f" with the cohesion {spec.laws.cohesion}"
+    return f"the law {spec.laws.rolling}{cohesion}"
