@@ -55,8 +55,10 @@ def test_each_way_comes_near_with_many_runs(way):
 
 def test_the_page_says_what_the_trials_hold(monkeypatch):
     monkeypatch.setattr("calibration.inference.comparison.study.RUNS", (22,))
+    one = dict(list(TRUTHS.items())[:1])  # a release asks all of them
+    monkeypatch.setattr("calibration.inference.comparison.study.TRUTHS", one)
     table = trials(repeats=1)
-    assert len(table) == len(TRUTHS) * len(WAYS)
+    assert len(table) == len(WAYS)
     made_up = pd.DataFrame(
         {"way": ["paper's chain"] * 4 + ["Gaussian-process optimiser"] * 4,
          "runs": [22, 22, 92, 92] * 2,
