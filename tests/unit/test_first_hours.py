@@ -23,6 +23,7 @@ from calibration.study.config import parse_config
 from calibration.study.config.joint import read_joint_target
 from calibration.study.config.resolution import parse_resolved
 from dem.errors import MeasureError
+from dem.experiments import experiments
 from diagnosis.settings import study_settings
 from diagnosis.setup import Setup
 from facts import tells
@@ -277,3 +278,32 @@ def test_a_column_that_stands_is_not_told_to_roll_apart():
     for other in (column * [2, 2, 1], None, np.empty((0, 3))):
         assert causes(error, spec, other)[0] == SPREAD
     assert STANDS not in causes(MeasureError("clogged"), spec, column)
+
+
+def test_the_pilot_ends_what_sticks_where_heaps_form(here, monkeypatch, capsys):
+    """Heaps form up to 0.4 J/m2 here, with the largest frictions: 3.07, 1.53 and 0.77 have none."""
+    made = []
+
+    def run(spec, out):
+        energy = spec.law_parameters.surface_energy_J_m2
+        if spec.experiment == "lifted_cylinder":
+            made.append((energy, spec.contacts.particle_particle.rolling_friction))
+            if energy > 0.4:
+                raise MeasureError("no heap: 71 of 72 flanks of the silhouette are too short")
+        return {"metrics": dict.fromkeys(experiments()[spec.experiment].targets, 1.0)}
+
+    monkeypatch.setattr("dem.warm.compile_engine", lambda: None)
+    monkeypatch.setattr("dem.run.run", run)
+    assert main(["new", "--workbook", "lime.xlsx"]) == 0
+    fill("lime.xlsx")
+    assert main(words_of("lime")) == 0
+    name = "grain_grain_surface_energy"
+    said = capsys.readouterr().out
+    assert tells(said, f"{name}: 0.0307 to 3.07 becomes 0.0307 to 0.384", "71 of 72")
+    assert [e for e, _ in made] == pytest.approx([3.07, 1.535, 0.7675, 0.38375, 0.20735])
+    assert [r for _, r in made] == pytest.approx([0.4] * 4 + [0.21])
+    config = parse_config(yaml.safe_load(Path("lime/config.yaml").read_text()))
+    assert config.fixed[name] == pytest.approx(0.2074)
+    assert config.run["law_parameters"] == {"surface_energy_J_m2": pytest.approx(0.2074)}
+    assert "| 0.384 |" in Path("lime/README.md").read_text()
+    assert Path("lime/factors.tsv").read_text().count("cut from 0.0307 to 3.07") == 1

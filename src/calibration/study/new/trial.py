@@ -23,6 +23,7 @@ from calibration.study.cost import LEAST_JOBS, START_S, duration, run_seconds
 from calibration.study.factors import read_factors
 from calibration.study.new.pilot import advice, corners, cost, pilot, shrunk
 from calibration.study.new.reach import reach
+from calibration.study.new.sticking import eased, sticking, write_eased
 from calibration.study.new.study import write_factors
 from calibration.study.parcels import ratios
 from calibration.study.stages import expected_runs, expecting, load_stages
@@ -76,6 +77,10 @@ def try_rigs(folder: str | Path, show: Callable[[str], object] = print) -> list[
     show("pilot, in the quick profile: the engine is compiled first, which takes a minute once")
     compile_engine()  # else the first rig's time would hold it, and the estimate a multiple of it
     factors = read_factors(config.factors)
+    if _ease(folder, config, factors, show):
+        data = yaml.safe_load(path.read_text("utf-8")) | {"resolution": "quick"}
+        config = parse_config(data, files=[path])
+        factors = read_factors(config.factors)
     lasted, without = {}, []
     for rig in config.rigs:
         words, gave, lasted[rig] = _one_run(config, factors, rig)
@@ -139,6 +144,37 @@ def shorter(config: Config, rig: str) -> list[str]:
     shares = {w: (run_seconds(other) or whole) / whole for w, other in changed.items()}
     ways = [f"{words}: {share:.0%} of it" for words, share in shares.items()]
     return [f"the runs of {rig} make it long. Shorter: {'; '.join(ways)}"] if ways else []
+
+
+def _ease(folder, config, factors, show):
+    """Move in the upper end of how much grains stick where no heap forms there; whether it did."""
+    from dem.run import run  # loads the engine
+
+    sticky = sticking(config, factors)
+    if not sticky:
+        return False
+
+    def fault(levels):
+        try:
+            spec = parse_spec(point_spec(config.run, config.experiment, levels, config.seed))
+            with tempfile.TemporaryDirectory() as work:
+                run(spec, Path(work) / "run")
+        except StoppedError:
+            raise
+        except DemError as error:
+            return str(error)
+        return ""
+
+    found, why = eased(factors, sticky, fault)
+    for old, new in zip(factors, found, strict=True):
+        if new != old:
+            show(
+                f"{new.name}: {old.low:g} to {old.high:g} becomes {new.low:g} to {new.high:g}, as "
+                f"at the old end no heap forms where grains are rough ({why})"
+            )
+    if changed := found != list(factors):
+        write_eased(folder, config.factors, found)
+    return changed
 
 
 def _one_run(config, factors, rig):
