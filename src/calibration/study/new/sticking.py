@@ -65,6 +65,7 @@ def write_eased(folder: str | Path, table: str | Path, factors: Sequence[Factor]
         for name in (f.name, f.key.removeprefix(f"{LAW}.")):
             text = re.sub(rf"(?m)^( +{name}: ).*$", rf"\g<1>{f.centre:.4g}", text)
         row = f"| {f.name} | {f.low:g} | {f.high:g} | {f.description} |"
-        told = re.sub(rf"(?m)^\| {f.name} \|.*$", lambda _, row=row: row, told)
+        lines = [row if x.startswith(f"| {f.name} |") else x for x in told.split("\n")]
+        told = "\n".join(lines)
     write_text(text, path)
     write_text(told, page)
