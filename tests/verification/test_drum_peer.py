@@ -97,7 +97,11 @@ def in_liggghts(spec, folder):
     return dict(zip(METRICS, np.nanmean(looks, axis=0), strict=True))
 
 
-@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize(
+    "rate",
+    # at half the speed the codes take twice the time
+    [pytest.param(rate, marks=pytest.mark.long if rate == min(RATES) else ()) for rate in RATES],
+)
 def test_a_drum_turns_as_ours_does(record, tmp_path, rate):
     entry_or_skip("liggghts")
     ours, theirs = [], []

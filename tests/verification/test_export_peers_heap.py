@@ -31,7 +31,7 @@ from dem.spec import parse_spec
 from other_codes import entry_or_skip
 from stage_files import PlanFiles
 
-pytestmark = [pytest.mark.peer, pytest.mark.slow]
+pytestmark = [pytest.mark.peer, pytest.mark.slow, pytest.mark.long]
 
 COUNT, DIAMETER, RATE = 1250, 4.0, 1250
 ORIFICE = 10 * DIAMETER

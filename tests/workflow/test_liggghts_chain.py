@@ -22,7 +22,7 @@ from diagnosis.other_code import read_runs
 from other_codes import entry_or_skip
 from small_heap import RUN
 
-pytestmark = [pytest.mark.slow, pytest.mark.peer]
+pytestmark = [pytest.mark.slow, pytest.mark.long, pytest.mark.peer]
 
 FACTORS = """code\tname\tkey\tlow\thigh\tdescription
 A\trolling\tcontacts.particle_particle.rolling_friction\t0.02\t0.4\tof grain and grain
