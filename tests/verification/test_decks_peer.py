@@ -20,7 +20,7 @@ from calibration.engines import liggghts
 from calibration.engines.blocks.conversion import Conversion
 from calibration.interface.cli import main
 from calibration.study.config import overlay
-from calibration.telling.export.decks import BLOCKS, write_decks
+from calibration.telling.export.decks import DECKS, write_decks
 from calibration.telling.export.target_code import (
     Deck,
     check,
@@ -53,7 +53,7 @@ def deck_of(code, mapping, folder):
     return Deck.read(folder / code)
 
 
-@pytest.mark.parametrize("code", BLOCKS)
+@pytest.mark.parametrize("code", DECKS)
 def test_a_check_says_yes_to_its_own_heaps_and_no_to_others(tmp_path, code):
     """By the one command in the folder. The program's own heaps, taken for the calibrated ones, are
     met; they are poured once."""
@@ -86,7 +86,7 @@ def test_liggghts_needs_no_other_number_for_the_law_that_it_has(tmp_path):
     assert "misses" not in {row.verdict for row in rows}
 
 
-@pytest.mark.parametrize("code", BLOCKS)
+@pytest.mark.parametrize("code", DECKS)
 def test_a_deck_pours_all_sizes(tmp_path, code):
     """In their numbers; of the half of 400 grains that stays on the plate a share scatters by
     3.5 %, and small grains may stay rather than large ones."""

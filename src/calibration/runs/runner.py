@@ -192,7 +192,7 @@ def _stands(spec, position):
     """Whether grains at `position` (n, 3) [m] have kept the shape of a cylinder that was lifted off
     them."""
     width = (spec.get("geometry") or {}).get("cylinder_diameter_mm")
-    if spec.get("experiment") != "lifted_cylinder" or not width or not len(position):
+    if not width or not len(position):  # no other heap has a cylinder
         return False
     furthest = float(np.hypot(*position[:, :2].T).max())
     return furthest < SPREAD_FROM * 0.5e-3 * width

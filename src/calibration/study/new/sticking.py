@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from calibration.study.factors import Factor
 
 HALVINGS = 5  # of the upper end
-HEAPS = ("heap", "lifted_cylinder")
+HEAP = "angle_of_repose_deg"  # where a heap was measured
 ROUGH = re.compile(r"contacts\..*friction$")
 
 
 def sticking(config: Config, factors: Sequence[Factor]) -> list[Factor]:
     """The factors of a study of heaps that say how much its grains stick; none elsewhere."""
-    return [f for f in factors if f.key in WITH_SIZE and config.experiment in HEAPS]
+    return [f for f in factors if f.key in WITH_SIZE and config.target.metric == HEAP]
 
 
 def eased(

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from dem.spec import RunSpec
 
 
-BLOCKS = ("liggghts", "lammps")
+DECKS = ("liggghts", "lammps")
 """Codes that have decks."""
 NAMES = {"liggghts": "LIGGGHTS", "lammps": "LAMMPS", "yade": "YADE"}
 """Of YADE heaps are tried, and no deck is written."""
@@ -89,7 +89,7 @@ def write_decks(
     calibrated model gives: metric, mean, sd, runs, margin, unit, and `heaps`, the profiles of its
     heaps. What a code cannot represent is named in its README.md, and there is no deck.
     """
-    for code in BLOCKS:
+    for code in DECKS:
         place = emptied(Path(folder) / code)
         try:
             _refuse(code, spec, expected)

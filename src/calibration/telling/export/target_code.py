@@ -27,7 +27,7 @@ from calibration.engines.blocks.conversion import Conversion, Correction
 from calibration.files import DamagedError, read_json
 from calibration.study.config import overlay
 from calibration.telling.export.decks import (
-    BLOCKS,
+    DECKS,
     NAMES,
     emptied,
     engine_of,
@@ -80,8 +80,8 @@ class Deck:
             allowed = "the folder of an exported deck: results/NAME/exports/lammps"
             raise InputError("is no deck", path=folder, allowed=allowed)
         expected = read_json(path)
-        if not isinstance(expected, dict) or expected.get("code") not in BLOCKS:
-            raise InputError("says no code", path=path, key="code", allowed=" or ".join(BLOCKS))
+        if not isinstance(expected, dict) or expected.get("code") not in DECKS:
+            raise InputError("says no code", path=path, key="code", allowed=" or ".join(DECKS))
         _check(expected, path)
         return cls(folder, expected["code"], load_spec(folder / "spec.yaml"), expected)
 

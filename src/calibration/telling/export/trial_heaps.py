@@ -21,7 +21,7 @@ from calibration.intake.tables import read_written
 from calibration.runs.simulated import simulate
 from calibration.study.config import overlay
 from calibration.telling.export import rolling
-from calibration.telling.export.decks import BLOCKS, engine_of
+from calibration.telling.export.decks import DECKS, engine_of
 from calibration.telling.export.target_code import SEEDS, Deck, heaps_here, heaps_there
 from calibration.telling.export.trials import OWN, TRIALS, trials
 from dem.fingerprint import engine_fingerprint
@@ -39,7 +39,7 @@ class Trial:
 
     changes: Mapping[str, Any]
     """What differs from the run spec of trials.json."""
-    codes: tuple[str, ...] = (*BLOCKS, "yade")
+    codes: tuple[str, ...] = (*DECKS, "yade")
     converted: bool = False
     """Whether the codes get the numbers that `export_converted` finds for their own law."""
 
@@ -54,7 +54,7 @@ KINDS = {
     TYPE_C: Trial({"laws": {"rolling": TYPE_C}}),
     f"{TYPE_C}, sieve curve": Trial({"laws": {"rolling": TYPE_C}, "particles": {"sizes": SIZES}}),
     f"{TYPE_C}, sjkr": Trial(STICKY, ("liggghts",)),
-    TYPE_A: Trial({"laws": {"rolling": TYPE_A}}, tuple(BLOCKS)),
+    TYPE_A: Trial({"laws": {"rolling": TYPE_A}}, DECKS),
     f"{TYPE_A}, converted": Trial({"laws": {"rolling": TYPE_A}}, converted=True),
 }
 """What is tried. Of `constant_torque_relative` three of the first five heaps here did not rest
