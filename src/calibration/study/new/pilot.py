@@ -180,7 +180,11 @@ def _cut(factor, a, b):
     if (a, b) == (0.0, 1.0):
         return factor
     span = factor.high - factor.low
-    low, high = round(factor.low + a * span, 4), round(factor.low + b * span, 4)
+    return narrowed(factor, round(factor.low + a * span, 4), round(factor.low + b * span, 4))
+
+
+def narrowed(factor: Factor, low: float, high: float) -> Factor:
+    """A factor of a narrower range, which its description tells."""
     note = f"{factor.description}; cut from {factor.low:g} to {factor.high:g} by the pilot"
     return replace(factor, low=low, high=high, description=note)
 

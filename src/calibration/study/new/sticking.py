@@ -6,11 +6,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from calibration.files import write_text
+from calibration.study.new.pilot import narrowed
 from calibration.study.new.study import write_factors
 from calibration.study.parcels import LAW, WITH_SIZE
 
@@ -49,8 +49,7 @@ def _cut(factor, share):
     high = float(f"{share * factor.high:.3g}")
     if share == 1.0 or high <= factor.low:
         return factor
-    note = f"; cut from {factor.low:g} to {factor.high:g} by the pilot"
-    return replace(factor, high=high, description=factor.description + note)
+    return narrowed(factor, factor.low, high)
 
 
 def write_eased(folder: str | Path, table: str | Path, factors: Sequence[Factor]) -> None:

@@ -148,22 +148,12 @@ def shorter(config: Config, rig: str) -> list[str]:
 
 def _ease(folder, config, factors, show):
     """Move in the upper end of how much grains stick where no heap forms there; whether it did."""
-    from dem.run import run  # loads the engine
-
     sticky = sticking(config, factors)
     if not sticky:
         return False
 
     def fault(levels):
-        try:
-            spec = parse_spec(point_spec(config.run, config.experiment, levels, config.seed))
-            with tempfile.TemporaryDirectory() as work:
-                run(spec, Path(work) / "run")
-        except StoppedError:
-            raise
-        except DemError as error:
-            return str(error)
-        return ""
+        return _try(config.run, config.experiment, levels, config.seed)[1]
 
     found, why = eased(factors, sticky, fault)
     for old, new in zip(factors, found, strict=True):
@@ -180,24 +170,31 @@ def _ease(folder, config, factors, show):
 def _one_run(config, factors, rig):
     """(what a rig gives in words, whether it is a value, seconds of a processor that it took: other
     programs that run beside the pilot do not count)."""
-    from dem.run import run  # loads the engine
-
     own = config.rigs[rig]
     by = ratios(config, rig, [f.key for f in factors])
     levels = {f.key: f.centre * by.get(f.key, 1.0) for f in factors}
     targets = [t for t in config.targets if t.rig == rig]
     begun = time.process_time()
+    found, fault = _try(machine_run(config, own), own.experiment, levels, config.seed)
+    took = time.process_time() - begun
+    if fault:
+        return f"no value in the middle of the ranges: {fault}", False, took
+    told = [_beside(config, t, found) for t in targets]
+    return ", ".join(told) or "runs; no target", True, took
+
+
+def _try(run_spec, experiment, levels, seed):
+    """(metrics, why there are none, empty where there are) of a run at levels {key: level}."""
+    from dem.run import run  # loads the engine
+
     try:
-        spec = parse_spec(point_spec(machine_run(config, own), own.experiment, levels, config.seed))
+        spec = parse_spec(point_spec(run_spec, experiment, levels, seed))
         with tempfile.TemporaryDirectory() as work:
-            found = run(spec, Path(work) / "run")["metrics"]
+            return run(spec, Path(work) / "run")["metrics"], ""
     except StoppedError:
         raise
     except DemError as error:
-        took = time.process_time() - begun
-        return f"no value in the middle of the ranges: {error}", False, took
-    told = [_beside(config, t, found) for t in targets]
-    return ", ".join(told) or "runs; no target", True, time.process_time() - begun
+        return {}, str(error)
 
 
 def _beside(config, target, found):
