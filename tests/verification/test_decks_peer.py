@@ -29,6 +29,7 @@ from calibration.telling.export.target_code import (
     heaps_there,
     judge,
 )
+from calibration.telling.export.trial_heaps import SIZES
 from dem.grains import number_fractions
 from dem.spec import parse_spec
 from other_codes import entry_or_skip
@@ -42,7 +43,6 @@ STATED = {
 }  # fmt: skip
 """What a study states; the heaps of the calibrated model are poured by the check itself."""
 C500 = overlay(SPEC, {"particles": {"count": 500}})
-SIEVED = {"by": "mass", "diameters_mm": [5.2, 6.4], "fractions": [0.5, 0.5]}
 
 
 def deck_of(code, mapping, folder):
@@ -90,7 +90,7 @@ def test_liggghts_needs_no_other_number_for_the_law_that_it_has(tmp_path):
 def test_a_deck_pours_all_sizes(tmp_path, code):
     """In their numbers; of the half of 400 grains that stays on the plate a share scatters by
     3.5 %, and small grains may stay rather than large ones."""
-    deck = deck_of(code, overlay(SPEC, {"particles": {"sizes": SIEVED}}), tmp_path)
+    deck = deck_of(code, overlay(SPEC, {"particles": {"sizes": SIZES}}), tmp_path)
     state = engines.engines()[code].simulate(
         deck.spec, deck.folder, {"settings": {"timeout_s": 600.0}}
     )[1]

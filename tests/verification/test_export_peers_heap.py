@@ -11,10 +11,7 @@ a second. The funnel filled, arches stood in it, and heaps were refused. This on
 and passes several times as many as are made, so that no bed stands on it.
 """
 
-import json
-
 import numpy as np
-import pandas as pd
 import pytest
 from export_peers import reference_spec
 
@@ -24,12 +21,10 @@ from calibration.engines.blocks import liggghts as to_liggghts
 from calibration.engines.blocks import yade as to_yade
 from calibration.engines.blocks.conversion import Conversion
 from calibration.engines.blocks.material import granulate
-from calibration.telling.export import rolling
+from calibration.telling.export.trial_heaps import converted
 from dem.constants import GRAVITY
-from dem.run import run as run_dem
 from dem.spec import parse_spec
 from other_codes import entry_or_skip
-from stage_files import PlanFiles
 
 pytestmark = [pytest.mark.peer, pytest.mark.slow, pytest.mark.long]
 
@@ -65,29 +60,12 @@ def test_the_orifice_passes_more_than_is_made():
 
 
 @pytest.fixture(scope="module")
-def search(spec, tmp_path_factory):
-    """(conversion at this scale as in rolling.json, angles [deg] of this engine's heaps of the
-    calibrated law)."""
-    folder = tmp_path_factory.mktemp("scan")
-    rolling.plan_scan(spec, PlanFiles.of(folder))
-    scan = pd.read_csv(folder / "design.csv")
-    scan["response"] = angles(
-        scan["run_id"], json.loads((folder / "plan.json").read_text()), folder
-    )
-    path, found = rolling.search(scan)
-    rows, specs = rolling.rows_at(spec, path, round(found[path].share, 4), 5, "coarse")
-    confirmation = pd.DataFrame(rows)
-    confirmation["response"] = angles(confirmation["run_id"], specs, folder)
-    own = rolling.angles_of(scan, rolling.CALIBRATED)
-    return rolling.conclude(parse_spec(spec), scan, confirmation, own, 1.0, "deg"), own
+def conversion(spec, tmp_path_factory):
+    """Of the calibrated law at this scale, as in rolling.json."""
+    return converted(spec, tmp_path_factory.mktemp("search"), METRIC)
 
 
-def angles(names, plan, folder):
-    return [run_dem(parse_spec(plan[n]), folder / n)["metrics"][METRIC] for n in names]
-
-
-def test_the_search_comes_to_the_calibrated_angle(record, search):
-    conversion, _ = search
+def test_the_search_comes_to_the_calibrated_angle(record, conversion):
     assert conversion["reached"]
     found = conversion["coarse"]
     # means of 5 and of 6 heaps
@@ -101,16 +79,16 @@ def test_the_search_comes_to_the_calibrated_angle(record, search):
 
 
 @pytest.mark.parametrize("name", CODES)
-def test_the_heap_has_the_calibrated_angle(record, tmp_path, spec, search, name):
+def test_the_heap_has_the_calibrated_angle(record, tmp_path, spec, conversion, name):
     settings = entry_or_skip(name)["settings"]
-    (code, block), (conversion, own), parsed = CODES[name], search, parse_spec(spec)
+    (code, block), own, parsed = CODES[name], conversion["coarse"], parse_spec(spec)
     text = block.block(granulate(parsed), Conversion(parsed, conversion), ["a test"])
     code.deck(parsed, tmp_path, text)
     metrics, _ = code.start(parsed, tmp_path, settings["timeout_s"])
     assert metrics["in_funnel"] == 0
     # one heap against the mean of n: three standard deviations of their difference
-    spread = 3.0 * np.std(own, ddof=1) * np.sqrt(1.0 + 1.0 / len(own))
+    spread = 3.0 * own["calibrated_law_sd"] * np.sqrt(1.0 + 1.0 / own["calibrated_law_runs"])
     tolerance = None if name in UNLIKE_ITSELF else spread
     quantity = f"angle of repose with the exported block, {name}"
     source = "this engine, calibrated law"
-    record(TOPIC, quantity, metrics[METRIC], np.mean(own), tolerance, "deg", source)
+    record(TOPIC, quantity, metrics[METRIC], own["calibrated_law_mean"], tolerance, "deg", source)

@@ -8,19 +8,11 @@ from calibration.engines.blocks.rolling import ELASTIC_PLASTIC
 from calibration.statistics.numbers import fixed
 from calibration.telling.export.decks import NAMES
 from calibration.telling.export.heap_profile import READERS
+from calibration.telling.export.trial_heaps import KINDS
 from calibration.telling.export.trials import OWN, rows_in, trials
 
 MARGIN = 2.0
 """Of an angle [deg], where the heaps scatter less."""
-ABOUT = {
-    "elastic_plastic": "type C, which all codes have",
-    "elastic_plastic, sieve curve": "grains of two sizes, half of the mass each",
-    "elastic_plastic, sjkr": "an attraction that of the other codes LIGGGHTS alone has",
-    "constant_torque": "type A on the own spin, which no other code has: their decks have type C "
-    "with the same number",
-    "constant_torque, converted": "the same law, with the numbers that `export_converted` finds",
-}
-"""{trial: what it is}."""
 
 
 def values() -> dict[str, Any]:
@@ -37,7 +29,7 @@ def _trial(name, kept):
     rows = {code: rows_in(code, name, MARGIN) for code in codes}
     return {
         "name": name,
-        "about": ABOUT[name] + _found(kept["rolling"]),
+        "about": KINDS[name].about + _found(kept["rolling"]),
         "codes": [NAMES[code] for code in codes],
         "heaps": {NAMES.get(code, "this engine"): len(heaps[code]) for code in (OWN, *codes)},
         "rows": [_row(index, [rows[code] for code in codes]) for index in range(len(READERS))],

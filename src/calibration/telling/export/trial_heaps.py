@@ -34,9 +34,11 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Trial:
+class Kind:
     """One law, or one kind of grain, that is poured in several codes."""
 
+    about: str
+    """What it is, in words."""
     changes: Mapping[str, Any]
     """What differs from the run spec of trials.json."""
     codes: tuple[str, ...] = (*DECKS, "yade")
@@ -51,11 +53,25 @@ STICKY = {
     "law_parameters": {"cohesion_energy_density_J_m3": 60_000},
 }
 KINDS = {
-    TYPE_C: Trial({"laws": {"rolling": TYPE_C}}),
-    f"{TYPE_C}, sieve curve": Trial({"laws": {"rolling": TYPE_C}, "particles": {"sizes": SIZES}}),
-    f"{TYPE_C}, sjkr": Trial(STICKY, ("liggghts",)),
-    TYPE_A: Trial({"laws": {"rolling": TYPE_A}}, DECKS),
-    f"{TYPE_A}, converted": Trial({"laws": {"rolling": TYPE_A}}, converted=True),
+    TYPE_C: Kind("type C, which all codes have", {"laws": {"rolling": TYPE_C}}),
+    f"{TYPE_C}, sieve curve": Kind(
+        "grains of two sizes, half of the mass each",
+        {"laws": {"rolling": TYPE_C}, "particles": {"sizes": SIZES}},
+    ),
+    f"{TYPE_C}, sjkr": Kind(
+        "an attraction that of the other codes LIGGGHTS alone has", STICKY, ("liggghts",)
+    ),
+    TYPE_A: Kind(
+        "type A on the own spin, which no other code has: their decks have type C with the same "
+        "number",
+        {"laws": {"rolling": TYPE_A}},
+        DECKS,
+    ),
+    f"{TYPE_A}, converted": Kind(
+        "the same law, with the numbers that `export_converted` finds",
+        {"laws": {"rolling": TYPE_A}},
+        converted=True,
+    ),
 }
 """What is tried. Of `constant_torque_relative` three of the first five heaps here did not rest
 within the three seconds."""
@@ -82,28 +98,28 @@ def poured(name: str, folder: str | Path, seeds: int = SEEDS) -> dict[str, Any]:
     return {"changes": kind.changes, "rolling": found, "heaps": heaps}
 
 
-def converted(mapping: dict[str, Any], folder: Path) -> dict[str, Any]:
+def converted(mapping: dict[str, Any], folder: Path, metric: str = METRIC) -> dict[str, Any]:
     """What the stage `export_converted` finds for a run spec (a mapping) of few grains: content of
-    rolling.json. folder: where its runs are kept."""
+    rolling.json. folder: where its runs are kept; metric: the angle that is to be met."""
     files = cast("NamedFiles", SimpleNamespace(plan=folder / "scan" / "plan.json"))
     rolling.plan_scan(mapping, files)
     design = read_written(folder / "scan" / "design.csv")
-    scan = _with_angles(design, read_json(files.plan), folder / "runs")
+    scan = _with_angles(design, read_json(files.plan), folder / "runs", metric)
     path, found = rolling.search(scan)
     if path is None:
         raise CalibrationError("the law that is to be converted needs no search")
     share = round(found[path].share, 4)
     rows, specs = rolling.rows_at(mapping, path, share, rolling.CONFIRM_SEEDS, "coarse")
-    check = _with_angles(pd.DataFrame(rows), specs, folder / "runs")
+    check = _with_angles(pd.DataFrame(rows), specs, folder / "runs", metric)
     own = rolling.angles_of(scan, rolling.CALIBRATED)
     return rolling.conclude(parse_spec(mapping), scan, check, own, MARGIN, UNIT)
 
 
-def _with_angles(design, specs, root):
+def _with_angles(design, specs, root, metric):
     """A design table with its runs' angles, NaN of one that ends without, such as a clogged
     funnel."""
     runs = simulate(specs, root)
-    angles = [(runs[name] or {}).get(METRIC, math.nan) for name in design["run_id"]]
+    angles = [(runs[name] or {}).get(metric, math.nan) for name in design["run_id"]]
     return design.assign(response=angles)
 
 

@@ -52,12 +52,10 @@ def trial_like(code: str, conversion: Conversion) -> str | None:
     """Name of the trial in a code whose laws and whose conversion are those of a deck; the one of
     equal grains or of several sizes, as the deck's; None where none was made."""
     wanted, several = _laws(conversion.spec, conversion.found), conversion.spec.particles.sizes
-    found = {
-        name: spec_of(name)
-        for name, kept in trials()["trials"].items()
-        if code in kept["heaps"] and _laws(spec_of(name), kept["rolling"]) == wanted
-    }
-    alike = [n for n, spec in found.items() if bool(spec.particles.sizes) == bool(several)]
+    poured = {n: kept for n, kept in trials()["trials"].items() if code in kept["heaps"]}
+    specs = {name: spec_of(name) for name in poured}
+    found = [n for n in poured if _laws(specs[n], poured[n]["rolling"]) == wanted]
+    alike = [n for n in found if bool(specs[n].particles.sizes) == bool(several)]
     return next(iter(alike or found), None)
 
 
