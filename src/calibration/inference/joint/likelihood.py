@@ -90,9 +90,7 @@ class Response:
         scales, _ = _scales(self.freedom)
         variance = np.maximum(variance, LEAST_SHARE * np.diag(self.covariance))
         size = 1.0 / np.sqrt(variance)
-        own = size[:, :, None] * self.covariance * size[:, None, :]
-        one = len(self.mean) == 1
-        roots, basis = (own[:, 0], np.ones_like(own)) if one else np.linalg.eigh(own)
+        roots, basis = np.linalg.eigh(size[:, :, None] * self.covariance * size[:, None, :])
         widths = 1.0 + scales[:, None, None] * roots
         log_size = np.log(widths).sum(axis=-1) + np.log(variance).sum(axis=-1)
         return Spread(np.swapaxes(basis, 1, 2) * size[:, None, :], widths, log_size)
@@ -246,7 +244,7 @@ class Cloud:
         parts = zip(self.joint.responses, measured, self.predicted, self._spreads, strict=True)
         for r, y, (mean, _), spread in parts:
             if r.name != but:
-                log += r.log_density(np.atleast_1d(np.asarray(y, float)), mean, spread)
+                log += r.log_density(np.asarray(y, float), mean, spread)
         return log
 
     @cached_property
