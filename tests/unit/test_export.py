@@ -21,7 +21,7 @@ from calibration.statistics.surface import fit_surface
 from calibration.study.config import overlay, parse_config
 from calibration.telling.export import parameters as sources
 from calibration.telling.export import rolling, stage
-from calibration.telling.export.decks import BLOCKS, scatter_of_one, write_decks
+from calibration.telling.export.decks import DECKS, scatter_of_one, write_decks
 from calibration.telling.export.parameters import parameter_interval, to_yaml
 from dem.constants import GRAVITY
 from dem.contact.catalogue import LAWS
@@ -756,10 +756,10 @@ def test_the_study_written_out_is_the_configuration(files, config):
 
 def test_all_files_are_there_and_none_is_half_written(files):
     assert sorted(p.name for p in (files / "exports").iterdir()) == sorted(
-        [*stage.CODES, *BLOCKS, "dem.yaml", "study.yaml", "converted"]
+        [*stage.CODES, *DECKS, "dem.yaml", "study.yaml", "converted"]
     )
     assert sorted(p.name for p in (files / "exports" / "converted").iterdir()) == sorted(
-        [*stage.CONVERTED, *BLOCKS]
+        [*stage.CONVERTED, *DECKS]
     )
 
 
@@ -770,7 +770,7 @@ OWN_FILES = {
 }
 
 
-@pytest.mark.parametrize("code", BLOCKS)
+@pytest.mark.parametrize("code", DECKS)
 def test_a_deck_is_whole_and_says_how_it_is_checked(files, code):
     for folder in ("exports", "exports/converted"):
         deck = files / folder / code
@@ -807,7 +807,7 @@ def test_what_a_code_cannot_represent_is_named_in_place_of_a_deck(
 ):
     spec = parse_spec(overlay(mapping, changes))
     write_decks(spec, Conversion(spec), [], EXPECTED, tmp_path)
-    for code in BLOCKS:
+    for code in DECKS:
         text = (tmp_path / code / "README.md").read_text()
         refused = code in codes
         assert ("NOT WRITTEN" in text and words in text) == refused
