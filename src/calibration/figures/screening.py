@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.patches import Patch
 
 from calibration.figures.labels import ANGLE, label
 from calibration.figures.style import BLUE, GREY, ORANGE, subplots
@@ -69,5 +70,11 @@ def pareto(
             fontsize=8,
             va="bottom",
         )
-    ax.set(xlabel=f"|effect|{response.brackets}\nblue raises the {response.name}, orange lowers it")
+    ax.set(xlabel=f"|effect|{response.brackets}")
+    # below the whole figure: a line under the axis would be centred on it and cut off beside it
+    ways = {BLUE: f"raises the {response.name}", ORANGE: "lowers it"}
+    figure.legend(
+        handles=[Patch(color=colour, label=words) for colour, words in ways.items()],
+        loc="outside lower center", ncols=2, frameon=False, fontsize=9,
+    )  # fmt: skip
     return figure
