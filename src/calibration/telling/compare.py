@@ -7,7 +7,7 @@ from pathlib import Path
 
 from calibration.chain.study import Results
 from calibration.errors import CalibrationError
-from calibration.figures import label
+from calibration.figures import difference_of, label
 from calibration.intake.tables import read_written
 from calibration.statistics.numbers import fixed, signed
 from calibration.study.stages import load_stages
@@ -112,9 +112,7 @@ def _validation(first: Results, second: Results) -> Iterator[Row]:
 
     yield ("measured", *cells(lambda v: f"{v['measured_mean']:.4g}"))
     yield ("simulated", *cells(lambda v: f"{v['simulated_mean']:.4g} (sd {v['simulated_sd']:.2g})"))
-    yield ("difference, 95 %", *cells(
-        lambda v: f"{signed(v['difference'])} ({signed(v['difference_low'])} to "
-        f"{signed(v['difference_high'])})"))  # fmt: skip
+    yield ("difference, 95 %", *cells(lambda v: "{} ({} to {})".format(*difference_of(v))))
     yield (
         "equivalent",
         *cells(lambda v: f"{'yes' if v['equivalent'] else 'not shown'}, within ±{v['margin']:g}"),

@@ -6,8 +6,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from calibration.chain.study import Results
-from calibration.figures import label, response_of
-from calibration.statistics.numbers import signed
+from calibration.figures import difference_of, label, response_of
 from calibration.telling.report.known import posterior_of, predicts, said_by_diagnosis
 from dem.advice import limits_of
 from dem.spec import load_spec
@@ -154,12 +153,12 @@ def _further(v):
 
 def _equivalence(v, response):
     word = "equivalent" if v["equivalent"] else "not shown to be equivalent"
+    apart, low, high = difference_of(v)
     return [
         {
             "name": "Difference",
-            "value": f"{signed(v['difference'])}{response.unit}",
-            "text": f"95 % {signed(v['difference_low'])} to {signed(v['difference_high'])}; {word} "
-            f"within "
+            "value": f"{apart}{response.unit}",
+            "text": f"95 % {low} to {high}; {word} within "
             f"±{v['margin']:g}{response.unit} to the measurement",
             "good": v["equivalent"],
         }

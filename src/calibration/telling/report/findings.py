@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from calibration.chain.joint.words import against
 from calibration.chain.posterior_words import following, known
 from calibration.chain.study import Results
-from calibration.figures import label, response_of
+from calibration.figures import difference_of, label, response_of
 from calibration.intake.tables import read_written
 from calibration.statistics.numbers import fixed, signed
 from calibration.telling.report.known import POOR, posterior_of, said_by_diagnosis
@@ -163,10 +163,10 @@ def _judged(study, response):
     """What validation and diagnosis object to."""
     v, found = Results(study).summary("validation", "validation"), []
     if v and not v["equivalent"]:
+        apart, low, high = difference_of(v)
         found.append(
-            f"The validated heaps differ by {signed(v['difference'])}{response.unit} (95 % "
-            f"{signed(v['difference_low'])} to {signed(v['difference_high'])}): not shown to be "
-            f"equivalent within ±{v['margin']:g}{response.unit}."
+            f"The validated heaps differ by {apart}{response.unit} (95 % {low} to {high}): not "
+            f"shown to be equivalent within ±{v['margin']:g}{response.unit}."
         )
     verdict = Results(study).summary("diagnosis", "verdict")
     if verdict and verdict["verdict"] != "adequate":
