@@ -3,6 +3,7 @@ what would be right, and nothing is left behind."""
 
 import json
 import shlex
+from datetime import date
 from pathlib import Path
 
 import openpyxl
@@ -58,7 +59,7 @@ OPTIONS = {
                                ["angle", "26.1"]),
     "a mass for a depth": (f"new w {GRAIN} {CYLINDER} depth=80kg", ["depth=80kg", "mm"]),
     "a cylinder as wide as space": (f"new w {GRAIN} {CYLINDER} cylinder=1e99mm",
-                                    ["cylinder=1e99mm", "1,000,000"]),
+                                    ["cylinder=1e99mm", "20,000 mm"]),
     "a plate under the cylinder": (f"new w {GRAIN} {CYLINDER} cylinder=60mm plate=50mm",
                                    ["plate=50mm", "60 mm", "mm or more"]),
     "a wall of rubber": (f"new w {GRAIN} {CYLINDER} wall=rubber", ["wall=rubber", "steel"]),
@@ -114,14 +115,64 @@ OPTIONS = {
     "a workbook that is not there": ("new w --from nothere.xlsx", ["nothere.xlsx"]),
     "a table for a workbook": ("new w --from angles.txt", ["angles.txt", "--workbook"]),
     "a workbook of another kind": ("new --workbook tests.csv", ["tests.csv", ".xlsx"]),
+    "readings that are all the same": (f"new w {GRAIN} --measured 27 27 27 {RIG}",
+                                       ["27°", "sd", "n=3"]),
+    "the same in a cylinder": (f"new w {GRAIN} --lifted-cylinder 27 27 27", ["27", "sd", "n=3"]),
+    "a slope in percent": (f"new w {GRAIN} --measured 26.1% 27% {RIG}", ["26.1%", "14.63"]),
+    "a slope in a cylinder": (f"new w {GRAIN} --lifted-cylinder 50% 52%", ["50%", "26.57"]),
+    "decimal commas between commas": (f"new w {GRAIN} --measured 26,1,27,4 {RIG}",
+                                      ["26,1,27,4", "26.1, 27.4", "spaces"]),
+    "the same of a cylinder": (f"new w {GRAIN} --lifted-cylinder 26,1,27,4", ["26.1, 27.4"]),
+    "an angle below the horizon": (f"new w {GRAIN} --measured -26 27 {RIG}", ["-26", "90°"]),
+    "a table beside a reading": (f"new w {GRAIN} --measured angles.txt 27 {RIG}",
+                                 ["angles.txt", "one table"]),
+    "a picture of nothing": (f"new w {GRAIN} --measured same.png other.png {RIG}",
+                             ["other.png", "same.png", "once"]),
+    "a rate of nothing": (f"new w {GRAIN} --measured 26 27 {RIG} --rate 0g/s",
+                          ["--rate 0g/s", "more than 0"]),
+    "a material of lead and gold": (f"new w --density 50g/cm3 --grain 4mm {ANGLE}",
+                                    ["--density", "50g/cm3", "25,000 kg/m³"]),
+    "a drop from the clouds": (f"new w {GRAIN} {ANGLE} --drop 78mm 80mm height=300m",
+                               ["--drop", "height=300m", "20,000 mm"]),
+    "a lift like a shot": (f"new w {GRAIN} {CYLINDER} speed=20m/s", ["speed=20m/s", "2,000 mm/s"]),
+    "a spread above its mean": (f"new w {GRAIN} --lifted-cylinder 26 sd=40 n=5",
+                                ["sd=40", "26", "less than the reading"]),
+    "a bed that taps loosen": (f"new w {GRAIN} {ANGLE} --tapped-density 700kg/m3 705kg/m3 taps=100 "
+                               "--bulk-density 765kg/m3 770kg/m3", ["700kg/m3", "765kg/m3"]),
+    "grains in powers of ten": (f"new w {GRAIN} {ANGLE} --grains 1e4", ["1e4", "10000"]),
+    "grains by the thousand": (f"new w {GRAIN} {ANGLE} --grains 10.000", ["10.000", "10000"]),
+    "a sieve that stands twice": (f"new w --density 2.65g/cm3 --sieve twice.csv {ANGLE}",
+                                  ["twice.csv", "4 mm", "twice"]),
+    "less than nothing on a sieve": (f"new w --density 2.65g/cm3 --sieve less.csv {ANGLE}",
+                                     ["less.csv, line 3", "-5", "0 or more"]),
+    "a sheet of nothing": (f"new w {GRAIN} {ANGLE} --sheet Mai", ["--sheet Mai", "workbook"]),
+    "a workbook that loses what was told": (f"new --workbook x.xlsx {GRAIN} {ANGLE}",
+                                            ["--workbook x.xlsx", "--from x.xlsx"]),
+    "a workbook and a folder": ("new w --workbook x.xlsx", ["--workbook x.xlsx", "--from x.xlsx"]),
+    "a drop whose rebound is missing": (f"new w {GRAIN} {ANGLE} --drop drops.csv",
+                                        ["drops.csv, line 3", "rebound"]),
+    "a table of masses": (f"new w {GRAIN} --measured masses.csv {RIG}",
+                          ["masses.csv, line 2", "kg", "°"]),
 }  # fmt: skip
+
+
+FILES = {
+    "angles.txt": "angle [°]\n26\n27\n",
+    "twice.csv": "diameter_mm,passing_percent\n8,100\n4,50\n4,40\n2,0\n",
+    "less.csv": "Siebweite [mm];Rückstand [g]\n16;0\n8;-5\n4;20\n2;2\n",
+    "drops.csv": "Fallhöhe [mm];Rücksprung [mm]\n300;78\n300;\n",
+    "masses.csv": "angle [kg]\n26\n27\n",
+    "same.png": "a picture",
+    "other.png": "a picture",
+}
 
 
 @pytest.fixture
 def here(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "taken").mkdir()
-    (tmp_path / "angles.txt").write_text("angle [°]\n26\n27\n")
+    for name, text in FILES.items():
+        (tmp_path / name).write_text(text)
     return tmp_path
 
 
@@ -157,6 +208,11 @@ CELLS = {
     "a renamed column": ("drop", {"C2": "Fallhöhe [mm]", "B6": 78, "C6": 300},
                          ["cell C6", "Fallhöhe", "height"]),
     "a date": ("lifted-cylinder", {"B6": "26. Jan", "B7": 27}, ["cell B6", "26. Jan"]),
+    "a cell that became a date": ("lifted-cylinder", {"B6": date(2026, 1, 26), "B7": 27},
+                                  ["cell B6", "2026-01-26", "26.1"]),
+    "a slope": ("lifted-cylinder", {"B6": "50 %", "B7": 27}, ["cell B6", "26.57"]),
+    "what a formula could not say": ("lifted-cylinder", {"B6": "#DIV/0!", "B7": 27},
+                                     ["cell B6", "#DIV/0!", "number in deg"]),
     "three columns of one row": ("axes", {"B6": 6.2, "C6": 3.3}, ["axes", "thickness"]),
     "a wall that nobody knows": ("drop", {"B6": 78, "B7": 80, "C6": 300, "D6": "Beton"},
                                  ["cell D6", "Beton", "steel"]),

@@ -3,9 +3,24 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from calibration.errors import ConfigError
+from dem.io.checked import digest_of
+
 PICTURES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp")
 FIT = ".fit.png"
 """Ending of the picture of a fit, which stands beside its photograph."""
+
+
+def refuse_twice(paths: Sequence[Path]) -> None:
+    """Raise ConfigError for a photograph that is given twice, under another name too: it is no
+    second reading."""
+    seen: dict[str, Path] = {}
+    for path in (p for p in paths if p.is_file()):  # what cannot be read is told by its reader
+        first = seen.setdefault(digest_of(path), path)
+        if first is not path:
+            raise ConfigError(
+                f"is the same photograph as {first}", path=path, allowed="each heap once"
+            )
 
 
 def without_fits(paths: Sequence[Path]) -> tuple[list[Path], list[str]]:

@@ -2,6 +2,7 @@
 measures photographs, `dem bounce` sounds, `dem shear` reads shear testers' tables, `dem clump`
 fills a grain's mesh with spheres, `dem serve` shows a study while it runs."""
 
+import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -50,7 +51,7 @@ def _add_new(commands):
     new.add_argument("--sheet", help="of a workbook with several: the one with the angles")
     new.add_argument(
         "--grains",
-        type=int,
+        type=_whole,
         help="to simulate at most; larger ones of the same volume are poured where your rig takes "
         "more. 10,000 unless given",
     )
@@ -59,11 +60,28 @@ def _add_new(commands):
     new.set_defaults(command=_new)
 
 
+def _whole(text):
+    if not text.removeprefix("-").isdigit():
+        raise argparse.ArgumentTypeError(f"{text} is no whole number, such as 10000")
+    return int(text)
+
+
 def _new(args):
     from calibration.study.new import options, questions, study  # load pandas and the schemas
     from calibration.study.new.grains import FINE_MM
 
+    if args.sheet and not options.has_workbook(args):
+        raise CalibrationError(
+            f"--sheet {args.sheet}: no option names a workbook; allowed: beside one, such as "
+            "--measured tests.xlsx"
+        )
     if args.workbook:
+        if args.folder or options.tells_anything(args):
+            raise CalibrationError(
+                f"--workbook {args.workbook}: writes an empty workbook, and what stands beside it "
+                f"would be lost; allowed: by itself, or --from {args.workbook} where it is filled "
+                "in"
+            )
         from calibration.study.new.workbook import write_workbook  # loads openpyxl
 
         print(write_workbook(args.workbook))

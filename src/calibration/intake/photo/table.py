@@ -13,7 +13,7 @@ from calibration.intake.numbers_with_units import said_number
 from calibration.intake.photo.camera import View, read_low
 from calibration.intake.photo.measure import LEVEL, measure_photo
 from calibration.intake.photo.show import draw_fit
-from calibration.intake.photo_names import FIT, without_fits
+from calibration.intake.photo_names import FIT, refuse_twice, without_fits
 from calibration.intake.tables import summary
 from dem.units import UnitError
 
@@ -37,6 +37,7 @@ def measure_photos(
     names, lines = without_fits([Path(p) for p in paths])
     if not names:
         raise CalibrationError(f"{lines[0]}; allowed: the photographs beside them")
+    refuse_twice(names)
     photos, heights = [measure_photo(p, view) for p in names], []
     for photo in photos:
         fit = (shown or photo.path.parent) / f"{photo.path.stem}{FIT}"

@@ -11,11 +11,12 @@ import numpy as np
 from calibration.errors import CalibrationError
 from calibration.study.new.methods import Answer, Entry, Method, Question, methods
 from calibration.study.new.methods.declare import spread_of
-from dem.units import has_unit, in_ascii, unit_of
+from dem.units import behind, has_unit, in_ascii, unit_of
 
 ENOUGH = 3
 """Loads or heights with a single reading each from which on these show their scatter."""
 LEAST = 0.01  # of a single reading: none is better known by such a scatter
+FAR = 2.0  # largest over smallest reading of a test from which on it is asked about
 
 
 @dataclass(frozen=True)
@@ -147,12 +148,35 @@ def _spread_faults(entry):
             f"beside it (by how much single readings scatter: their standard deviation) and, where "
             f"it is a mean, n (of how many){_or_several(entry.method)}"
         ]
+    if sd and not sd[0] < read[0].value:
+        return [
+            f"{entry.place('sd')}: single readings of {read[0].value:g} would scatter by "
+            f"{sd[0]:g}; allowed: less than the reading itself"
+        ]
+    if len(read) > 1 and len({a.value for a in read}) == 1 and not (sd or n):
+        return [
+            f"{_told(read[-1])}: {len(read)} readings of {read[0].value:g} tell nothing of their "
+            f"scatter; allowed: readings that are finer, or one of them with sd (half a step of "
+            f"the scale, at least) and n={len(read)}"
+        ]
     if len(read) > 1 and (sd or n):
         return [
             f"{entry.place('sd' if sd else 'n')}: {len(read)} readings have their own spread; "
             "allowed: readings alone, or one mean with sd and n"
         ]
     return []
+
+
+def far_apart(values: Sequence[float], unit: str | None) -> str:
+    """A question about readings (n,) > 0 of one test of which the largest is more than FAR times
+    the smallest; empty for others."""
+    low, high = min(values), max(values)
+    if high <= FAR * low:
+        return ""
+    return (
+        f"your readings reach from {low:g} to {high:g}{behind(unit)}: are all of this test and "
+        "this material? The study takes them as its scatter"
+    )
 
 
 def _or_several(method):
@@ -224,7 +248,8 @@ def words_of(method: Method, words: Iterable[str], place: str) -> Raw:
             for one in separate(text):
                 answers.setdefault(key.strip(), []).append((one, f"{place} {word}"))
         else:
-            for one in separate(word):
+            whole = len(readings) > 1 and len(_PARTS.split(word)) == len(readings)
+            for one in [word] if whole else separate(word):
                 _row(method, readings, one, f"{place} {word}", answers)
     return Raw(method.name, answers, place)
 
@@ -251,10 +276,16 @@ def _row(method, readings, word, place, answers):
 
 def separate(text: str) -> list[str]:
     """Words of one text that are numbers side by side: `26.1,27.4`, `26,1;27,4`. One comma between
-    digits alone is a decimal mark, as in tables."""
+    digits alone is a decimal mark, as in tables. Raises CalibrationError for `26,1,27,4`."""
     if ";" in text:
         return [t for part in text.split(";") if (t := part.strip())]
     parts = text.split(",")
+    if len(parts) > 3 and len(parts) % 2 == 0 and all(p.strip().isdigit() for p in parts):
+        decimals = ", ".join(f"{a}.{b}" for a, b in zip(parts[::2], parts[1::2], strict=True))
+        raise CalibrationError(
+            f"{text}: can be read in two ways, {decimals} or {', '.join(parts)}; allowed: spaces "
+            "or semicolons between the readings"
+        )
     if len(parts) > 2 or (len(parts) == 2 and any("." in p for p in parts)):
         thousands = all(re.fullmatch(r"\d{3}", p) for p in parts[1:])
         return [text] if thousands else [t for p in parts if (t := p.strip())]

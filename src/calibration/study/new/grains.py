@@ -86,11 +86,18 @@ class Grains:
     def enlarged(self, diameter_mm: float) -> str:
         """Words for grains that are larger than the laboratory's; empty for its own."""
         ratio = diameter_mm / self.diameter_mm
-        return f"{diameter_mm:.3g} mm, {ratio:.3g} times as large as yours" if ratio > 1.01 else ""
+        if ratio <= 1.01:
+            return ""
+        return f"{diameter_mm:.3g} mm, {short(ratio)} times as large as yours"
 
     def single(self) -> dict:
         """Section `particles` of a test of single grains, which are spheres there."""
         return {"diameter_mm": round(self.diameter_mm, 4)}
+
+
+def short(number: float) -> str:
+    """Three digits, or all of a whole number: never a power of ten."""
+    return f"{number:,.0f}" if number >= 100 else f"{number:.3g}"
 
 
 def volume_mm3(diameter_mm: float) -> float:

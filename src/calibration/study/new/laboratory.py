@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from statistics import fmean
 
 import pandas as pd
 import yaml
@@ -14,8 +15,8 @@ from calibration.errors import CalibrationError
 from calibration.files import write_table, write_text
 from calibration.study.config import Config, parse_config
 from calibration.study.factors import Factor, factor_of
-from calibration.study.new.answers import Faults
-from calibration.study.new.grains import Grains, clump_of_axes, mean_axes, volume_mm3
+from calibration.study.new.answers import Faults, far_apart
+from calibration.study.new.grains import Grains, clump_of_axes, mean_axes, short, volume_mm3
 from calibration.study.new.heap import RAYLEIGH, STEEL
 from calibration.study.new.methods import Entry, LaboratoryTest
 from calibration.study.new.methods.wall_friction import EXPERIMENT as SLID_ON_A_WALL
@@ -91,10 +92,11 @@ def laboratory_of(folder: Path, entries: Sequence[Entry], most: int | None = Non
         said.append(f"shear modulus {modulus:.1e} Pa, so that your largest load dents no grain by "
                     f"more than {DEEPEST:.0%} of its radius (Hertz)")  # fmt: skip
     _refuse_two_walls(tests, tested)
+    _refuse_looser_when_tapped(tested)
     measured = _measured_ranges(tests)
     factors = [_ranged(f, measured, grain) for f in factors] + _cohesion(grain, tests)
     given = [row for e in entries for row in _went(e, tests, tested, shape)]
-    said += [s for t in tests for s in t.said] + _sticky(grain)
+    said += [s for t in tests for s in t.said] + _sticky(grain) + _doubts(tested)
     return Laboratory(name, folder, grain, tests, factors, given, list(dict.fromkeys(said)))
 
 
@@ -316,6 +318,27 @@ def _refuse_two_walls(tests, tested):
         )
 
 
+def _doubts(tested):
+    read = ((e, q) for e in tested for q in e.method.readings if len(e.values(q.key)) > 1)
+    doubts = (far_apart(e.values(q.key), unit_of(q.unit)) for e, q in read)
+    return [doubt for doubt in doubts if doubt]
+
+
+def _refuse_looser_when_tapped(tested):
+    """Taps pack a bed, and never loosen it."""
+    own = {e.method.name: e for e in tested}
+    poured, tapped = (own.get(name) for name in ("bulk-density", "tapped-density"))
+    if not poured or not tapped:
+        return
+    before, after = (fmean(e.values("density")) for e in (poured, tapped))
+    if after < before:
+        raise CalibrationError(
+            f"{tapped.place('density')}: a tapped density of {after:.4g} kg/m3 is below the poured "
+            f"one of {before:.4g} kg/m3 ({poured.place('density')}); allowed: that or more. Were "
+            "the two exchanged?"
+        )
+
+
 def _measured_ranges(tests):
     """{key: (low, high, source)} of the factors that tests measured: of all tests of one
     together."""
@@ -373,7 +396,7 @@ def _sticky(grains):
     ]
     if ratio > 1.01:
         found.append(
-            f"all rigs have grains of {grains.common_mm:.3g} mm, {ratio:.0f} times as large as "
+            f"all rigs have grains of {grains.common_mm:.3g} mm, {short(ratio)} times as large as "
             "yours: coarse grains, each a parcel of yours. Friction and surface energy hold for "
             "this size alone; a yield locus or a bulk density under load tells whether they stand "
             "for the powder. Where a profile makes those of one rig larger, the others stick by "

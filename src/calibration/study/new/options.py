@@ -40,8 +40,13 @@ def _has_words(method):
 
 
 def _help(q):
-    example = f": {q.example}" if q.example else ""
+    example = f": {_one_word(q.example)}" if q.example else ""
     return f"{q.text}{example}".replace("%", "%%")
+
+
+def _one_word(example):
+    """An example as it is typed: a value and its unit are one word, a name stays as it is."""
+    return example.replace(" ", "") if example[:1].isdigit() else example
 
 
 def _words_help(method):
@@ -49,9 +54,11 @@ def _words_help(method):
     rest = [q for q in method.asked if q not in method.readings[:1]]
     if not method.becomes:
         columns = " x ".join(q.key for q in method.readings)
-        return f"{columns}, a word a grain: " + "x".join(q.example for q in method.readings)
+        numbers = "x".join(q.example.split()[0] for q in method.readings)
+        unit = method.readings[-1].example.split()[-1]
+        return f"{columns}, a word a grain: {numbers}{unit}"
     keys = "; ".join(f"{q.key}= {q.text}" for q in rest)
-    return f"{first.text}: {first.example}; beside it {keys}".replace("%", "%%")
+    return f"{first.text}: {_one_word(first.example)}; beside it {keys}".replace("%", "%%")
 
 
 def tells_a_laboratory(args: argparse.Namespace) -> bool:
@@ -62,6 +69,23 @@ def tells_a_laboratory(args: argparse.Namespace) -> bool:
         return True
     funnel = args.measured or args.orifice
     return bool((told and not funnel) or args.moisture or args.plate_of or _is_fine(args.grain))
+
+
+def tells_anything(args: argparse.Namespace) -> bool:
+    """Whether any question is answered by an option."""
+    return any(
+        getattr(args, f"method_{method.name}", None)
+        or any(getattr(args, _dest(q), None) for q in method.questions if q.option)
+        for method in methods().values()
+    )
+
+
+def has_workbook(args: argparse.Namespace) -> bool:
+    """Whether an option's words name a workbook, which has sheets."""
+    words = [str(args.sieve or ""), *(args.measured or [])]
+    for method in methods():
+        words += [word for told in getattr(args, f"method_{method}", None) or [] for word in told]
+    return any(Path(word).suffix.lower() == ".xlsx" for word in words)
 
 
 def _is_fine(text):

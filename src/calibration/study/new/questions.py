@@ -4,6 +4,7 @@ once."""
 from __future__ import annotations
 
 import math
+import re
 import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -16,13 +17,16 @@ from typing import TYPE_CHECKING, Any
 from calibration.errors import CalibrationError, ConfigError
 from calibration.intake.measurements import read_measured
 from calibration.intake.numbers_with_units import said_number
-from calibration.intake.photo_names import PICTURES, without_fits
+from calibration.intake.photo_names import PICTURES, refuse_twice, without_fits
 from calibration.intake.tables import SeveralSheetsError, read_table, summary
 from calibration.study.factors import factor_of
+from calibration.study.new.answers import far_apart, separate
 from calibration.study.new.heap import FEWEST, MOST, Heap
 from calibration.study.new.mastersizer import mastersizer_sizes
 from calibration.study.new.methods import methods
+from calibration.study.new.methods.declare import refuse_slope
 from calibration.study.new.ranges import factors_of, materials
+from calibration.study.new.reading_tables import TABLES
 from dem.errors import DemError
 from dem.units import UnitError, question, unit_of
 
@@ -175,7 +179,9 @@ def _number(text, q):
         raise CalibrationError(f"--{q.option} {text}: {error}") from None
     asked = question(q.key, value)
     if asked or not 0 < value < float("inf"):
-        raise CalibrationError(f"--{q.option} {text}: is doubtful: {asked or 'not above 0'}")
+        raise CalibrationError(
+            f"--{q.option} {text}: is doubtful: {asked or 'not above 0; allowed: more than 0'}"
+        )
     return value
 
 
@@ -235,11 +241,25 @@ def measured_angles(texts: Sequence[str], sheet: str | None = None) -> list[floa
     paths = [Path(t) for t in texts]
     if all(p.suffix.lower() in PICTURES for p in paths):
         return _of_photographs(paths)
-    if len(paths) == 1 and (paths[0].suffix or paths[0].exists()) and not _is_number(texts[0]):
+    if len(paths) == 1 and (paths[0].suffix or paths[0].exists()) and not _is_numbers(texts[0]):
         return _of_table(paths[0], sheet)
-    values = [_angle(t.rstrip(";")) for t in texts]
+    try:
+        alone = [word for t in texts for word in (separate(t) if _is_numbers(t) else [t])]
+    except CalibrationError as error:
+        raise CalibrationError(f"--measured {error}") from None
+    return _scattered([_angle(t) for t in alone])
+
+
+def _scattered(values, place="--measured"):
+    """The values. Raises CalibrationError for one alone, or for several that are all the same."""
     if len(values) < 2:
-        raise CalibrationError("--measured: one value has no spread; allowed: two or more")
+        raise CalibrationError(f"{place}: one value has no spread; allowed: two or more")
+    if len(set(values)) == 1:
+        raise CalibrationError(
+            f"{place}: {len(values)} readings of {values[0]:g}° tell nothing of their scatter; "
+            "allowed: finer readings, or in place of them --funnel with one of them, sd (half a "
+            f"step of the scale, at least) and n={len(values)}"
+        )
     return values
 
 
@@ -249,6 +269,7 @@ def _of_photographs(paths):
     from calibration.intake.photo.table import uncorrected
 
     photos, said = without_fits(paths)
+    refuse_twice(photos)
     angles = [round(measure_photo(p).angle_deg, 3) for p in photos]
     if len(angles) < 2:
         raise CalibrationError(
@@ -260,21 +281,29 @@ def _of_photographs(paths):
     return angles
 
 
-def _is_number(text):
-    return text.replace(".", "", 1).replace(",", "", 1).isdigit()
+def _is_numbers(text):
+    """Whether a text has digits and marks alone: a number, or several side by side."""
+    return bool(re.fullmatch(r"[\d.,;\s°]+", text)) and not Path(text).exists()
 
 
 def _angle(text):
     if "±" in text or "+-" in text or "+/-" in text:
         allowed = "each reading for itself, such as 26.1 28.4 27.0"
         raise CalibrationError(f"--measured {text}: is a mean with its spread; allowed: {allowed}")
+    if Path(text).suffix.lower() in (*PICTURES, *TABLES):
+        allowed = "readings, or one table, or photographs alone"
+        raise CalibrationError(f"--measured {text}: is a file beside readings; allowed: {allowed}")
     try:
+        refuse_slope(text)
         value = said_number(text, "°")
-    except UnitError as error:
-        raise CalibrationError(f"--measured {text}: {error}") from None
+    except (UnitError, CalibrationError) as error:
+        said = str(error).removeprefix(f"{text}: ")
+        allowed = "" if "allowed" in said else "; allowed: an angle in degrees, such as 26.1"
+        raise CalibrationError(f"--measured {text}: {said}{allowed}") from None
     asked = question("angle_of_repose_deg", value)
     if asked or not 0 < value < 90:
-        raise CalibrationError(f"--measured {text}: is doubtful: {asked or 'no angle of repose'}")
+        allowed = "no angle of repose; allowed: more than 0 and less than 90°"
+        raise CalibrationError(f"--measured {text}: is doubtful: {asked or allowed}")
     return value
 
 
@@ -295,10 +324,13 @@ def _of_table(path, sheet=None):
             f"{path}: which column holds the angles? allowed: one with `angle` in its heading, of "
             + ", ".join(table.header)
         )
+    for line, text in table.texts(columns[0]):
+        try:
+            refuse_slope(f"{text} %" if table.units.get(columns[0]) == "%" else text)
+        except CalibrationError as error:
+            raise CalibrationError(f"{path}, line {line}, column {columns[0]}: {error}") from None
     values = plausible_numbers(table, columns[0], "angle_of_repose_deg")
-    if len(values) < 2:
-        raise CalibrationError(f"{path}: needs at least two values to have a spread")
-    return values
+    return _scattered(values, path)
 
 
 def _of_angles(heading):
@@ -395,7 +427,11 @@ def _passing(table, heading, sieves, retained):
     """What passes each sieve [%] of what stays on it, in % or in masses. Raises ConfigError for
     shares that do not make a whole, or none at all."""
     total, unit = sum(retained), table.units[heading]
-    if min(retained) < 0 or not total > 0 or (unit == "%" and abs(total - 100) > 1):
+    for (line, row), mass in zip(table.rows, retained, strict=True):
+        if mass < 0:
+            raise ConfigError("is no mass", path=table.path, line=line, column=heading,
+                              value=row[heading], allowed="0 or more")  # fmt: skip
+    if not total > 0 or (unit == "%" and abs(total - 100) > 1):
         hint = "; is it the sum over the coarser sieves?" if total > 101 and unit == "%" else ""
         raise ConfigError(
             f"the masses on the sieves make {total:g} {unit}{hint}", path=table.path,
@@ -413,6 +449,10 @@ def _between_sieves(path, sieves, passing):
     """(sizes, shares) of the classes between neighbouring sieves: the geometric mean of the two,
     and what passes the one and not the other. The sieves may stand in either order."""
     rows = sorted(zip(sieves, passing, strict=True))
+    if twice := next((a[0] for a, b in pairwise(rows) if a[0] == b[0]), None):
+        raise CalibrationError(
+            f"{path}: the sieve of {twice:g} mm stands twice; allowed: a row for each sieve"
+        )
     if any(b[1] < a[1] for a, b in pairwise(rows)):
         raise CalibrationError(
             f"{path}: less passes a wider sieve than a narrower one; allowed: passing_percent that "
@@ -446,5 +486,5 @@ def mean_diameter(sizes: Mapping[str, Any]) -> float:
 
 
 def said_back(values: Sequence[float]) -> str:
-    """The measured values, said back."""
-    return "measured: " + summary(values, "°")
+    """The measured values, said back; a question behind those that are far apart."""
+    return "\n".join(filter(None, (f"measured: {summary(values, '°')}", far_apart(values, "°"))))

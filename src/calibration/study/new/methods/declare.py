@@ -14,14 +14,15 @@ import numpy as np
 
 from calibration.errors import CalibrationError
 from calibration.intake.numbers_with_units import said_number
-from dem.units import UNITS, UnitError, has_unit, in_ascii, question, unit_of
+from dem.units import UNITS, UnitError, behind, has_unit, in_ascii, question, unit_of
 
 WALLS = ("steel", "aluminium", "glass", "acrylic", "wood")
 """What a test's plate, cylinder or vessel may be of: hard against the softened grains, so that
 steel's elasticity stands for all. Rubber is not."""
 
 
-NORMAL_STRESS = ("normalspannung", "auflast", "contrainte normale", "normal load")
+NORMAL_STRESS = ("normalspannung", "auflast", "contrainte normale", "normal load", "normal",
+                 "sigma", "σ")  # fmt: skip
 """What tables call the load of a test."""
 
 LARGEST = 1e6
@@ -29,10 +30,30 @@ LARGEST = 1e6
 
 _RANGE = re.compile(r"\d\s*(?:-|–|\bto\b|\bbis\b|\.\.)\s*\d")
 _SPREAD = re.compile(r"±|\+\s*/?\s*-")
+_DATE = re.compile(r"\d{4}-\d\d-\d\d")
+_SLOPE = re.compile(r"([\d.,]+)\s*(?:%|percent)")
+
+
+def refuse_slope(text: str) -> None:
+    """Raise CalibrationError for a percentage in place of an angle: a slope, which converts to no
+    angle as units do."""
+    if found := _SLOPE.fullmatch(text.strip()):
+        slope = float(found[1].replace(",", "."))
+        angle = math.degrees(math.atan(slope / 100.0))
+        raise CalibrationError(
+            f"{text}: is a slope and no angle; allowed: degrees, {angle:.2f} for a slope of "
+            f"{slope:g} %"
+        )
 
 
 def _refuse_several(text):
-    """Raise CalibrationError for a range or a mean with its spread, where one number is asked."""
+    """Raise CalibrationError for a range, a date or a mean with its spread, where one number is
+    asked."""
+    if _DATE.match(text):
+        raise CalibrationError(
+            f"{text}: is a date, as a spreadsheet makes of 26.1; allowed: the cell as text or "
+            "number, and the reading written again"
+        )
     if _SPREAD.search(text):
         raise CalibrationError(
             f"{text}: is a mean with its spread; allowed: the mean, and beside it sd (such as "
@@ -55,7 +76,8 @@ class Question:
     text; reading: whether it is what was read, of which there may be several; needed: whether the
     method says nothing without it; least (not itself unless `whole`), most: of the number; whole: a
     count; option: its own option of `dem new`, where it has one; example: an answer; headings: what
-    tables call it beside its key and unit's name, in small letters.
+    tables call it beside its key and unit's name, in small letters; at_its_word: whether a value
+    beyond the plausible ones is taken where its unit stands behind it.
     """
 
     key: str
@@ -71,6 +93,7 @@ class Question:
     option: str = ""
     example: str = ""
     headings: tuple[str, ...] = ()
+    at_its_word: bool = False
 
     @property
     def allowed(self) -> str:
@@ -96,22 +119,29 @@ class Question:
 
     def _number(self, text):
         _refuse_several(text)
+        if self.unit and unit_of(self.unit) == "°":
+            refuse_slope(text)
         try:
             value = said_number(text, unit_of(self.unit) if self.unit else None)
         except UnitError as error:
-            raise CalibrationError(f"{text}: {error}") from None
+            allowed = "" if "allowed" in str(error) else f"; allowed: {self.allowed}"
+            raise CalibrationError(f"{text}: {error}{allowed}") from None
         if not math.isfinite(value):
             raise CalibrationError(f"{text}: is not a number; allowed: {self.allowed}")
-        asked = None if has_unit(text.replace(",", ".")) else question(self.unit, value)
-        if asked:
+        asked, told = question(self.unit, value), has_unit(text.replace(",", "."))
+        if asked and not told:
             raise CalibrationError(f"{text}: is doubtful: {asked}; its unit behind it settles it")
+        if asked and not self.reading and not self.at_its_word:
+            # the study's own check would refuse it later, and not say where it was told
+            raise CalibrationError(f"{text}: is out of range: {asked}")
         low = value >= self.least if self.whole else value > self.least
         most = min(self.most, LARGEST)
         if not (low and value <= most) or (self.whole and value != round(value)):
             least = "" if self.whole else "more than "
+            unit = behind(unit_of(self.unit)) if self.unit else ""
             raise CalibrationError(
-                f"{text}: is out of range; allowed: {least}{max(self.least, 0):g} to {most:,.9g}"
-                f"{', a whole number' if self.whole else ''}"
+                f"{text}: is out of range; allowed: {least}{max(self.least, 0):g} to "
+                f"{most:,.9g}{unit}{', a whole number' if self.whole else ''}"
             )
         return value
 

@@ -88,7 +88,8 @@ METHOD = Method(
     questions=(
         Question("rebound", "height of the rebound, each reading", "rebound_height_mm",
                  reading=True, needed=True, example="78 mm",
-                 headings=("rückprallhöhe", "rücksprunghöhe", "hauteur de rebond", "rebond")),
+                 headings=("rückprallhöhe", "rücksprunghöhe", "rückprall", "rücksprung",
+                           "hauteur de rebond", "rebond")),
         Question("height", "height of the drop", "drop_height_mm", needed=True, example="300 mm",
                  headings=("fallhöhe", "hauteur de chute")),
         wall_question("what the plate is of"),

@@ -14,6 +14,7 @@ METHOD = Method(
         Question(
             "diameter", "diameter of the grain, where it is round", "diameter_mm", option="grain",
             example="4 mm",
+            at_its_word=True,  # a powder is finer than the coarse grains that stand for it
         ),
         Question("moisture", "dry, or moist", words=("dry", "moist"), option="moisture",
                  example="dry"),

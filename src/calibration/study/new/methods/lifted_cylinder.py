@@ -3,7 +3,7 @@
 import math
 
 from calibration.errors import CalibrationError
-from calibration.study.new.grains import Grains, filling, volume_mm3
+from calibration.study.new.grains import Grains, filling, short, volume_mm3
 from calibration.study.new.methods.declare import (
     Entry,
     LaboratoryTest,
@@ -19,6 +19,7 @@ USUAL_MM = 50.0  # width of one that is assumed, at least: a choice of this proj
 LEAST = 5.0  # of them across any cylinder
 DEEP = 1.5  # depth of the grains over the cylinder's width, assumed
 SPEED = 20.0  # mm/s, assumed: slow enough that the grains follow the rim
+FASTEST = 2000.0  # mm/s: no hand is faster
 ROUND = 4.0  # of the largest grains by which a plate is wider than the cylinder, at least
 ROOM = 1.6  # of the plate over the width of a cone of the measured angle
 RIG_ASSUMED = 2.0
@@ -83,9 +84,9 @@ def _size(entry, grains, wide, deep):
     if grains.size(grains.diameter_mm) > limit:
         length = grains.longest * grains.size(grains.diameter_mm)
         raise CalibrationError(
-            f"{entry.place('cylinder')}: {wide:g} mm is {wide / length:.1f} of the longest "
-            f"simulated grain ({length:.3g} mm); allowed: {LEAST:g} of them, {LEAST * length:.3g} "
-            "mm, or more"
+            f"{entry.place('cylinder')}: {wide:g} mm is {wide / length:.2g} of the longest "
+            f"simulated grain ({short(length)} mm); allowed: {LEAST:g} of them, "
+            f"{short(LEAST * length)} mm, or more"
         )
     own = filling(math.pi / 4 * wide**2 * deep, grains.diameter_mm)
     wanted = grains.diameter_mm * max(own / grains.most, 1.0) ** (1 / 3)
@@ -140,7 +141,8 @@ METHOD = Method(
                  example="60 mm"),
         Question("depth", "depth of the grains in it before the lift", "depth_mm",
                  example="90 mm"),
-        Question("speed", "speed of the lift", "lift_speed_mm_s", example="20 mm/s"),
+        Question("speed", "speed of the lift", "lift_speed_mm_s", most=FASTEST,
+                 example="20 mm/s"),
         Question("plate", "diameter of the base plate", "plate_diameter_mm", example=""),
         wall_question("what cylinder and plate are of"),
     ),

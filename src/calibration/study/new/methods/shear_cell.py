@@ -58,7 +58,8 @@ METHOD = Method(
     questions=(
         Question("stress", "peak of the shear stress, each reading", "shear_stress_kPa",
                  reading=True, needed=True, example="1.9 kPa",
-                 headings=("schubspannung", "scherspannung", "contrainte de cisaillement")),
+                 headings=("schubspannung", "scherspannung", "contrainte de cisaillement", "tau",
+                           "τ")),
         Question("load", "normal stress under which it was sheared", "normal_stress_kPa",
                  needed=True, example="2 kPa", headings=NORMAL_STRESS),
         Question("preshear", "normal stress of the pre-shear", "preshear_normal_stress_kPa",
