@@ -6,6 +6,7 @@ import pytest
 import yaml
 
 from calibration.errors import ConfigError
+from calibration.interface import cli
 from calibration.interface.cli import main
 from calibration.study.config import parse_config, read_back
 from facts import tells
@@ -261,6 +262,20 @@ def test_a_misspelt_stage_is_named_before_anything_is_planned(study, word, meant
     study()
     assert main(["run", "Weizen Prüfung 1", "-n", "-j2", word]) == 2
     assert tells(capsys.readouterr().err, word, "stage", meant)
+
+
+@pytest.mark.parametrize(
+    ("option", "hint"), [("--fast", "--help"), ("--dry-rum", "--dry-run"), ("--tuch=1", "--touch")]
+)
+def test_an_option_that_is_not_there_is_no_page_of_options(
+    study, option, hint, capsys, monkeypatch
+):
+    monkeypatch.setattr(cli, "option_names", lambda: {"--dry-run", "--touch", "--list-rules"})
+    study()
+    assert main(["run", "Weizen Prüfung 1", "-n", option]) == 2
+    said = capsys.readouterr().err
+    assert tells(said, option.partition("=")[0], hint)
+    assert len(said) < 100
 
 
 @pytest.mark.parametrize("option", ["--config", "-C"])

@@ -425,7 +425,7 @@ def test_verify_refuses_a_folder_that_is_not_there(tmp_path, capsys):
 def test_two_calls_do_not_work_in_one_folder(names):
     from filelock import FileLock
 
-    with FileLock("results/.lock"), pytest.raises(CalibrationError, match="another call works"):
+    with FileLock("results/.lock"), pytest.raises(CalibrationError, match="--config results="):
         before_planning(NO_STUDY, dry_run=False)
 
 

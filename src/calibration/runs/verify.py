@@ -317,7 +317,8 @@ def hold(results: str | Path) -> None:
         lock.acquire(timeout=0)
     except Timeout:
         raise CalibrationError(
-            f"{results.resolve()}: another call works here; wait for it, or work in another folder"
+            f"{results.resolve()}: another study, or another call of this one, works here; wait "
+            "for it, or give this study another folder of results: --config results=results-2"
         ) from None
     except OSError as error:
         raise CalibrationError(

@@ -78,7 +78,9 @@ class Deck:
         path = folder / "expected.json"
         if not path.is_file():
             allowed = "the folder of an exported deck: results/NAME/exports/lammps"
-            raise InputError("is no deck", path=folder, allowed=allowed)
+            why = folder / "README.md"  # of what could not be written as a deck
+            told = f": {why} says why there is none" if why.is_file() else ""
+            raise InputError(f"is no deck{told}", path=folder, allowed=allowed)
         expected = read_json(path)
         if not isinstance(expected, dict) or expected.get("code") not in DECKS:
             raise InputError("says no code", path=path, key="code", allowed=" or ".join(DECKS))
