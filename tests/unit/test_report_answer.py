@@ -206,7 +206,7 @@ def test_the_answer_is_the_posterior_s_where_it_has_run(study):
     found = said(study)["What stays open"]
     assert tells(found, "95 %", "factor a", "0.8 to 1.3")
     assert tells(found, "factor b", "0 to 2")
-    assert tells(found, "5 readings", "grains on the plate", "30 %", "factor b")
+    assert tells(found, "5 readings", "on the plate", "30 %", "factor b")
 
 
 def test_a_study_without_faults_says_so(study):
