@@ -23,7 +23,7 @@ from calibration.telling.report import build
 from calibration.telling.report import sheet as sheet_module
 from calibration.telling.report.answer import _interval
 from calibration.telling.report.build import NOT_CONVERTED_MARK
-from calibration.telling.report.embed import _inline, cell
+from calibration.telling.report.embed import READABLE, _inline, cell, figure
 from calibration.telling.report.heaps import LEVELS
 from calibration.telling.report.pictures import WIDTH as PICTURE
 from calibration.telling.report.pictures import heaps
@@ -440,6 +440,14 @@ def test_further_targets_have_their_own_figure_sentence_and_tile(study):
     )
     assert "Bulk density" in chart
     assert f'download="screening_effects_{metric}.csv"' in chart
+
+
+@pytest.mark.parametrize(("letters", "least"), [((10, 8), 400), ((16,), 200), ((), 0)])
+def test_a_figure_is_as_wide_on_a_phone_as_its_smallest_letters_need(tmp_path, letters, least):
+    texts = "".join(f'<text style="font: {s}px sans-serif">a</text>' for s in letters)
+    path = tmp_path / "a.svg"
+    path.write_text(f'<svg width="400pt" height="9pt" viewBox="0 0 400 9">{texts}</svg>')
+    assert figure(path, "")["least"] == pytest.approx(least * READABLE / 8.0)
 
 
 def test_a_figure_within_the_page_takes_the_pages_colours(study):

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from browser import browse, find_browser
+from calibration.telling.report.embed import READABLE
 
 ROOT = Path(__file__).parents[2]
 STUDY = ROOT / "results" / "salt-test"
@@ -71,6 +72,17 @@ def test_the_page_fits_a_phone_and_a_desk(tab, page, width, scheme):
     assert tab.evaluate("document.documentElement.scrollWidth") <= width
     assert tab.complaints() == []
     assert tab.requests() == [address]
+
+
+LETTERS = """[...document.querySelectorAll('figure.chart svg text')].map(t => {
+  const m = t.getScreenCTM(); return parseFloat(getComputedStyle(t).fontSize) * Math.hypot(m.a, m.b) })"""
+
+
+def test_the_letters_of_figures_can_be_read_on_a_phone(tab, page):
+    tab.open((STUDY / "report.html").as_uri(), 390, 844)
+    letters = tab.evaluate(LETTERS)
+    assert letters
+    assert min(letters) >= 0.98 * READABLE
 
 
 def test_the_page_is_there_within_a_second(tab, page):

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 CAPTIONS = WORKFLOW / "report"
 SHOWN_ROWS = 60
 NARROW = 3  # columns that a phone shows side by side
+READABLE = 8.0  # px, of letters on a phone; a figure that is wider then moves sideways
 CARDS = 12  # rows of a wider table that a phone shows as cards; a longer one moves sideways
 LONG_NUMBER = re.compile(r"-?\d+\.\d{5,}(e[+-]?\d+)?")  # computed; printed ones keep their digits
 ROUNDING = 1e-12  # what is smaller is the rounding error of a zero
@@ -76,8 +77,16 @@ def figure(path: Path, text: str, data: Sequence[Path] = ()) -> dict[str, Any]:
         "caption": text,
         "wide": width > 480,
         "most": round(1.35 * width),
+        "least": _readable(svg, width),
         "downloads": [download(p) for p in data if p.exists()],
     }
+
+
+def _readable(svg, width):
+    """Width [px] from which on the smallest letters of a figure are READABLE; width: its own, in
+    points."""
+    letters = [float(size) for size in re.findall(r"font(?:-size)?: ([\d.]+)px", svg)]
+    return round(READABLE * width / min(letters)) if letters else 0
 
 
 def _inline(path):
