@@ -48,12 +48,32 @@ def test_a_study_is_opened_by_its_folder_or_its_file(soybean):
         Study("wheat")
 
 
-def test_a_study_opened_from_its_own_folder_is_told_where_its_paths_count_from(
-    soybean, tmp_path, monkeypatch
-):
+def test_a_study_is_opened_from_a_notebook_s_own_folder(soybean, tmp_path, monkeypatch):
+    (tmp_path / "notes").mkdir()
+    codes, measured = [f.code for f in soybean.factors], list(soybean.measured())
+    notebook = {"examples": "soybean", "notes": "../examples/soybean"}
+    for place, name in notebook.items():
+        # the examples are a link here: their own root is that of the project
+        root = ROOT if place == "examples" else tmp_path
+        monkeypatch.chdir(root / place)
+        study = Study(name, root=tmp_path)
+        assert study.config == soybean.config
+        assert [f.code for f in study.factors] == codes
+        assert list(study.measured()) == measured
+        assert list(study.table("screening", "effects")["effect"]) == [10.6, -3.5]
+        assert Path.cwd() == root / place
+    monkeypatch.chdir(ROOT / "examples")
+    assert Study("soybean").root == ROOT
+    asked = []
+    monkeypatch.setattr(api, "call", lambda *_, **__: asked.append(Path.cwd()) or Ended(0))
+    Study("soybean").run("screening")
+    assert asked == [ROOT]
+
+
+def test_a_command_in_a_study_s_own_folder_is_told_where_its_paths_count_from(monkeypatch):
     monkeypatch.chdir(ROOT / "examples" / "soybean")
     with pytest.raises(ConfigError) as told:
-        Study(".")
+        api.config_file(".")
     assert tells(str(told.value), "config.yaml", "factors", "examples/soybean/factors.tsv")
     assert tells(str(told.value), "command", str(ROOT))
 
@@ -118,6 +138,9 @@ def test_figures_are_shown_by_name_or_all_of_a_stage(soybean):
     assert soybean.plot("screening")._repr_html_() == "<svg>half_normal</svg><svg>pareto</svg>"
     with refused(CalibrationError, "screening", "surface", "half_normal", "pareto"):
         soybean.plot("screening", "surface")
+    with pytest.raises(CalibrationError) as told:
+        soybean.plot("screning")
+    assert tells(str(told.value), "screning", "stage", "screening")
 
 
 def test_lines_are_told_while_the_command_runs(tmp_path):

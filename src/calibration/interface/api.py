@@ -1,13 +1,18 @@
 """The public interface in Python: open a study, run its stages, take its results as tables.
 
-Call it from the folder that the paths of the configuration start at, as snakemake is.
+The paths in a configuration count from one folder, the study's root. A study finds it, so that a
+notebook may lie anywhere.
 """
 
 from __future__ import annotations
 
 import html
 from collections.abc import Callable
+from contextlib import AbstractContextManager, chdir, nullcontext
 from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import cached_property
+from os.path import abspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +23,7 @@ from calibration.intake.guard import in_study
 from calibration.runs.snakemake_command import LOGGER, call, snakemake_command
 from calibration.study.config import overlay, stands_alone
 from calibration.study.config.resolution import parse_resolved
+from calibration.study.factors import read_factors
 from calibration.study.stages import load_stages
 from calibration.telling.kept_results import sentences_of
 from dem.io.mapping import read_mapping
@@ -25,7 +31,12 @@ from dem.tables.limits import check_file
 from dem.units import unit_of
 
 if TYPE_CHECKING:
+    import numpy as np
     import pandas as pd
+
+    from calibration.statistics.stated import Stated
+    from calibration.study.config.schema import Target
+    from calibration.study.factors import Choice, Factor
 
 
 DEFAULT = Path("config/config.yaml")
@@ -36,18 +47,43 @@ class Study(study.Study):
     """A study of a folder with a config.yaml, or of configuration files, later ones laid over
     earlier ones.
 
-    Study("wheat"), Study("wheat/config.yaml", "quick.yaml"). Raises ConfigError as the workflow
-    does.
+    Study("wheat"), Study("wheat/config.yaml", "quick.yaml"), Study("soybean") in the folder that
+    holds it. Raises ConfigError as the workflow does.
+
+    root: the folder that its paths count from and that its results stand in; unless given the
+    current one, or the nearest above from which its factors are found.
     """
 
-    def __init__(self, *files: str | Path) -> None:
-        self.files = [config_file(f) for f in files]
-        if not any(stands_alone(f) for f in self.files):
-            self.files.insert(0, DEFAULT)
-        data: dict[str, Any] = {}
-        for path in self.files:
-            data = overlay(data, read_mapping(path)[0])
-        super().__init__(parse_resolved(data, self.files))
+    def __init__(self, *files: str | Path, root: str | Path | None = None) -> None:
+        given = [_file(f) for f in files]
+        found = root or next(filter(None, map(_root_above, given)), None)
+        self.root = None if found is None or Path(found).samefile(".") else Path(abspath(found))
+        self.files = [Path(abspath(f)) if self.root else f for f in given]
+        with self._in_root():
+            if not any(stands_alone(f) for f in self.files):
+                self.files.insert(0, DEFAULT)
+            data: dict[str, Any] = {}
+            for path in self.files:
+                _check_place(path)
+                data = overlay(data, read_mapping(path)[0])
+            super().__init__(parse_resolved(data, self.files))
+        self.folder = (self.root or Path()) / self.folder
+
+    def _in_root(self) -> AbstractContextManager[Any]:
+        """The study's root as the current folder, where it is another one."""
+        return chdir(self.root) if self.root else nullcontext()
+
+    @cached_property
+    def factors(self) -> list[Factor | Choice]:
+        """The factors of the table, in its order. Raises ConfigError."""
+        with self._in_root():
+            return read_factors(self.config.factors)
+
+    def measured(self, target: Target | None = None) -> np.ndarray | Stated:
+        """(n,) readings of a target, of the main one unless given, or a `Stated` mean of them.
+        Raises ConfigError."""
+        with self._in_root():
+            return super().measured(target)
 
     def run(
         self, stage: str, cores: int = 2, progress: Callable[[str], object] | None = print
@@ -57,8 +93,9 @@ class Study(study.Study):
         cores: jobs at the same time; progress: takes a line for each step, None for none. Raises
         CalibrationError with what snakemake said last where it fails.
         """
-        command = snakemake_command(self.files, "--logger", LOGGER, f"-j{cores}", stage)
-        done = call(command, each=progress or (lambda line: None))
+        with self._in_root():
+            command = snakemake_command(self.files, "--logger", LOGGER, f"-j{cores}", stage)
+            done = call(command, each=progress or (lambda line: None))
         if done.returncode:
             said = "\n".join(done.stdout.strip().splitlines()[-20:])
             raise CalibrationError(f"{self.name}: {stage} failed\n{said}")
@@ -69,6 +106,10 @@ class Study(study.Study):
 
         Raises CalibrationError where there is none.
         """
+        if stage not in load_stages():
+            near = get_close_matches(stage, load_stages(), n=1)
+            hint = f"did you mean {near[0]}?" if near else f"allowed: {', '.join(load_stages())}"
+            raise CalibrationError(f"{self.name}: {stage} is no stage; {hint}")
         found = sorted((self.folder / stage).glob("*.svg"))
         chosen = [path for path in found if name in (None, path.stem)]
         if not chosen:
@@ -150,6 +191,14 @@ class StageResults:
 
 
 def config_file(name: str | Path) -> Path:
+    """The configuration file that a name stands for, whose paths count from the current folder.
+    Raises ConfigError."""
+    path = _file(name)
+    _check_place(path)
+    return path
+
+
+def _file(name):
     """The configuration file that a name stands for. Raises ConfigError."""
     path = Path(name)
     path = path / "config.yaml" if path.is_dir() else path
@@ -157,17 +206,23 @@ def config_file(name: str | Path) -> Path:
         raise ConfigError("is no study", path=name, allowed="a folder with config.yaml, or a file")
     with in_study():
         check_file(path, "configuration")
-    _check_place(path)
     return path
 
 
 def _check_place(path):
     """Raise ConfigError where a study's factors are not found from here, but from a folder above
     it: the paths in a configuration count from where the command is started."""
-    named = read_mapping(path)[0].get("factors")
-    if not isinstance(named, str) or Path(named).exists():
-        return
-    there = next((above for above in path.absolute().parents if (above / named).is_file()), None)
+    there = _root_above(path)
     if there:
+        named = read_mapping(path)[0]["factors"]
         allowed = f"the same command in the folder {there}, which its paths count from"
         raise ConfigError("is not here", path=path, key="factors", value=named, allowed=allowed)
+
+
+def _root_above(path):
+    """The nearest folder above a configuration from which its factors are found, None where they
+    are found from the current one, or nowhere."""
+    named = read_mapping(path)[0].get("factors")
+    if not isinstance(named, str) or Path(named).exists():
+        return None
+    return next((above for above in Path(abspath(path)).parents if (above / named).is_file()), None)

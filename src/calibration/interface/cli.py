@@ -133,7 +133,7 @@ def _allow(args):
     from calibration.intake.started_code import allow
     from calibration.interface.api import Study  # loads pandas
 
-    study = Study(*args.study)
+    study = Study(*args.study, root=".")
     found = allow(study.config, Path.cwd())
     for key, value in found.items():
         print(f"{study.name}: {key} = {value} is allowed in {Path.cwd()}")
@@ -158,7 +158,7 @@ def _keep(args):
     from calibration.interface.api import Study  # loads pandas
     from calibration.telling.own_material import keep_material
 
-    for sentence in keep_material(Study(args.study), args.results, args.name):
+    for sentence in keep_material(Study(args.study, root="."), args.results, args.name):
         print(sentence)
     return 0
 

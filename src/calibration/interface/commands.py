@@ -282,7 +282,7 @@ def _serve(args):
     from calibration.interface.api import Study  # loads pandas and the schemas
     from calibration.telling.serve import serve
 
-    serve(Study(*args.study) if args.study else None, args.cores, args.port, opened=Study)
+    serve(Study(*args.study, root=".") if args.study else None, args.cores, args.port, opened=Study)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 offers beside the published ranges."""
 
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 import pandas as pd
@@ -53,7 +54,8 @@ def keep_material(study: Any, results: Path | None = None, name: str | None = No
     known = [read_written(OWN)] if OWN.is_file() else []
     write_table(pd.concat([*known, table]), OWN)
     left = [f.name for f in study.factors if f.key not in {row[1] for row in rows}]
-    lines = [f"{material}: {len(rows)} ranges in {OWN}; dem new FOLDER --material {material}"]
+    ranges = "1 range" if len(rows) == 1 else f"{len(rows)} ranges"
+    lines = [f"{material}: {ranges} in {OWN}; dem new FOLDER --material {quote(material)}"]
     why = "not bounded, or true of this size of grain alone"
     return [*lines, f"left out, as {why}: {', '.join(left)}"] if left else lines
 
