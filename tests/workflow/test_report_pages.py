@@ -75,7 +75,8 @@ def test_the_page_fits_a_phone_and_a_desk(tab, page, width, scheme):
 
 
 LETTERS = """[...document.querySelectorAll('figure.chart svg text')].map(t => {
-  const m = t.getScreenCTM(); return parseFloat(getComputedStyle(t).fontSize) * Math.hypot(m.a, m.b) })"""
+  const m = t.getScreenCTM();
+  return parseFloat(getComputedStyle(t).fontSize) * Math.hypot(m.a, m.b); })"""
 
 
 def test_the_letters_of_figures_can_be_read_on_a_phone(tab, page):
