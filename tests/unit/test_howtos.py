@@ -6,10 +6,14 @@ import math
 import re
 import shutil
 import statistics
+from xml.etree import ElementTree
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from calibration.intake.measurements import read_measured
+from dem.io.vtk import POINTS, read_grains
 from howto_pages import ROOT, copy_with, python
 
 # --- howto-stage.md -------------------------------------------------------------------------------
@@ -156,3 +160,26 @@ def test_a_wrong_log_is_one_line(with_import, text, facts):
     assert done.returncode == 2
     [line] = done.stderr.strip().splitlines()
     assert [fact for fact in ["wrong.txt", *facts] if fact not in line] == []
+
+
+# --- howto-geometry.md ----------------------------------------------------------------------------
+
+
+def test_a_rig_in_python_is_filled_drawn_and_told(tmp_path, monkeypatch, capsys):
+    page = (ROOT / "docs" / "howto-geometry.md").read_text("utf-8")
+    (block,) = re.findall(r"## A rig of your own.*?```python\n(.*?)```", page, re.S)
+    assert len([line for line in block.splitlines() if line]) <= 30
+    monkeypatch.chdir(tmp_path)
+    exec(block, there := {})
+    sim = there["sim"]
+    held = np.hypot(*sim.position[:, :2].T) < 0.05
+    assert held.all()
+    assert (sim.position[:, 2] > 0.9 * 0.002).all()
+    fallen = 216 * 1350.0 * 4 / 3 * np.pi * 0.002**3 * 9.81 * 0.01  # J, from a centimetre
+    assert sim.kinetic_energy() < 0.01 * fallen
+    assert "##########" in capsys.readouterr().out
+    read = read_grains("peas.vtp")
+    assert read[POINTS] == pytest.approx(sim.position)
+    with Image.open("peas.png") as picture:
+        assert picture.width == 800
+    assert ElementTree.parse("dish.vtp").getroot().tag == "VTKFile"
