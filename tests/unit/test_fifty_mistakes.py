@@ -139,6 +139,9 @@ OPTIONS = {
                                 ["sd=40", "26", "less than the reading"]),
     "a bed that taps loosen": (f"new w {GRAIN} {ANGLE} --tapped-density 700kg/m3 705kg/m3 taps=100 "
                                "--bulk-density 765kg/m3 770kg/m3", ["700kg/m3", "765kg/m3"]),
+    "a stress that falls with its load": (
+        f"new w {GRAIN} {ANGLE} --shear-cell 1.9kPa load=2kPa --shear-cell 1.5kPa load=4kPa "
+        "--shear-cell 1kPa load=6kPa", ["1 kPa under 6 kPa", "1.9 kPa under 2 kPa", "rises"]),
     "grains in powers of ten": (f"new w {GRAIN} {ANGLE} --grains 1e4", ["1e4", "10000"]),
     "grains by the thousand": (f"new w {GRAIN} {ANGLE} --grains 10.000", ["10.000", "10000"]),
     "a sieve that stands twice": (f"new w --density 2.65g/cm3 --sieve twice.csv {ANGLE}",

@@ -1,5 +1,6 @@
 """Readings of a laboratory's tests in tables that the options of `dem new` name."""
 
+import math
 from pathlib import Path
 
 import openpyxl
@@ -10,6 +11,7 @@ import yaml
 from calibration.interface.commands import main
 from calibration.study.config import parse_config
 from calibration.study.config.joint import read_joint_target
+from calibration.study.new.questions import sieve_curve
 from facts import tells
 
 GRAINS = "--density 2.7g/cm3 --grain 2mm --bulk-density 1500kg/m3 1510kg/m3".split()
@@ -97,3 +99,39 @@ def test_a_fault_of_a_table_has_its_line(here, capsys, text, facts):
 def test_words_beside_a_table_that_do_not_go_with_it_are_refused(here, capsys, words, facts):
     assert new("--drop", *words.split()) == 2
     assert tells(capsys.readouterr().err, *facts)
+
+
+RIG = "--density 1.32g/cm3 --grain 4mm --orifice 25mm --plate 100mm --height 75mm --no-pilot"
+
+
+def of_german_cells(*cells):
+    """A workbook with a title above and cells that were typed as text, as spreadsheets have
+    them."""
+    book = openpyxl.Workbook()
+    for row in (["Schüttversuche", ""], ["Versuch", "Winkel in °"], *enumerate(cells, 1)):
+        book.active.append(row)
+    book.save("angles.xlsx")
+
+
+@pytest.mark.parametrize("cells", [("26,1", "28,4"), ("26,1", 28.4), ("26,1 °", "28.4")])
+def test_a_text_cell_of_a_workbook_may_have_a_decimal_comma(here, cells):
+    of_german_cells(*cells)
+    assert main(["new", "w", "--measured", "angles.xlsx", *RIG.split()]) == 0
+    kept = pd.read_csv("w/measured.csv")
+    assert kept["value"].tolist() == [26.1, 28.4]
+
+
+def test_a_text_cell_that_may_be_a_thousand_is_asked_about(here, capsys):
+    of_german_cells("26,125", "28,4")
+    assert main(["new", "w", "--measured", "angles.xlsx", *RIG.split()]) == 2
+    assert tells(capsys.readouterr().err, "angles.xlsx, line 3", "26.125", "26125")
+
+
+def test_a_sieve_table_in_a_workbook_may_have_them_too(here):
+    book = openpyxl.Workbook()
+    for row in (["Siebweite in mm", "Durchgang in %"], ["8", "100"], ["4", "50,5"], ["2,5", "0"]):
+        book.active.append(row)
+    book.save("sieve.xlsx")
+    sizes = sieve_curve("sieve.xlsx")
+    assert sizes["fractions"] == pytest.approx([0.505, 0.495])
+    assert sizes["diameters_mm"] == pytest.approx([math.sqrt(2.5 * 4), math.sqrt(4 * 8)], rel=1e-4)

@@ -93,6 +93,7 @@ def laboratory_of(folder: Path, entries: Sequence[Entry], most: int | None = Non
                     f"more than {DEEPEST:.0%} of its radius (Hertz)")  # fmt: skip
     _refuse_two_walls(tests, tested)
     _refuse_looser_when_tapped(tested)
+    _refuse_falling_stress(tested)
     measured = _measured_ranges(tests)
     factors = [_ranged(f, measured, grain) for f in factors] + _cohesion(grain, tests)
     given = [row for e in entries for row in _went(e, tests, tested, shape)]
@@ -337,6 +338,20 @@ def _refuse_looser_when_tapped(tested):
             f"one of {before:.4g} kg/m3 ({poured.place('density')}); allowed: that or more. Were "
             "the two exchanged?"
         )
+
+
+def _refuse_falling_stress(tested):
+    """Grains resist shear the more the larger the load on them is."""
+    for method in ("shear-cell", "wall-friction"):
+        own = [e for e in tested if e.method.name == method and e.values("stress")]
+        own.sort(key=lambda e: e.value("load"))
+        low, high = (fmean(own[k].values("stress")) for k in (0, -1)) if own else (0.0, 0.0)
+        if own and own[-1].value("load") > own[0].value("load") and high <= low:
+            raise CalibrationError(
+                f"{own[-1].place('stress')}: {high:.4g} kPa under {own[-1].value('load'):g} kPa is "
+                f"no more than {low:.4g} kPa under {own[0].value('load'):g} kPa; allowed: a shear "
+                "stress that rises with its load. Were the two exchanged?"
+            )
 
 
 def _measured_ranges(tests):

@@ -26,7 +26,7 @@ from calibration.study.new.mastersizer import mastersizer_sizes
 from calibration.study.new.methods import methods
 from calibration.study.new.methods.declare import refuse_slope
 from calibration.study.new.ranges import factors_of, materials
-from calibration.study.new.reading_tables import TABLES
+from calibration.study.new.reading_tables import TABLES, with_points
 from dem.errors import DemError
 from dem.units import UnitError, question, unit_of
 
@@ -310,7 +310,7 @@ def _angle(text):
 def _of_table(path, sheet=None):
     from calibration.intake.numbers_with_units import plausible_numbers
 
-    table = read_table(path, sheet=sheet)
+    table = with_points(read_table(path, sheet=sheet))
     if "quantity" in table.header:
         found = read_measured(path, sheet=sheet).of("heap", "angle_of_repose")
         if not found or not all(m.readings for m in found):
@@ -404,7 +404,7 @@ def _sieved(path):
     """(diameters [mm], mass shares [%]) of a table of sieves."""
     from calibration.intake.numbers_with_units import plausible_numbers
 
-    table = read_table(path)
+    table = with_points(read_table(path))
     columns = _sieve_columns(table)
     share = next((c for c in ("passing_percent", "retained") if c in columns), "mass_percent")
     passing = share != "mass_percent"

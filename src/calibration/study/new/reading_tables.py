@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,6 +24,29 @@ if TYPE_CHECKING:
 
 
 TABLES = (".csv", ".tsv", ".txt", ".xlsx")
+
+
+_COMMA = re.compile(r"([+-]?\d+),(\d+)(\D.*)?")
+
+
+def with_points(table: Table) -> Table:
+    """The table, decimal commas in the text cells of a workbook as points: its numbers are numbers,
+    and a cell that is text has the comma of who typed it. Raises ConfigError for `1,234`."""
+    if table.path.suffix.lower() != ".xlsx":
+        return table
+    return replace(table, rows=tuple((n, _pointed(table, n, row)) for n, row in table.rows))
+
+
+def _pointed(table, line, row):
+    found = {heading: _COMMA.fullmatch(cell.strip()) for heading, cell in row.items()}
+    for heading, comma in found.items():
+        if comma and len(comma[2]) == 3:
+            raise ConfigError(
+                f"can be read in two ways, {comma[1]}.{comma[2]} or {comma[1]}{comma[2]}",
+                path=table.path, line=line, column=heading, value=row[heading],
+                allowed="one of these, best as a number",
+            )  # fmt: skip
+    return row | {h: f"{m[1]}.{m[2]}{m[3] or ''}" for h, m in found.items() if m}
 
 
 def is_table(word: str) -> bool:
