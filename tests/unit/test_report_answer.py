@@ -216,6 +216,21 @@ def test_a_study_without_faults_says_so(study):
     assert said(study)["What is wrong"].startswith("Nothing")
 
 
+@pytest.mark.parametrize(
+    ("apart", "ends", "few"), [(0.01, (-1.38, 1.39), True), (1.6, (0.4, 2.8), False)]
+)
+def test_a_difference_that_is_known_badly_asks_for_more_heaps(study, apart, ends, few):
+    validation = {
+        "simulated_n": 10, "difference": apart, "difference_low": ends[0],
+        "difference_high": ends[1], "margin": 1.0, "equivalent": False,
+    }  # fmt: skip
+    write(study / "validation" / "validation.json", validation)
+    wrong = said(study)["What is wrong"]
+    assert tells(wrong, f"+{apart:.2f}°", "within ±1°")
+    assert ("10 heaps" in wrong) is few
+    assert ("validation.replicates" in wrong) is few
+
+
 PACKED = {
     "machine": "bulk", "metric": "poured_density_kg_m3", "mean": 735.1, "low": 717.4, "high": 752.8,
     "measured": 773.0, "within": False,

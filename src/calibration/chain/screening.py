@@ -253,6 +253,6 @@ def _aliasing_in_words(summary, response, folded):
         texts.append(
             f"The main effects leave {lack['sd']:.2g}{response.unit} where repeated runs scatter "
             f"by {lack['pure_error_sd']:.2g}{response.unit} (lack of fit, p = {lack['p']:.2g}); "
-            f"{' or '.join(lack['largest'])} takes {lack['share']:.0%} of it."
+            f"{' or '.join(lack['largest'])} takes {100 * lack['share']:.0f} % of it."
         )
     return texts

@@ -112,7 +112,10 @@ def _next(summary):
     head = f"{label(best['rig'])}, {metric}, {summary['readings']} readings in {best['hours']:g} h"
     of = "what is predicted" if name == "prediction" else label(name)
     if share > TELLS:
-        return [f"No test is expected to tell much: the best, {head}, leaves {share:.0%} of {of}."]
+        return [
+            f"No test is expected to tell much: the best, {head}, leaves {100 * share:.0f} % of "
+            f"{of}."
+        ]
     return [
         f"The test to make next: {head}, {best['nat_per_hour']:.2f} nat an hour. It is expected to "
         f"leave {100 * share:.0f} % of the spread of {of}."
