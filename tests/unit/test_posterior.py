@@ -332,7 +332,7 @@ def test_what_is_weighed_tells_what_the_angle_leaves_open(chain):
     assert again["second left"] > 0.8
     said = " ".join(sentences(found, ANGLE))
     assert tells(said, "mass on", "weighing")
-    assert tells(said, "5 readings", "on plate")
+    assert tells(said, "5 readings", "on the plate")
     assert "first 0.3" in said
     # 400 grains a unit of a parameter known to 0.05, about 1060 of 1200 at 0.4
     low, high = best["low"], best["high"]
