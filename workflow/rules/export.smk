@@ -224,7 +224,16 @@ rule export_converted:
         runtime=10,
     params:
         function="calibration.telling.export.stage:export_converted",
-        reads=["seed", "experiment", "fixed", "run", "factors", "target"],
+        reads=[
+            "seed",
+            "experiment",
+            "fixed",
+            "run",
+            "factors",
+            "target",
+            "targets",
+            "rigs",
+        ],
         made_from=made_from("export_converted"),
     message:
         "export: input for other codes, with the rolling friction that gives the angle there"
