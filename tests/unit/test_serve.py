@@ -246,22 +246,69 @@ def test_a_request_that_is_not_ended_is_given_up(server, monkeypatch):
     monkeypatch.setattr(server.RequestHandlerClass, "timeout", 0.2)
     with socket.create_connection(("127.0.0.1", server.server_port), timeout=20) as held:
         held.sendall(b"GET / HT")
-        assert held.recv(1) == b""
+        while held.recv(1000):  # an answer, perhaps, and then the end
+            pass
     assert ask(server, "/state")[0] == 200
+    # nor does one last for ever that sends a byte now and then
+    with socket.create_connection(("127.0.0.1", server.server_port), timeout=20) as held:
+        held.settimeout(0.05)
+        end = time.monotonic() + 15
+        while True:
+            assert time.monotonic() < end
+            try:
+                held.sendall(b"G")
+                if not held.recv(1000):
+                    break
+            except TimeoutError:
+                continue
+            except ConnectionError:
+                break
+
+
+def test_a_browser_that_goes_away_is_no_fault(server, study, capfd):
+    (study.folder / "report.html").write_text("x" * 8_000_000)
+    request = f"GET /report HTTP/1.0\r\nHost: 127.0.0.1:{server.server_port}\r\n"
+    for _ in range(3):
+        with socket.create_connection(("127.0.0.1", server.server_port), timeout=20) as client:
+            client.sendall(f"{request}X-Token: {server.token}\r\n\r\n".encode())
+            assert client.recv(10)
+    assert ask(server, "/state")[0] == 200
+    time.sleep(0.2)
+    assert capfd.readouterr().err == ""
+
+
+def test_what_the_study_or_the_machine_refuses_is_told(server, study, capfd):
+    plan_file = study.folder / "screening" / "plan.json"
+    whole = plan_file.read_text()
+    plan_file.write_text(whole[:-9])
+    for path in ("/state", "/heap/heap-0123456789abcdef"):
+        status, _, body = ask(server, path)
+        assert (status, b"plan.json" in body) == (500, True)
+    plan_file.write_text(whole)
+    server.job.log.parent.write_text("no folder")
+    status, _, body = ask(server, "/start", "POST")
+    assert (status, b"logs" in body) == (500, True)
+    assert capfd.readouterr().err == ""
 
 
 @pytest.mark.parametrize("way", [signal.SIGTERM, signal.SIGHUP])
 def test_what_it_started_ends_with_it(study, tmp_path, way):
-    """Also where it is terminated, or its terminal is closed: nothing goes on unseen."""
+    """Also where it is terminated, or its terminal is closed: nothing goes on unseen. A terminal
+    that is closed, or an impatient person, sends several signals."""
     command = [sys.executable, "-m", "calibration.interface.commands", "serve", "two.yaml"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True) as process:
         address = re.search(r"(http://\S+)/\?token=(\S+)", process.stdout.readline())
         started = Request(f"{address[1]}/start", method="POST", headers={"X-Token": address[2]})
         assert urlopen(started).status == 200
         (child,) = psutil.Process(process.pid).children()
         assert "snakemake" in " ".join(child.cmdline())
         process.send_signal(way)
+        for _ in range(50):
+            process.send_signal(signal.SIGINT)
+            time.sleep(0.005)
         process.wait(60)
+        assert (process.returncode, process.stderr.read()) == (0, "")
     assert not child.is_running() or child.status() == psutil.STATUS_ZOMBIE
 
 

@@ -123,6 +123,8 @@ def test_the_door_is_that_of_a_study(server):
 
 def test_a_form_that_is_too_long_is_not_read(server):
     assert ask(server, "/build", "POST", "x" * 300_000)[0] == 413
+    # a number of so many digits is none to Python
+    assert ask(server, "/build", "POST", "{}", Content_Length="9" * 5000)[0] == 413
     assert ask(server, "/state")[0] == 404
     assert ask(server, "/start", "POST")[0] == 404
 

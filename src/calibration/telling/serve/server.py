@@ -10,8 +10,11 @@ import io
 import json
 import secrets
 import signal
+import socket
+import sys
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from functools import lru_cache
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -20,7 +23,7 @@ from urllib.parse import parse_qs, urlsplit
 
 from jinja2 import Environment, PackageLoader
 
-from calibration.errors import CalibrationError
+from calibration.errors import REFUSALS, CalibrationError, in_words
 from calibration.telling.serve import form
 from calibration.telling.serve.job import Job
 from calibration.telling.serve.state import State
@@ -29,7 +32,9 @@ from dem.render import draw_run, read_run
 from dem.results import RUN_NAME, read_result
 
 ADDRESS = "127.0.0.1"
+ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 PATIENCE_S = 30.0
+LONGEST_LENGTH = 12  # digits
 WIDTH = 320  # of a heap's picture [px]
 POLICY = (
     "default-src 'none'; img-src 'self' data:; connect-src 'self'; base-uri 'none'; "
@@ -86,10 +91,30 @@ class Server(ThreadingHTTPServer):
         """The page's address with its token."""
         return f"http://{ADDRESS}:{self.server_port}/?token={self.token}"
 
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """A browser that goes away amid an answer is no fault, and is not told of."""
+        if not isinstance(sys.exception(), ConnectionError | TimeoutError):
+            super().handle_error(request, client_address)
+
 
 class _Handler(BaseHTTPRequestHandler):
     server_version, sys_version = "study", ""
     timeout = PATIENCE_S  # for a request that is begun and not ended
+
+    def setup(self):
+        super().setup()
+        # the socket's own limit begins anew with each byte
+        self._late = threading.Timer(self.timeout, self._read_no_more)
+        self._late.daemon = True
+        self._late.start()
+
+    def finish(self):
+        self._late.cancel()
+        super().finish()
+
+    def _read_no_more(self):
+        with suppress(OSError):  # it has ended already
+            self.connection.shutdown(socket.SHUT_RD)
 
     def do_GET(self):
         self._answer(
@@ -121,6 +146,10 @@ class _Handler(BaseHTTPRequestHandler):
             action()
         except Refusal as refusal:
             self._send(str(refusal).encode(), "text/plain", status=refusal.status)
+        except (ConnectionError, TimeoutError):
+            raise
+        except REFUSALS as error:  # a damaged file of the study, a full disk
+            self._send(in_words(error).encode(), "text/plain; charset=utf-8", status=500)
 
     def _check(self, asked):
         """Refuse what does not come from the page itself."""
@@ -190,7 +219,8 @@ class _Handler(BaseHTTPRequestHandler):
         length = self.headers.get("Content-Length", "")
         if not length.isascii() or not length.isdigit():
             raise Refusal(411, "the request does not say how long it is")
-        if int(length) > form.MOST_BYTES:
+        # Python takes no number of thousands of digits
+        if len(length) > LONGEST_LENGTH or int(length) > form.MOST_BYTES:
             raise Refusal(413, f"a form has {form.MOST_BYTES} bytes at most")
         if self.headers.get("Content-Type", "").split(";")[0].strip() != "application/json":
             raise Refusal(415, "a form is sent as application/json")
@@ -240,6 +270,13 @@ def _template(name):
     return Environment(loader=loader, autoescape=True).get_template(name)
 
 
+def _end(*_):
+    """End once: a second signal would leave behind what the first one is stopping."""
+    for way in ENDS:
+        signal.signal(way, signal.SIG_IGN)
+    raise KeyboardInterrupt
+
+
 def serve(
     study: Any = None,
     cores: int = 2,
@@ -250,8 +287,8 @@ def serve(
     """Serve a study, or the form of a new one that `opened` opens, until interrupted or terminated,
     or until the terminal is closed; what the page started is stopped then, and goes on at the next
     start."""
-    for way in (signal.SIGTERM, signal.SIGHUP):
-        signal.signal(way, signal.default_int_handler)
+    for way in ENDS:
+        signal.signal(way, _end)
     with Server(study, cores, port, opened) as server:
         name = study.name if study else "a new study"
         say(f"{name}: {server.address} (Ctrl + C ends it)", flush=True)
