@@ -243,6 +243,7 @@ CHANGED = {
         ("no end of a bracket", "runs: 12 }", "runs: 12", "line 11"),
         ("a unit of another kind", "1350", "1350 mm", "line 7", "1350 mm"),
         ("a truth for a name", "name: wheat", "name: yes", "line 1", "name"),
+        ("a number without end", "1350", "0x" + "f" * 5000, "line 7", "1,000 digits"),
     ],
     "factors": [
         ("a level of words", "0.2\t0.8\nB", "low\t0.8\nB", "line 2", "low"),
@@ -364,6 +365,7 @@ CHANGED = {
         ("a key of nothing", "seed: 1", "sede: 1", "sede"),
         ("a list", SPEC, "- 1\n- 2\n", "mapping"),
         ("an empty file", SPEC, "", "nonsense.yaml"),
+        ("a number without end", "count: 300", "count: 1" + ":59" * 4000, "line 4", "1,000 digits"),
     ],
     "responses": [
         ("a word", "31.5", "steep", "line 2", "steep"),
@@ -379,6 +381,7 @@ CHANGED = {
         ("a list", METRICS, "[31.5]", "nonsense.json"),
         ("nothing", METRICS, "{}", "nonsense.json"),
         ("cut off", '12}', "", "nonsense.json"),
+        ("a name twice", "height_mm", "angle_of_repose_deg", "angle_of_repose_deg"),
     ],
 }  # fmt: skip
 

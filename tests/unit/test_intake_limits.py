@@ -1,6 +1,7 @@
 """What comes from outside ends in a value or in one sentence, whatever its size and form."""
 
 import io
+import json
 import os
 import zipfile
 from pathlib import Path
@@ -16,10 +17,14 @@ from calibration.intake.clump_from_mesh import fill_mesh
 from calibration.intake.photo import measure_photo
 from calibration.intake.tables import read_table
 from calibration.interface.commands import main
+from calibration.runs.store import RunStore
+from calibration.runs.verify import faults_of
 from calibration.study.config.as_data import data_of
 from calibration.study.new.questions import measured_angles, sieve_curve
-from dem.errors import MeshError
+from dem.errors import MeshError, SpecError
+from dem.io.checked import sealed
 from dem.io.stl import read_stl
+from dem.spec import load_spec
 from dem.tables.limits import (
     KINDS,
     LONGEST_SOUND_S,
@@ -31,8 +36,10 @@ from dem.tables.limits import (
     MOST_TRIANGLES,
     MOST_UNPACKED,
 )
+from diagnosis.settings import read_settings
 from facts import refused, tells
 
+RUN = "heap-0123456789abcdef"
 FACET = (
     "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex {} 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
 )
@@ -92,6 +99,59 @@ def test_what_is_no_plain_file_of_a_readable_size_is_refused(tmp_path, kind):
             stream.truncate(KINDS["table"].most + 1)
     with refused(ConfigError, "16 MB" if kind == "large" else "no plain file"):
         read_table(path)
+
+
+OWN = {
+    "result": f"runs/{RUN}/result.json",
+    "failure": f"runs/{RUN}/failed.json",
+    "plan": "study/screening/plan.json",
+    "stamp": "study/.made_from/screening.json",
+    "index": "runs/index.jsonl",
+}
+
+
+@pytest.mark.parametrize("odd", ["fifo", "device", "large", "folder"])
+@pytest.mark.parametrize("kind", OWN)
+def test_what_stands_in_place_of_a_file_of_our_own_is_told(tmp_path, kind, odd):
+    path = tmp_path / OWN[kind]
+    path.parent.mkdir(parents=True)
+    if odd == "fifo":
+        os.mkfifo(path)
+    elif odd == "device":
+        path.symlink_to("/dev/zero")
+    elif odd == "folder":
+        path.mkdir()
+    else:
+        with open(path, "wb") as stream:
+            stream.truncate(KINDS["record"].most + 1)
+    faults = [str(fault) for fault in faults_of(tmp_path)]
+    if kind in ("result", "failure", "plan"):
+        assert any(path.name in fault for fault in faults)
+    else:  # as if it were not there
+        assert faults == []
+        assert RunStore(tmp_path / "runs").known(RUN) is None
+
+
+def test_a_pipe_beside_a_result_is_not_waited_for(tmp_path):
+    folder = tmp_path / "runs" / RUN
+    folder.mkdir(parents=True)
+    os.mkfifo(folder / "final.npz")
+    manifest = {"run": RUN, "inputs": {}, "software": {}, "files": {"final.npz": "0"}}
+    result = {"experiment": "heap", "seed": 1, "spec": {}, "engine": "a", "metrics": {},
+              "numerics": {}, "manifest": manifest}  # fmt: skip
+    (folder / "result.json").write_text(json.dumps(sealed(result)))
+    assert [tells(str(fault), "final.npz") for fault in faults_of(tmp_path)] == [True]
+
+
+@pytest.mark.parametrize("number", ["0x" + "f" * 5000, "1" + ":59" * 3000, "9" * 5000])
+def test_a_number_that_cannot_be_written_out_is_refused(tmp_path, number):
+    path = tmp_path / "a.yaml"
+    path.write_text(f"experiment: heap\nseed: {number}\n")
+    for read in (load_spec, read_settings):
+        with refused((ConfigError, SpecError), "1,000 digits", "line 2"):
+            read(path)
+    with refused(ConfigError, "1,000 digits", "line 2"), path.open() as stream:
+        data_of(stream)
 
 
 def test_a_picture_of_more_pixels_than_are_read_is_not_decoded(tmp_path):

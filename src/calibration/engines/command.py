@@ -20,6 +20,8 @@ from pydantic import Field, field_validator
 from calibration.engines import Engine, EngineError, Settings
 from calibration.engines.program import run
 from calibration.intake.started_code import refusal
+from dem.errors import InputError
+from dem.tables.limits import read_limited
 
 if TYPE_CHECKING:
     from dem.spec import RunSpec
@@ -100,10 +102,11 @@ def _here(word):
 def read_metrics(path: str | Path) -> dict[str, float]:
     """{name: finite number} of a metrics file. Raises EngineError."""
     try:
-        found = json.loads(Path(path).read_text())
-    except (OSError, ValueError, RecursionError) as error:
+        found = json.loads(read_limited(path, "table"), object_pairs_hook=_each_once)
+    except (InputError, ValueError, RecursionError) as error:
+        said = getattr(error, "reason", error)
         raise EngineError(
-            f"the program left no usable {Path(path).name}: {error}", path=path
+            f"the program left no usable {Path(path).name}: {said!s:.200}", path=path
         ) from None
     if not isinstance(found, dict) or not found:
         raise EngineError(f"{Path(path).name} must map names of metrics to numbers", path=path)
@@ -114,9 +117,19 @@ def read_metrics(path: str | Path) -> dict[str, float]:
             or not abs(value) <= LARGEST
         ):
             raise EngineError(
-                f"{Path(path).name}: {name} = {value!r} is not a finite number",
+                f"{Path(path).name}: {name:.80} = {value!r:.80} is not a finite number",
                 path=path, key=name, value=value,
             )  # fmt: skip
+    return found
+
+
+def _each_once(pairs):
+    """A mapping of JSON; ValueError where it gives a name twice, which JSON would keep the last
+    of."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        twice = next(k for n, (k, _) in enumerate(pairs) if k in dict(pairs[:n]))
+        raise ValueError(f"{twice} is given twice")
     return found
 
 

@@ -149,6 +149,8 @@ def _name(command):
 def read_frames(path: str | Path) -> list[dict[str, np.ndarray]]:
     """[{column: (n,) array}] of all frames of a LIGGGHTS or LAMMPS text dump, sorted by id.
     Raises EngineError."""
+    if not Path(path).is_file():
+        raise EngineError(f"{Path(path).name} is missing, or no plain file")
     try:
         head, *parts = Path(path).read_text().split("ITEM: ATOMS")
         heads = [head, *(part.partition("ITEM:")[2] for part in parts)]

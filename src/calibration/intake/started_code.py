@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from calibration.errors import ConfigError
-from calibration.files import write_text
+from calibration.files import read_json, write_text
 
 BY_CONSENT = "`calibration allow STUDY` once, or the same value behind `--config`"
 BY_PERSON = "whoever starts the command there, or sets it in the environment"
@@ -198,8 +198,8 @@ def _store() -> Path | None:
 
 def _read(place):
     try:
-        found = json.loads(place.read_text("utf-8"))
-    except (OSError, ValueError, RecursionError):
+        found = read_json(place)
+    except (OSError, ValueError):
         return {}  # without a consent that can be read, the user is asked again
     return found if isinstance(found, dict) else {}
 

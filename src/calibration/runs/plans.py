@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from calibration.errors import CalibrationError
-from calibration.files import read_json, write_table
+from calibration.files import DamagedError, read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.store import REFUSED, RunStore
 from calibration.study.config import point_spec
@@ -96,8 +96,8 @@ def write_plan(folder: str | Path, table: pd.DataFrame, specs: Mapping[str, Any]
 
 
 def read_plan(path: str | Path) -> dict[str, dict[str, Any]]:
-    """{run_id: spec} of a plan.json; empty when there is none yet. Raises ValueError for a file
-    that holds anything else."""
+    """{run_id: spec} of a plan.json; empty when there is none yet. Raises DamagedError for a
+    file that holds anything else."""
     path = Path(path)
     return _read_plan(path, path.stat().st_mtime_ns) if path.exists() else {}
 
@@ -107,9 +107,9 @@ def _read_plan(path, _changed):
     """A plan is asked for by each of its runs."""
     found = read_json(path)
     if not (isinstance(found, dict) and all(isinstance(s, dict) for s in found.values())):
-        raise ValueError(f"{path}: holds no plan, which is {{name of a run: its spec}}")
+        raise DamagedError("holds no plan", path=path, allowed="{name of a run: its spec}")
     if odd := next((name for name in found if not NAME.fullmatch(name)), None):
-        raise ValueError(f"{path}: {odd!r:.80} is no name of a run")  # it would be a path
+        raise DamagedError("is no name of a run", path=path, value=odd)  # it would be a path
     return found
 
 

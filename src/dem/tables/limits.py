@@ -6,6 +6,7 @@ opens by itself. A file that is larger, or that is no plain file, gets one sente
 """
 
 import os
+import re
 import stat
 import zipfile
 from pathlib import Path
@@ -35,6 +36,10 @@ KINDS = {
 }
 """Kind of file -> its limit. A reader says which kind it reads."""
 
+MOST_DIGITS = 1_000
+"""Of a number in a configuration: Python writes out none of thousands, not even in a message."""
+_ENDLESS = re.compile(rb"[0-9A-Fa-f_:xX]{%d,}" % (MOST_DIGITS + 1))
+"""Decimal, of another base, or by sixties, as YAML takes them."""
 MOST_UNPACKED = 24 * MB
 """Bytes of all parts of a compressed file together."""
 MOST_ROWS, MOST_COLUMNS, MOST_CELLS = 200_000, 1_000, 500_000
@@ -74,9 +79,23 @@ def read_limited(path: str | Path, kind: str) -> bytes:
     check_file(path, kind)
     try:
         with open(path, "rb") as stream:
-            return stream.read(KINDS[kind].most)
+            data = stream.read(KINDS[kind].most)
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror})", path=path) from None
+    if kind == "configuration":
+        refuse_endless(data, path)
+    return data
+
+
+def refuse_endless(data: bytes, path: str | Path) -> None:
+    """Raise InputError for the text of a configuration with a number of more than MOST_DIGITS."""
+    found = _ENDLESS.search(data)
+    if found:
+        line = data.count(b"\n", 0, found.start()) + 1
+        raise InputError(
+            "is no number", path=path, value=f"line {line}: {found[0][:40].decode()}...",
+            allowed=f"at most {MOST_DIGITS:,} digits",
+        )  # fmt: skip
 
 
 def check_unpacked(packed: zipfile.ZipFile, path: str | Path) -> None:

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from calibration.errors import ConfigError
-from dem.errors import SpecError
+from dem.errors import InputError, SpecError
 from dem.io.mapping import parse_mapping
-from dem.tables.limits import KINDS
+from dem.tables.limits import KINDS, refuse_endless
 
 OWN = {
     "__use_yte__": True,
@@ -50,8 +50,11 @@ def data_of(source: str | TextIO) -> Any:
         if len(text) > MOST:
             raise ConfigError("is too large for a configuration", path=Path(name),
                               allowed=f"at most {MOST:,} characters")  # fmt: skip
+        refuse_endless(text.encode(errors="replace"), name)
         data, lines = parse_mapping(text, name)
-    except SpecError as error:
+    except ConfigError:
+        raise
+    except (SpecError, InputError) as error:
         raise ConfigError(str(error)) from None
     except UnicodeDecodeError:
         raise ConfigError("is not text", path=Path(name), allowed="UTF-8") from None
