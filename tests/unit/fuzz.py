@@ -29,6 +29,7 @@ import yaml
 from PIL import Image
 from scipy.io import wavfile
 
+from calibration.chain.numerics import read_numerics
 from calibration.engines.command import read_metrics
 from calibration.errors import CalibrationError
 from calibration.intake.curves import read_curves
@@ -45,6 +46,7 @@ from calibration.runs.store import RunStore
 from calibration.runs.verify import faults_of, forget_batches, plan_faults
 from calibration.statistics.screening_design import screening_design
 from calibration.study.config.as_data import data_of
+from calibration.study.config.resolution import parse_resolved
 from calibration.study.config.schema import ScreeningConfig
 from calibration.study.factors import read_factors
 from calibration.study.new.questions import sieve_curve
@@ -59,6 +61,7 @@ from dem.spec import load_spec, parse_spec
 from diagnosis.settings import read_settings
 
 ROOT = Path(__file__).parents[2]
+FACTORS = [f.name for f in read_factors(ROOT / "config" / "factors.tsv")]
 TOKENS = [
     b"nan", b"-inf", b"1e999", b"-1", b"0", b"1" * 400, b"", b"\0", b"\xff\xfe", "é²½".encode(),
     b"\t", b",", b";",
@@ -131,7 +134,23 @@ geometry: {orifice_diameter_mm: 20, generation_rate_per_s: 600}
 
 def _configuration(path):
     with path.open(encoding="utf-8") as stream:  # as snakemake opens it
-        data_of(stream)
+        data = data_of(stream)
+    parse_resolved(data, [path])
+
+
+def restated(content, seed):
+    """A YAML file with one or two of its values changed, whatever the schema asks for, or its
+    text."""
+    rng = random.Random(seed)
+    if rng.random() < 0.3:
+        return mutated(content, seed)
+    data = yaml.safe_load(content)
+    for holder, key in rng.sample(list(_places(data)), rng.randint(1, 2)):
+        with suppress(KeyError, IndexError, TypeError):
+            holder[key] = rng.choice([_odd(rng), 10**400, "\ud800", "1 mm", ["a"]])
+    if "run" in data and rng.random() < 0.3:
+        data["resolution"] = rng.choice(["quick", "test", [1]])
+    return yaml.safe_dump(data).encode(errors="replace")
 
 
 def _index(path):
@@ -371,6 +390,7 @@ def _mesh_of(path):
 
 INTERNAL = ("result", "failure", "plan", "record", "batch", "consents")
 CHANGES = dict.fromkeys(INTERNAL, resealed) | {"checkpoint": rechecked}
+CHANGES |= dict.fromkeys(("configuration", "run spec", "diagnosis settings", "numerics"), restated)
 CHANGES |= {"workbook": repacked, "photograph": rechunked, "sound": with_other_head}
 """Reader: how its files are changed, where it is not by bytes alone."""
 ENDS = {"workbook": ".xlsx"}
@@ -413,6 +433,7 @@ READERS = {
     "factors": ("config/factors.tsv", read_factors),
     "diagnosis settings": ("config/diagnosis.yaml", read_settings),
     "configuration": ("config/config.yaml", _configuration),
+    "numerics": ("config/numerics.yaml", lambda p: read_numerics(p, FACTORS)),
     "run spec": (SPEC, load_spec),
     "design table": ("data/paper/table06_plackett_burman.csv", _design),
     "sizes": (

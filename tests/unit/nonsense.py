@@ -24,6 +24,7 @@ import yaml
 from PIL import Image
 from scipy.io import wavfile
 
+from calibration.chain.numerics import read_numerics
 from calibration.engines.table import read_row
 from calibration.errors import ConfigError
 from calibration.intake.curves import read_curves
@@ -147,6 +148,7 @@ KINDS = {
     "STL": (".stl", lambda p: read_stl(p, closed=True)),
     "photograph": (".png", measure_photo),
     "sound": (".wav", read_train),
+    "numerics": (".yaml", lambda p: read_numerics(p, fuzz.FACTORS)),
     "run spec": (".yaml", load_spec),
     "responses": (".csv", lambda p: read_row(p, fuzz.RUN)),
     "metrics": (".json", fuzz.read_metrics),
@@ -201,6 +203,13 @@ endfacet
 endsolid s
 """
 SPEC = fuzz.SPEC.decode()
+NUMERICS = """seeds: 5
+points:
+  low: { salt_salt_rolling_friction: 0.11 }
+variants:
+  full scale: { run: { particles: { count: 10000 } } }
+  coarse: { against: full scale, run: { particles: { count: 2500 } } }
+"""
 RESPONSES = f"run_id,angle_of_repose_deg\n{fuzz.RUN},31.5\n"
 METRICS = '{"angle_of_repose_deg": 31.5, "height_mm": 12}'
 
@@ -216,6 +225,7 @@ TEXTS = {
     "clump": CLUMP,
     "STL": MESH,
     "run spec": SPEC,
+    "numerics": NUMERICS,
     "responses": RESPONSES,
     "metrics": METRICS,
 }
@@ -242,6 +252,9 @@ CHANGED = {
         ("a factor table of nothing", "factors.tsv", "none.tsv", "none.tsv"),
         ("no end of a bracket", "runs: 12 }", "runs: 12", "line 11"),
         ("a unit of another kind", "1350", "1350 mm", "line 7", "1350 mm"),
+        ("a number for a run", CONFIGURATION[CONFIGURATION.index("run:") :], "run: 3\n", "line 5"),
+        ("a key with a dot", "diameter_mm: 4", "diameter_mm: 4\nrun.particles: 3", "line 10"),
+        ("a whole number that is no float", "1350", "1" + "0" * 400, "line 7", "1e+300"),
         ("a truth for a name", "name: wheat", "name: yes", "line 1", "name"),
         ("a number without end", "1350", "0x" + "f" * 5000, "line 7", "1,000 digits"),
     ],
@@ -366,6 +379,19 @@ CHANGED = {
         ("a list", SPEC, "- 1\n- 2\n", "mapping"),
         ("an empty file", SPEC, "", "nonsense.yaml"),
         ("a number without end", "count: 300", "count: 1" + ":59" * 4000, "line 4", "1,000 digits"),
+    ],
+    "numerics": [
+        ("no seeds", "seeds: 5", "seeds: 0", "line 1", "seeds"),
+        ("seeds without end", "seeds: 5", "seeds: 99999999", "line 1", "99999999"),
+        ("a factor of nothing", "salt_salt_rolling", "salt_pepper_rolling", "line 3",
+         "salt_pepper_rolling_friction"),
+        ("a level that is none", "0.11", ".nan", "line 3", "nan"),
+        ("a variant of nothing", "against: full scale", "against: fine", "line 6", "fine"),
+        ("no keys to lay over", "run: { particles: { count: 10000 } }", "", "line 5", "run"),
+        ("a word for a run", "{ particles: { count: 2500 } }", "coarse", "line 6", "coarse"),
+        ("no variants", "variants:\n", "variant:\n", "nonsense.yaml", "variant"),
+        ("a list", NUMERICS, "- 1\n", "nonsense.yaml", "dictionary"),
+        ("an object of Python", "seeds: 5", "seeds: !!python/name:os.system", "line 1"),
     ],
     "responses": [
         ("a word", "31.5", "steep", "line 2", "steep"),

@@ -90,3 +90,24 @@ def test_a_copy_is_the_same_study_under_another_name(here, capsys):
     assert calibration(["copy", "wheat", "Weizen 2"]) == 2
     assert calibration(["copy", "none", "other"]) == 2
     assert not Path("other").exists()
+
+
+@pytest.mark.parametrize(
+    "text", ["", "- 1\n", "name: a\nx: [[\n", "name: a\nx: !!python/name:os.system\n", "name: \xff"]
+)
+def test_what_is_no_configuration_is_told_by_every_command(here, text, capsys):
+    Path("odd").mkdir()
+    Path("odd/config.yaml").write_bytes(text.encode("latin-1"))
+    for words in (["copy", "odd", "new"], ["allow", "odd"], ["keep", "odd"], ["run", "odd", "-n"]):
+        assert calibration(words) == 2
+        assert "odd/config.yaml" in capsys.readouterr().err
+    assert dem(["serve", "odd"]) == 2
+    assert not Path("new").exists()
+
+
+@pytest.mark.parametrize(
+    ("option", "value"), [("--port", "99999"), ("--port", "-1"), ("--cores", "0")]
+)
+def test_a_server_asks_for_a_port_and_cores_that_there_are(option, value, capsys):
+    assert dem(["serve", option, value]) == 2
+    assert option in capsys.readouterr().err

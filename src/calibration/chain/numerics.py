@@ -3,36 +3,85 @@ rolling laws."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import pandas as pd
-import yaml
+from pydantic import BaseModel, Field, ValidationError
 from scipy import stats
 
 from calibration import figures
+from calibration.errors import ConfigError
 from calibration.files import write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_values, together, write_plan
 from calibration.study.config import overlay
+from dem.io.mapping import line_of, read_mapping
 
 if TYPE_CHECKING:
     from calibration.chain.handed_over import NamedFiles
     from calibration.chain.study import Study
 
 
+Seeds = Annotated[int, Field(ge=1, le=1000)]
+
+
+class Variant(BaseModel, extra="forbid"):
+    """Keys that are laid over the run spec, and the variant that it is compared with."""
+
+    run: dict[str, Any]
+    against: str = ""
+    seeds: Seeds | None = None
+
+
+class Numerics(BaseModel, extra="forbid"):
+    """What `config/numerics.yaml` holds: points {name: {factor: level}}, and variants."""
+
+    seeds: Seeds
+    points: dict[str, dict[str, Annotated[float, Field(allow_inf_nan=False)] | str]] = Field(
+        min_length=1
+    )
+    variants: dict[str, Variant] = Field(min_length=1)
+
+
+def read_numerics(path: str | Path, factors: Sequence[str]) -> Numerics:
+    """Points and variants of a file; `factors`: the names that a point may have. Raises
+    ConfigError, and SpecError for a file that is no YAML."""
+    data, lines = read_mapping(path)
+    try:
+        wanted = Numerics.model_validate(data)
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(str(p) for p in first["loc"])
+        raise ConfigError(
+            "is not valid", path=path, line=line_of(key, lines), key=key or None,
+            value=first.get("input"), allowed=first["msg"].removeprefix("Input should be "),
+        ) from None  # fmt: skip
+    named = [(f"points.{p}.{n}", n, factors) for p, levels in wanted.points.items() for n in levels]
+    against = {name: v.against for name, v in wanted.variants.items() if v.against}
+    named += [
+        (f"variants.{n}.against", other, list(wanted.variants)) for n, other in against.items()
+    ]
+    for key, name, allowed in named:
+        if name not in allowed:
+            where = {"path": path, "line": line_of(key, lines), "key": key, "value": name}
+            raise ConfigError("is not known", **where, allowed=", ".join(allowed))
+    return wanted
+
+
 def plan_numerics(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan every variant at every point with every seed."""
-    wanted = yaml.safe_load(Path(source.variants).read_text())
+    wanted = read_numerics(source.variants, [f.name for f in study.factors])
     parts = []
-    for name, variant in wanted["variants"].items():
+    for name, variant in wanted.variants.items():
         rows = [
-            {"variant": name, "against": variant.get("against", ""), "point": point} | levels
-            for point, levels in wanted["points"].items()
-            for _ in range(variant.get("seeds", wanted["seeds"]))
+            {"variant": name, "against": variant.against, "point": point, **levels}
+            for point, levels in wanted.points.items()
+            for _ in range(variant.seeds or wanted.seeds)
         ]
-        run = overlay(study.config.run, variant["run"])
+        run = overlay(study.config.run, variant.run)
         parts.append(study.plan(pd.DataFrame(rows), run=run))
     write_plan(Path(output.plan).parent, *together(parts))
 

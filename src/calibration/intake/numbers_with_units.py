@@ -10,6 +10,8 @@ from calibration.errors import ConfigError
 from dem.tables import Table
 from dem.units import UnitError, converted, has_unit, in_unit, question, unit_of
 
+LARGEST = 1e300
+"""Of a bare number: YAML has whole numbers that are no float."""
 AT_ITS_WORD = "a plausible number, or one with its unit, which is taken at its word"
 
 
@@ -52,6 +54,9 @@ def check_plausible(data: Mapping[str, Any], file: str | Path, prefix: str = "")
         if isinstance(value, dict):
             check_plausible(value, file, f"{name}.")
         for item in value if isinstance(value, list) else [value]:
+            if isinstance(item, int) and abs(item) > LARGEST:
+                allowed = f"at most {LARGEST:g}"
+                raise ConfigError("is no number", path=file, key=name, value=item, allowed=allowed)
             asked = question(name, item)
             if asked:
                 raise ConfigError(

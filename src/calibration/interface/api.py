@@ -206,6 +206,8 @@ def _file(name):
         raise ConfigError("is no study", path=name, allowed="a folder with config.yaml, or a file")
     with in_study():
         check_file(path, "configuration")
+    if not isinstance(read_mapping(path)[0], dict):
+        raise ConfigError("is no mapping", path=path, allowed="a YAML mapping of keys")
     return path
 
 

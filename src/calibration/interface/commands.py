@@ -10,6 +10,8 @@ from pathlib import Path
 from calibration.errors import CalibrationError
 from dem.cli import main as engine_main
 
+MOST_PORTS = 65535
+
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit status: 0, or 2 with one line on stderr for bad input."""
@@ -282,6 +284,10 @@ def _serve(args):
     from calibration.interface.api import Study  # loads pandas and the schemas
     from calibration.telling.serve import serve
 
+    if not 0 <= args.port <= MOST_PORTS:
+        raise CalibrationError(f"--port {args.port}: allowed: 0 (a free one) to {MOST_PORTS}")
+    if args.cores < 1:
+        raise CalibrationError(f"--cores {args.cores}: allowed: 1 or more")
     serve(Study(*args.study, root=".") if args.study else None, args.cores, args.port, opened=Study)
 
 

@@ -34,11 +34,13 @@ _LEADING = re.compile(r"\s*([+-]?[\d.,]*\d(?:[eE][+-]?\d+)?)")
 
 
 def cells_of(text: str, separator: str, path: str | Path, line: int) -> list[str]:
-    """Cells of one line, stripped. Raises InputError where a quotation mark is not closed."""
+    """Cells of one line, stripped. Raises InputError where a quotation mark is not closed,
+    or a cell is longer than any."""
     try:
         (cells,) = csv.reader([text], delimiter=separator or "\t", strict=True)
     except (csv.Error, ValueError):
-        reason = "has a quotation mark that is not closed"
+        open_mark = '"' in text
+        reason = "has a quotation mark that is not closed" if open_mark else "has too long a cell"
         raise InputError(reason, path=path, line=line, value=text.strip()[:60]) from None
     return [c.strip() for c in cells]
 

@@ -4,7 +4,7 @@ what is allowed."""
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -58,6 +58,9 @@ def parse_config(
     Raises ConfigError naming file and line, key, value and what is allowed. `file` stands for the
     files if there are none. stages: names that `supplements` may have, any unless given.
     """
+    if not isinstance(data, Mapping):
+        where = {"path": files[-1] if files else file, "allowed": "a YAML mapping of keys"}
+        raise ConfigError("is no mapping", **where)
     try:
         config = _parse(data, file)
         _check_supplements(config, file, stages)
@@ -66,9 +69,9 @@ def parse_config(
         if not error.key or str(error.path) != file:
             raise
         place = _place(error.key, error.value, files)
-        if not place:
+        if not (place or files):
             raise
-        path, line = place
+        path, line = place or (files[-1], None)  # a key that none of them has
         raise ConfigError(
             error.reason,
             path=path,
@@ -123,8 +126,13 @@ def _place(key, value, files):
             parts.pop()
         if parts and len(parts) >= depth:
             best, depth = (path, lines[".".join(parts)]), len(parts)
-            for part in parts:
-                data = data[part]
+            if len(parts) > 1 and key in data:  # one key of the file that has dots in it
+                continue
+            try:
+                for part in parts:
+                    data = data[part]
+            except (KeyError, TypeError):  # such a key further down, or one that is no word
+                continue
             own = len(parts) == len(key.split("."))
             same = data == value or (data != data and value != value)  # a NaN equals nothing
             if own and not same and not isinstance(value, dict | list | None):
@@ -224,7 +232,7 @@ def _check_candidate(config, file):
 def _refuse_moved(errors, file):
     """Raise ConfigError for the first key that once held measured values."""
     for error in errors:
-        *_, last = error["loc"]
+        last = error["loc"][-1] if error["loc"] else None
         if error["type"] == "extra_forbidden" and last in MOVED:
             key = ".".join(str(p) for p in error["loc"])
             reason = "stands in the table of measurements"

@@ -23,10 +23,18 @@ COARSER = {"quick": 4.0, "test": 8.0}
 def coarsened(data: dict[str, Any]) -> dict[str, Any]:
     """A configuration whose `resolution` is carried out: fewer, larger grains, and a name that says
     so."""
-    factor = COARSER.get(data.get("resolution"))  # type: ignore[arg-type]  # None is no key of it
-    particles = (data.get("run") or {}).get("particles") or {}
-    if factor is None or "count" not in particles:
+    resolution, run = data.get("resolution"), data.get("run")
+    factor = COARSER.get(resolution) if isinstance(resolution, str) else None
+    particles = run.get("particles") if isinstance(run, dict) else None
+    if factor is None or not isinstance(particles, dict) or "count" not in particles:
         return data
+    try:
+        return _with_fewer(data, particles, factor)
+    except (TypeError, ValueError, ArithmeticError):  # the schema says what is no number
+        return data
+
+
+def _with_fewer(data, particles, factor):
     grown = factor ** (1 / 3)
     if particles.get("diameter_mm") is not None:
         larger = {"diameter_mm": round(grown * particles["diameter_mm"], 4)}

@@ -27,7 +27,9 @@ def with_levels(base: Mapping[str, Any], levels: Mapping[str, float | str]) -> d
         part = spec
         *path, last = key.split(".")
         for name in path:
-            part = part.setdefault(name, {})
+            if part.get(name) is None:
+                part[name] = {}
+            part = part[name]
         part[last] = value if isinstance(value, str) else float(value)
     return spec
 

@@ -4,13 +4,13 @@ import re
 import shutil
 from pathlib import Path
 
-import yaml
-
 from calibration.errors import CalibrationError, ConfigError
 from calibration.files import write_text
 from calibration.study.config import parse_config
 from calibration.study.new.study import check_folder
 from dem.errors import DemError
+from dem.io.mapping import read_mapping
+from dem.tables.limits import read_limited
 
 TEXTS = (".yaml", ".yml", ".md")
 """Files in which the folder is named."""
@@ -23,23 +23,31 @@ def copy_study(folder: Path, new: Path) -> list[str]:
     name = check_folder(new)
     if not (folder / "config.yaml").is_file():
         raise CalibrationError(f"{folder}: is no study; allowed: a folder with config.yaml")
+    read_mapping(folder / "config.yaml")  # what is wrong with it is told of this file
     new.mkdir(parents=True)
     try:
         for path in sorted(p for p in folder.iterdir() if p.is_file()):
             if path.suffix in TEXTS:
-                write_text(_renamed(path.read_text("utf-8"), folder, new), new / path.name)
+                write_text(_renamed(_text(path), folder, new), new / path.name)
             else:
                 shutil.copyfile(path, new / path.name)
         config = new / "config.yaml"
-        text = _named(config.read_text("utf-8"), name, folder)
+        text = _named(_text(config), name, folder)
         write_text(text, config)
-        parse_config(yaml.safe_load(text), files=[config])
-    except (CalibrationError, DemError, OSError, ValueError, yaml.YAMLError):
+        parse_config(read_mapping(config)[0], files=[config])
+    except (CalibrationError, DemError, OSError):
         shutil.rmtree(new)
         raise
     return [
         f"wrote {new}, the study {name}. Its runs are those of {folder} until something is changed"
     ]
+
+
+def _text(path):
+    try:
+        return read_limited(path, "table").decode("utf-8")
+    except ValueError:
+        raise ConfigError("is no text", path=path, allowed="UTF-8") from None
 
 
 def _named(text, name, folder):
