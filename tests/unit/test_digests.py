@@ -31,6 +31,7 @@ EXPORTS = {
     "export_converted",
     "plan_export_scan",
     "plan_export_confirmation",
+    "plan_export_correction",
 }
 TILT = {"plan_tilt", "plan_tilt_confirmation", "tilt"}
 DROP = {"plan_drop", "plan_drop_confirmation", "drop"}
@@ -122,6 +123,7 @@ SECTIONS = [
     # a key that is changed: the rules that run again
     ("validation", "margin", 2.0, {
         "plan_validation", "validation", "candidate", "optimise", "export", "export_rolling",
+        "plan_export_correction",
     }),
     ("screening", "alpha", 0.1, {"plan_screening", "screening", "export"}),
     ("ascent", "steps", 6, {"plan_ascent", "screening", "export"}),

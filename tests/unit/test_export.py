@@ -5,6 +5,7 @@ import ast
 import json
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -427,10 +428,12 @@ def test_no_search_where_nothing_rolls(mapping, tmp_path):
     assert not rolling.needs_search(parse_spec(free))
     rolling.plan_scan(free, PlanFiles.of(tmp_path))
     assert json.loads((tmp_path / "plan.json").read_text()) == {}
-    rolling.plan_confirmation(
-        free, tmp_path / "design.csv", "angle_of_repose_deg", PlanFiles.of(tmp_path / "c")
-    )
-    assert len(pd.read_csv(tmp_path / "c" / "design.csv")) == 0
+    scan = pd.read_csv(tmp_path / "design.csv").assign(response=[])
+    rolling.plan_confirmation(free, scan, PlanFiles.of(tmp_path / "c"))
+    nothing = rolling.Evidence(scan, scan, scan, pd.Series([45.0, 45.2]), 1.0)
+    rolling.plan_correction(free, nothing, PlanFiles.of(tmp_path / "d"))
+    for folder in ("c", "d"):
+        assert len(pd.read_csv(tmp_path / folder / "design.csv")) == 0
 
 
 def test_a_study_without_a_heap_says_that_rolling_friction_is_not_converted(mapping):
@@ -578,7 +581,8 @@ def test_heaps_of_the_search_without_a_value_are_left_out_and_told(mapping):
     assert places[path].share == pytest.approx(0.3333 + 0.6667 * (33.0 - 29.0) / 6.0, abs=0.03)
     confirmation = pd.DataFrame({"scale": "coarse", "response": [33.1, np.nan, 32.8]})
     spec, validated = parse_spec(mapping), pd.Series([33.0, np.nan, 33.2])
-    told = rolling.conclude(spec, without, confirmation, validated, 2.0, "deg")
+    evidence = rolling.Evidence(without, confirmation, confirmation.iloc[:0], validated, 2.0)
+    told = rolling.conclude(spec, evidence, "deg")
     assert (told["without_value"], told["runs"]) == (int(lost.sum()) + 1, len(runs) + 3)
     assert told["coarse"]["runs"] == 2
     assert "full" not in told
@@ -586,9 +590,66 @@ def test_heaps_of_the_search_without_a_value_are_left_out_and_told(mapping):
     assert tells(said, f"{told['without_value']} of {told['runs']}", "no angle")
     same = (without["path"] == "elastic_plastic") & (without["share"] == 0.0)
     clogged = without.assign(response=without["response"].mask(same))
-    told = rolling.conclude(spec, clogged, confirmation, validated, 2.0, "deg")
+    told = rolling.conclude(spec, replace(evidence, scan=clogged), "deg")
     said = " ".join(Conversion(spec, told).sentences("epsd3"))
     assert tells(said, "same number", "no heap")
+
+
+def evidence(full, own=(45.0, 45.2, 44.8), coarse_own=41.0):
+    """A search whose grains must not turn, at share 0.525, and heaps of it on the study's scale."""
+    runs = scan(
+        calibrated=[coarse_own] * 2,
+        elastic_plastic=[23.2, 26.6, 29.5, 31.0, 34.3],
+        no_rotation=[28.0, 36.0, 44.0, 52.0, 61.0],
+    )
+    rows = [{"scale": "full", "share": 0.525, "response": y} for y in full]
+    found = pd.DataFrame(rows, columns=["scale", "share", "response"])
+    return rolling.Evidence(runs, found, found.iloc[:0], pd.Series(own), 1.0)
+
+
+def moved(mapping, found, folder):
+    """The design of the correction."""
+    rolling.plan_correction(mapping, found, PlanFiles.of(folder))
+    return pd.read_csv(folder / "design.csv")
+
+
+def test_a_number_that_misses_at_the_studys_own_grains_is_moved_by_what_is_missing(
+    mapping, tmp_path
+):
+    """The path rises by 40 degrees for a share of 1 here: 4 degrees are a tenth."""
+    found = evidence(full=[40.9, 41.1, 41.0])
+    design = moved(mapping, found, tmp_path)
+    assert len(design) == rolling.FULL_SEEDS
+    assert set(design["scale"]) == {"full"}
+    assert design["share"].tolist() == pytest.approx([0.525 + 0.1] * rolling.FULL_SEEDS, abs=1e-4)
+    specs = json.loads((tmp_path / "plan.json").read_text())
+    static = parse_spec(mapping).contacts.particle_particle.static_friction
+    for name in design["run_id"]:
+        pair = parse_spec(specs[name]).contacts.particle_particle
+        assert pair.static_friction == pytest.approx(0.625 * static, rel=1e-4)
+
+    correction = design.assign(response=[45.1, 44.9, 45.0, 45.2, 44.8])
+    told = rolling.conclude(parse_spec(mapping), replace(found, correction=correction), "deg")
+    assert told["static_friction"] == pytest.approx(0.625 * static, rel=1e-4)
+    assert told["full"]["difference"] == pytest.approx(0.0, abs=1e-9)
+    assert told["searched"]["static_friction"] == pytest.approx(0.525 * static, rel=1e-4)
+    assert told["searched"]["full"]["difference"] == pytest.approx(-4.0)
+    said = " ".join(Conversion(parse_spec(mapping), told).sentences("epsd3"))
+    assert tells(said, "the study", "41.00", "-4.00")
+    assert tells(said, "the study", "45.00 deg", "0.00")
+
+
+@pytest.mark.parametrize(
+    "full",
+    [[44.1, 44.3, 44.2], [38.0, 44.0, 47.0], [41.0], []],
+    ids=["within the margin", "within the scatter", "one heap", "no heap"],
+)
+def test_a_number_that_is_not_shown_to_miss_stays(mapping, tmp_path, full):
+    found = evidence(full)
+    assert moved(mapping, found, tmp_path).empty
+    told = rolling.conclude(parse_spec(mapping), found, "deg")
+    assert "searched" not in told
+    assert ("full" in told) == (len(full) > 1)
 
 
 @pytest.mark.parametrize("path", [rolling.CALIBRATED, *rolling.PATHS])
@@ -667,7 +728,7 @@ def test_the_scan_is_planned_law_by_law_with_new_seeds(mapping, tmp_path):
 @pytest.fixture(scope="module")
 def files(config, tmp_path_factory):
     out = tmp_path_factory.mktemp("export")
-    study = _study(config, out, export_confirmation={"rolling.json": found()})
+    study = _study(config, out, export_correction={"rolling.json": found()})
     _export(study, out)
     written = Files(file=out / "exports" / "converted" / "any")
     stage.export_converted(study, None, written)

@@ -9,7 +9,13 @@ from calibration.telling.export.stage import CODES, CONVERTED
 from workflow_rules import planned_jobs, read_workflow
 
 ROOT = Path(__file__).parents[2]
-SEARCH = ("plan_export_scan", "plan_export_confirmation", "export_rolling", "export_converted")
+SEARCH = (
+    "plan_export_scan",
+    "plan_export_confirmation",
+    "plan_export_correction",
+    "export_rolling",
+    "export_converted",
+)
 
 
 @pytest.fixture(scope="module")

@@ -158,7 +158,7 @@ checkpoint plan_export_confirmation:
         "../scripts/task.py"
 
 
-rule export_rolling:
+checkpoint plan_export_correction:
     input:
         fixed=BENCH_VALUES,
         optimum=f"{STUDY}/optimise/optimum.json",
@@ -167,9 +167,50 @@ rule export_rolling:
         validation=f"{STUDY}/validation/runs.csv",
         runs=runs_of("export_confirmation"),
         factors=FACTORS,
+        again=again("plan_export_correction"),
+    output:
+        design=f"{STUDY}/export_correction/design.csv",
+        plan=f"{STUDY}/export_correction/plan.json",
+    log:
+        f"{STUDY}/logs/plan_export_correction.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        function="calibration.telling.export.stage:plan_export_correction",
+        reads=[
+            "seed",
+            "experiment",
+            "fixed",
+            "run",
+            "factors",
+            "target",
+            "validation",
+        ],
+        made_from=made_from("plan_export_correction"),
+    message:
+        "plan the export: runs at a number that is moved to the angle of the study's own grains"
+    script:
+        "../scripts/task.py"
+
+
+rule export_rolling:
+    input:
+        fixed=BENCH_VALUES,
+        optimum=f"{STUDY}/optimise/optimum.json",
+        scan=f"{STUDY}/export_scan/design.csv",
+        confirmation=f"{STUDY}/export_confirmation/design.csv",
+        correction=f"{STUDY}/export_correction/design.csv",
+        validation=f"{STUDY}/validation/runs.csv",
+        runs=runs_of("export_correction"),
+        factors=FACTORS,
         again=again("export_rolling"),
     output:
-        rolling=f"{STUDY}/export_confirmation/rolling.json",
+        rolling=f"{STUDY}/export_correction/rolling.json",
     log:
         f"{STUDY}/logs/export_rolling.log",
     localrule: True
@@ -202,7 +243,7 @@ rule export_converted:
         fixed=BENCH_VALUES,
         optimum=f"{STUDY}/optimise/optimum.json",
         validation=f"{STUDY}/validation/validation.json",
-        rolling=f"{STUDY}/export_confirmation/rolling.json",
+        rolling=f"{STUDY}/export_correction/rolling.json",
         exported=f"{STUDY}/calibrated.yaml",
         factors=FACTORS,
         again=again("export_converted"),

@@ -184,7 +184,23 @@ class Conversion:
                 f"{f['without_value']} of {f['runs']} runs of this search gave no angle, as their "
                 "funnels clogged or their grains never came to rest; they are left out."
             )
-        return out + [_check(f[s], s, unit) for s in ("coarse", "full") if s in f]
+        if first := f.get("searched"):
+            wanted = "static_friction" if f["path"] == NO_ROTATION else "rolling_friction"
+            out.append(f"The search gave {self.searched} of {first[wanted]:.4g} first.")
+            out += _checks(first, unit)
+            out.append(
+                "The number is moved along the path by what is missed at the study's own grains, "
+                "and the one below is checked there by further runs."
+            )
+        return out + _checks(f, unit)
+
+    @property
+    def checked(self) -> str:
+        """What this engine's heaps of the study's own grains give with the numbers of the search,
+        as a sentence; empty without a search, or without such heaps."""
+        f = self.found or {}
+        told = _checks(f, f.get("unit"))
+        return told[-1] if told else ""
 
     def _without_search(self, name):
         laws = self.spec.laws
@@ -201,7 +217,7 @@ class Conversion:
             return (
                 f"{not_converted} The heap is flatter with it. `calibration run STUDY "
                 "export_converted` searches what gives the calibrated angle in this code and "
-                "writes exports/converted/; it makes some forty heaps."
+                "writes exports/converted/; it makes some fifty heaps."
             )
         return f"{not_converted} Without a heap there is no angle to keep."
 
@@ -211,8 +227,15 @@ def _times(numbers, factor):
     return numbers | {"rolling_friction": factor * numbers["rolling_friction"]}
 
 
-def _check(a, scale, unit):
-    where = {"coarse": "on the scale of the search", "full": "on the scale of the study"}[scale]
+SCALES = {"coarse": "on the scale of the search", "full": "on the scale of the study"}
+
+
+def _checks(found, unit):
+    """A sentence for each scale at which numbers were checked."""
+    return [_check(found[scale], where, unit) for scale, where in SCALES.items() if scale in found]
+
+
+def _check(a, where, unit):
     low, high = a["difference_interval_95"]
     return (
         f"Check {where}: {a['mean']:.2f} {unit} ({a['runs']} runs, sd {a['sd']:.2f}) against "

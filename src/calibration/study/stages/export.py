@@ -10,7 +10,7 @@ STAGES = (
         name="exports/converted",
         title="Export with converted rolling friction",
         place=9.1,
-        plans=(Plan("export_scan"), Plan("export_confirmation")),
+        plans=(Plan("export_scan"), Plan("export_confirmation"), Plan("export_correction")),
         made_by="export_converted",
     ),
 )

@@ -23,7 +23,9 @@ found confirm it. If no path reaches the angle, the exports take the smallest nu
 path that is as good as its best, and they say what is missing.
 
 All paths are run with fewer, larger grains of the same total volume in the same rig (MOST_GRAINS).
-The confirmation is also run at the study's own scale.
+The confirmation is also run at the study's own scale. A law does not grow with the scale as another
+does, so that the number of large grains can miss the angle there. It is then moved once, along the
+path, by what is missing, and more runs at the study's own scale say what became of it.
 """
 
 from __future__ import annotations
@@ -255,12 +257,10 @@ def search(scan: pd.DataFrame) -> tuple[str | None, dict[str, Inverse]]:
     return (reaching or [ELASTIC_PLASTIC])[0], found
 
 
-def plan_confirmation(
-    spec: dict[str, Any], scan_file: str | Path, metric: str, output: NamedFiles
-) -> None:
+def plan_confirmation(spec: dict[str, Any], scan: pd.DataFrame, output: NamedFiles) -> None:
     """Plan runs at the point found, on the scan's scale and on the study's own."""
     parts = []
-    path, found = search(read_scan(scan_file, metric))
+    path, found = search(scan)
     if path:
         base, share = coarse(spec), round(found[path].share, 4)
         parts.append(rows_at(base, path, share, CONFIRM_SEEDS, "coarse"))
@@ -269,31 +269,68 @@ def plan_confirmation(
     _write(parts, output)
 
 
-def conclude(
-    spec: RunSpec,
-    scan: pd.DataFrame,
-    confirmation: pd.DataFrame,
-    validated: pd.Series,
-    margin: float,
-    unit: str,
-) -> dict[str, Any]:
-    """The conversion as a mapping for rolling.json.
+@dataclass(frozen=True)
+class Evidence:
+    """Runs of a search: tables with `response`, NaN of a run without a value."""
 
-    spec: calibrated `RunSpec`; scan, confirmation: tables with `response`; validated: series (n,)
-    of the calibrated law's angles at the study's own scale. A run without a value is NaN in each.
-    margin: difference that does not matter; unit:
-    of both.
-    """
+    scan: pd.DataFrame
+    confirmation: pd.DataFrame
+    correction: pd.DataFrame
+    """Empty where the number was not moved, or before it is."""
+    validated: pd.Series
+    """(n,) angles of the calibrated law at the study's own scale."""
+    margin: float
+    """Difference that does not matter."""
+
+    def checks(self, runs: pd.DataFrame) -> dict[str, dict[str, Any]]:
+        """{scale: how the runs there at the number found agree with the calibrated law's}."""
+        found = {}
+        own = {"coarse": angles_of(self.scan, CALIBRATED), "full": self.validated.dropna()}
+        for scale, against in own.items():
+            angles = runs[runs["scale"] == scale]["response"].dropna()
+            if min(len(angles), len(against)) > 1:
+                found[scale] = _agreement(angles, against, self.margin)
+        return found
+
+
+def plan_correction(spec: dict[str, Any], evidence: Evidence, output: NamedFiles) -> None:
+    """Plan runs at a number moved by what the number found misses at the study's own scale; none
+    where that is within the margin, or where its 95 % interval holds zero.
+
+    spec: calibrated run spec (a mapping); evidence: without a correction."""
+    parts = []
+    path, found = search(evidence.scan)
+    scale = "coarse" if coarse(spec) is spec else "full"
+    check = evidence.checks(evidence.confirmation).get(scale)
+    if path and check and found[path].reached and _misses(check, evidence.margin):
+        angles = angles_of(evidence.scan, path)
+        shares = evidence.scan.loc[angles.index, "share"]
+        wanted = angles_of(evidence.scan, CALIBRATED).mean() - check["difference"]
+        moved = round(invert(shares, angles, wanted).share, 4)
+        parts.append(rows_at(spec, path, moved, FULL_SEEDS, scale))
+    _write(parts, output)
+
+
+def _misses(check, margin):
+    low, high = check["difference_interval_95"]
+    return abs(check["difference"]) > margin and not low <= 0.0 <= high
+
+
+def conclude(spec: RunSpec, evidence: Evidence, unit: str) -> dict[str, Any]:
+    """The conversion as a mapping for rolling.json; spec: calibrated `RunSpec`; unit: of the
+    angle."""
+    scan, moved = evidence.scan, not evidence.correction.empty
     pair, (path, found) = spec.contacts.particle_particle, search(scan)
     out = {"law": spec.laws.rolling, "unit": unit, "path": path}  # type: ignore[attr-defined]  # a field for each law
     if path is None:
         return out
-    rolling, static = place(path, round(found[path].share, 4), pair)
+    searched = _numbers(path, round(found[path].share, 4), pair)
     same = angles_of(scan[scan["share"] == 0.0], ELASTIC_PLASTIC)
-    responses = pd.concat([scan["response"], confirmation["response"]])
-    out |= {
-        "rolling_friction": rolling,
-        "static_friction": static,
+    responses = pd.concat(
+        [runs["response"] for runs in (scan, evidence.confirmation, evidence.correction)]
+    )
+    taken = _numbers(path, evidence.correction["share"].iloc[0], pair) if moved else searched
+    out |= taken | {
         "stiffness_factor": STIFFNESS_FACTOR,
         "damping_ratio": DAMPING_RATIO,
         "reached": found[path].reached,
@@ -302,11 +339,15 @@ def conclude(
         "runs": len(responses),
         "without_value": int(responses.isna().sum()),
     }
-    for scale, against in (("coarse", angles_of(scan, CALIBRATED)), ("full", validated.dropna())):
-        angles = confirmation[confirmation["scale"] == scale]["response"].dropna()
-        if min(len(angles), len(against)) > 1:
-            out[scale] = _agreement(angles, against, margin)
-    return out
+    checks = evidence.checks(evidence.confirmation)
+    if moved:
+        return out | {"searched": searched | checks} | evidence.checks(evidence.correction)
+    return out | checks
+
+
+def _numbers(path, share, pair):
+    rolling, static = place(path, share, pair)
+    return {"rolling_friction": rolling, "static_friction": static}
 
 
 def _agreement(angles, against, margin):

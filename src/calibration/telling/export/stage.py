@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,9 +29,11 @@ from calibration.telling.export.parameters import (
     to_yaml,
 )
 from calibration.telling.export.rolling import (
+    Evidence,
     calibrated_spec,
     conclude,
     plan_confirmation,
+    plan_correction,
     plan_scan,
     read_scan,
 )
@@ -77,22 +80,37 @@ def plan_export_scan(study: Study, source: NamedFiles, output: NamedFiles) -> No
 
 def plan_export_confirmation(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan the runs that confirm what the search found."""
-    metric = study.config.target.metric
-    plan_confirmation(_spec(study), source.scan, metric, output)
+    scan = read_scan(source.scan, study.config.target.metric)
+    plan_confirmation(_spec(study), scan, output)
+
+
+def plan_export_correction(study: Study, source: NamedFiles, output: NamedFiles) -> None:
+    """Plan the runs at a number that is moved by what the one found misses."""
+    plan_correction(_spec(study), _evidence(study, source), output)
 
 
 def export_rolling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Write rolling.json: the conversion of rolling friction."""
-    config, metric = study.config, study.config.target.metric
+    correction = read_scan(source.correction, study.config.target.metric)
     found = conclude(
         parse_spec(_spec(study)),
-        read_scan(source.scan, metric),
-        read_scan(source.confirmation, metric),
-        study.table("validation", "runs")["response"],  # type: ignore[index]
-        config.validation.margin,
-        in_ascii(unit_of(metric)),
+        replace(_evidence(study, source), correction=correction),
+        in_ascii(unit_of(study.config.target.metric)),
     )
     write_json(output.rolling, found)
+
+
+def _evidence(study, source):
+    """What the search and its confirmation gave."""
+    metric = study.config.target.metric
+    confirmation = read_scan(source.confirmation, metric)
+    return Evidence(
+        read_scan(source.scan, metric),
+        confirmation,
+        confirmation.iloc[:0],
+        study.table("validation", "runs")["response"],
+        study.config.validation.margin,
+    )
 
 
 def about(config: Config, validation: Mapping[str, Any]) -> list[str]:
@@ -263,7 +281,7 @@ def write_set(
 def export_converted(study: Study, source: NamedFiles, output: Sequence[str]) -> None:
     """Write the blocks of codes with other rolling laws, with what the search found."""
     mapping = _spec(study)
-    conversion = Conversion(parse_spec(mapping), study.summary("export_confirmation", "rolling"))
+    conversion = Conversion(parse_spec(mapping), study.summary("export_correction", "rolling"))
     lines = about(study.config, study.summary("validation"))
     _write_blocks(CONVERTED, mapping, conversion, lines, Path(output[0]).parent)
     _write_decks(study, mapping, conversion, lines, Path(output[0]).parent)

@@ -8,12 +8,10 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, cast
-
-import pandas as pd
 
 from calibration.errors import CalibrationError
 from calibration.files import read_json
@@ -101,18 +99,22 @@ def poured(name: str, folder: str | Path, seeds: int = SEEDS) -> dict[str, Any]:
 def converted(mapping: dict[str, Any], folder: Path, metric: str = METRIC) -> dict[str, Any]:
     """What the stage `export_converted` finds for a run spec (a mapping) of few grains: content of
     rolling.json. folder: where its runs are kept; metric: the angle that is to be met."""
-    files = cast("NamedFiles", SimpleNamespace(plan=folder / "scan" / "plan.json"))
-    rolling.plan_scan(mapping, files)
-    design = read_written(folder / "scan" / "design.csv")
-    scan = _with_angles(design, read_json(files.plan), folder / "runs", metric)
-    path, found = rolling.search(scan)
-    if path is None:
+    runs = folder / "runs"
+
+    def made(name, plan):
+        files = cast("NamedFiles", SimpleNamespace(plan=folder / name / "plan.json"))
+        plan(files)
+        design = read_written(folder / name / "design.csv")
+        return _with_angles(design, read_json(files.plan), runs, metric)
+
+    scan = made("scan", lambda files: rolling.plan_scan(mapping, files))
+    if scan.empty:
         raise CalibrationError("the law that is to be converted needs no search")
-    share = round(found[path].share, 4)
-    rows, specs = rolling.rows_at(mapping, path, share, rolling.CONFIRM_SEEDS, "coarse")
-    check = _with_angles(pd.DataFrame(rows), specs, folder / "runs", metric)
+    check = made("confirmation", lambda files: rolling.plan_confirmation(mapping, scan, files))
     own = rolling.angles_of(scan, rolling.CALIBRATED)
-    return rolling.conclude(parse_spec(mapping), scan, check, own, MARGIN, UNIT)
+    evidence = rolling.Evidence(scan, check, check.iloc[:0], own, MARGIN)
+    moved = made("correction", lambda files: rolling.plan_correction(mapping, evidence, files))
+    return rolling.conclude(parse_spec(mapping), replace(evidence, correction=moved), UNIT)
 
 
 def _with_angles(design, specs, root, metric):

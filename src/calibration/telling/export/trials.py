@@ -90,7 +90,14 @@ def told(code: str, name: str, conversion: Conversion, expected: Mapping[str, An
             f"tried: {first.told}{'; ' if others else ''}{others} ({which})."
         )
     angles = "; ".join(row.told for row in rows if row.quantity in ANGLES)
-    return f"NOT CORRECTED IN {upper}. Heaps that were tried miss no angle: {angles} ({which})."
+    own = (
+        f" This study's own grains in this engine: {conversion.checked}"
+        if conversion.checked
+        else ""
+    )
+    return (
+        f"NOT CORRECTED IN {upper}. Heaps that were tried miss no angle: {angles} ({which}).{own}"
+    )
 
 
 def _words(spec):
