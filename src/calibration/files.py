@@ -16,10 +16,12 @@ if TYPE_CHECKING:  # pandas takes a while to load, and most of who write a file 
     import pandas as pd
 
 ABANDONED = 3600.0  # seconds
+BLANKS = " \t\n\v\f\xa0\ufeff"
 PARTIAL = re.compile(r"\.partial\..*|\..*\.partial")
 """What `replacing` writes to, and what the engine's writers write to."""
 
-FORMULA = ("=", "+", "-", "@")
+FORMULA = ("=", "+", "-", "@", "\uff1d", "\uff0b", "\uff0d", "\uff20")
+"""What a formula of a spreadsheet begins with, in its wide forms too."""
 
 
 @contextmanager
@@ -102,12 +104,13 @@ def _no_formula(cell):
     if not isinstance(cell, str):
         return cell
     cell = cell.replace("\r", " ")  # pandas would let it begin a row of its own
-    # a spreadsheet that parts cells by semicolons or tabs begins a new one behind each
-    return "".join(_as_text(part) for part in re.split(r"([;\t]\s*)", cell))
+    # a spreadsheet that parts cells by semicolons or tabs begins a new one behind each, and behind
+    # an end of a line: quotation marks behind a comma are text to it
+    return "".join(_as_text(part) for part in re.split(r"([;\t\n]\s*)", cell))
 
 
 def _as_text(part):
-    if not part.lstrip().startswith(FORMULA):
+    if not part.lstrip(BLANKS).startswith(FORMULA):
         return part
     try:
         float(part)

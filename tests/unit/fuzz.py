@@ -31,6 +31,7 @@ from scipy.io import wavfile
 
 from calibration.chain.numerics import read_numerics
 from calibration.engines.command import read_metrics
+from calibration.engines.table import read_row
 from calibration.errors import CalibrationError
 from calibration.intake.curves import read_curves
 from calibration.intake.measurements import read_measured
@@ -49,7 +50,10 @@ from calibration.study.config.as_data import data_of
 from calibration.study.config.resolution import parse_resolved
 from calibration.study.config.schema import ScreeningConfig
 from calibration.study.factors import read_factors
+from calibration.study.new.answers import read_entries
+from calibration.study.new.mastersizer import mastersizer_sizes
 from calibration.study.new.questions import sieve_curve
+from calibration.study.new.workbook import read_workbook, write_workbook
 from dem.errors import DemError
 from dem.io.checked import DIGEST, sealed, write_checked_arrays
 from dem.io.clump import read_clump
@@ -377,6 +381,22 @@ def _sound():
     return out.getvalue()
 
 
+def _workbook_of_tests():
+    """As `dem new --workbook` writes it, two sheets of it filled in."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "a.xlsx"
+        write_workbook(path)
+        book = openpyxl.load_workbook(path)
+        for name in set(book.sheetnames) - {"grain", "drop"}:
+            del book[name]
+        for sheet in book:
+            *_, (_, *example) = sheet.iter_rows(values_only=True)
+            sheet.append([None, *example])
+        book["drop"].append([None, "80 mm"])  # a second reading
+        book.save(path)
+        return path.read_bytes()
+
+
 def _numbers(path):
     for line, row in (table := read_table(path)).rows:
         for column in table.header:
@@ -391,12 +411,26 @@ def _mesh_of(path):
 INTERNAL = ("result", "failure", "plan", "record", "batch", "consents")
 CHANGES = dict.fromkeys(INTERNAL, resealed) | {"checkpoint": rechecked}
 CHANGES |= dict.fromkeys(("configuration", "run spec", "diagnosis settings", "numerics"), restated)
-CHANGES |= {"workbook": repacked, "photograph": rechunked, "sound": with_other_head}
+CHANGES |= {
+    "workbook": repacked,
+    "workbook of tests": repacked,
+    "photograph": rechunked,
+    "sound": with_other_head,
+}
 """Reader: how its files are changed, where it is not by bytes alone."""
-ENDS = {"workbook": ".xlsx"}
+ENDS = {"workbook": ".xlsx", "workbook of tests": ".xlsx"}
 
 READERS = {
     "workbook": (_workbook(), _numbers),
+    "workbook of tests": (_workbook_of_tests(), lambda p: read_entries(read_workbook(p))),
+    "laser diffraction": (
+        b"Sample Name,Result Between User Sizes (Sizes in um),,,\n,10,20,40,80\na,,20,50,30\n",
+        mastersizer_sizes,
+    ),
+    "responses": (
+        b"run_id,angle_of_repose_deg\nheap-0123456789abcdef,31.5\n",
+        lambda p: read_row(p, RUN),
+    ),
     "photograph": (_picture(), measure_photo),
     "sound": (_sound(), read_train),
     "curves": (

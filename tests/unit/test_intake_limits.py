@@ -268,6 +268,12 @@ def test_no_cell_is_a_formula_behind_a_semicolon():
 
     text = csv_text(pd.DataFrame({"note": ["a;=1+1", "b;\t@x", "c; -0.5", "=2"]}))
     assert text.splitlines()[1:] == ["a;'=1+1", "b;\t'@x", "c; -0.5", "'=2"]
+    # as a spreadsheet reads it that takes no comma for a separator
+    rows = csv_text(pd.DataFrame({"a": ["x"] * 3, "b": ["a, b\n=1;2", "\uff1d1", "\ufeff@x"]}))
+    cells = [
+        cell for row in rows.splitlines() for part in row.split(";") for cell in part.split(",")
+    ]
+    assert not [cell for cell in cells if cell.strip('" \ufeff')[:1] in ("=", "@", "\uff1d")]
 
 
 def test_the_documentation_states_the_limits():

@@ -143,6 +143,17 @@ def test_a_heading_in_another_unit_counts(here):
     assert config["rigs"]["drop_300_mm"]["run"]["geometry"]["drop_height_mm"] == 300
 
 
+@pytest.mark.parametrize("cell", ["XFD1048576", "XFD9", "A1048576"])
+def test_a_cell_far_from_all_others_is_told(here, capsys, cell):
+    filled(WHEAT)
+    book = openpyxl.load_workbook("w.xlsx")
+    book["drop"][cell] = 3
+    book.save("w.xlsx")
+    capsys.readouterr()
+    assert main(["new", "x", "--from", "w.xlsx", "--no-pilot"]) == 2
+    assert tells(capsys.readouterr().err, "w.xlsx", "drop", "1,000 columns")
+
+
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04 no zip", b"a,b\n1,2\n"])
 def test_what_is_no_workbook_is_a_sentence(here, capsys, content):
     Path("w.xlsx").write_bytes(content)

@@ -38,6 +38,10 @@ def mastersizer_sizes(path: str | Path) -> tuple[list[float], list[float]] | Non
                           allowed=allowed)  # fmt: skip
     line, cells = _one_sample(path, rows[2:], header)
     shares = [_number(path, line, c) for c in cells[column + 1 : column + len(limits)]]
+    if len(shares) < len(limits) - 1:
+        allowed = f"{len(limits) - 1}, one for each class"
+        raise ConfigError("has too few shares", path=path, line=line, value=len(shares),
+                          allowed=allowed)  # fmt: skip
     classes = [(math.sqrt(a * b), s) for (a, b), s in zip(pairwise(limits), shares, strict=True)]
     kept = [(round(1e-3 * d, 6), s) for d, s in classes if s >= LEAST_SHARE]
     if not kept:

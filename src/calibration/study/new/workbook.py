@@ -16,6 +16,7 @@ from calibration.intake.tables import read_rows
 from calibration.study.new.answers import Faults, Raw, entries_of, read_entries, with_unit
 from calibration.study.new.methods import Method, methods
 from dem.tables.encoding import WORKBOOK, kind_of, read_bytes
+from dem.tables.limits import MOST_CELLS, MOST_COLUMNS
 from dem.units import in_ascii, unit_of
 
 FIRST, NOTES = "read me", "notes"
@@ -166,12 +167,17 @@ def _names(path):
 
 
 def _changed(sheet):
-    """Whether a sheet holds anything, and not its own lines alone."""
+    """Whether a sheet holds anything, and not its own lines alone; so does one that is larger than
+    any table, which is refused by who reads it."""
     method = methods().get(sheet.title)
     own = [[c for c in line if c] for line in _head(method)] if method else []
-    lines = sheet.iter_rows(values_only=True)
-    cells = ([c for c in line if c is not None and str(c).strip()] for line in lines)
-    rows = [row for row in cells if row]
+    rows, seen = [], 0
+    for line in sheet.iter_rows(values_only=True):
+        seen += max(len(line), 1)
+        if len(line) > MOST_COLUMNS or seen > MOST_CELLS:
+            return True
+        if row := [c for c in line if c is not None and str(c).strip()]:
+            rows.append(row)
     return bool(rows) and rows != own
 
 
