@@ -1,5 +1,6 @@
 """What comes from outside ends in a value or in one sentence, whatever its size and form."""
 
+import errno
 import io
 import json
 import os
@@ -14,6 +15,7 @@ from PIL import Image
 from calibration.errors import ConfigError
 from calibration.files import csv_text
 from calibration.intake.clump_from_mesh import fill_mesh
+from calibration.intake.guard import decoding
 from calibration.intake.photo import measure_photo
 from calibration.intake.tables import read_table
 from calibration.interface.commands import main
@@ -37,7 +39,7 @@ from dem.tables.limits import (
     MOST_UNPACKED,
 )
 from diagnosis.settings import read_settings
-from facts import refused, tells
+from facts import holds, refused, tells
 
 RUN = "heap-0123456789abcdef"
 FACET = (
@@ -198,6 +200,12 @@ def test_a_mesh_in_text_has_its_own_numbers_and_each_facet_its_corners(tmp_path,
         fill_mesh(path, 3)
     path.write_text("solid s\n" + FACET.format("+1.5e0") + "endsolid s\n")
     assert len(read_stl(path)[1]) == 1
+
+
+def test_a_file_that_may_not_be_read_is_not_told_to_be_damaged():
+    with refused(ConfigError, "Permission denied", path="a.wav") as caught, decoding("a.wav", ""):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), "a.wav")
+    assert not holds(str(caught.value), "damaged")
 
 
 def test_a_configuration_without_end_is_not_read_to_its_end():

@@ -37,4 +37,6 @@ def decoding(path: str | Path, what: str) -> Iterator[None]:
         said = (str(error).splitlines() or [""])[0][:200] or type(error).__name__
         where = f" ({said})" if str(path) not in said else ""
         reason = f"cannot be read, or is damaged{where}"
+        if isinstance(error, OSError) and error.strerror:  # rights, a broken disk
+            reason = f"cannot be read ({error.strerror})"
         raise ConfigError(reason, path=path, allowed=what) from None
