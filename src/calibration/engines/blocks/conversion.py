@@ -196,10 +196,10 @@ class Conversion:
 
     @property
     def checked(self) -> str:
-        """What this engine's heaps of the study's own grains give with the numbers of the search,
-        as a sentence; empty without a search, or without such heaps."""
+        """What this engine's heaps give with the numbers of the search, on the scale of the study
+        where that was tried; empty without a search, or without such heaps."""
         f = self.found or {}
-        told = _checks(f, f.get("unit"))
+        told = [_compared(f[scale], f["unit"]) for scale in SCALES if scale in f]
         return told[-1] if told else ""
 
     def _without_search(self, name):
@@ -232,15 +232,15 @@ SCALES = {"coarse": "on the scale of the search", "full": "on the scale of the s
 
 def _checks(found, unit):
     """A sentence for each scale at which numbers were checked."""
-    return [_check(found[scale], where, unit) for scale, where in SCALES.items() if scale in found]
+    told = {where: _compared(found[s], unit) for s, where in SCALES.items() if s in found}
+    return [f"Check {where}: {text}." for where, text in told.items()]
 
 
-def _check(a, where, unit):
+def _compared(a, unit):
     low, high = a["difference_interval_95"]
     return (
-        f"Check {where}: {a['mean']:.2f} {unit} ({a['runs']} runs, sd {a['sd']:.2f}) against "
+        f"{a['mean']:.2f} {unit} ({a['runs']} runs, sd {a['sd']:.2f}) against "
         f"{a['calibrated_law_mean']:.2f} ({a['calibrated_law_runs']} runs, sd "
-        f"{a['calibrated_law_sd']:.2f}) with the "
-        f"calibrated law; difference {fixed(a['difference'], 2, '+')}, 95 % "
-        f"{fixed(low, 2, '+')} to {fixed(high, 2, '+')}."
+        f"{a['calibrated_law_sd']:.2f}) with the calibrated law; difference "
+        f"{fixed(a['difference'], 2, '+')}, 95 % {fixed(low, 2, '+')} to {fixed(high, 2, '+')}"
     )

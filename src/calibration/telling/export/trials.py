@@ -90,11 +90,8 @@ def told(code: str, name: str, conversion: Conversion, expected: Mapping[str, An
             f"tried: {first.told}{'; ' if others else ''}{others} ({which})."
         )
     angles = "; ".join(row.told for row in rows if row.quantity in ANGLES)
-    own = (
-        f" This study's own grains in this engine: {conversion.checked}"
-        if conversion.checked
-        else ""
-    )
+    checked = conversion.checked
+    own = checked and f" This study's heap in this engine, with these numbers: {checked}."
     return (
         f"NOT CORRECTED IN {upper}. Heaps that were tried miss no angle: {angles} ({which}).{own}"
     )
