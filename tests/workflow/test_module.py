@@ -221,6 +221,17 @@ def test_the_conda_environment_needs_no_clone():
     assert env["dependencies"] == ["python =3.11", "pip", {"pip": wanted}]
 
 
+def test_the_catalogue_s_entry_promises_what_there_is():
+    """No environment, since no index has the package; a page that says what to do instead, and the
+    study that the catalogue tries."""
+    usage = yaml.safe_load((ROOT / ".snakemake-workflow-catalog.yml").read_text())["usage"]
+    assert usage["software-stack-deployment"] == {"conda": False, "apptainer": False}
+    [page] = re.findall(r"docs/[\w-]+\.md", usage["mandatory-flags"]["desc"])
+    assert (ROOT / page).is_file()
+    assert usage["report"] is True
+    assert (ROOT / ".test" / "config" / "config.yaml").is_file()
+
+
 def container():
     """{section: lines} of the container's recipe."""
     text = (ROOT / "workflow/envs/calibration.def").read_text()
