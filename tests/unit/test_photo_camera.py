@@ -41,7 +41,7 @@ def photograph(path, angle, height, aim=20.0, focal_said=True):
     image = np.where(inside[..., None], [90, 60, 40], [205, 210, 220]).astype(np.uint8)
     exif = Image.Exif()
     if focal_said:
-        exif.get_ifd(0x8769)[0xA405] = int(FOCAL_MM)
+        exif[0x8769] = {0xA405: int(FOCAL_MM)}
     Image.fromarray(image).save(path, quality=95, exif=exif)
     return pitch
 
