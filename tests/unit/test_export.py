@@ -430,7 +430,7 @@ def test_no_search_where_nothing_rolls(mapping, tmp_path):
     assert json.loads((tmp_path / "plan.json").read_text()) == {}
     scan = pd.read_csv(tmp_path / "design.csv").assign(response=[])
     rolling.plan_confirmation(free, scan, PlanFiles.of(tmp_path / "c"))
-    nothing = rolling.Evidence(scan, scan, scan, pd.Series([45.0, 45.2]), 1.0)
+    nothing = rolling.Evidence(scan, scan, pd.Series([45.0, 45.2]), 1.0)
     rolling.plan_correction(free, nothing, PlanFiles.of(tmp_path / "d"))
     for folder in ("c", "d"):
         assert len(pd.read_csv(tmp_path / folder / "design.csv")) == 0
@@ -581,8 +581,8 @@ def test_heaps_of_the_search_without_a_value_are_left_out_and_told(mapping):
     assert places[path].share == pytest.approx(0.3333 + 0.6667 * (33.0 - 29.0) / 6.0, abs=0.03)
     confirmation = pd.DataFrame({"scale": "coarse", "response": [33.1, np.nan, 32.8]})
     spec, validated = parse_spec(mapping), pd.Series([33.0, np.nan, 33.2])
-    evidence = rolling.Evidence(without, confirmation, confirmation.iloc[:0], validated, 2.0)
-    told = rolling.conclude(spec, evidence, "deg")
+    evidence = rolling.Evidence(without, confirmation, validated, 2.0)
+    told = rolling.conclude(spec, evidence, confirmation.iloc[:0], "deg")
     assert (told["without_value"], told["runs"]) == (int(lost.sum()) + 1, len(runs) + 3)
     assert told["coarse"]["runs"] == 2
     assert "full" not in told
@@ -590,7 +590,7 @@ def test_heaps_of_the_search_without_a_value_are_left_out_and_told(mapping):
     assert tells(said, f"{told['without_value']} of {told['runs']}", "no angle")
     same = (without["path"] == "elastic_plastic") & (without["share"] == 0.0)
     clogged = without.assign(response=without["response"].mask(same))
-    told = rolling.conclude(spec, replace(evidence, scan=clogged), "deg")
+    told = rolling.conclude(spec, replace(evidence, scan=clogged), confirmation.iloc[:0], "deg")
     said = " ".join(Conversion(spec, told).sentences("epsd3"))
     assert tells(said, "same number", "no heap")
 
@@ -604,7 +604,7 @@ def evidence(full, own=(45.0, 45.2, 44.8), coarse_own=41.0):
     )
     rows = [{"scale": "full", "share": 0.525, "response": y} for y in full]
     found = pd.DataFrame(rows, columns=["scale", "share", "response"])
-    return rolling.Evidence(runs, found, found.iloc[:0], pd.Series(own), 1.0)
+    return rolling.Evidence(runs, found, pd.Series(own), 1.0)
 
 
 def moved(mapping, found, folder):
@@ -629,7 +629,7 @@ def test_a_number_that_misses_at_the_studys_own_grains_is_moved_by_what_is_missi
         assert pair.static_friction == pytest.approx(0.625 * static, rel=1e-4)
 
     correction = design.assign(response=[45.1, 44.9, 45.0, 45.2, 44.8])
-    told = rolling.conclude(parse_spec(mapping), replace(found, correction=correction), "deg")
+    told = rolling.conclude(parse_spec(mapping), found, correction, "deg")
     assert told["static_friction"] == pytest.approx(0.625 * static, rel=1e-4)
     assert told["full"]["difference"] == pytest.approx(0.0, abs=1e-9)
     assert told["searched"]["static_friction"] == pytest.approx(0.525 * static, rel=1e-4)
@@ -646,8 +646,9 @@ def test_a_number_that_misses_at_the_studys_own_grains_is_moved_by_what_is_missi
 )
 def test_a_number_that_is_not_shown_to_miss_stays(mapping, tmp_path, full):
     found = evidence(full)
-    assert moved(mapping, found, tmp_path).empty
-    told = rolling.conclude(parse_spec(mapping), found, "deg")
+    correction = moved(mapping, found, tmp_path)
+    assert correction.empty
+    told = rolling.conclude(parse_spec(mapping), found, correction.assign(response=[]), "deg")
     assert "searched" not in told
     assert ("full" in told) == (len(full) > 1)
 

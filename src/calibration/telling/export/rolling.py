@@ -275,8 +275,6 @@ class Evidence:
 
     scan: pd.DataFrame
     confirmation: pd.DataFrame
-    correction: pd.DataFrame
-    """Empty where the number was not moved, or before it is."""
     validated: pd.Series
     """(n,) angles of the calibrated law at the study's own scale."""
     margin: float
@@ -297,7 +295,7 @@ def plan_correction(spec: dict[str, Any], evidence: Evidence, output: NamedFiles
     """Plan runs at a number moved by what the number found misses at the study's own scale; none
     where that is within the margin, or where its 95 % interval holds zero.
 
-    spec: calibrated run spec (a mapping); evidence: without a correction."""
+    spec: calibrated run spec (a mapping)."""
     parts = []
     path, found = search(evidence.scan)
     scale = "coarse" if coarse(spec) is spec else "full"
@@ -316,20 +314,20 @@ def _misses(check, margin):
     return abs(check["difference"]) > margin and not low <= 0.0 <= high
 
 
-def conclude(spec: RunSpec, evidence: Evidence, unit: str) -> dict[str, Any]:
-    """The conversion as a mapping for rolling.json; spec: calibrated `RunSpec`; unit: of the
-    angle."""
-    scan, moved = evidence.scan, not evidence.correction.empty
+def conclude(
+    spec: RunSpec, evidence: Evidence, correction: pd.DataFrame, unit: str
+) -> dict[str, Any]:
+    """The conversion as a mapping for rolling.json. spec: calibrated `RunSpec`; correction: table
+    of the runs at the number that was moved, empty where it was not; unit: of the angle."""
+    scan, moved = evidence.scan, not correction.empty
     pair, (path, found) = spec.contacts.particle_particle, search(scan)
     out = {"law": spec.laws.rolling, "unit": unit, "path": path}  # type: ignore[attr-defined]  # a field for each law
     if path is None:
         return out
     searched = _numbers(path, round(found[path].share, 4), pair)
     same = angles_of(scan[scan["share"] == 0.0], ELASTIC_PLASTIC)
-    responses = pd.concat(
-        [runs["response"] for runs in (scan, evidence.confirmation, evidence.correction)]
-    )
-    taken = _numbers(path, evidence.correction["share"].iloc[0], pair) if moved else searched
+    responses = pd.concat([runs["response"] for runs in (scan, evidence.confirmation, correction)])
+    taken = _numbers(path, correction["share"].iloc[0], pair) if moved else searched
     out |= taken | {
         "stiffness_factor": STIFFNESS_FACTOR,
         "damping_ratio": DAMPING_RATIO,
@@ -341,7 +339,7 @@ def conclude(spec: RunSpec, evidence: Evidence, unit: str) -> dict[str, Any]:
     }
     checks = evidence.checks(evidence.confirmation)
     if moved:
-        return out | {"searched": searched | checks} | evidence.checks(evidence.correction)
+        return out | {"searched": searched | checks} | evidence.checks(correction)
     return out | checks
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -94,7 +93,8 @@ def export_rolling(study: Study, source: NamedFiles, output: NamedFiles) -> None
     correction = read_scan(source.correction, study.config.target.metric)
     found = conclude(
         parse_spec(_spec(study)),
-        replace(_evidence(study, source), correction=correction),
+        _evidence(study, source),
+        correction,
         in_ascii(unit_of(study.config.target.metric)),
     )
     write_json(output.rolling, found)
@@ -103,11 +103,9 @@ def export_rolling(study: Study, source: NamedFiles, output: NamedFiles) -> None
 def _evidence(study, source):
     """What the search and its confirmation gave."""
     metric = study.config.target.metric
-    confirmation = read_scan(source.confirmation, metric)
     return Evidence(
         read_scan(source.scan, metric),
-        confirmation,
-        confirmation.iloc[:0],
+        read_scan(source.confirmation, metric),
         study.table("validation", "runs")["response"],
         study.config.validation.margin,
     )

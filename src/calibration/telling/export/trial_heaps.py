@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, cast
@@ -112,9 +112,9 @@ def converted(mapping: dict[str, Any], folder: Path, metric: str = METRIC) -> di
         raise CalibrationError("the law that is to be converted needs no search")
     check = made("confirmation", lambda files: rolling.plan_confirmation(mapping, scan, files))
     own = rolling.angles_of(scan, rolling.CALIBRATED)
-    evidence = rolling.Evidence(scan, check, check.iloc[:0], own, MARGIN)
+    evidence = rolling.Evidence(scan, check, own, MARGIN)
     moved = made("correction", lambda files: rolling.plan_correction(mapping, evidence, files))
-    return rolling.conclude(parse_spec(mapping), replace(evidence, correction=moved), UNIT)
+    return rolling.conclude(parse_spec(mapping), evidence, moved, UNIT)
 
 
 def _with_angles(design, specs, root, metric):

@@ -90,11 +90,10 @@ def told(code: str, name: str, conversion: Conversion, expected: Mapping[str, An
             f"tried: {first.told}{'; ' if others else ''}{others} ({which})."
         )
     angles = "; ".join(row.told for row in rows if row.quantity in ANGLES)
-    checked = conversion.checked
-    own = checked and f" This study's heap in this engine, with these numbers: {checked}."
-    return (
-        f"NOT CORRECTED IN {upper}. Heaps that were tried miss no angle: {angles} ({which}).{own}"
-    )
+    tried = f"NOT CORRECTED IN {upper}. Heaps that were tried miss no angle: {angles} ({which})."
+    if not conversion.checked:
+        return tried
+    return f"{tried} This study's heap in this engine, with these numbers: {conversion.checked}."
 
 
 def _words(spec):
