@@ -8,6 +8,7 @@ from matplotlib.text import Text
 
 from calibration import figures
 from calibration.statistics.design import box_behnken
+from calibration.statistics.numbers import difference_of
 from calibration.statistics.optimise import solve
 from calibration.statistics.surface import fit_surface
 from calibration.statistics.validate import compare
@@ -61,7 +62,7 @@ def test_every_metric_of_every_experiment_is_named_as_a_quantity():
 )
 def test_a_difference_has_the_digits_that_its_interval_bears(ends, said):
     keys = ("difference", "difference_low", "difference_high")
-    assert figures.difference_of(dict(zip(keys, ends, strict=True))) == said
+    assert difference_of(dict(zip(keys, ends, strict=True))) == said
 
 
 def texts(figure):

@@ -14,6 +14,7 @@ from calibration.chain.responses import left_out, naming_left_out, with_response
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
+from calibration.statistics.numbers import difference_of
 from calibration.statistics.validate import compare
 from calibration.study.config import is_measured, read_target
 from dem.io.files import write_json
@@ -100,7 +101,7 @@ def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
 
 def _difference(found, response):
     word = "equivalent" if found["equivalent"] else "not shown to be equivalent"
-    apart, low, high = figures.difference_of(found)
+    apart, low, high = difference_of(found)
     return (
         f"Difference {apart}{response.unit} (95 % {low} to {high}); {word} within "
         f"±{found['margin']:g}{response.unit} "

@@ -9,13 +9,13 @@ from calibration.figures.labels import (
     Response,
     label,
     parameter_words,
+    response_of,
 )
 from calibration.figures.optimum import contours, desirability_contours, front
 from calibration.figures.posterior_pairs import next_measurements, posterior_pairs, pushed_forward
 from calibration.figures.pour_rate import pour_rate
 from calibration.figures.push_through import pushed_through
 from calibration.figures.replicates import validation
-from calibration.figures.responses import difference_of, response_of
 from calibration.figures.screening import half_normal, pareto
 from calibration.figures.style import BLUE, GREEN, GREY, ORANGE, STYLE, save, subplots
 from calibration.figures.surface import perturbation, predicted_actual, residual_panel, surfaces
@@ -32,7 +32,6 @@ __all__ = [
     "ascent_path",
     "contours",
     "desirability_contours",
-    "difference_of",
     "front",
     "half_normal",
     "label",

@@ -69,9 +69,30 @@ class Response:
         return f"{fixed(x, 2)}°" if self.unit == "°" else f"{x:.4g}{self.unit}"
 
 
+NAMES = {
+    "arched": "arch over the orifice",
+    "beverloo_constant": "Beverloo constant",
+    "froude_number": "Froude number",
+    "hausner_ratio": "Hausner ratio",
+    "hold_up": "most grains in the funnel",
+    "in_funnel": "grains left in the funnel",
+    "on_plate": "grains on the plate",
+    "share_in_funnel": "share left in the funnel",
+    "spilled": "grains spilled",
+    "steps_per_contact": "time steps in a contact",
+    "strain_at_load": "strain under the load",
+}
+"""Metrics whose own names, written apart, would name no quantity: what people call them."""
+SCATTER = "_sd"
+
+
 def response_of(metric: str) -> Response:
-    """`Response` of a run's metric, whose name ends in its unit (angle_of_repose_deg)."""
-    return Response(label(without_unit(metric)), behind(unit_of(metric)))
+    """`Response` of a run's metric, whose name ends in its unit (angle_of_repose_deg), under the
+    name that people give it."""
+    bare = without_unit(metric)
+    own = bare.removesuffix(SCATTER)
+    name = NAMES.get(own, label(without_unit(own)))
+    return Response(f"scatter of the {name}" if own != bare else name, behind(unit_of(metric)))
 
 
 ANGLE = response_of("angle_of_repose_deg")

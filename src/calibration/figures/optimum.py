@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 import matplotlib.pyplot as plt
 import numpy as np
 
-from calibration.figures.labels import ANGLE, label
+from calibration.figures.labels import ANGLE, label, response_of
 from calibration.figures.planes import label_3d, pairs_of, plane
-from calibration.figures.responses import response_of
 from calibration.figures.style import BLUE, ORANGE, STYLE, panel_grid, subplots
 from calibration.statistics.goals import overall_desirability
 from calibration.statistics.optimise import solution_mesh

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import matplotlib.pyplot as plt
 import numpy as np
 
-from calibration.figures.labels import ANGLE, label
-from calibration.figures.responses import response_of
+from calibration.figures.labels import ANGLE, label, response_of
 from calibration.figures.style import BLUE, GREEN, GREY, ORANGE, STYLE, subplots
 from calibration.statistics.stated import Stated
 

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import matplotlib.pyplot as plt
 
-from calibration.figures.labels import label
-from calibration.figures.responses import response_of
+from calibration.figures.labels import label, response_of
 from calibration.figures.style import BLUE, ORANGE, STYLE, panel_grid, subplots
 
 if TYPE_CHECKING:

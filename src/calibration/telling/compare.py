@@ -7,9 +7,9 @@ from pathlib import Path
 
 from calibration.chain.study import Results
 from calibration.errors import CalibrationError
-from calibration.figures import difference_of, label
+from calibration.figures import label
 from calibration.intake.tables import read_written
-from calibration.statistics.numbers import fixed, signed
+from calibration.statistics.numbers import difference_of, fixed, signed
 from calibration.study.stages import load_stages
 from calibration.telling.report.answer import intervals
 from calibration.telling.report.runs import run_times

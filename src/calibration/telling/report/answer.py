@@ -6,7 +6,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from calibration.chain.study import Results
-from calibration.figures import difference_of, label, response_of
+from calibration.figures import label, response_of
+from calibration.statistics.numbers import difference_of
 from calibration.telling.report.known import posterior_of, predicts, said_by_diagnosis
 from dem.advice import limits_of
 from dem.spec import load_spec

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 from calibration.chain.joint.words import against
 from calibration.chain.posterior_words import following, known
 from calibration.chain.study import Results
-from calibration.figures import difference_of, label, response_of
+from calibration.figures import label, response_of
 from calibration.intake.tables import read_written
-from calibration.statistics.numbers import fixed, signed
+from calibration.statistics.numbers import difference_of, fixed, signed
 from calibration.telling.report.known import POOR, posterior_of, said_by_diagnosis
 
 if TYPE_CHECKING:
