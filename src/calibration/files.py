@@ -69,7 +69,7 @@ def read_json(path: str | Path) -> Any:
     """Content of a JSON file that a stage wrote. Raises OSError, and DamagedError for what is no
     JSON, no plain file or larger than a record (`dem.tables.limits`)."""
     again = "the file as it was written; delete it, and the next start makes it again"
-    os.stat(path)
+    os.stat(path)  # who asks for a file that is not there is told so, and not of damage
     try:
         check_file(path, "record")
         return json.loads(Path(path).read_text("utf-8"))

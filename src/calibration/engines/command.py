@@ -126,10 +126,11 @@ def read_metrics(path: str | Path) -> dict[str, float]:
 def _each_once(pairs):
     """A mapping of JSON; ValueError where it gives a name twice, which JSON would keep the last
     of."""
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        twice = next(k for n, (k, _) in enumerate(pairs) if k in dict(pairs[:n]))
-        raise ValueError(f"{twice} is given twice")
+    found: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in found:
+            raise ValueError(f"{key} is given twice")
+        found[key] = value
     return found
 
 

@@ -23,7 +23,6 @@ from calibration.intake.guard import in_study
 from calibration.runs.snakemake_command import LOGGER, call, snakemake_command
 from calibration.study.config import overlay, stands_alone
 from calibration.study.config.resolution import parse_resolved
-from calibration.study.factors import read_factors
 from calibration.study.stages import load_stages
 from calibration.telling.kept_results import sentences_of
 from dem.io.mapping import read_mapping
@@ -55,17 +54,19 @@ class Study(study.Study):
     """
 
     def __init__(self, *files: str | Path, root: str | Path | None = None) -> None:
-        given = [_file(f) for f in files]
-        found = root or next(filter(None, map(_root_above, given)), None)
+        given = [_read(f) for f in files]
+        found = root or next(filter(None, (_root_above(*g) for g in given)), None)
         self.root = None if found is None or Path(found).samefile(".") else Path(abspath(found))
-        self.files = [Path(abspath(f)) if self.root else f for f in given]
+        self.files = [Path(abspath(f)) if self.root else f for f, _ in given]
+        mappings = [mapping for _, mapping in given]
         with self._in_root():
             if not any(stands_alone(f) for f in self.files):
                 self.files.insert(0, DEFAULT)
+                mappings.insert(0, read_mapping(DEFAULT)[0])
             data: dict[str, Any] = {}
-            for path in self.files:
-                _check_place(path)
-                data = overlay(data, read_mapping(path)[0])
+            for path, mapping in zip(self.files, mappings, strict=True):
+                _check_place(path, mapping)
+                data = overlay(data, mapping)
             super().__init__(parse_resolved(data, self.files))
         self.folder = (self.root or Path()) / self.folder
 
@@ -77,7 +78,7 @@ class Study(study.Study):
     def factors(self) -> list[Factor | Choice]:
         """The factors of the table, in its order. Raises ConfigError."""
         with self._in_root():
-            return read_factors(self.config.factors)
+            return super().factors
 
     def measured(self, target: Target | None = None) -> np.ndarray | Stated:
         """(n,) readings of a target, of the main one unless given, or a `Stated` mean of them.
@@ -193,38 +194,39 @@ class StageResults:
 def config_file(name: str | Path) -> Path:
     """The configuration file that a name stands for, whose paths count from the current folder.
     Raises ConfigError."""
-    path = _file(name)
-    _check_place(path)
+    path, mapping = _read(name)
+    _check_place(path, mapping)
     return path
 
 
-def _file(name):
-    """The configuration file that a name stands for. Raises ConfigError."""
+def _read(name):
+    """(configuration file that a name stands for, its mapping). Raises ConfigError."""
     path = Path(name)
     path = path / "config.yaml" if path.is_dir() else path
     if not path.is_file():
         raise ConfigError("is no study", path=name, allowed="a folder with config.yaml, or a file")
     with in_study():
         check_file(path, "configuration")
-    if not isinstance(read_mapping(path)[0], dict):
+    mapping = read_mapping(path)[0]
+    if not isinstance(mapping, dict):
         raise ConfigError("is no mapping", path=path, allowed="a YAML mapping of keys")
-    return path
+    return path, mapping
 
 
-def _check_place(path):
+def _check_place(path, mapping):
     """Raise ConfigError where a study's factors are not found from here, but from a folder above
     it: the paths in a configuration count from where the command is started."""
-    there = _root_above(path)
+    there = _root_above(path, mapping)
     if there:
-        named = read_mapping(path)[0]["factors"]
+        named = mapping["factors"]
         allowed = f"the same command in the folder {there}, which its paths count from"
         raise ConfigError("is not here", path=path, key="factors", value=named, allowed=allowed)
 
 
-def _root_above(path):
+def _root_above(path, mapping):
     """The nearest folder above a configuration from which its factors are found, None where they
     are found from the current one, or nowhere."""
-    named = read_mapping(path)[0].get("factors")
+    named = mapping.get("factors")
     if not isinstance(named, str) or Path(named).exists():
         return None
     return next((above for above in Path(abspath(path)).parents if (above / named).is_file()), None)

@@ -83,11 +83,11 @@ def read_limited(path: str | Path, kind: str) -> bytes:
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror})", path=path) from None
     if kind == "configuration":
-        refuse_endless(data, path)
+        refuse_long_numbers(data, path)
     return data
 
 
-def refuse_endless(data: bytes, path: str | Path) -> None:
+def refuse_long_numbers(data: bytes, path: str | Path) -> None:
     """Raise InputError for the text of a configuration with a number of more than MOST_DIGITS."""
     found = _ENDLESS.search(data)
     if found:
