@@ -4,6 +4,11 @@ import os
 
 import pytest
 
+# one thread of linear algebra a process, as snakemake gives a job: pytest has a process a core, and
+# two threads in each spend a third of the processor's time on waiting for one another
+for library in ("OPENBLAS", "MKL"):
+    os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+
 
 def pytest_addoption(parser):
     parser.addoption(
