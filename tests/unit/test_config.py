@@ -28,7 +28,7 @@ def data(monkeypatch):
     ("change", "words"),
     [
         ({"nam": "x"}, ["nam", "name"]),
-        ({"name": "a b"}, ["name", "a b"]),
+        ({"name": "a b"}, ["name", "a b", "letters"]),
         ({"seed": -1}, ["seed", "-1"]),
         ({"screening": {"alpha": 2}}, ["screening.alpha", "2", "less than 1"]),
         ({"screening": {"alfa": 0.1}}, ["screening.alfa", "alpha"]),

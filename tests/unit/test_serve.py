@@ -19,11 +19,13 @@ import pytest
 import yaml
 
 from browser import browse, find_browser
+from calibration.errors import ConfigError
 from calibration.interface.api import Study
 from calibration.runs.plans import plan, write_plan
 from calibration.study.stages import expected_runs
 from calibration.study.stages.screening import runs as expected_of_screening
 from calibration.telling.serve import Server
+from calibration.telling.serve.job import Job
 from calibration.telling.serve.server import PATIENCE_S
 from dem.results import write_failure, write_result
 from dem.spec import parse_spec
@@ -92,6 +94,19 @@ def ask(server, path, method="GET", **headers):
     found = answer.status, dict(answer.getheaders()), answer.read()
     connection.close()
     return found
+
+
+def test_a_coarse_study_is_the_one_that_its_command_makes(study):
+    coarse = Study("two.yaml", resolution="quick")
+    assert coarse.folder == Path("results/two-quick")
+    assert coarse.config.run["particles"]["count"] < study.config.run["particles"]["count"]
+    command = coarse.command("-j2", "joint")
+    assert command[command.index("--config") + 1] == "resolution=quick"
+    assert command[-2:] == ["-j2", "joint"]
+    assert "--config" not in study.command("-j2")
+    assert Job(coarse, 2).command == coarse.command("-j2")
+    with pytest.raises(ConfigError, match="resolution"):
+        Study("two.yaml", resolution="quickly")
 
 
 def test_it_tells_progress_heaps_and_failures(server, study):

@@ -46,14 +46,17 @@ class Study(study.Study):
     """A study of a folder with a config.yaml, or of configuration files, later ones laid over
     earlier ones.
 
-    Study("wheat"), Study("wheat/config.yaml", "quick.yaml"), Study("soybean") in the folder that
-    holds it. Raises ConfigError as the workflow does.
+    Study("wheat"), Study("wheat", resolution="quick"), Study("soybean") in the folder that holds
+    it. Raises ConfigError as the workflow does.
 
     root: the folder that its paths count from and that its results stand in; unless given the
-    current one, or the nearest above from which its factors are found.
+    current one, or the nearest above from which its factors are found; resolution: `quick` or
+    `test` for fewer grains, as `--config resolution=quick` beside the study's command.
     """
 
-    def __init__(self, *files: str | Path, root: str | Path | None = None) -> None:
+    def __init__(
+        self, *files: str | Path, root: str | Path | None = None, resolution: str | None = None
+    ) -> None:
         given = [_read(f) for f in files]
         found = root or next(filter(None, (_root_above(*g) for g in given)), None)
         self.root = None if found is None or Path(found).samefile(".") else Path(abspath(found))
@@ -67,8 +70,16 @@ class Study(study.Study):
             for path, mapping in zip(self.files, mappings, strict=True):
                 _check_place(path, mapping)
                 data = overlay(data, mapping)
-            super().__init__(parse_resolved(data, self.files))
+            changes = {"resolution": resolution} if resolution else {}
+            super().__init__(parse_resolved(data | changes, self.files))
         self.folder = (self.root or Path()) / self.folder
+        self._changes = [f"{key}={value}" for key, value in changes.items()]
+
+    def command(self, *arguments: str) -> list[str]:
+        """The command that runs the study's workflow in its root, with further arguments of
+        snakemake's."""
+        changes = ["--config", *self._changes] if self._changes else []
+        return snakemake_command(self.files, *changes, *arguments)
 
     def _in_root(self) -> AbstractContextManager[Any]:
         """The study's root as the current folder, where it is another one."""
@@ -95,7 +106,7 @@ class Study(study.Study):
         CalibrationError with what snakemake said last where it fails.
         """
         with self._in_root():
-            command = snakemake_command(self.files, "--logger", LOGGER, f"-j{cores}", stage)
+            command = self.command("--logger", LOGGER, f"-j{cores}", stage)
             done = call(command, each=progress or (lambda line: None))
         if done.returncode:
             said = "\n".join(done.stdout.strip().splitlines()[-20:])

@@ -5,6 +5,7 @@ fills a grain's mesh with spheres, `dem serve` shows a study while it runs."""
 import argparse
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from calibration.errors import CalibrationError
@@ -275,6 +276,10 @@ def _add_serve(commands):
         help="folder with config.yaml, or configuration files; without any the page is a form of "
         "all test methods, which writes a new study into the current folder",
     )
+    server.add_argument(
+        "--resolution",
+        help="quick or test, where the study is run with --config resolution=quick or test",
+    )
     server.add_argument("--cores", type=int, default=2, help="that the study may use")
     server.add_argument("--port", type=int, default=0, help="a free one unless given")
     server.set_defaults(command=_serve)
@@ -288,7 +293,9 @@ def _serve(args):
         raise CalibrationError(f"--port {args.port}: allowed: 0 (a free one) to {MOST_PORTS}")
     if args.cores < 1:
         raise CalibrationError(f"--cores {args.cores}: allowed: 1 or more")
-    serve(Study(*args.study, root=".") if args.study else None, args.cores, args.port, opened=Study)
+    opened = partial(Study, resolution=args.resolution)
+    study = opened(*args.study, root=".") if args.study else None
+    serve(study, args.cores, args.port, opened=opened)
 
 
 if __name__ == "__main__":

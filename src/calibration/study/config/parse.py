@@ -154,6 +154,8 @@ def _parse(data, file):
             raise ConfigError("must be given", path=file, key=key, allowed=allowed) from None
         if first["type"] == "extra_forbidden":
             allowed = _known_keys(first["loc"])
+        elif first["type"] == "string_pattern_mismatch":
+            allowed = _field(first["loc"]).description
         else:
             allowed = first["msg"].removeprefix("Input should be ")
         raise ConfigError(

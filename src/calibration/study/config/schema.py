@@ -450,11 +450,15 @@ class Config(_Part):
     def _in_key_units(cls, data):
         return coarsened(converted(data)) if isinstance(data, dict) else data
 
-    name: str = Field(pattern=r"^[A-Za-z0-9_-]+$", description="folder of the study's results")
+    name: str = Field(
+        pattern=r"^[A-Za-z0-9_-]+$",
+        description="folder of the study's results: letters, digits, _ and - alone",
+    )
     results: str = Field(
         "results",
         pattern=r"^[^{}*?<>|\s]([^{}*?<>|]*[^{}*?<>|\s/])?$",
-        description="folder of all studies' results, with the runs that they share",
+        description="folder of all studies' results, with the runs that they share: a path without "
+        "{}*?<>| and without blanks at its ends",
     )
     seed: int = Field(1, ge=0, lt=2**31, description="first seed; replicates count on from it")
     factors: str = Field(description="table of factors")

@@ -6,8 +6,6 @@ import subprocess
 import threading
 from typing import Any
 
-from calibration.runs.snakemake_command import snakemake_command
-
 PATIENCE_S = 20.0
 
 
@@ -15,7 +13,7 @@ class Job:
     """One workflow at a time, whoever asks: the requests of a server come in threads."""
 
     def __init__(self, study: Any, cores: int) -> None:
-        self._command = snakemake_command(study.files, f"-j{cores}")
+        self.command = study.command(f"-j{cores}")
         self.log = study.folder / "logs" / "serve.log"
         self._process, self._lock = None, threading.Lock()
 
@@ -40,7 +38,7 @@ class Job:
             self.log.parent.mkdir(parents=True, exist_ok=True)
             with open(self.log, "w") as stream:
                 self._process = subprocess.Popen(  # type: ignore[assignment]
-                    self._command, stdin=subprocess.DEVNULL, stdout=stream, stderr=stream,
+                    self.command, stdin=subprocess.DEVNULL, stdout=stream, stderr=stream,
                     start_new_session=True,
                 )  # fmt: skip
             return True
