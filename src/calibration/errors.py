@@ -1,9 +1,15 @@
 """Errors at the border: what was wrong, where, and what is allowed."""
 
+from __future__ import annotations
+
 import errno
 from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 from dem.errors import DemError, InputError
+
+if TYPE_CHECKING:
+    from pydantic import ValidationError
 
 MACHINE = {
     errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EFBIG, errno.EIO,
@@ -32,6 +38,17 @@ class ConfigError(CalibrationError, InputError):
 
     def __init__(self, reason, **named):
         InputError.__init__(self, reason, **named)
+
+
+def first_fault(error: ValidationError, *above: str) -> dict[str, Any]:
+    """{key, value, allowed}, for a ConfigError, of the first thing that a schema refuses; above:
+    keys that lead to what was read."""
+    first = error.errors()[0]
+    return {
+        "key": ".".join([*above, *map(str, first["loc"])]) or None,
+        "value": first.get("input"),
+        "allowed": first["msg"].removeprefix("Input should be "),
+    }
 
 
 REFUSALS = (CalibrationError, DemError, OSError)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from calibration.errors import ConfigError
+from calibration.errors import ConfigError, first_fault
 from calibration.intake.measurements import raise_faults
 from calibration.intake.quantities import LEVERS, QUANTITIES
 from calibration.study.config import overlay
@@ -177,11 +177,7 @@ def read_settings(path: str | Path | None, changes: Mapping[str, Any] | None = N
     except SpecError as error:
         raise ConfigError(str(error)) from None
     except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join(str(p) for p in first["loc"])
-        raise ConfigError(
-            "is not valid", path=path, key=key, value=first.get("input"), allowed=first["msg"]
-        ) from None
+        raise ConfigError("is not valid", path=path, **first_fault(error)) from None
 
 
 def with_gain_runs(settings: Settings, runs: int) -> Settings:

@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from calibration.errors import ConfigError
+from calibration.errors import ConfigError, first_fault
 from calibration.intake.measurements import Measurement
 from calibration.runs.simulated import named
 from dem.errors import SpecError
@@ -77,13 +77,9 @@ def read_switched(path: str | Path) -> dict[str, dict[str, Switched]]:
             try:
                 out[experiment][name] = Switched.model_validate(given)
             except ValidationError as error:
-                first = error.errors()[0]
-                key = ".".join([experiment, name, *(str(p) for p in first["loc"])])
-                line = lines.get(key) or lines.get(f"{experiment}.{name}")
-                raise ConfigError(
-                    "is not valid", path=path, line=line, key=key, value=first.get("input"),
-                    allowed=first["msg"],
-                ) from None  # fmt: skip
+                found = first_fault(error, experiment, name)
+                line = lines.get(found["key"]) or lines.get(f"{experiment}.{name}")
+                raise ConfigError("is not valid", path=path, line=line, **found) from None
     return out
 
 

@@ -13,7 +13,7 @@ from pydantic import BaseModel, Field, ValidationError
 from scipy import stats
 
 from calibration import figures
-from calibration.errors import ConfigError
+from calibration.errors import ConfigError, first_fault
 from calibration.files import write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_values, together, write_plan
@@ -53,12 +53,9 @@ def read_numerics(path: str | Path, factors: Sequence[str]) -> Numerics:
     try:
         wanted = Numerics.model_validate(data)
     except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join(str(p) for p in first["loc"])
-        raise ConfigError(
-            "is not valid", path=path, line=line_of(key, lines), key=key or None,
-            value=first.get("input"), allowed=first["msg"].removeprefix("Input should be "),
-        ) from None  # fmt: skip
+        found = first_fault(error)
+        where = {"path": path, "line": line_of(found["key"] or "", lines)}
+        raise ConfigError("is not valid", **where, **found) from None
     named = [(f"points.{p}.{n}", n, factors) for p, levels in wanted.points.items() for n in levels]
     against = {name: v.against for name, v in wanted.variants.items() if v.against}
     named += [

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from calibration.errors import ConfigError
+from calibration.errors import ConfigError, first_fault
 from dem.errors import SpecError
 from dem.io.mapping import read_mapping
 
@@ -43,17 +43,8 @@ def read_reproduction(path: str | Path) -> ReproductionSettings:
     try:
         return ReproductionSettings.model_validate(data)
     except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join(str(p) for p in first["loc"])
-        allowed = (
-            "the keys beside, repeats and causes"
-            if first["type"] == "extra_forbidden"
-            else first["msg"]
-        )
-        place = {"path": path, "line": lines.get(key), "key": key}
-        raise ConfigError(
-            "is not valid",
-            value=first.get("input"),
-            allowed=allowed,
-            **place,  # type: ignore[arg-type]
-        ) from None
+        found = first_fault(error)
+        if error.errors()[0]["type"] == "extra_forbidden":
+            found["allowed"] = "the keys beside, repeats and causes"
+        where = {"path": path, "line": lines.get(found["key"])}
+        raise ConfigError("is not valid", **where, **found) from None

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from calibration import engines
-from calibration.errors import ConfigError
+from calibration.errors import ConfigError, first_fault
 from calibration.intake.numbers_with_units import check_plausible, in_key_units
 from calibration.study.config.joint import check_joint
 from calibration.study.config.measured import goals, is_measured, read_target
@@ -148,19 +148,15 @@ def _parse(data, file):
     except ValidationError as error:
         _refuse_moved(error.errors(), file)
         first = error.errors()[0]
-        key = ".".join(str(p) for p in first["loc"])
+        found = first_fault(error)
         if first["type"] == "missing":
-            allowed = _field(first["loc"]).description
-            raise ConfigError("must be given", path=file, key=key, allowed=allowed) from None
+            found |= {"value": None, "allowed": _field(first["loc"]).description}
+            raise ConfigError("must be given", path=file, **found) from None
         if first["type"] == "extra_forbidden":
-            allowed = _known_keys(first["loc"])
+            found["allowed"] = _known_keys(first["loc"])
         elif first["type"] == "string_pattern_mismatch":
-            allowed = _field(first["loc"]).description
-        else:
-            allowed = first["msg"].removeprefix("Input should be ")
-        raise ConfigError(
-            "is not valid", path=file, key=key, value=first.get("input"), allowed=allowed
-        ) from None
+            found["allowed"] = _field(first["loc"]).description
+        raise ConfigError("is not valid", path=file, **found) from None
     factors = read_factors(config.factors)
     names = [f.name for f in factors]
     for section, mapping in (
