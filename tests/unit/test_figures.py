@@ -208,6 +208,7 @@ def test_saving_is_reproducible_keeps_text_and_leaves_no_partial_file(tmp_path, 
     [
         ("salt_steel_rolling_friction", ("rolling friction", "salt on steel")),
         ("grain_grain_restitution", ("restitution", "grain on grain")),
+        ("grain_grain_surface_energy", ("surface energy", "grain on grain")),
         ("salt_poisson_ratio", ("Poisson's ratio", "salt")),
         ("poisson_ratio", ("Poisson's ratio",)),
         ("stress_dependent_friction", ("stress dependent friction",)),

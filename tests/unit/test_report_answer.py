@@ -16,6 +16,7 @@ import yaml
 from scipy.optimize import minimize
 
 from browser import browse, find_browser
+from calibration.chain.optimum import sentences
 from calibration.engines.blocks.conversion import Conversion
 from calibration.engines.blocks.material import granulate
 from calibration.figures import response_of
@@ -96,6 +97,21 @@ def test_the_sentences_name_what_decides_what_is_open_and_what_was_preferred(stu
     wrong = found["What to know of the runs"]
     assert tells(wrong, "Factor d", "−3°", "not calibrated", "factor b", "+1.5°")
     assert tells(wrong, "factor c", "−2.5°", "configured path")
+
+
+def test_a_target_that_the_surface_gives_nowhere_bounds_nothing(study):
+    """One point comes nearest to it, which is no range of parameters that give it."""
+    file = study / "optimise" / "optimum.json"
+    optimum = json.loads(file.read_text())
+    optimum |= {"attainable": False, "predicted": 29.0, "confirmation_interval": [27.5, 30.5]}
+    optimum["solution_set"] = {f.name: [1.0, 1.0] for f in REGION}
+    write(file, optimum)
+    open_ = said(study)["What stays open"]
+    told = " ".join(sentences(optimum, ANGLE))
+    for text in (open_, told):
+        assert tells(text, f"{TARGET:.2f}°", "29.00°", "27.50°", "30.50°")
+        assert "1 to 1" not in text
+    assert "bounds no parameter" in open_
 
 
 def test_odd_points_and_failed_validation_are_said(study):

@@ -286,7 +286,9 @@ def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
         f"{figures.label(name)} {level:.3g}" for name, level in summary["optimum"].items()
     )
     texts.append(f"The chosen point is {point}.")
-    if summary.get("solution_set"):
+    if not summary.get("attainable", True):
+        texts.append(out_of_reach(summary, response))
+    elif summary.get("solution_set"):
         reach = ", ".join(
             f"{figures.label(name)} {low:.3g} to {high:.3g}"
             for name, (low, high) in summary["solution_set"].items()
@@ -294,6 +296,17 @@ def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
         target = response.value(summary["target"])
         texts.append(f"The points of the region that give {target} reach over {reach}.")
     return texts
+
+
+def out_of_reach(summary: Mapping[str, Any], response: Response) -> str:
+    """A sentence on a target that the surface gives nowhere in the region: how near it comes, and
+    how well it knows that."""
+    low, high = (response.value(end) for end in summary["confirmation_interval"])
+    return (
+        f"No point of the region is predicted to give {response.value(summary['target'])}: the "
+        f"chosen one comes nearest, with {response.value(summary['predicted'])} (95 % {low} to "
+        f"{high})."
+    )
 
 
 def _of_candidate(found, response):

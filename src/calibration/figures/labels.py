@@ -9,7 +9,8 @@ from calibration.statistics.numbers import fixed
 from dem.units import behind, unit_of, without_unit
 
 OF_A_PAIR = re.compile(
-    r"(?P<one>[^_]+)_(?P<other>[^_]+)_(?P<what>restitution|static_friction|rolling_friction)"
+    r"(?P<one>[^_]+)_(?P<other>[^_]+)_"
+    r"(?P<what>restitution|static_friction|rolling_friction|surface_energy|cohesion_energy_density)"
 )
 POISSON = re.compile(r"((?P<of>[^_]+)_)?poisson_ratio")
 

@@ -69,16 +69,16 @@ def _contradictions(summary):
     found = summary["agreement"]
     if not found["contradicts"]:
         return [f"One set of parameters meets all targets (p = {found['p']:.2g})."]
-    names, p = found["named"], f"p = {found['p']:.2g}"
+    names, p = [_response(n) for n in found["named"]], f"p = {found['p']:.2g}"
     if len(names) > 1:
         return [
             f"No parameters of the region meet all targets ({p}). They contradict each other: "
-            f"{', '.join(names)}. Without any one of these the others agree. A law may be missing, "
+            f"{'; '.join(names)}. Without any one of these the others agree. A law may be missing, "
             "or a measurement may be wrong: see the diagnosis."
         ]
     return [
-        f"No parameters of the region meet all targets ({p}). {names[0]} contradicts the others. "
-        "A law may be missing, or this measurement may be wrong: see the diagnosis."
+        f"No parameters of the region meet all targets ({p}). {_capital(names[0])}, contradicts "
+        "the others. A law may be missing, or this measurement may be wrong: see the diagnosis."
     ]
 
 
@@ -87,17 +87,23 @@ def _targets(targets):
     for target in targets:
         shown = response_of(target["metric"])
         said.append(
-            f"{_first(target['rig'])}, {shown.name}: measured {shown.value(target['measured'])}, "
-            f"predicted by all targets {shown.value(target['predicted'])} "
+            f"{_capital(label(target['rig']))}, {shown.name}: measured "
+            f"{shown.value(target['measured'])}, predicted by all targets "
+            f"{shown.value(target['predicted'])} "
             f"(pull {target['pull']:+.1f}), by the others a pull of "
             f"{target['pull_others']:+.1f} (p = {target['p_others']:.2g})."
         )
     return said
 
 
-def _first(name):
-    """A rig's name at the head of a sentence."""
-    words = label(name)
+def _response(name):
+    """A rig's metric as a reader calls it: `vessel: poured_density_kg_m3` is "vessel, poured
+    density"."""
+    rig, _, metric = name.partition(": ")
+    return f"{label(rig)}, {response_of(metric).name}"
+
+
+def _capital(words):
     return words[:1].upper() + words[1:]
 
 
@@ -124,8 +130,8 @@ def _next(summary):
 
 def _doubts(summary):
     said = [
-        f"{count} runs of {name} gave no value; parameters at which that is likely are less "
-        "probable."
+        f"{count} runs of {_response(name)}, gave no value; parameters at which that is likely "
+        "are less probable."
         for name, count in summary["without_value"].items()
         if count
     ]

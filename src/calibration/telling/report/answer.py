@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from calibration.chain.optimum import out_of_reach
 from calibration.chain.study import Results
 from calibration.figures import label, response_of
 from calibration.statistics.numbers import difference_of
@@ -179,11 +180,7 @@ def _diagnosed(verdict):
 
 def _notes(optimum, response):
     if not optimum["attainable"]:
-        return [
-            f"The measured {response.value(optimum['target'])} is out of reach in the region "
-            f"searched; the point above "
-            f"comes nearest, with {response.value(optimum['predicted'])} predicted."
-        ]
+        return [out_of_reach(optimum, response)]
     if "desirability" in optimum:
         return [
             f"The point above is the most desirable compromise of several targets (desirability "

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from calibration.chain.joint.words import against
+from calibration.chain.optimum import out_of_reach
 from calibration.chain.posterior_words import following, known
 from calibration.chain.study import Results
 from calibration.figures import label, response_of
@@ -91,6 +92,8 @@ def stays_open(
     optimum: Mapping[str, Any], region: Sequence[Mapping[str, Any]], response: Response
 ) -> str:
     """The parameters that the target does not fix within the region searched."""
+    if not optimum.get("attainable", True):
+        return f"{out_of_reach(optimum, response)} So it bounds no parameter."
     borders = {f["name"]: (f["low"], f["high"]) for f in region}
     parts, fixed = [], []
     for name, (low, high) in optimum["solution_set"].items():
