@@ -126,7 +126,10 @@ def study(tmp_path, monkeypatch, request):
     summary |= {"effects": {"c_d": 4.0}, "p": {"c_d": 0.01}}
     write(folder / "screening" / "screening.json", summary)
     write(folder / "optimise" / "optimum.json", OPTIMUM)
-    write(folder / "response_surface" / "region.json", [{"name": "c_d", "low": 0.15, "high": 0.35}])
+    write(
+        folder / "response_surface" / "region.json",
+        [{"name": "c_d", "key": "c.d", "low": 0.15, "high": 0.35}],
+    )
     pd.DataFrame({"c_d": np.linspace(0.2, 0.3, 500)}).to_csv(
         folder / "optimise" / "solution_set.csv", index=False
     )

@@ -112,6 +112,16 @@ def test_a_target_that_the_surface_gives_nowhere_bounds_nothing(study):
         assert tells(text, f"{TARGET:.2f}°", "29.00°", "27.50°", "30.50°")
         assert "1 to 1" not in text
     assert "bounds no parameter" in open_
+    assert not any("solution set" in k for row in answer(study, ANGLE)["parameters"] for k in row)
+
+
+def test_a_parameter_with_a_unit_has_it(study):
+    region = [dict(vars(f)) for f in REGION]
+    region[0]["key"] = "law_parameters.surface_energy_J_m2"
+    write(study / "response_surface" / "region.json", region)
+    first, second, _ = answer(study, ANGLE)["first"]
+    assert tells(first["name"], "factor a", "J/m²")
+    assert second["name"] == "factor b"
 
 
 def test_odd_points_and_failed_validation_are_said(study):

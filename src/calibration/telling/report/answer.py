@@ -12,6 +12,7 @@ from calibration.statistics.numbers import difference_of
 from calibration.telling.report.known import posterior_of, predicts, said_by_diagnosis
 from dem.advice import limits_of
 from dem.spec import load_spec
+from dem.units import unit_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -72,16 +73,19 @@ def _parameters(optimum, region, verdict, posterior):
     diagnosis where there is one."""
     diagnosed = (verdict or {}).get("calibration", {})
     borders = {f["name"]: (f["low"], f["high"]) for f in region}
+    units = {f["name"]: unit for f in region if (unit := unit_of(f["key"]))}
     rows = []
     for name, value in optimum["optimum"].items():
         low, high = optimum["solution_set"][name]
-        row = {"parameter": label(name), "calibrated": f"{value:.4g}"}
+        unit = f" [{units[name]}]" if name in units else ""
+        row = {"parameter": f"{label(name)}{unit}", "calibrated": f"{value:.4g}"}
         if posterior:
             row["95 %"] = _of_posterior(posterior, name)
         elif OTHERS_HELD in optimum:
             held = _interval(optimum[OTHERS_HELD][name], borders[name])
             row["95 % only if the others are right"] = held
-        row["over the solution set"] = f"{low:.4g} to {high:.4g}"
+        if optimum["attainable"]:
+            row["over the solution set"] = f"{low:.4g} to {high:.4g}"
         if diagnosed:
             p = diagnosed.get(name)
             row["95 % by all measurements"] = f"{p['low']:.3g} to {p['high']:.3g}" if p else ""
