@@ -54,6 +54,26 @@ def test_a_linear_model_has_the_posterior_of_the_closed_form():
     assert np.cov(found.draws.T) == pytest.approx(covariance, rel=0.15, abs=0.05 * sd**2)
 
 
+class Product:
+    """An emulator without error: the mean is u0 u1, whatever the others are."""
+
+    def mean(self, u):
+        return u[:, 0] * u[:, 1], np.zeros(len(u))
+
+
+def test_eight_parameters_that_one_target_hardly_narrows_are_sampled_well_enough():
+    """Chains of stretches alone are too short where a posterior fills its box."""
+    sd = 0.03
+    found = sample([Measured(Product(), 0.25, sd)], Prior.uniform(8))
+    assert found.converged
+    grid = (np.arange(2000) + 0.5) / 2000  # of u0, and of u1 in the integral
+    density = stats.norm.pdf(grid[:, None] * grid, 0.25, sd).sum(axis=1)
+    ends = np.interp([0.025, 0.975], np.cumsum(density) / density.sum(), grid)
+    low, high = found.interval()
+    assert low == pytest.approx([ends[0]] * 2 + [0.025] * 6, abs=0.03)
+    assert high == pytest.approx([ends[1]] * 2 + [0.975] * 6, abs=0.03)
+
+
 def test_two_targets_fix_what_one_leaves_open():
     one = Measured(Linear(0.0, [1.0, 1.0]), 1.0, 0.02)
     two = Measured(Linear(0.0, [1.0, -1.0]), 0.2, 0.02)
