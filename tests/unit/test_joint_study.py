@@ -2,6 +2,7 @@
 criticism, next test; and what is wrong with a laboratory, by line."""
 
 import zlib
+from math import ceil
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,9 @@ from calibration.chain.study import Study
 from calibration.errors import ConfigError
 from calibration.figures import ANGLE
 from calibration.runs.plans import read_plan, result_path
+from calibration.runs.progress import progress
 from calibration.study.config import parse_config
+from calibration.study.cost import run_seconds
 from calibration.telling.export.joint import middle
 from dem.results import write_result
 from dem.spec import parse_spec
@@ -111,6 +114,33 @@ def calibrated(config):
         if rules[name].plan:
             answer(rules[name].plan)
     return study
+
+
+def test_the_time_left_is_of_each_rig_s_own_runs(tmp_path, monkeypatch):
+    """Heaps of a minute beside planes of a second: neither stands for the other."""
+    config = laboratory(tmp_path, monkeypatch).model_copy(update={"supplements": ["joint"]})
+    rule = rules_of(config.model_dump(mode="json"))["plan_joint_first"]
+    rule.call(Study(config))
+    lasted = {"heap": 60.0, "tilt": 1.0}
+    for name, spec in read_plan(rule.plan).items():
+        if wall := lasted.get(spec["experiment"]):
+            folder, told = Path(result_path(name)).parent, {"wall_time_s": wall}
+            write_result(folder, parse_spec(spec), {"made_up": 1.0}, told, files=())
+    found = progress(config)
+    each = {plan.name: plan.each_s for plan in found.plans}
+    assert each["screening"] == 60.0
+    [flow] = [p for p in found.plans if p.name == "joint_first"]
+    of_hopper = {s["experiment"]: run_seconds(s) for s in read_plan(rule.plan).values()}[
+        "discharge"
+    ]
+    assert flow.left == config.joint.runs + config.joint.repeated
+    assert flow.each_s == of_hopper
+    rigs = [x for x in (60.0, 1.0, of_hopper) if x]
+    assert each["joint"] == pytest.approx(sum(rigs) / len(rigs))
+    chain = sum(ceil(p.left / 2) * 60.0 for p in found.chain if not p.name.startswith("joint"))
+    waves = [p for p in found.chain if p.name.startswith("joint")]
+    both = sum(ceil(p.left / 2) * (p.each_s or found.mean_s) for p in waves)
+    assert found.left_s(2) == pytest.approx(chain + both)
 
 
 def goes_to_other_codes(study):

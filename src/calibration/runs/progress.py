@@ -1,12 +1,12 @@
 """How far a campaign is, by what its stages declare of their runs."""
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil
 
 from calibration.runs.plans import plans_of
 from calibration.runs.store import REFUSED, RunStore
-from calibration.study.config import Config, point_spec
+from calibration.study.config import Config, machine_run, point_spec
 from calibration.study.cost import duration, run_seconds
 from calibration.study.stages import planning
 from dem.results import FAILED, is_current
@@ -20,7 +20,8 @@ class Plan:
     """Runs of one plan: how many are done of how many, and the names of those that failed. planned
     is false where the number is only expected; valueless: of those done, how many have no value, as
     a heap that did not form; short: runs of seconds, which share processes;
-    above: of a stage of another layer, as the diagnosis."""
+    above: of a stage of another layer, as the diagnosis; each_s: wall time [s] of one that is left,
+    where runs of its experiment have ended."""
 
     name: str
     done: int
@@ -30,6 +31,7 @@ class Plan:
     valueless: int = 0
     short: bool = False
     above: bool = False
+    each_s: float | None = None
 
     @property
     def counted(self) -> bool:
@@ -51,8 +53,8 @@ class Plan:
 @dataclass(frozen=True)
 class Progress:
     """Plans of a study, those that every study makes, and mean wall time [s] of their finished
-    runs, None before the first; expected_s: what a run takes by its spec, None where nobody
-    knows."""
+    runs, None before the first; expected_s: what a run takes by its spec, None where nobody knows.
+    Both count where a plan does not say what each of its runs takes."""
 
     plans: tuple
     mean_s: float | None
@@ -71,9 +73,14 @@ class Progress:
     def left_s(self, cores: int) -> float | None:
         """Seconds until the chain's runs are made, or None: a stage waits for the one before it, so
         the last run of each may leave cores idle."""
-        each = self.mean_s or self.expected_s
-        rounds = sum(ceil(plan.left / cores) for plan in self.chain)
-        return rounds * each if each and rounds else None
+        other = self.mean_s or self.expected_s
+        seconds = 0.0
+        for plan in (p for p in self.chain if p.left):
+            each = plan.each_s or other
+            if not each:
+                return None
+            seconds += ceil(plan.left / cores) * each
+        return seconds or None
 
     def sentence(self, cores: int) -> str:
         """'12 of 63 runs done, none failed; now screening (12 of 12); about 9 min left on 2
@@ -99,7 +106,8 @@ class Progress:
 
 def progress(config: Config, store: RunStore | None = None) -> Progress:
     """`Progress` of a study, as the store's index has it: no result is read."""
-    store, walls, plans = store or RunStore(config.runs), [], []
+    store, plans, left = store or RunStore(config.runs), [], []
+    walls: dict[str, list[float]] = {}
     for name, declared, names in _plans(f"{config.results}/{config.name}"):
         if not names and not (declared.expected and declared.expected(config)):
             continue
@@ -115,9 +123,30 @@ def progress(config: Config, store: RunStore | None = None) -> Progress:
         plan = Plan(name, len(over), total, failed, bool(names), none, short, above)
         plans.append(plan)
         if plan.counted:
-            walls += [e["wall_time_s"] for e in ended if e["wall_time_s"] is not None]
-    mean = sum(walls) / len(walls) if walls else None
+            for entry in ended:
+                if entry["wall_time_s"] is not None:
+                    walls.setdefault(_experiment(entry["run"]), []).append(entry["wall_time_s"])
+        # what is not planned yet is of the study's own experiment, or of its rigs
+        unplanned = [r.experiment for r in config.rigs.values()]
+        unplanned = unplanned if declared and declared.every_rig else [config.experiment]
+        left.append([_experiment(n) for n in names if n not in over] if names else unplanned)
+    asked = {experiment for them in left for experiment in them}
+    lasted = _expected(config, asked - walls.keys()) | {e: _mean(them) for e, them in walls.items()}
+    plans = [
+        replace(plan, each_s=_mean([lasted[e] for e in them if e in lasted]))
+        for plan, them in zip(plans, left, strict=True)
+    ]
+    mean = _mean([wall for them in walls.values() for wall in them])
     return Progress(tuple(plans), mean, None if walls else _expected_s(config))
+
+
+def _experiment(run):
+    """Of which a run is, by its name."""
+    return run.rpartition("-")[0]
+
+
+def _mean(seconds):
+    return sum(seconds) / len(seconds) if seconds else None
 
 
 def _plans(folder):
@@ -134,6 +163,16 @@ def _plans(folder):
 
 def _failed(store, name):
     return any((store.folder(name) / file).exists() for file in (FAILED, REPEAT))
+
+
+def _expected(config, experiments):
+    """{experiment: seconds of a run by its spec}, of those of the study's where that tells it."""
+    runs = {r.experiment: machine_run(config, r) for r in config.rigs.values()}
+    runs[config.experiment] = config.run
+    found = {
+        e: run_seconds(point_spec(runs[e], e, {}, config.seed)) for e in experiments & set(runs)
+    }
+    return {e: seconds for e, seconds in found.items() if seconds}
 
 
 def _expected_s(config):

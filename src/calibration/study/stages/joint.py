@@ -41,7 +41,10 @@ STAGES = (
         title="All tests together",
         place=5.3,
         # the second plan has the runs that the first ones ask for
-        plans=(Plan("joint_first", expected=_first), Plan("joint", expected=_second)),
+        plans=(
+            Plan("joint_first", expected=_first, every_rig=True),
+            Plan("joint", expected=_second, every_rig=True),
+        ),
         figures=(Figure("pairs", ("draws.csv", "joint.json")),),
         tables=(
             ("parameters", "Parameters with their 95 % intervals, by all targets"),

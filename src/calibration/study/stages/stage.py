@@ -33,12 +33,14 @@ class Plan:
     batches : processes that share these runs, or a function of the study; where None, as many as
         the cost of a run asks for
     failures : "refused" or "kept"
+    every_rig : whether they are of all rigs of the laboratory, not of the study's own experiment
     """
 
     folder: str
     expected: Callable | None = None
     batches: int | Callable | None = None
     failures: str = "refused"
+    every_rig: bool = False
 
 
 @dataclass(frozen=True)
