@@ -792,6 +792,16 @@ def test_sources_are_told_apart(files):
     assert p["materials.particle.shear_modulus_Pa"]["paper"] == "1.1: 1.9e+09"
 
 
+def test_a_clump_of_a_file_is_the_study_s_own(mapping, tmp_path):
+    rows = "x_mm,y_mm,z_mm,radius_mm\n-1,0,0,1\n1,0,0,1\n"
+    (tmp_path / "clump.csv").write_text(rows)
+    run = overlay(mapping, {"particles": {"clump": {"file": str(tmp_path / "clump.csv")}}})
+    found = sources.entries(parse_spec(run), run, {}, {}, {}, {})
+    assert found["particles.clump.x_mm"]["value"] == [-1.0, 1.0]
+    assert found["particles.clump.x_mm"]["source"] == sources.SPEC
+    assert found["particles.elongation"]["source"] == sources.DEFAULT
+
+
 def test_a_level_of_a_bench_test_is_said_to_be_one(config, tmp_path):
     found = {"fixed.json": {"fixed": {"salt_poisson_ratio": 0.3}}}
     own = config.model_copy(update={"fixed_from": "bench"})

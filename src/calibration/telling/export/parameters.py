@@ -102,7 +102,8 @@ def entries(
                 entry["unit"] = in_ascii(unit_of(key))
             if note:
                 entry["description"] = note
-            source = SPEC if states(run, key) else DEFAULT
+            in_file = f"{key.rpartition('.')[0]}.file"  # of a clump
+            source = SPEC if states(run, key) or states(run, in_file) else DEFAULT
             entry |= {"source": source} | (calibrated.get(key) or fixed.get(key) or {})
             if entry["source"] != "calibrated":
                 entry |= _printed(value, (entry.get("factor"), names.get(key)), published)
