@@ -58,6 +58,8 @@ VALIDATION = {
     "margin": 1.0,
     "equivalent": True,
     "equivalence_p": 0.004,
+    "equivalence_low": 0.07,
+    "equivalence_high": 0.77,
     "t_p": 0.05,
 }
 VERDICT = {

@@ -17,11 +17,13 @@ from scipy.optimize import minimize
 
 from browser import browse, find_browser
 from calibration.chain.optimum import sentences
+from calibration.chain.validation import judged
 from calibration.engines.blocks.conversion import Conversion
 from calibration.engines.blocks.material import granulate
 from calibration.figures import response_of
 from calibration.statistics.design import box_behnken
 from calibration.statistics.surface import fit_surface
+from calibration.statistics.validate import compare
 from calibration.study.config import overlay, with_levels
 from calibration.study.factors import Factor
 from calibration.study.stages import load_stages
@@ -152,7 +154,7 @@ def test_nothing_is_green_where_the_surface_predicts_nothing(study, predicted, g
     validation = {
         "simulated_mean": 30.1, "measured_mean": 30.0, "relative_error_percent": 0.33,
         "simulated_n": 9, "difference": 0.1, "difference_low": -0.2, "difference_high": 0.4,
-        "margin": 1.0, "equivalent": True,
+        "margin": 1.0, "equivalent": True, "equivalence_low": 0.0, "equivalence_high": 0.25,
     }  # fmt: skip
     write(study / "validation" / "validation.json", validation)
     surface = {"statistics": {"R2_pred": predicted}}
@@ -249,12 +251,23 @@ def test_a_difference_that_is_known_badly_asks_for_more_heaps(study, apart, ends
     validation = {
         "simulated_n": 10, "difference": apart, "difference_low": ends[0],
         "difference_high": ends[1], "margin": 1.0, "equivalent": False,
+        "equivalence_low": 0.8 * ends[0], "equivalence_high": 0.8 * ends[1],
     }  # fmt: skip
     write(study / "validation" / "validation.json", validation)
     wrong = said(study)["What is wrong"]
     assert tells(wrong, f"+{apart:.2f}°", "within ±1°")
     assert ("10 heaps" in wrong) is few
     assert ("validation.replicates" in wrong) is few
+
+
+def test_a_difference_that_is_beyond_the_margin_is_called_one(study):
+    """Ten heaps that are 13 degrees too flat are no want of proof."""
+    found = compare([[22.0, 23.5, 24.1, 25.0, 23.4]], [36.0, 37.0, 38.0], 1.0).as_dict()
+    write(study / "validation" / "validation.json", found)
+    shown = said(study)["What is wrong"], answer(study, ANGLE)["tiles"][1]["text"]
+    for text in (*shown, judged(found, "°")):
+        assert tells(text, "different", "more than 1°")
+    assert "not shown" not in " ".join(shown)
 
 
 PACKED = {
@@ -496,7 +509,7 @@ def test_further_targets_stand_below_the_calibrated_one(study, tmp_path):
     found = {
         "simulated_mean": 30.1, "simulated_n": 5, "measured_mean": 30.0, "difference": 0.1,
         "relative_error_percent": 0.3, "difference_low": -0.1, "difference_high": 0.3,
-        "margin": 1.0, "equivalent": True,
+        "margin": 1.0, "equivalent": True, "equivalence_low": 0.0, "equivalence_high": 0.25,
     }  # fmt: skip
     further = {"bulk_density_kg_m3": found | {"measured_mean": 850.0}}
     write(study / "validation" / "validation.json", found | {"further": further})

@@ -6,15 +6,18 @@ from math import hypot
 from pathlib import Path
 
 from calibration.chain.study import Results
+from calibration.chain.validation import verdict_of
 from calibration.errors import CalibrationError
 from calibration.figures import label
 from calibration.intake.tables import read_written
+from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDED
 from calibration.statistics.numbers import difference_of, fixed, signed
 from calibration.study.stages import load_stages
 from calibration.telling.report.answer import intervals
 from calibration.telling.report.runs import run_times
 
 NONE = "-"
+IN_A_CELL = {EQUIVALENT: "yes", DIFFERENT: "no", UNDECIDED: "not shown"}
 FITTED = (("R2", "R²", 3), ("R2_pred", "predicted R²", 3), ("CV_percent", "CV [%]", 2))
 """(key of the surface's statistics, words, decimals)."""
 Row = tuple[str, ...]
@@ -115,7 +118,7 @@ def _validation(first: Results, second: Results) -> Iterator[Row]:
     yield ("difference, 95 %", *cells(lambda v: "{} ({} to {})".format(*difference_of(v))))
     yield (
         "equivalent",
-        *cells(lambda v: f"{'yes' if v['equivalent'] else 'not shown'}, within ±{v['margin']:g}"),
+        *cells(lambda v: f"{IN_A_CELL[verdict_of(v)]}, within ±{v['margin']:g}"),
     )
 
 

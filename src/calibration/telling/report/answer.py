@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from calibration.chain.optimum import out_of_reach
 from calibration.chain.study import Results
+from calibration.chain.validation import judged
 from calibration.figures import label, response_of
 from calibration.statistics.numbers import difference_of
 from calibration.telling.report.known import posterior_of, predicts, said_by_diagnosis
@@ -158,14 +159,12 @@ def _further(v):
 
 
 def _equivalence(v, response):
-    word = "equivalent" if v["equivalent"] else "not shown to be equivalent"
     apart, low, high = difference_of(v)
     return [
         {
             "name": "Difference",
             "value": f"{apart}{response.unit}",
-            "text": f"95 % {low} to {high}; {word} within "
-            f"±{v['margin']:g}{response.unit} to the measurement",
+            "text": f"95 % {low} to {high}; {judged(v, response.unit)}, against the measurement",
             "good": v["equivalent"],
         }
     ]

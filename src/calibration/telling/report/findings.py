@@ -11,6 +11,7 @@ from calibration.chain.joint.words import against
 from calibration.chain.optimum import out_of_reach
 from calibration.chain.posterior_words import following, known
 from calibration.chain.study import Results
+from calibration.chain.validation import judged
 from calibration.figures import label, response_of
 from calibration.intake.tables import read_written
 from calibration.statistics.numbers import difference_of, fixed, signed
@@ -174,7 +175,7 @@ def _judged(study, response):
             f"{said}: {v['simulated_n']} heaps and the readings are too few to show that they are "
             f"equivalent within {within}. More heaps would tell (validation.replicates)."
             if abs(v["difference"]) < v["margin"]
-            else f"{said}: not shown to be equivalent within {within}."
+            else f"{said}: {judged(v, response.unit)}."
         )
     verdict = Results(study).summary("diagnosis", "verdict")
     if verdict and verdict["verdict"] != "adequate":
