@@ -117,6 +117,18 @@ def test_a_target_that_the_surface_gives_nowhere_bounds_nothing(study):
     assert not any("solution set" in k for row in answer(study, ANGLE)["parameters"] for k in row)
 
 
+def test_a_compromise_of_several_targets_keeps_the_points_that_are_nearly_as_good(study):
+    """Its desirability below one does not say that the region gives the first target nowhere."""
+    file = study / "optimise" / "optimum.json"
+    optimum = json.loads(file.read_text()) | {"attainable": False, "desirability": 0.8}
+    write(file, optimum)
+    assert tells(said(study)["What stays open"], "factor b", "0 to 2", "factor c")
+    assert tells(" ".join(sentences(optimum, ANGLE)), "factor a", "0.9 to 1.1")
+    found = answer(study, ANGLE)
+    assert "0.9 to 1.1" in found["parameters"][0].values()
+    assert any(tells(note, "desirability", "0.80") for note in found["notes"])
+
+
 def test_a_parameter_with_a_unit_has_it(study):
     region = [dict(vars(f)) for f in REGION]
     region[0]["key"] = "law_parameters.surface_energy_J_m2"

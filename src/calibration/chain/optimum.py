@@ -286,7 +286,7 @@ def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
         f"{figures.label(name)} {level:.3g}" for name, level in summary["optimum"].items()
     )
     texts.append(f"The chosen point is {point}.")
-    if not summary.get("attainable", True):
+    if given_nowhere(summary):
         texts.append(out_of_reach(summary, response))
     elif summary.get("solution_set"):
         reach = ", ".join(
@@ -296,6 +296,12 @@ def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
         target = response.value(summary["target"])
         texts.append(f"The points of the region that give {target} reach over {reach}.")
     return texts
+
+
+def given_nowhere(summary: Mapping[str, Any]) -> bool:
+    """Whether no point of the region is predicted to give the target. Of several targets the
+    optimum is a compromise, and its solution set is what is nearly as desirable."""
+    return "desirability" not in summary and not summary.get("attainable", True)
 
 
 def out_of_reach(summary: Mapping[str, Any], response: Response) -> str:

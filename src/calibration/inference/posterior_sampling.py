@@ -152,8 +152,8 @@ def sample(
         sampler = emcee.EnsembleSampler(walkers, d, log_density, moves=moves, vectorize=True)
         state = sampler.run_mcmc(state, burn)
         sampler.reset()
-        time = _run_on(sampler, state, steps)
-        if sampler.iteration >= AUTOCORRELATIONS * time:
+        time, enough = _run_on(sampler, state, steps)
+        if enough:
             break
     time = max(time, 1.0) if np.isfinite(time) else float(sampler.iteration)
     thin = max(1, int(0.5 * time))
@@ -168,13 +168,14 @@ def sample(
 
 
 def _run_on(sampler, state, steps):
-    """Run chains until they are long enough or `ROUNDS` have passed; their autocorrelation time."""
+    """Run chains until they are long enough or `ROUNDS` have passed; (their autocorrelation time,
+    whether they are)."""
     for _ in range(ROUNDS):
         state = sampler.run_mcmc(state, steps)
         time = float(np.max(sampler.get_autocorr_time(quiet=True, tol=0)))
-        if sampler.iteration >= AUTOCORRELATIONS * time:
+        if enough := sampler.iteration >= AUTOCORRELATIONS * time:
             break
-    return time
+    return time, enough
 
 
 def _starts(log_density, prior, walkers, rng):

@@ -70,16 +70,16 @@ class Study(study.Study):
             for path, mapping in zip(self.files, mappings, strict=True):
                 _check_place(path, mapping)
                 data = overlay(data, mapping)
-            changes = {"resolution": resolution} if resolution else {}
-            super().__init__(parse_resolved(data | changes, self.files))
+            if resolution:
+                data["resolution"] = resolution
+            super().__init__(parse_resolved(data, self.files))
         self.folder = (self.root or Path()) / self.folder
-        self._changes = [f"{key}={value}" for key, value in changes.items()]
+        self._changes = ["--config", f"resolution={resolution}"] if resolution else []
 
     def command(self, *arguments: str) -> list[str]:
         """The command that runs the study's workflow in its root, with further arguments of
         snakemake's."""
-        changes = ["--config", *self._changes] if self._changes else []
-        return snakemake_command(self.files, *changes, *arguments)
+        return snakemake_command(self.files, *self._changes, *arguments)
 
     def _in_root(self) -> AbstractContextManager[Any]:
         """The study's root as the current folder, where it is another one."""

@@ -126,10 +126,10 @@ def progress(config: Config, store: RunStore | None = None) -> Progress:
             for entry in ended:
                 if entry["wall_time_s"] is not None:
                     walls.setdefault(_experiment(entry["run"]), []).append(entry["wall_time_s"])
-        # what is not planned yet is of the study's own experiment, or of its rigs
-        unplanned = [r.experiment for r in config.rigs.values()]
-        unplanned = unplanned if declared and declared.every_rig else [config.experiment]
-        left.append([_experiment(n) for n in names if n not in over] if names else unplanned)
+        if names:
+            left.append([_experiment(n) for n in names if n not in over])
+        else:
+            left.append(_unplanned(config, declared))
     asked = {experiment for them in left for experiment in them}
     lasted = _expected(config, asked - walls.keys()) | {e: _mean(them) for e, them in walls.items()}
     plans = [
@@ -137,12 +137,19 @@ def progress(config: Config, store: RunStore | None = None) -> Progress:
         for plan, them in zip(plans, left, strict=True)
     ]
     mean = _mean([wall for them in walls.values() for wall in them])
-    return Progress(tuple(plans), mean, None if walls else _expected_s(config))
+    return Progress(tuple(plans), mean, None if walls else lasted.get(config.experiment))
 
 
 def _experiment(run):
     """Of which a run is, by its name."""
     return run.rpartition("-")[0]
+
+
+def _unplanned(config, declared):
+    """Experiments of the runs that a plan will have."""
+    if declared.every_rig:
+        return [rig.experiment for rig in config.rigs.values()]
+    return [config.experiment]
 
 
 def _mean(seconds):
@@ -173,10 +180,6 @@ def _expected(config, experiments):
         e: run_seconds(point_spec(runs[e], e, {}, config.seed)) for e in experiments & set(runs)
     }
     return {e: seconds for e, seconds in found.items() if seconds}
-
-
-def _expected_s(config):
-    return run_seconds(point_spec(config.run, config.experiment, {}, config.seed))
 
 
 def cores() -> int:

@@ -69,7 +69,7 @@ def _contradictions(summary):
     found = summary["agreement"]
     if not found["contradicts"]:
         return [f"One set of parameters meets all targets (p = {found['p']:.2g})."]
-    names, p = [_response(n) for n in found["named"]], f"p = {found['p']:.2g}"
+    names, p = [_of_name(n) for n in found["named"]], f"p = {found['p']:.2g}"
     if len(names) > 1:
         return [
             f"No parameters of the region meet all targets ({p}). They contradict each other: "
@@ -87,7 +87,7 @@ def _targets(targets):
     for target in targets:
         shown = response_of(target["metric"])
         said.append(
-            f"{_capital(label(target['rig']))}, {shown.name}: measured "
+            f"{_capital(_test(target['rig'], target['metric']))}: measured "
             f"{shown.value(target['measured'])}, predicted by all targets "
             f"{shown.value(target['predicted'])} "
             f"(pull {target['pull']:+.1f}), by the others a pull of "
@@ -96,11 +96,15 @@ def _targets(targets):
     return said
 
 
-def _response(name):
-    """A rig's metric as a reader calls it: `vessel: poured_density_kg_m3` is "vessel, poured
-    density"."""
-    rig, _, metric = name.partition(": ")
+def _test(rig, metric):
+    """What a rig measures, as a reader calls it: "vessel, poured density"."""
     return f"{label(rig)}, {response_of(metric).name}"
+
+
+def _of_name(name):
+    """`_test` of a response's name, `vessel: poured_density_kg_m3`."""
+    rig, _, metric = name.partition(": ")
+    return _test(rig, metric)
 
 
 def _capital(words):
@@ -114,8 +118,8 @@ def _next(summary):
     best = rows[0]
     left = {k.removesuffix(" left"): v for k, v in best.items() if k.endswith(" left")}
     name, share = min(left.items(), key=lambda pair: pair[1])
-    metric = response_of(best["metric"]).name
-    head = f"{label(best['rig'])}, {metric}, {summary['readings']} readings in {best['hours']:g} h"
+    test = _test(best["rig"], best["metric"])
+    head = f"{test}, {summary['readings']} readings in {best['hours']:g} h"
     of = "what is predicted" if name == "prediction" else label(name)
     if share > TELLS:
         return [
@@ -130,7 +134,7 @@ def _next(summary):
 
 def _doubts(summary):
     said = [
-        f"{count} runs of {_response(name)}, gave no value; parameters at which that is likely "
+        f"{count} runs of {_of_name(name)}, gave no value; parameters at which that is likely "
         "are less probable."
         for name, count in summary["without_value"].items()
         if count

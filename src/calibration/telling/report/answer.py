@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from calibration.chain.optimum import out_of_reach
+from calibration.chain.optimum import given_nowhere, out_of_reach
 from calibration.chain.study import Results
 from calibration.chain.validation import judged
 from calibration.figures import label, response_of
@@ -85,7 +85,7 @@ def _parameters(optimum, region, verdict, posterior):
         elif OTHERS_HELD in optimum:
             held = _interval(optimum[OTHERS_HELD][name], borders[name])
             row["95 % only if the others are right"] = held
-        if optimum["attainable"]:
+        if not given_nowhere(optimum):
             row["over the solution set"] = f"{low:.4g} to {high:.4g}"
         if diagnosed:
             p = diagnosed.get(name)
@@ -182,7 +182,7 @@ def _diagnosed(verdict):
 
 
 def _notes(optimum, response):
-    if not optimum["attainable"]:
+    if given_nowhere(optimum):
         return [out_of_reach(optimum, response)]
     if "desirability" in optimum:
         return [

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from calibration.chain.joint.words import against
-from calibration.chain.optimum import out_of_reach
+from calibration.chain.optimum import given_nowhere, out_of_reach
 from calibration.chain.posterior_words import following, known
 from calibration.chain.study import Results
 from calibration.chain.validation import judged
@@ -93,7 +93,7 @@ def stays_open(
     optimum: Mapping[str, Any], region: Sequence[Mapping[str, Any]], response: Response
 ) -> str:
     """The parameters that the target does not fix within the region searched."""
-    if not optimum.get("attainable", True):
+    if given_nowhere(optimum):
         return f"{out_of_reach(optimum, response)} So it bounds no parameter."
     borders = {f["name"]: (f["low"], f["high"]) for f in region}
     parts, fixed = [], []
