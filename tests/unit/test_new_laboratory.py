@@ -102,7 +102,7 @@ def test_the_pilot_compiles_first_and_tells_what_the_study_takes(here, monkeypat
 
     def run(spec, out):
         made.append(spec.experiment)
-        return {"metrics": dict.fromkeys(experiments()[spec.experiment].targets, 1.0)}
+        return {"metrics": dict.fromkeys(experiments()[spec.experiment].targets, 30.0)}
 
     monkeypatch.setattr("dem.warm.compile_engine", lambda: made.append("compiled"))
     monkeypatch.setattr("dem.run.run", run)
@@ -119,6 +119,38 @@ def test_the_pilot_compiles_first_and_tells_what_the_study_takes(here, monkeypat
     full = re.search(r"^in full.* stage joint about (\d+) h", said, re.M)
     assert int(full[1]) == pytest.approx((96 * (4 ** (4 / 3) + 1) + 160) / 120, rel=0.1)
     assert tells(said, "cylinder", "Shorter", "--axes", "speed=")
+
+
+@pytest.mark.parametrize(
+    ("middle", "steepest", "told"),
+    [(30.0, None, None), (20.0, 28.0, "reach"), (20.0, 24.0, "3.2°")],
+    ids=["steep enough", "within the ranges", "beyond them"],
+)
+def test_the_pilot_says_whether_the_ranges_reach_a_lifted_cylinder(
+    here, monkeypatch, capsys, middle, steepest, told
+):
+    """The measured mean is 27.2°. A heap in the middle that is flatter asks for one at the ends of
+    most friction and least restitution."""
+    poured = []
+
+    def run(spec, out):
+        metrics = dict.fromkeys(experiments()[spec.experiment].targets, 1.0)
+        if spec.experiment == "lifted_cylinder":
+            poured.append(spec.contacts.particle_particle)
+            metrics["angle_of_repose_deg"] = middle if len(poured) == 1 else steepest
+        return {"metrics": metrics}
+
+    monkeypatch.setattr("dem.warm.compile_engine", lambda: None)
+    monkeypatch.setattr("dem.run.run", run)
+    assert main(["new", "wheat", *WHEAT]) == 0
+    said = capsys.readouterr().out
+    assert len(poured) == 1 + bool(told)
+    if told:
+        ends = {f.key: (f.low, f.high) for f in read_factors("wheat/factors.tsv")}
+        place = "contacts.particle_particle"
+        assert poured[1].static_friction == ends[f"{place}.static_friction"][1]
+        assert poured[1].restitution == ends[f"{place}.restitution"][0]
+        assert tells(said, "cylinder", "ends", told)
 
 
 def test_a_cylinder_that_is_told_counts_without_doubt(here, capsys):

@@ -22,7 +22,7 @@ from calibration.study.config.schema import COARSER
 from calibration.study.cost import LEAST_JOBS, START_S, duration, run_seconds
 from calibration.study.factors import read_factors
 from calibration.study.new.pilot import advice, corners, cost, pilot, shrunk
-from calibration.study.new.reach import reach
+from calibration.study.new.reach import FRICTION, reach
 from calibration.study.new.sticking import eased, sticking, write_eased
 from calibration.study.new.study import write_factors
 from calibration.study.parcels import ratios
@@ -32,6 +32,7 @@ from dem.errors import DemError, StoppedError
 from dem.spec import parse_spec
 from dem.units import behind, unit_of
 
+ANGLE = "angle_of_repose_deg"
 LONG_S = 2 * 1800.0
 """Of a core, half an hour of two: the pilot says from there on what would be shorter."""
 
@@ -83,9 +84,13 @@ def try_rigs(folder: str | Path, show: Callable[[str], object] = print) -> list[
         factors = read_factors(config.factors)
     lasted, without = {}, []
     for rig in config.rigs:
-        words, gave, lasted[rig] = _one_run(config, factors, rig)
-        show(f"{rig}: {words} ({lasted[rig]:.0f} s)")
-        without += [] if gave else [rig]
+        found, fault, lasted[rig] = _one_run(config, rig, _middle(config, factors, rig))
+        told = fault and f"no value in the middle of the ranges: {fault}"
+        told = told or _beside(config, rig, found) or "runs; no target"
+        show(f"{rig}: {told} ({lasted[rig]:.0f} s)")
+        without += [rig] if fault else []
+        if sentence := _at_its_steepest(config, factors, rig, found):
+            show(f"{rig}: {sentence}")
     if without:
         return without
     own = next(iter(lasted))  # the first rig is the study's own
@@ -167,20 +172,43 @@ def _ease(folder, config, factors, show):
     return changed
 
 
-def _one_run(config, factors, rig):
-    """(what a rig gives in words, whether it is a value, seconds of a processor that it took: other
-    programs that run beside the pilot do not count)."""
-    own = config.rigs[rig]
+def _middle(config, factors, rig):
+    """{key: level} of the middle of the ranges in a rig."""
     by = ratios(config, rig, [f.key for f in factors])
-    levels = {f.key: f.centre * by.get(f.key, 1.0) for f in factors}
-    targets = [t for t in config.targets if t.rig == rig]
+    return {f.key: f.centre * by.get(f.key, 1.0) for f in factors}
+
+
+def _one_run(config, rig, levels):
+    """(metrics of a rig at levels {key: level}, why there are none, seconds of a processor that it
+    took: other programs that run beside the pilot do not count)."""
+    own = config.rigs[rig]
     begun = time.process_time()
     found, fault = _try(machine_run(config, own), own.experiment, levels, config.seed)
-    took = time.process_time() - begun
-    if fault:
-        return f"no value in the middle of the ranges: {fault}", False, took
-    told = [_beside(config, t, found) for t in targets]
-    return ", ".join(told) or "runs; no target", True, took
+    return found, fault, time.process_time() - begun
+
+
+def _at_its_steepest(config, factors, rig, middle):
+    """A sentence on a rig's heap at the ends of the ranges that steepen it, where the one in the
+    middle, of these metrics, is flatter than the measured; None where it is not."""
+    target = next((t for t in config.targets if (t.rig, t.metric) == (rig, ANGLE)), None)
+    if target is None or ANGLE not in middle:
+        return None
+    measured = float(read_joint_target(config, target).mean[0])
+    if middle[ANGLE] >= measured:
+        return None
+    levels = _middle(config, factors, rig)
+    levels |= {f.key: f.high for f in factors if f.key.endswith(FRICTION)}
+    levels |= {f.key: f.low for f in factors if f.key.endswith("restitution")}
+    steepest = _one_run(config, rig, levels)[0].get(ANGLE)
+    if steepest is None:
+        return None
+    told = f"at the ends that steepen it {steepest:.4g}°"
+    if steepest >= measured:
+        return f"{told}: the ranges reach yours"
+    said = f"{told}, {measured - steepest:.1f}° flatter than yours: these ranges may not reach it"
+    if config.run["particles"].keys() & {"elongation", "clump"}:
+        return said
+    return f"{said}. Longer grains stand steeper (--axes, or particles.elongation)"
 
 
 def _try(run_spec, experiment, levels, seed):
@@ -197,7 +225,12 @@ def _try(run_spec, experiment, levels, seed):
         return {}, str(error)
 
 
-def _beside(config, target, found):
+def _beside(config, rig, found):
+    """What a rig gave beside its targets, in words; empty without a target."""
+    return ", ".join(_one_beside(config, t, found) for t in config.targets if t.rig == rig)
+
+
+def _one_beside(config, target, found):
     measured = float(read_joint_target(config, target).mean[0])
     unit = behind(unit_of(target.metric))
     name = quantity_name(target.metric).replace("_", " ")
