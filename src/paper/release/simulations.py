@@ -1,20 +1,31 @@
 """The paper's simulations beside ours: what `docs/diagnosis-paper-case.md` says of each table, from
 the kept results; `simulations.md.j2` has the words."""
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from calibration.errors import CalibrationError
 from calibration.files import read_json
+from calibration.intake.tables import read_written
+from calibration.statistics.numbers import fixed
 from diagnosis.compared import told as size
+from paper.rigs import READINGS
 
 HEAPS = ("Table 6", "Table 10", "Table 11")
 """Tables that the results page tells of."""
+WORDS = {
+    "one_flank_deg": "one flank alone",
+    "protractor_deg": "a protractor",
+    "radial_angle_deg": "the outline around the axis",
+}
+"""Readings of `paper.rigs` beside the study's own, which is the first of `READINGS`."""
 
 
 def values(kept: str | Path) -> dict[str, Any]:
     """{name: value} of `simulations.md.j2`, from the folder of a kept study."""
+    kept = Path(kept)
     found = found_of(kept)
     return {
         "pages": [folder.name for folder in _folders(kept)],
@@ -31,7 +42,44 @@ def values(kept: str | Path) -> dict[str, Any]:
             for name, one in found.items()
             if one["ours_without_value"]
         ],
+        "readings": readings(kept.parent / "rigs"),
+        "steps": time_steps(kept),
     }
+
+
+def readings(rigs: Path) -> dict[str, Any]:
+    """What other readings of the same heaps give beside the study's own."""
+    table = read_written(rigs / "runs.csv").dropna(subset=READINGS)
+    own, *others = READINGS
+    apart = table[others].sub(table[own], axis=0)
+    error = apart.std() / math.sqrt(len(apart))
+    return {
+        "heaps": len(table),
+        "means": [
+            f"{WORDS[one]} {_angle(apart[one].mean())} ± {error[one]:.2f}°" for one in others
+        ],
+        "scatter": f"{apart.std().min():.1f} to {apart.std().max():.1f}°",
+    }
+
+
+def time_steps(kept: Path) -> dict[str, str]:
+    """What shorter time steps change, over the points of the numerics."""
+    table = read_written(kept / "numerics" / "numerics.csv")
+    table = table[table["variant"].str.startswith("time step ")]
+    shares = table["variant"].str.extract(r"(\d+) %", expand=False).unique()
+    return {
+        "shares": " and ".join(f"{share} %" for share in shares),
+        "means": _range(table["difference"], table["difference"]),
+        "intervals": _range(table["low"], table["high"]),
+    }
+
+
+def _range(low, high):
+    return f"{_angle(low.min(), 1)} to {_angle(high.max(), 1)}"
+
+
+def _angle(value, digits=2):
+    return f"{fixed(value, digits, '+')}°".replace("-", "−")
 
 
 def found_of(kept: str | Path) -> dict[str, Any]:

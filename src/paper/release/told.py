@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from calibration import Study
+from calibration.chain import validation
 from calibration.chain.screening import aliasing
 from calibration.figures import label
 from calibration.files import read_json
@@ -112,7 +113,7 @@ def validated(kept: str | Path) -> dict[str, str]:
         "mean": f"{v['simulated_mean']:.2f}°",
         "sd": f"{v['simulated_sd']:.2f}°",
         "difference": f"{v['difference']:+.2f}° ({low} to {high})".replace("-", "−"),
-        "verdict": ("" if v["equivalent"] else "not shown to be ") + "equivalent",
+        "verdict": validation.judged(v, "°"),
     }
 
 
