@@ -94,8 +94,9 @@ def following(summary: Mapping[str, Any], response: Response) -> str:
     best = rows[0]
     left = _left(best)
     name, share = min(left.items(), key=lambda pair: pair[1])
-    metric = response_of(best["metric"]).name
-    readings = f"{summary['readings']} readings of {metric} ({best['meaning']})"
+    metric, meaning = response_of(best["metric"]).name, best["meaning"]
+    named = meaning if meaning.startswith(metric) else f"{metric} ({meaning})"
+    readings = f"{summary['readings']} readings of {named}"
     if share > TELLS:
         return (
             f"No measurement of this experiment is expected to tell much: the best, {readings}, "

@@ -10,11 +10,14 @@ from calibration.errors import CalibrationError
 from calibration.files import read_json
 from calibration.intake.tables import read_written
 from calibration.statistics.numbers import fixed
+from diagnosis.compared import sentence_of
 from diagnosis.compared import told as size
 from paper.rigs import READINGS
 
 HEAPS = ("Table 6", "Table 10", "Table 11")
 """Tables that the results page tells of."""
+TRIED = ("crossed", "rig-causes")
+"""What follows the name of a study in those that try causes with several seeds at a row."""
 WORDS = {
     "one_flank_deg": "one flank alone",
     "protractor_deg": "a protractor",
@@ -42,9 +45,22 @@ def values(kept: str | Path) -> dict[str, Any]:
             for name, one in found.items()
             if one["ours_without_value"]
         ],
+        "rigs": [
+            _of_a_rig(name, cause, found[name]["unit"])
+            for name in HEAPS
+            for cause in found[name]["ranking"]
+            if cause["kind"] == "rig"
+        ],
         "readings": readings(kept.parent / "rigs"),
         "steps": time_steps(kept),
     }
+
+
+def _of_a_rig(table, cause, unit):
+    """Cells of a table: a cause of the rig, what it leaves, and the chance of that."""
+    left = degrees(size(cause["scatter_after"], unit))
+    chance = "" if cause["p_left"] is None else f"{cause['p_left']:.1g}"
+    return [table, cause["cause"], left, chance]
 
 
 def readings(rigs: Path) -> dict[str, Any]:
@@ -84,14 +100,31 @@ def _angle(value, digits=2):
 
 def found_of(kept: str | Path) -> dict[str, Any]:
     """{table: what `diagnosis.compared.compare` says} of a kept study; of the tables of heaps where
-    the causes were crossed, in the study beside it."""
+    causes were tried with several seeds at a row, in the studies beside it."""
     own, *more = (read_json(f / "disagreement" / "disagreement.json") for f in _folders(kept))
-    return own | {name: one[name] for one in more for name in HEAPS}
+    return own | ({name: _together([one[name] for one in more]) for name in HEAPS} if more else {})
+
+
+def _together(found):
+    """One table as several studies of the same rows found it: every cause that was tried, with the
+    greatest of its chances, as the best of more causes is as good by chance more often."""
+    causes: dict[str, dict] = {}
+    for one in found:
+        for cause in one["ranking"]:
+            known = causes.get(cause["cause"])
+            if known is None or cause["p"] > known["p"]:
+                causes[cause["cause"]] = cause
+    ranking = sorted(causes.values(), key=lambda cause: -cause["gain"])
+    whole = next(one for one in found if ranking[0] in one["ranking"]) | {"ranking": ranking}
+    without = {k: v for one in found for k, v in one["without_value"].items()}
+    return whole | {"without_value": without, "sentence": sentence_of(whole)}
 
 
 def _folders(kept):
-    """A kept study, and the one whose causes were crossed where it was kept."""
-    folders = (Path(kept), Path(kept).parent / f"{Path(kept).name}-crossed")
+    """A kept study, and those beside it in which causes were tried with several seeds, where they
+    were kept."""
+    name, beside = Path(kept).name, Path(kept).parent
+    folders = (Path(kept), *(beside / f"{name}-{end}" for end in TRIED))
     made = [f for f in folders if (f / "disagreement" / "disagreement.json").is_file()]
     if not made:
         raise CalibrationError(f"{kept}: holds no disagreement; `snakemake disagreement` makes it")
