@@ -18,7 +18,7 @@ from calibration.telling.kept_results import put
 from facts import refused, tells
 from frozen import FROZEN
 from paper.reference import PAGE, README
-from paper.release import code_studies, command, first_screen, joint, pages, told
+from paper.release import code_studies, command, first_screen, joint, pages, simulations, told
 from paper.release.parts import PARTS, Part, estimate
 from paper.release.record import Made, due, made, read_record, write_record
 from paper.release.softening import softening
@@ -119,6 +119,37 @@ def test_the_simulations_are_told_in_degrees(repository, kept):
     for name, one in found.items():
         assert f"**{name}.** {one['sentence'].replace(' deg', '°')}" in text
     assert f"Table 6, line {found['Table 6']['ours_without_value'][0]}" in text
+
+
+def test_other_readings_are_told_by_their_mean_and_its_error(tmp_path):
+    """Four heaps whose one flank is 1° too steep on average, by 0 or 2°: 1 ± 2/sqrt(3)/2."""
+    angle = np.array([40.0, 42.0, 44.0, 46.0])
+    off = {"one_flank_deg": [0.0, 2.0, 0.0, 2.0], "protractor_deg": -0.5, "radial_angle_deg": 0.0}
+    table = pd.DataFrame({"angle_of_repose_deg": angle} | {k: angle + v for k, v in off.items()})
+    table.to_csv(tmp_path / "runs.csv", index=False)
+    found = simulations.readings(tmp_path)
+    assert found["heaps"] == 4
+    assert tells(found["means"][0], "flank", f"+1.00° ± {1 / np.sqrt(3):.2f}°")
+    assert tells(found["means"][1], "protractor", "−0.50° ± 0.00°")
+
+
+def test_causes_of_several_studies_stand_in_one_ranking(kept, tmp_path):
+    """Each with the greatest of its chances: the best of more causes is as good by chance more
+    often. The least gain comes last, whichever study tried it."""
+    shutil.copytree(kept / "salt", tmp_path / "salt")
+    found = json.loads((kept / "salt" / "disagreement" / "disagreement.json").read_text())
+    every = [c["cause"] for c in found["Table 10"]["ranking"]]
+    for causes, p, gain in (("crossed", 0.5, -90.0), ("rig-causes", 0.2, -80.0)):
+        table = found["Table 10"]
+        own = table["ranking"][0] | {"cause": causes, "kind": "rig", "gain": gain, "p": 1.0}
+        both = [own, *({**c, "p": p} for c in table["ranking"])]
+        folder = tmp_path / f"salt-{causes}" / "disagreement"
+        folder.mkdir(parents=True)
+        written = found | {"Table 10": table | {"ranking": both}}
+        (folder / "disagreement.json").write_text(json.dumps(written))
+    ranking = simulations.found_of(tmp_path / "salt")["Table 10"]["ranking"]
+    assert [c["cause"] for c in ranking] == [*every, "rig-causes", "crossed"]
+    assert {c["p"] for c in ranking[:-2]} == {0.5}
 
 
 def test_a_change_that_is_not_shown_asks_for_no_correction():

@@ -70,12 +70,19 @@ class Progress:
         """Names of all runs that failed."""
         return [name for plan in self.plans for name in plan.failed]
 
+    @property
+    def under_way(self) -> Plan | None:
+        """The plan whose runs are being made; several can be planned: what has runs has begun."""
+        waiting = [p for p in self.plans if p.planned and p.left]
+        return max(waiting, key=lambda p: p.done > 0) if waiting else None
+
     def left_s(self, cores: int) -> float | None:
-        """Seconds until the chain's runs are made, or None: a stage waits for the one before it, so
-        the last run of each may leave cores idle."""
-        other = self.mean_s or self.expected_s
+        """Seconds until the chain's runs are made, or those of the stage above that is under way,
+        or None: a stage waits for the one before it, so the last run of each may leave cores
+        idle."""
+        now, other = self.under_way, self.mean_s or self.expected_s
         seconds = 0.0
-        for plan in (p for p in self.chain if p.left):
+        for plan in (p for p in ([now] if now and now.above else self.chain) if p.left):
             each = plan.each_s or other
             if not each:
                 return None
@@ -88,14 +95,15 @@ class Progress:
         done, total = (sum(getattr(p, key) for p in self.chain) for key in ("done", "total"))
         failed = f"{len(self.failed)} failed" if self.failed else "none failed"
         parts = [f"{done} of {total} runs done, {self._without()}{failed}"]
-        under_way = [p for p in self.plans if p.planned and p.left]
-        if under_way:  # several can be planned: what has runs has begun
-            parts.append(f"now {max(under_way, key=lambda p: p.done > 0).words}")
+        now = self.under_way
+        if now:
+            parts.append(f"now {now.words}")
         left = self.left_s(cores)
         if left:
             guess = "" if self.mean_s else ", estimated before the first run"
             unit = "core" if cores == 1 else "cores"
-            parts.append(f"about {duration(left)} left on {cores} {unit}{guess}")
+            of_it = " of that" if now and now.above else ""
+            parts.append(f"about {duration(left)}{of_it} left on {cores} {unit}{guess}")
         return "; ".join(parts)
 
     def _without(self):
@@ -107,7 +115,8 @@ class Progress:
 def progress(config: Config, store: RunStore | None = None) -> Progress:
     """`Progress` of a study, as the store's index has it: no result is read."""
     store, plans, left = store or RunStore(config.runs), [], []
-    walls: dict[str, list[float]] = {}
+    walls: dict[str, list[float]] = {}  # {experiment: of the chain}
+    above_s: dict[str, float] = {}  # {plan: mean of its own}
     for name, declared, names in _plans(f"{config.results}/{config.name}"):
         if not names and not (declared.expected and declared.expected(config)):
             continue
@@ -122,10 +131,12 @@ def progress(config: Config, store: RunStore | None = None) -> Progress:
         above = declared is None
         plan = Plan(name, len(over), total, failed, bool(names), none, short, above)
         plans.append(plan)
+        took = [e for e in ended if e["wall_time_s"] is not None]
+        if above and took:  # another rig than the chain's, as a rule
+            above_s[name] = float(_mean([e["wall_time_s"] for e in took]))
         if plan.counted:
-            for entry in ended:
-                if entry["wall_time_s"] is not None:
-                    walls.setdefault(_experiment(entry["run"]), []).append(entry["wall_time_s"])
+            for entry in took:
+                walls.setdefault(_experiment(entry["run"]), []).append(entry["wall_time_s"])
         if names:
             left.append([_experiment(n) for n in names if n not in over])
         else:
@@ -133,7 +144,10 @@ def progress(config: Config, store: RunStore | None = None) -> Progress:
     asked = {experiment for them in left for experiment in them}
     lasted = _expected(config, asked - walls.keys()) | {e: _mean(them) for e, them in walls.items()}
     plans = [
-        replace(plan, each_s=_mean([lasted[e] for e in them if e in lasted]))
+        replace(
+            plan,
+            each_s=above_s.get(plan.name) or _mean([lasted[e] for e in them if e in lasted]),
+        )
         for plan, them in zip(plans, left, strict=True)
     ]
     mean = _mean([wall for them in walls.values() for wall in them])

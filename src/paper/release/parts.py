@@ -23,6 +23,8 @@ CLAIMED = (*STUDY, "config/claims.yaml")
 OUTCOME = (PYTHON, "-m", "calibration.telling.kept_results")
 BALL = "data/literature/table_tennis_ball.yaml"
 ANGLE = "angle_of_repose_deg"
+TRIED = ("crossed", "rig-causes")
+"""What follows the name of a study in those that try causes with several seeds at a row."""
 
 
 @dataclass(frozen=True)
@@ -160,9 +162,15 @@ PARTS = (
     ),
     Part(
         "crossed causes",
-        "what differs between the simulations: rate and speed of the pour, three seeds at a row",
-        ((*SNAKEMAKE, "--config", "name=salt-crossed", "--", "disagreement"),),
-        copies=(("results/salt-crossed/disagreement", "salt-crossed/disagreement"),),
+        "what differs between the simulations: the pour and the rig, three seeds at a row",
+        tuple(
+            (*SNAKEMAKE, "--config", f"name=salt-{causes}", "--", "disagreement")
+            for causes in TRIED
+        ),
+        copies=tuple(
+            (f"results/salt-{causes}/disagreement", f"salt-{causes}/disagreement")
+            for causes in TRIED
+        ),
     ),
     Part(
         "decks",

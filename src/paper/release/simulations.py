@@ -12,12 +12,11 @@ from calibration.intake.tables import read_written
 from calibration.statistics.numbers import fixed
 from diagnosis.compared import sentence_of
 from diagnosis.compared import told as size
+from paper.release.parts import TRIED
 from paper.rigs import READINGS
 
 HEAPS = ("Table 6", "Table 10", "Table 11")
 """Tables that the results page tells of."""
-TRIED = ("crossed", "rig-causes")
-"""What follows the name of a study in those that try causes with several seeds at a row."""
 WORDS = {
     "one_flank_deg": "one flank alone",
     "protractor_deg": "a protractor",
@@ -124,7 +123,7 @@ def _folders(kept):
     """A kept study, and those beside it in which causes were tried with several seeds, where they
     were kept."""
     name, beside = Path(kept).name, Path(kept).parent
-    folders = (Path(kept), *(beside / f"{name}-{end}" for end in TRIED))
+    folders = (Path(kept), *(beside / f"{name}-{causes}" for causes in TRIED))
     made = [f for f in folders if (f / "disagreement" / "disagreement.json").is_file()]
     if not made:
         raise CalibrationError(f"{kept}: holds no disagreement; `snakemake disagreement` makes it")
