@@ -44,22 +44,33 @@ def values(kept: str | Path) -> dict[str, Any]:
             for name, one in found.items()
             if one["ours_without_value"]
         ],
-        "rigs": [
-            _of_a_rig(name, cause, found[name]["unit"])
-            for name in HEAPS
-            for cause in found[name]["ranking"]
-            if cause["kind"] == "rig"
-        ],
+        "rigs": [row for name in HEAPS for row in _rigs(name, found[name])],
         "readings": readings(kept.parent / "rigs"),
         "steps": time_steps(kept),
     }
 
 
-def _of_a_rig(table, cause, unit):
-    """Cells of a table: a cause of the rig, what it leaves, and the chance of that."""
-    left = degrees(size(cause["scatter_after"], unit))
-    chance = "" if cause["p_left"] is None else f"{cause['p_left']:.1g}"
-    return [table, cause["cause"], left, chance]
+def _rigs(table, found):
+    """Cells of a table: each cause of the rig, the rows that it is compared at, what it leaves
+    there and what the study's own rig does, and the chance of what it leaves."""
+
+    def cells(cause, rows, after, before, chance=""):
+        return [
+            table,
+            cause,
+            rows,
+            *(degrees(size(x, found["unit"])) for x in (after, before)),
+            chance,
+        ]
+
+    for cause in found["ranking"]:
+        if cause["kind"] == "rig":
+            chance = "" if cause["p_left"] is None else f"{cause['p_left']:.1g}"
+            before, after = found["scatter_before"], cause["scatter_after"]
+            yield cells(cause["cause"], "all", after, before, chance)
+    for cause, part in found["without_value"].items():
+        rows = f"{part['others']} of {part['runs'] + part['others']}"
+        yield cells(cause, rows, part["scatter_after"], part["scatter_before"])
 
 
 def readings(rigs: Path) -> dict[str, Any]:
