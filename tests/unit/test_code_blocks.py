@@ -142,7 +142,7 @@ def with_programs_on_the_path(folder, monkeypatch):
     for, no run."""
     if shutil.which("liggghts") is None:
         program = folder / "liggghts"
-        program.write_text("#!/bin/sh\necho LIGGGHTS-PUBLIC 3.8.0\n")
+        program.write_text("#!/bin/sh\necho Version LIGGGHTS-PUBLIC 3.8.0\n")
         program.chmod(0o755)
         monkeypatch.setenv("PATH", f"{folder}{os.pathsep}{os.environ['PATH']}")
 
