@@ -201,7 +201,9 @@ def test_a_stage_above_that_is_under_way_has_a_time_of_its_own():
     chain = Plan("screening", 0, 24, planned=False, each_s=60.0)
     above = Plan("disagreement", 1, 11, above=True, each_s=100.0)
     assert Progress((above, chain), None, None).left_s(2) == 500.0
-    assert tells(Progress((above, chain), None, None).sentence(2), "1 of 11", "8 min", "that")
+    said = Progress((above, chain), None, None).sentence(2)
+    assert tells(said, "1 of 11", "8 min", "that")
+    assert not tells(said, "estimated")
     assert Progress((replace(above, done=11), chain), None, None).left_s(2) == 12 * 60.0
 
 

@@ -100,9 +100,11 @@ class Progress:
             parts.append(f"now {now.words}")
         left = self.left_s(cores)
         if left:
-            guess = "" if self.mean_s else ", estimated before the first run"
+            above = now if now and now.above else None
+            of_it = " of that" if above else ""
+            known = self.mean_s or (above and above.done)
+            guess = "" if known else ", estimated before the first run"
             unit = "core" if cores == 1 else "cores"
-            of_it = " of that" if now and now.above else ""
             parts.append(f"about {duration(left)}{of_it} left on {cores} {unit}{guess}")
         return "; ".join(parts)
 

@@ -23,8 +23,9 @@ CLAIMED = (*STUDY, "config/claims.yaml")
 OUTCOME = (PYTHON, "-m", "calibration.telling.kept_results")
 BALL = "data/literature/table_tennis_ball.yaml"
 ANGLE = "angle_of_repose_deg"
-TRIED = ("crossed", "rig-causes")
-"""What follows the name of a study in those that try causes with several seeds at a row."""
+TRIED = {"crossed": "rate and speed of the pour", "rig-causes": "the rest of the rig"}
+"""What follows the name of a study in those that try causes with several seeds at a row, and what
+these causes are."""
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ from typing import Any
 from calibration.errors import CalibrationError
 from calibration.files import read_json
 from calibration.intake.tables import read_written
-from calibration.statistics.numbers import fixed
 from diagnosis.compared import sentence_of
 from diagnosis.compared import told as size
+from paper.release import told
 from paper.release.parts import TRIED
 from paper.rigs import READINGS
 
@@ -30,7 +30,10 @@ def values(kept: str | Path) -> dict[str, Any]:
     kept = Path(kept)
     found = found_of(kept)
     return {
-        "pages": [folder.name for folder in _folders(kept)],
+        "pages": [
+            (folder.name, TRIED.get(folder.name.removeprefix(f"{kept.name}-"), "Every cause"))
+            for folder in _folders(kept)
+        ],
         "rows": [_row(name, one) for name, one in found.items()],
         "spread": degrees(size(found["Table 11"]["spread"], "deg")),
         "sentences": sentences(found, tuple(found)),
@@ -51,26 +54,26 @@ def values(kept: str | Path) -> dict[str, Any]:
 
 
 def _rigs(table, found):
-    """Cells of a table: each cause of the rig, the rows that it is compared at, what it leaves
-    there and what the study's own rig does, and the chance of what it leaves."""
-
-    def cells(cause, rows, after, before, chance=""):
-        return [
-            table,
+    """Rows of cells: each cause of the rig, the rows that it is compared at, what it leaves there
+    and what the study's own rig does, and the chance of what it leaves."""
+    compared = [
+        (c["cause"], "all", c["scatter_after"], found["scatter_before"], c["p_left"])
+        for c in found["ranking"]
+        if c["kind"] == "rig"
+    ]
+    in_part = [
+        (
             cause,
-            rows,
-            *(degrees(size(x, found["unit"])) for x in (after, before)),
-            chance,
-        ]
-
-    for cause in found["ranking"]:
-        if cause["kind"] == "rig":
-            chance = "" if cause["p_left"] is None else f"{cause['p_left']:.1g}"
-            before, after = found["scatter_before"], cause["scatter_after"]
-            yield cells(cause["cause"], "all", after, before, chance)
-    for cause, part in found["without_value"].items():
-        rows = f"{part['others']} of {part['runs'] + part['others']}"
-        yield cells(cause, rows, part["scatter_after"], part["scatter_before"])
+            f"{part['others']} of {part['runs'] + part['others']}",
+            part["scatter_after"],
+            part["scatter_before"],
+            None,
+        )
+        for cause, part in found["without_value"].items()
+    ]
+    for cause, at, *scatters, chance in compared + in_part:
+        left = [degrees(size(one, found["unit"])) for one in scatters]
+        yield [table, cause, at, *left, "" if chance is None else f"{chance:.1g}"]
 
 
 def readings(rigs: Path) -> dict[str, Any]:
@@ -82,7 +85,8 @@ def readings(rigs: Path) -> dict[str, Any]:
     return {
         "heaps": len(table),
         "means": [
-            f"{WORDS[one]} {_angle(apart[one].mean())} ± {error[one]:.2f}°" for one in others
+            f"{WORDS[one]} {told.degrees(apart[one].mean(), 2)} ± {error[one]:.2f}°"
+            for one in others
         ],
         "scatter": f"{apart.std().min():.1f} to {apart.std().max():.1f}°",
     }
@@ -101,11 +105,7 @@ def time_steps(kept: Path) -> dict[str, str]:
 
 
 def _range(low, high):
-    return f"{_angle(low.min(), 1)} to {_angle(high.max(), 1)}"
-
-
-def _angle(value, digits=2):
-    return f"{fixed(value, digits, '+')}°".replace("-", "−")
+    return f"{told.degrees(low.min())} to {told.degrees(high.max())}"
 
 
 def found_of(kept: str | Path) -> dict[str, Any]:

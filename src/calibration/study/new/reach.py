@@ -3,9 +3,9 @@ heap at the ends of the ranges that steepen it, then that heap with one thing ch
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -112,8 +112,13 @@ def _largest(particles):
     return max(sizes["diameters_mm"]) if sizes else particles["diameter_mm"]
 
 
+def are_spheres(particles: Mapping[str, Any]) -> bool:
+    """Whether a run spec's grains are spheres, which longer ones stand steeper than."""
+    return particles.keys().isdisjoint({"elongation", "clump"})
+
+
 def _of_the_grain(run):
-    if run["particles"].keys().isdisjoint({"elongation", "clump"}):
+    if are_spheres(run["particles"]):
         words = f"of grains {LONGER:g} times as long as wide (particles.elongation)"
         yield Change(words, {"particles": {"elongation": LONGER}})
 

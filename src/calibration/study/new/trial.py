@@ -22,7 +22,7 @@ from calibration.study.config.schema import COARSER
 from calibration.study.cost import LEAST_JOBS, START_S, duration, run_seconds
 from calibration.study.factors import read_factors
 from calibration.study.new.pilot import advice, corners, cost, pilot, shrunk
-from calibration.study.new.reach import FRICTION, reach
+from calibration.study.new.reach import FRICTION, are_spheres, reach
 from calibration.study.new.sticking import eased, sticking, write_eased
 from calibration.study.new.study import write_factors
 from calibration.study.parcels import ratios
@@ -206,9 +206,9 @@ def _at_its_steepest(config, factors, rig, middle):
     if steepest >= measured:
         return f"{told}: the ranges reach yours"
     said = f"{told}, {measured - steepest:.1f}° flatter than yours: these ranges may not reach it"
-    if config.run["particles"].keys() & {"elongation", "clump"}:
-        return said
-    return f"{said}. Longer grains stand steeper (--axes, or particles.elongation)"
+    if are_spheres(config.run["particles"]):
+        said += ". Longer grains stand steeper (--axes, or particles.elongation)"
+    return said
 
 
 def _try(run_spec, experiment, levels, seed):
