@@ -22,6 +22,7 @@ import pytest
 import yaml
 from snakemake.cli import get_argument_parser
 
+from calibration.engines import liggghts
 from calibration.intake.measurements import read_measured
 from calibration.intake.quantities import quantity_name
 from calibration.interface.commands import main as dem
@@ -137,21 +138,27 @@ def as_the_reader_has_it(folder, data):
     return folder
 
 
-def with_programs_on_the_path(folder, monkeypatch):
+@pytest.fixture
+def programs_on_the_path(tmp_path, monkeypatch):
     """A stand-in for the program that a block names, where it is not installed: the schema is asked
-    for, no run."""
-    if shutil.which("liggghts") is None:
-        program = folder / "liggghts"
-        program.write_text("#!/bin/sh\necho Version LIGGGHTS-PUBLIC 3.8.0\n")
-        program.chmod(0o755)
-        monkeypatch.setenv("PATH", f"{folder}{os.pathsep}{os.environ['PATH']}")
+    for, no run. A process asks for a version once, so that the stand-in's is forgotten."""
+    if shutil.which("liggghts"):
+        yield
+        return
+    program = tmp_path / "liggghts"
+    program.write_text("#!/bin/sh\necho Version LIGGGHTS-PUBLIC 3.8.0\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
+    yield
+    liggghts.version.cache_clear()
 
 
 @pytest.mark.parametrize(("page", "text"), blocks("yaml"))
-def test_yaml_passes_the_schema_of_what_it_is(page, text, tmp_path, monkeypatch):
+def test_yaml_passes_the_schema_of_what_it_is(
+    page, text, tmp_path, monkeypatch, programs_on_the_path
+):
     data = yaml.safe_load(text)
     monkeypatch.chdir(as_the_reader_has_it(tmp_path, data))
-    with_programs_on_the_path(tmp_path, monkeypatch)
     if {"materials", "contacts"} <= set(data):
         assert set(data) <= set(RunSpec.model_fields)
         parse_spec(data)
