@@ -8,6 +8,9 @@ import pytest
 # two threads in each spend a third of the processor's time on waiting for one another
 for library in ("OPENBLAS", "MKL"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+# the tests start the project some hundred times, and without its compiled Python each takes twice
+# as long
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 
 def pytest_addoption(parser):

@@ -17,8 +17,9 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dem.fingerprint import SAID, code_of
+from dem.fingerprint import SAID, kept_code
 from dem.io.checked import digest_of
+from dem.source_readings import Readings
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -70,10 +71,45 @@ def _version(distribution):
 @cache
 def _names(path):
     """Top names of what a module imports, at whatever place in it."""
-    tree = ast.parse(path.read_text())
-    found = {a.name for n in ast.walk(tree) if isinstance(n, ast.Import) for a in n.names}
-    found |= {n.module or "" for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)}
-    return frozenset(name.split(".")[0] for name in found)
+    return frozenset(name.split(".")[0] for name in _kept(path.read_text("utf-8"))["names"])
+
+
+def said_in(text: str) -> dict[str, list]:
+    """What counts of a module beside its code, each in order:
+
+    names : modules that it imports, at whatever place in it
+    imports : [module, name or None] of each import that is not for a type checker alone
+    passed_on : [module, name, name here] of what is imported at the module's own level
+    of_other_codes : what a law's file says of other codes, which `code_of` leaves out: no run
+        depends on it, the exports do
+    """
+    tree = ast.parse(text)
+    said = [n for n in ast.walk(tree) if isinstance(n, ast.keyword) and n.arg in SAID - DOCUMENTED]
+    own = [n for n in tree.body if isinstance(n, ast.ImportFrom)]
+    names = {module or "" for module, _ in _imports(tree)}
+    for branch in ast.walk(tree):
+        if isinstance(branch, ast.If) and getattr(branch.test, "id", "") == "TYPE_CHECKING":
+            branch.body = []
+    return {
+        "names": sorted(names),
+        "imports": _imports(tree),
+        "passed_on": [[n.module, a.name, a.asname or a.name] for n in own for a in n.names],
+        "of_other_codes": [ast.unparse(keyword.value) for keyword in said],
+    }
+
+
+def _imports(tree):
+    """[module, name or None] of each import of a syntax tree."""
+    found = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found += [[alias.name, None] for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            found += [[node.module, alias.name] for alias in node.names]
+    return found
+
+
+_kept = Readings(said_in, sorted(SAID))
 
 
 def code_digest(name: str, packages: Iterable[str], sources: Path = SOURCES) -> str:
@@ -110,24 +146,15 @@ def modules(name: str, sources: Path = SOURCES) -> set[Path]:
 @cache
 def _imported(path, sources):
     """Files of the project that a module imports, and those that it finds by itself."""
-    text = path.read_text()
-    tree, found = ast.parse(text), set()
-    # what is imported for a type checker alone decides no result
-    for branch in (n for n in ast.walk(tree) if _for_types(n)):
-        branch.body = []
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            found |= {_file(alias.name, sources) for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
-            found |= {_source(node.module, alias.name, sources) for alias in node.names}
+    text = path.read_text("utf-8")
+    found = {
+        _file(module, sources) if name is None else _source(module, name, sources)
+        for module, name in _kept(text)["imports"]
+    }
     patterns = [p for word, them in FINDS_BY_ITSELF.items() if word in text for p in them]
     if path.name != OWN:
         found |= {file for pattern in patterns for file in path.parent.glob(pattern)}
     return frozenset(found - {None})
-
-
-def _for_types(node):
-    return isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING"
 
 
 def _source(module, name, sources):
@@ -143,10 +170,9 @@ def _source(module, name, sources):
 def _passed_on(package, sources):
     """{name: file} of the names that a package takes from its modules."""
     return {
-        alias.asname or alias.name: _source(node.module, alias.name, sources)
-        for node in ast.parse(package.read_text()).body
-        if isinstance(node, ast.ImportFrom) and _file(node.module, sources)
-        for alias in node.names
+        here: _source(module, name, sources)
+        for module, name, here in _kept(package.read_text("utf-8"))["passed_on"]
+        if _file(module, sources)
     }
 
 
@@ -169,12 +195,8 @@ def _data_beside(path):
 @cache
 def _content(path, _changed):
     """What counts of a file; many tasks share it."""
-    text = path.read_text()
-    return f"{code_of(text)}\n{_for_other_codes(text)}" if path.suffix == ".py" else text
-
-
-def _for_other_codes(text):
-    """What a law's file says of other codes, which `code_of` leaves out: no run depends on it, the
-    exports do."""
-    said = (node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.keyword))
-    return "\n".join(ast.unparse(node.value) for node in said if node.arg in SAID - DOCUMENTED)
+    text = path.read_text("utf-8")
+    if path.suffix != ".py":
+        return text
+    of_other_codes = "\n".join(_kept(text)["of_other_codes"])
+    return f"{kept_code(text)}\n{of_other_codes}"

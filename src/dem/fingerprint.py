@@ -9,6 +9,8 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from dem.source_readings import Readings
+
 ROOT = Path(__file__).parent
 OUTSIDE = {
     "cli.py",
@@ -17,6 +19,7 @@ OUTSIDE = {
     "energy.py",
     "fingerprint.py",
     "kernel_cache.py",
+    "source_readings.py",
     "export.py",
     "benchmark",
     "render",
@@ -76,7 +79,7 @@ def _digest(paths):
     digest = hashlib.sha256()
     for path in paths:
         digest.update(path.relative_to(ROOT).as_posix().encode())
-        digest.update(code_of(path.read_bytes()).encode())
+        digest.update(kept_code(path.read_text("utf-8")).encode())
     return digest.hexdigest()[:16]
 
 
@@ -84,6 +87,10 @@ def code_of(source: str | bytes) -> str:
     """Text of a module's syntax tree, without docstrings, positions, and types of arguments and
     returns with their imports; alike in all versions of Python that read the code alike."""
     return _text(ast.parse(source))
+
+
+kept_code = Readings(code_of)
+"""The same, kept between starts."""
 
 
 def _text(node):

@@ -18,9 +18,9 @@ from calibration.runs.plans import read_values
 from calibration.statistics.equivalence import UNDECIDABLE, UNDECIDED
 from calibration.statistics.numbers import fixed, spread
 from calibration.telling.kept_results import KEPT, found, keep, put
-from paper.reproduction import counts
 from paper.reproduction.rows import NOT_COMPARABLE
 from paper.reproduction.settings import read_reproduction
+from paper.reproduction.table import counts
 from paper.stages import SETTINGS
 
 BEGIN, END = "<!-- results: begin -->", "<!-- results: end -->"

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from paper.audit import run_audit, write_audit
-from paper.reproduction import reproduce, write_reproduction
+from paper.reproduction.table import reproduce, write_reproduction
 
 if TYPE_CHECKING:
     from calibration.chain.handed_over import NamedFiles

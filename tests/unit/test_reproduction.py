@@ -21,10 +21,9 @@ from facts import refused, tells
 from frozen import FROZEN
 from paper.audit.paper import Paper
 from paper.reference import BEGIN, END, ascents, block, main, short_block
-from paper.reproduction import counts, reproduce, write_reproduction
 from paper.reproduction import rows as r
 from paper.reproduction.study import Study as Kept
-from paper.reproduction.table import ORDER, PAPER
+from paper.reproduction.table import ORDER, PAPER, counts, reproduce, write_reproduction
 
 COMMITTED = FROZEN / "salt/reproduction/reproduction.csv"
 NO_STAGES = f"{kept_results.BEGIN}\n{kept_results.END}\n"

@@ -14,7 +14,6 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from calibration.errors import ConfigError
 from calibration.intake.tables import read_table
-from dem.experiments.outflow import ended, steady_flow
 from dem.linear import slope
 from dem.measure.heap import fit_flank
 from dem.units import UnitError, in_unit
@@ -52,6 +51,9 @@ class Shape:
 
 def _discharge(time, mass):
     with np.errstate(divide="ignore", invalid="ignore"):  # what is not finite is refused
+        # loads the engine, for which no start waits
+        from dem.experiments.outflow import ended, steady_flow
+
         return steady_flow(time, mass), ended(time, mass)
 
 
