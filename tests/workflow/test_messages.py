@@ -1,6 +1,7 @@
 """What a user reads: a run that fails, the campaign's progress, and the time left."""
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -14,7 +15,7 @@ import yaml
 from calibration import engines
 from calibration.runs import runner
 from calibration.runs.plans import plan, planned_spec, points_of, result_path, write_plan
-from calibration.runs.progress import Plan, Progress
+from calibration.runs.progress import Plan, Progress, progress
 from calibration.runs.runner import report, run_logged
 from calibration.runs.store import RunStore
 from calibration.statistics.design import plackett_burman
@@ -205,6 +206,21 @@ def test_a_stage_above_that_is_under_way_has_a_time_of_its_own():
     assert tells(said, "1 of 11", "8 min", "that")
     assert not tells(said, "estimated")
     assert Progress((replace(above, done=11), chain), None, None).left_s(2) == 12 * 60.0
+
+
+def test_a_stage_that_was_stopped_before_is_not_told_as_under_way(campaign):
+    """It has runs that have ended and one that was cut off; what is written now is another's."""
+    settings, table, specs = campaign
+    config, names = parse_config(settings), list(table["run_id"])
+    for stage, rows in (("screening", table.iloc[:6]), ("scaling", table.iloc[6:])):
+        write_plan(f"results/few/{stage}", rows, {n: specs[n] for n in rows["run_id"]})
+    write_result(Path(config.runs) / names[6], parse_spec(specs[names[6]]), {}, {}, files=())
+    for name, when in ((names[7], 1000.0), (names[0], 2000.0)):
+        (Path(config.runs) / name).mkdir(parents=True)
+        os.utime(Path(config.runs) / name, (when, when))
+    assert progress(config).under_way.name == "screening"
+    os.utime(Path(config.runs) / names[7], (3000.0, 3000.0))
+    assert progress(config).under_way.name == "scaling"
 
 
 def test_short_runs_beside_the_chain_are_told_but_not_counted():

@@ -1,6 +1,7 @@
 """How far a campaign is, by what its stages declare of their runs."""
 
 import os
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import ceil
 
@@ -21,7 +22,8 @@ class Plan:
     is false where the number is only expected; valueless: of those done, how many have no value, as
     a heap that did not form; short: runs of seconds, which share processes;
     above: of a stage of another layer, as the diagnosis; each_s: wall time [s] of one that is left,
-    where runs of its experiment have ended."""
+    where runs of its experiment have ended; touched: when one of those left was last written [s],
+    0.0 where none has begun."""
 
     name: str
     done: int
@@ -32,6 +34,7 @@ class Plan:
     short: bool = False
     above: bool = False
     each_s: float | None = None
+    touched: float = 0.0
 
     @property
     def counted(self) -> bool:
@@ -72,9 +75,10 @@ class Progress:
 
     @property
     def under_way(self) -> Plan | None:
-        """The plan whose runs are being made; several can be planned: what has runs has begun."""
+        """The plan whose runs are being made. Several can be planned, and one whose stage was
+        stopped has runs too: the one that was written last, else one that has runs."""
         waiting = [p for p in self.plans if p.planned and p.left]
-        return max(waiting, key=lambda p: p.done > 0) if waiting else None
+        return max(waiting, key=lambda p: (p.touched, p.done > 0)) if waiting else None
 
     def left_s(self, cores: int) -> float | None:
         """Seconds until the chain's runs are made, or those of the stage above that is under way,
@@ -131,7 +135,8 @@ def progress(config: Config, store: RunStore | None = None) -> Progress:
         short = bool(declared and declared.batches)  # a share of a process each
         none = sum(bool(entry.get(REFUSED)) for entry in ended)
         above = declared is None
-        plan = Plan(name, len(over), total, failed, bool(names), none, short, above)
+        touched = _touched(store, set(names) - over - set(failed))
+        plan = Plan(name, len(over), total, failed, bool(names), none, short, above, None, touched)
         plans.append(plan)
         took = [e for e in ended if e["wall_time_s"] is not None]
         if above and took:  # another rig than the chain's, as a rule
@@ -182,6 +187,15 @@ def _plans(folder):
         *((name, None, made[name]) for name in sorted(others)),
         *((plan.folder, plan, made.get(plan.folder, {})) for plan in own),
     ]
+
+
+def _touched(store, names):
+    """When one of these runs was last written [s], 0.0 where none has a folder."""
+    newest = 0.0
+    for name in names:
+        with suppress(OSError):  # not begun, or removed meanwhile
+            newest = max(newest, store.folder(name).stat().st_mtime)
+    return newest
 
 
 def _failed(store, name):
