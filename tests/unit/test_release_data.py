@@ -113,6 +113,21 @@ def test_a_posterior_that_bounds_nothing_is_told_so(repository, kept):
     assert tells(said(kept, README), "none of three")
 
 
+def test_the_first_screen_tells_what_all_tests_bound(repository, kept):
+    path = kept / "salt" / "joint" / "joint.json"
+    found = json.loads(path.read_text())
+    names = list(found["parameters"])
+    for name, parameter in found["parameters"].items():
+        parameter |= {"left": 0.5, "bounded": name in names[:2], "border": None}
+        parameter["interval"] = [0.123, 0.456]
+    path.write_text(json.dumps(found))
+    assert tells(said(kept, README), "two of seven", "0.123 to 0.456")
+    found["parameters"][names[0]].update(border="low", reach=0.1, reach_is_limit=False)
+    found["agreement"] |= {"contradicts": True, "named": ["heap: angle_of_repose_deg"]}
+    path.write_text(json.dumps(found))
+    assert tells(said(kept, README), "one of seven", "no parameters")
+
+
 def test_the_simulations_are_told_in_degrees(repository, kept):
     text = said(kept, pages.CASE)
     found = json.loads((kept / "salt" / "disagreement" / "disagreement.json").read_text())
@@ -343,6 +358,10 @@ def test_a_joint_study_is_told_beside_one_target(tmp_path):
     assert study["tests"][0]["single"] == ""
     assert tells(study["tests"][0]["joint"], "25.00°", "+25.0 %")
     assert study["parameters"][0]["ratio"] == "0.5"
+    assert (study["wider"]["wider"], study["wider"]["narrower"]) == ("none", "one")
+    assert joint._outside({"a": parameter, "b": parameter}, {}, {"a": 0.25, "b": 0.31}) == [
+        "b (0.31)"
+    ]
     # what the prior alone bounds the targets do not
     assert [tells(line, "wall", "95 %") for line in study["said"] if "0.2 to 0.3" in line] == [0, 0]
     assert any(tells(line, "Heap", "angle", "contradicts") for line in study["said"])

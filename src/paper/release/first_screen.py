@@ -7,6 +7,7 @@ from typing import Any
 
 import pandas as pd
 
+from calibration.chain.joint.words import kinds
 from calibration.files import read_json
 from calibration.intake.tables import read_written
 from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDABLE, UNDECIDED
@@ -101,12 +102,21 @@ def _open(table, study):
 
 
 def bounded(kept: str | Path) -> dict[str, Any]:
-    """What the posterior of a study bounds: how many of its parameters, and each with its
-    interval."""
-    parameters = read_json(Path(kept) / "posterior" / "posterior.json")["parameters"]
-    own = {n: p["interval"] for n, p in parameters.items() if p["bounded"]}
+    """What the posterior of a study bounds, and that of all its tests: how many of the parameters,
+    and each with its interval."""
+    alone = read_json(Path(kept) / "posterior" / "posterior.json")["parameters"]
+    every = read_json(Path(kept) / "joint" / "joint.json")
     return {
-        "bounded": counted(len(own)),
+        "alone": _intervals(alone, [n for n, p in alone.items() if p["bounded"]]),
+        "together": _intervals(every["parameters"], kinds(every)["bounded"]),
+        "contradict": every["agreement"]["contradicts"],
+    }
+
+
+def _intervals(parameters, names):
+    ends = {n: parameters[n]["interval"] for n in names}
+    return {
+        "bounded": counted(len(names)),
         "all": counted(len(parameters)),
-        "intervals": [f"{said(n)} ({a:.3f} to {b:.3f}, 95 %)" for n, (a, b) in own.items()],
+        "intervals": [f"{said(n)} ({a:.3f} to {b:.3f})" for n, (a, b) in ends.items()],
     }

@@ -6,21 +6,34 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import yaml
+
 from calibration.chain.joint.words import sentences
 from calibration.figures import label, response_of
 from calibration.files import read_json
 from calibration.intake.tables import read_written
 from calibration.statistics.numbers import fixed
+from paper.release.first_screen import counted
 
 STUDY = Path("joint") / "joint.json"
 ABOUT = {
+    "salt": (
+        "Salt",
+        "config/config.yaml",
+        "The paper's heap, inclined plane, drop and shear ring, each at full scale "
+        "(`config/joint.yaml`). The first calibration takes what the paper found in plane, drop "
+        "and ring as exact, assumes Poisson's ratio, and calibrates three factors to the heap.",
+    ),
     "maize": (
         "Maize",
+        "examples/maize/config.yaml",
         "Heap and bulk density are of two lots of dent corn. The friction on steel, of another "
         "paper, is a prior. Nobody has measured the hopper: it is a test that could be made next.",
     ),
 }
-"""{kept study: (title, what its values are of)}."""
+"""{kept study: (title, configuration of its calibration to one target, what its values are
+of)}."""
 
 
 def values(kept: str | Path) -> dict[str, Any]:
@@ -33,7 +46,8 @@ def study(folder: Path, name: str) -> dict[str, Any]:
     """What one kept study says: what the calibration to one target gives in every test, and what
     that to all targets gives. folder: of all kept results."""
     kept = folder / name
-    title, about = ABOUT[name]
+    title, configuration, about = ABOUT[name]
+    fixed_at = yaml.safe_load(Path(configuration).read_text("utf-8")).get("fixed", {})
     found, single = read_json(kept / STUDY), _machines(kept, "push_through")
     both, box = _machines(kept, "joint_push_through"), found["box"]
     return {
@@ -42,7 +56,9 @@ def study(folder: Path, name: str) -> dict[str, Any]:
         "runs": ", ".join(f"{n} of {label(rig)}" for rig, n in found["runs"].items()),
         "pushed": bool(both),
         "tests": [_test(target, single, both) for target in found["targets"]],
-        "parameters": _parameters(found["parameters"], _single(kept), box),
+        "parameters": _parameters(found["parameters"], _single(kept), box, fixed_at),
+        "outside": _outside(found["parameters"], _single(kept), fixed_at),
+        "wider": _wider(found["parameters"], _single(kept)),
         "said": sentences(found, response_of(found["targets"][0]["metric"])),
     }
 
@@ -97,9 +113,26 @@ def _single(kept):
     return {r["parameter"]: (r["low"], r["high"]) for r in read_written(path).to_dict("records")}
 
 
-def _parameters(joint, single, box):
-    """A row a parameter: levels, interval by one target, interval by all, and how wide the second
-    is in the first."""
+def _wider(joint, single):
+    """Of the parameters that both calibrations give: how many intervals by all targets are wider
+    than those by one, and how many narrower."""
+    widths = [(np.ptp(joint[n]["interval"]), np.ptp(ends)) for n, ends in single.items()]
+    return {
+        "wider": counted(sum(every > one for every, one in widths)),
+        "narrower": counted(sum(every <= one for every, one in widths)),
+    }
+
+
+def _outside(joint, single, fixed_at):
+    """ "name (value)" of those that one target's calibration holds outside the interval by all."""
+    held = {n: fixed_at[n] for n in joint if n in fixed_at and n not in single}
+    ends = {n: joint[n]["interval"] for n in held}
+    return [f"{label(n)} ({v:g})" for n, v in held.items() if not ends[n][0] <= v <= ends[n][1]]
+
+
+def _parameters(joint, single, box, fixed_at):
+    """A row a parameter: levels, interval by one target or where it is held, interval by all, and
+    how wide the second is in the first."""
     rows = []
     for name, p in joint.items():
         low, high = p["interval"]
@@ -108,13 +141,17 @@ def _parameters(joint, single, box):
             {
                 "name": label(name),
                 "levels": _ends(box[name]),
-                "single": _ends(own) if own else "held",
+                "single": _ends(own) if own else _held(fixed_at, name),
                 "joint": _ends((low, high)),
                 "ratio": f"{(high - low) / (own[1] - own[0]):.1f}" if own else "",
                 "left": f"{100.0 * p['left']:.0f} %",
             }
         )
     return rows
+
+
+def _held(fixed_at, name):
+    return f"held at {fixed_at[name]:g}" if name in fixed_at else "held"
 
 
 def _ends(ends):

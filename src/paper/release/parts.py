@@ -130,6 +130,12 @@ PARTS = (
         copies=_joint_tables("maize"),
     ),
     Part(
+        "salt joint",
+        "the salt by all its tests together",
+        ((*STUDY, "config/joint.yaml", "--", "joint"),),
+        copies=(("results/salt/joint", "salt/joint"),),
+    ),
+    Part(
         "diagnosis",
         "the paper's own measurements, and a table-tennis ball",
         (

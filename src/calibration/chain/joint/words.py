@@ -21,15 +21,21 @@ def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
     return [*said, *_next(summary), *_doubts(summary)]
 
 
-def _bounded(summary):
-    kinds = {"bounded": [], "known": [], "narrowed": [], "open": []}
+def kinds(summary: Mapping[str, Any]) -> dict[str, list[str]]:
+    """{kind: parameters} of a mapping of joint.json: bounded by the targets, narrowed by them,
+    known beforehand and no better, open, and those that press on a border of the region."""
+    found: dict[str, list[str]] = {
+        k: [] for k in ("bounded", "known", "narrowed", "open", "border")
+    }
     for name, p in summary["parameters"].items():
         told = "bounded" if p["bounded"] else "narrowed"
         untold = "known" if name in summary.get("priors", {}) else "open"
         kind = told if p["left"] <= TELLS else untold
-        ends = summary["box"][name] if kind == "open" else p["interval"]
-        if not p["border"]:
-            kinds[kind].append(f"{label(name)} {ends[0]:.3g} to {ends[1]:.3g}")
+        found["border" if p["border"] else kind].append(name)
+    return found
+
+
+def _bounded(summary):
     level = f"{100 * summary['level']:.0f} %"
     heads = {
         "bounded": f"With {level} probability, by all targets together",
@@ -37,7 +43,19 @@ def _bounded(summary):
         "narrowed": "Narrowed, but not bounded within the levels",
         "open": "All targets together do not narrow",
     }
-    return [f"{heads[kind]}: {', '.join(said)}." for kind, said in kinds.items() if said]
+    found = []
+    for kind, names in kinds(summary).items():
+        ends = summary["box"] if kind == "open" else summary["parameters"]
+        said = [f"{label(n)} {_ends(ends[n])}" for n in names]
+        if kind in heads and said:
+            found.append(f"{heads[kind]}: {', '.join(said)}.")
+    return found
+
+
+def _ends(of):
+    """Of a parameter, or of its levels: '0.2 to 0.3'."""
+    low, high = of["interval"] if isinstance(of, Mapping) else of
+    return f"{low:.3g} to {high:.3g}"
 
 
 def _borders(summary):
