@@ -125,7 +125,8 @@ def test_the_first_screen_tells_what_all_tests_bound(repository, kept):
     found["parameters"][names[0]].update(border="low", reach=0.1, reach_is_limit=False)
     found["agreement"] |= {"contradicts": True, "named": ["heap: angle_of_repose_deg"]}
     path.write_text(json.dumps(found))
-    assert tells(said(kept, README), "one of seven", "no parameters")
+    assert tells(said(kept, README), "one of seven")
+    assert tells(said(kept, README), "No parameters", "all of them")
 
 
 def test_the_simulations_are_told_in_degrees(repository, kept):
