@@ -2,11 +2,13 @@
 seconds, and every start asks."""
 
 import atexit
+import gzip
 import hashlib
 import importlib.util
 import json
 import os
 import sys
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Generic, TypeVar
@@ -47,12 +49,12 @@ class Readings(Generic[Reading]):
         source = str(sys.modules[self.read.__module__].__file__)
         code = hashlib.sha256(Path(source).read_bytes() + repr(self.given).encode())
         compiled = Path(importlib.util.cache_from_source(source))
-        return compiled.with_suffix(f".{self.read.__name__}-{code.hexdigest()[:12]}.json")
+        return compiled.with_suffix(f".{self.read.__name__}-{code.hexdigest()[:12]}.json.gz")
 
     def _load(self):
         try:
-            found = json.loads(self.path.read_bytes())
-        except (OSError, ValueError):  # none yet, or damaged
+            found = json.loads(gzip.decompress(self.path.read_bytes()))
+        except (OSError, ValueError, EOFError, zlib.error):  # none yet, or damaged
             return {}
         return found if isinstance(found, dict) else {}
 
@@ -65,10 +67,11 @@ class Readings(Generic[Reading]):
         path, own = self.path, f"{self.path}.{os.getpid()}"
         try:
             path.parent.mkdir(exist_ok=True)
-            Path(own).write_text(json.dumps(answers if len(answers) <= MOST else self.asked))
+            kept = json.dumps(answers if len(answers) <= MOST else self.asked)
+            Path(own).write_bytes(gzip.compress(kept.encode(), compresslevel=1))
             os.replace(own, path)
             stem = path.name.split("-")[0]
-            for other in path.parent.glob(f"{stem}-*.json"):
+            for other in path.parent.glob(f"{stem}-*.json.gz"):
                 if other != path:
                     other.unlink(missing_ok=True)
         except OSError:

@@ -345,6 +345,7 @@ def test_a_joint_study_is_told_beside_one_target(tmp_path):
         "runs": {"heap": 96, "vessel": 90}, "targets": [heap, target], "readings": 5,
         "agreement": {"contradicts": True, "p": 0.01, "named": ["heap: angle_of_repose_deg"]},
         "next_test": [], "without_value": {}, "sampler": {"converged": True},
+        "correlation": [[1.0, 0.0], [0.0, 1.0]],
     }  # fmt: skip
     (folder / "joint").mkdir()
     (folder / "joint" / "joint.json").write_text(json.dumps(found))

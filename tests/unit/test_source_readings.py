@@ -1,6 +1,7 @@
 """What was read out of sources and is kept between starts: the same answers, and none of an older
 code."""
 
+import gzip
 import os
 import subprocess
 import sys
@@ -47,7 +48,7 @@ def start(tmp_path):
 
 
 def _kept(folder):
-    return sorted((folder / "__pycache__").glob("*.json"))
+    return sorted((folder / "__pycache__").glob("*.json.gz"))
 
 
 def test_a_second_start_reads_nothing_again(start):
@@ -64,10 +65,15 @@ def test_an_edited_module_begins_anew_and_leaves_one_file(start, tmp_path):
     assert len(_kept(tmp_path)) == 1
 
 
-@pytest.mark.parametrize("content", ["", "{", "[1]", "null"])
+CUT = gzip.compress(b'{"a": 1}')[:-9]
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"{", CUT, CUT[:4], *(gzip.compress(c) for c in (b"", b"{", b"[1]", b"null"))]
+)
 def test_a_damaged_file_is_made_anew(start, tmp_path, content):
     start("abc")
-    _kept(tmp_path)[0].write_text(content)
+    _kept(tmp_path)[0].write_bytes(content)
     assert start("abc") == ("abc", 3)
     assert start("abc") == ("", 3)
 

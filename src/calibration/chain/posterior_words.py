@@ -21,7 +21,7 @@ def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
         s
         for s in (
             known(summary),
-            _together(summary),
+            together(summary),
             _forward(summary, response),
             _without_value(summary),
             following(summary, response),
@@ -50,7 +50,9 @@ def known(summary: Mapping[str, Any]) -> str:
     return " ".join(said)
 
 
-def _together(summary):
+def together(summary: Mapping[str, Any]) -> str:
+    """Which parameters hang together, of a mapping with `parameters` and their `correlation`; empty
+    where none do."""
     names, rows = list(summary["parameters"]), summary["correlation"]
     found = [
         f"{label(names[i])} and {label(names[j])} ({rows[i][j]:+.2f})"
@@ -61,8 +63,8 @@ def _together(summary):
     if not found:
         return ""
     return (
-        f"They are not free of each other; correlated are {', '.join(found)}. Take a row of "
-        f"draws.csv, not one end of each interval."
+        f"The parameters are not free of each other; correlated are {', '.join(found)}. Take a row "
+        "of draws.csv, not one end of each interval."
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from calibration.chain.posterior_words import together
 from calibration.figures import label, response_of
 
 if TYPE_CHECKING:
@@ -17,6 +18,7 @@ TELLS = 0.9  # of today's standard deviation: a test that leaves more tells litt
 def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
     """What came out, for the report."""
     said = [*_bounded(summary), *_borders(summary), *_contradictions(summary)]
+    said += [words for words in [together(summary)] if words]
     said += _targets(summary["targets"])
     return [*said, *_next(summary), *_doubts(summary)]
 
