@@ -392,7 +392,6 @@ def test_what_is_printed_is_what_the_reference_holds():
     root = Path(__file__).parents[2]
     folder = root / "results" / "reference" / "salt" / "posterior"
     table = pd.read_csv(folder / "parameters.csv").set_index("parameter")
-    rolling = table.loc["salt_salt_rolling_friction"]
     readme, results = (root / p for p in ("README.md", "docs/results.md"))
     every = pd.read_csv(folder.parent / "joint" / "parameters.csv").set_index("parameter")
     together = every.loc["salt_salt_rolling_friction"]
