@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from calibration.chain.posterior_words import together
 from calibration.figures import label, response_of
+from calibration.statistics.numbers import fixed
 
 if TYPE_CHECKING:
     from calibration.figures import Response
@@ -110,8 +111,8 @@ def _targets(targets):
             f"{_capital(_test(target['rig'], target['metric']))}: measured "
             f"{shown.value(target['measured'])}, predicted by all targets "
             f"{shown.value(target['predicted'])} "
-            f"(pull {target['pull']:+.1f}), by the others a pull of "
-            f"{target['pull_others']:+.1f} (p = {target['p_others']:.2g})."
+            f"(pull {fixed(target['pull'], 1, '+')}), by the others a pull of "
+            f"{fixed(target['pull_others'], 1, '+')} (p = {target['p_others']:.2g})."
         )
     return said
 
