@@ -6,12 +6,14 @@ import gzip
 import hashlib
 import importlib.util
 import json
-import os
 import sys
 import zlib
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Generic, TypeVar
+
+from dem.io.files import replace_file
 
 Reading = TypeVar("Reading")
 MOST = 4000
@@ -64,15 +66,11 @@ class Readings(Generic[Reading]):
         if not self.grown or sys.dont_write_bytecode:
             return
         answers = self._load() | self.asked
-        path, own = self.path, f"{self.path}.{os.getpid()}"
-        try:
+        kept = json.dumps(answers if len(answers) <= MOST else self.asked)
+        path, packed = self.path, gzip.compress(kept.encode(), compresslevel=1)
+        with suppress(OSError):
             path.parent.mkdir(exist_ok=True)
-            kept = json.dumps(answers if len(answers) <= MOST else self.asked)
-            Path(own).write_bytes(gzip.compress(kept.encode(), compresslevel=1))
-            os.replace(own, path)
-            stem = path.name.split("-")[0]
-            for other in path.parent.glob(f"{stem}-*.json.gz"):
+            replace_file(path, lambda file: file.write(packed))
+            for other in path.parent.glob(f"{path.name.split('-')[0]}-*.json.gz"):
                 if other != path:
                     other.unlink(missing_ok=True)
-        except OSError:
-            Path(own).unlink(missing_ok=True)

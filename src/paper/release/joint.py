@@ -49,16 +49,17 @@ def study(folder: Path, name: str) -> dict[str, Any]:
     title, configuration, about = ABOUT[name]
     fixed_at = yaml.safe_load(Path(configuration).read_text("utf-8")).get("fixed", {})
     found, single = read_json(kept / STUDY), _machines(kept, "push_through")
-    both, box = _machines(kept, "joint_push_through"), found["box"]
+    both, parameters = _machines(kept, "joint_push_through"), found["parameters"]
+    alone = _single(kept)
     return {
         "title": title,
         "about": about,
         "runs": ", ".join(f"{n} of {label(rig)}" for rig, n in found["runs"].items()),
         "pushed": bool(both),
         "tests": [_test(target, single, both) for target in found["targets"]],
-        "parameters": _parameters(found["parameters"], _single(kept), box, fixed_at),
-        "outside": _outside(found["parameters"], _single(kept), fixed_at),
-        "wider": _wider(found["parameters"], _single(kept)),
+        "parameters": _parameters(parameters, alone, found["box"], fixed_at),
+        "outside": _outside(parameters, alone, fixed_at),
+        "wider": _wider(parameters, alone),
         "said": sentences(found, response_of(found["targets"][0]["metric"])),
     }
 

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from calibration.chain.posterior_words import together
+from calibration.chain.posterior_words import TELLS, together
 from calibration.figures import label, response_of
 from calibration.statistics.numbers import fixed
 
 if TYPE_CHECKING:
     from calibration.figures import Response
-
-
-TELLS = 0.9  # of today's standard deviation: a test that leaves more tells little
 
 
 def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
@@ -27,9 +25,7 @@ def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
 def kinds(summary: Mapping[str, Any]) -> dict[str, list[str]]:
     """{kind: parameters} of a mapping of joint.json: bounded by the targets, narrowed by them,
     known beforehand and no better, open, and those that press on a border of the region."""
-    found: dict[str, list[str]] = {
-        k: [] for k in ("bounded", "known", "narrowed", "open", "border")
-    }
+    found: defaultdict[str, list[str]] = defaultdict(list)
     for name, p in summary["parameters"].items():
         told = "bounded" if p["bounded"] else "narrowed"
         untold = "known" if name in summary.get("priors", {}) else "open"
@@ -46,19 +42,14 @@ def _bounded(summary):
         "narrowed": "Narrowed, but not bounded within the levels",
         "open": "All targets together do not narrow",
     }
-    found = []
-    for kind, names in kinds(summary).items():
-        ends = summary["box"] if kind == "open" else summary["parameters"]
-        said = [f"{label(n)} {_ends(ends[n])}" for n in names]
-        if kind in heads and said:
-            found.append(f"{heads[kind]}: {', '.join(said)}.")
-    return found
-
-
-def _ends(of):
-    """Of a parameter, or of its levels: '0.2 to 0.3'."""
-    low, high = of["interval"] if isinstance(of, Mapping) else of
-    return f"{low:.3g} to {high:.3g}"
+    intervals = {name: p["interval"] for name, p in summary["parameters"].items()}
+    found = kinds(summary)
+    said = {}
+    for kind in heads:
+        ends = summary["box"] if kind == "open" else intervals
+        each = (f"{label(n)} {ends[n][0]:.3g} to {ends[n][1]:.3g}" for n in found[kind])
+        said[kind] = ", ".join(each)
+    return [f"{heads[kind]}: {words}." for kind, words in said.items() if words]
 
 
 def _borders(summary):
