@@ -66,11 +66,21 @@ def test_an_edited_module_begins_anew_and_leaves_one_file(start, tmp_path):
 
 
 CUT = gzip.compress(b'{"a": 1}')[:-9]
+DAMAGED = {
+    "empty": b"",
+    "not compressed": b"{",
+    "cut": CUT,
+    "cut in the head": CUT[:4],
+    "empty text": gzip.compress(b""),
+    "half a text": gzip.compress(b"{"),
+    "a list": gzip.compress(b"[1]"),
+    "null": gzip.compress(b"null"),
+}
 
 
-@pytest.mark.parametrize(
-    "content", [b"", b"{", CUT, CUT[:4], *(gzip.compress(c) for c in (b"", b"{", b"[1]", b"null"))]
-)
+# The names are fixed: a compressed text holds the time it was made, and the processes of one run
+# of the tests must collect the same names.
+@pytest.mark.parametrize("content", DAMAGED.values(), ids=DAMAGED)
 def test_a_damaged_file_is_made_anew(start, tmp_path, content):
     start("abc")
     _kept(tmp_path)[0].write_bytes(content)
