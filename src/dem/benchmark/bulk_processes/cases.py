@@ -1,0 +1,236 @@
+"""The cases: what the benchmark prescribes, its files as they are given out, what is watched."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from dem.contact.registry import ContactParameters, Material
+from dem.errors import DemError
+
+POISSON = 0.2
+
+
+def _material(density, young):
+    return Material(density, young / (2.0 * (1.0 + POISSON)), POISSON)
+
+
+MATERIALS = {
+    "M1": _material(2500.0, 1.0e9),
+    "M2": _material(2000.0, 0.5e9),
+    "steel": _material(7200.0, 210.0e9),
+}
+CONTACTS = {
+    ("M1", "M1"): ContactParameters(0.5, 0.3),
+    ("M1", "M2"): ContactParameters(0.45, 0.2),
+    ("M2", "M2"): ContactParameters(0.4, 0.4),
+    ("M1", "steel"): ContactParameters(0.4, 0.2),
+    ("M2", "steel"): ContactParameters(0.4, 0.2),
+    ("steel", "steel"): ContactParameters(0.6, 0.5),
+}
+"""Restitution and friction of each pair, as the scripts of MercuryDPM and YADE have them."""
+
+COARSE = 2e-3
+"""Radius [m] of the grains of a silo, and of M2 in the drum."""
+DRUM_SPIN = 2.0
+"""Speed of the drum [rad/s] about -y: counterclockwise for who looks along +y."""
+INTRUDER = 1e-2, 0.06, 5.0
+"""Radius [m], height of its centre [m] and speed [m/s] of the sphere that falls into a bed."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """Grains of one material: radius (n,) [m], position (n, 3) [m], velocity (3,) [m/s]."""
+
+    material: str
+    radius: np.ndarray
+    position: np.ndarray
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Case:
+    """One case.
+
+    name : of the case
+    groups : its grains, numbered through in this order
+    triangles : (t, 3, 3) [m] of the walls, which are of steel
+    time_step, duration : [s], as prescribed
+    watch : (position (n, 3) [m], number of each grain (n,)) -> {column: value}, of the grains left
+    spin : of the walls about +y [rad/s]
+    floor : height [m] below which a grain is taken out, None where none leaves
+    box : (half x, half y, bottom) [m] of the box that the triangles stand for, if they do
+    regions : the surfaces that they stand for otherwise, as LAMMPS takes them
+    """
+
+    name: str
+    groups: tuple[Group, ...]
+    triangles: np.ndarray
+    time_step: float
+    duration: float
+    watch: Callable[[np.ndarray, np.ndarray], dict[str, float]]
+    spin: float = 0.0
+    floor: float | None = None
+    box: tuple[float, float, float] | None = None
+    regions: tuple[str, ...] = ()
+
+    @property
+    def grains(self) -> int:
+        """Number of grains at the start."""
+        return sum(len(group.radius) for group in self.groups)
+
+    @property
+    def materials(self) -> list[str]:
+        """Names of the materials: those of the grains in order, and steel at the end."""
+        names = dict.fromkeys(group.material for group in self.groups)
+        return [*(name for name in names if name != "steel"), "steel"]
+
+    def shortened(self, seconds: float) -> Case:
+        """The same case for no longer than so many seconds of simulated time."""
+        return replace(self, duration=min(self.duration, seconds))
+
+
+def read_numbers(path: Path, columns: int, header: bool = True) -> np.ndarray:
+    """Rows of numbers of one of the benchmark's files (n, columns). The beds end with a row of
+    another length, which is the sphere's and is left out. Raises DemError for a file that is not
+    there, and for a row that is no numbers."""
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except OSError as fault:
+        raise DemError(
+            f"{path}: {fault.strerror}; the files stand in MercuryDPM's repository under "
+            "Drivers/Papers/OSBenchmark"
+        ) from None
+    rows = []
+    for number, line in enumerate(lines[header:], 1 + header):
+        words = line.split()
+        if len(words) != columns:
+            if words and number < len(lines) - 2:
+                raise DemError(f"{path}, line {number}: {line!r}; allowed: {columns} numbers")
+            continue
+        try:
+            rows.append([float(word) for word in words])
+        except ValueError:
+            raise DemError(f"{path}, line {number}: {line!r}; allowed: {columns} numbers") from None
+    return np.array(rows)
+
+
+def _spheres(path):
+    """(radius (n,), position (n, 3)) of a file of spheres."""
+    table = read_numbers(path, 4)
+    return table[:, 0], table[:, 1:]
+
+
+def _walls(path):
+    return read_numbers(path, 9).reshape(-1, 3, 3)
+
+
+def penetration(folder: Path, size: str = "25K") -> Case:
+    """A steel sphere falls into a bed of grains of 2 mm in a box. size: 25K, 50K or 100K grains."""
+    radius, position = _spheres(folder / "Penetration" / f"{size}Particles.txt")
+    wide, height, speed = INTRUDER
+    grains = len(radius)
+
+    def watch(position, number):
+        return {"height_m": float(position[number == grains, 2][0])}
+
+    triangles = _walls(folder / "Penetration" / "walls.txt")
+    return Case(
+        f"penetration-{size}",
+        (
+            Group("M1", radius, position),
+            Group("steel", np.array([wide]), np.array([[0.0, 0.0, height]]), (0.0, 0.0, -speed)),
+        ),
+        triangles,
+        5e-7,
+        0.1,
+        watch,
+        box=_inside(triangles),
+    )
+
+
+def _inside(triangles):
+    """Half widths and bottom of the box within walls that have a thickness."""
+    x, y, z = triangles.reshape(-1, 3).T
+    return float(np.abs(x).min()), float(np.abs(y).min()), float(np.unique(np.round(z, 9))[1])
+
+
+def drum(folder: Path) -> Case:
+    """A drum turns grains of two sizes and materials."""
+    radius, position = _spheres(folder / "Drum" / "PartCoordinates.txt")
+    coarse = radius == COARSE
+    groups = (
+        Group("M1", radius[~coarse], position[~coarse]),
+        Group("M2", radius[coarse], position[coarse]),
+    )
+    fine = len(groups[0].radius)
+
+    def watch(position, number):
+        x, z = position[:, 0], position[:, 2]
+        zones = {"upper": (x > 0) & (z > 0), "lower": (x < 0) & (z < 0)}
+        return {
+            f"{zone}_{name}": int((inside & of).sum())
+            for zone, inside in zones.items()
+            for name, of in (("M1", number < fine), ("M2", number >= fine))
+        }
+
+    triangles = _walls(folder / "Drum" / "walls.txt")
+    corners = triangles.reshape(-1, 3)
+    inner = float(np.hypot(corners[:, 0], corners[:, 2])[np.abs(corners[:, 1]) <= 0.03].min())
+    return Case(
+        "drum",
+        groups,
+        triangles,
+        8e-7,
+        5.0,
+        watch,
+        spin=-DRUM_SPIN,
+        regions=(f"cylinder y 0 0 {inner:.6g} -0.03 0.03",),
+    )
+
+
+SILOS = {"small": (-0.0593008, 0.02), "large": (-0.0554222, 0.03)}
+"""Height and radius [m] of the orifice."""
+
+
+def silo(folder: Path, orifice: str = "small", material: str = "M1") -> Case:
+    """Grains of 4 mm leave a silo. orifice: small or large; material: M1 or M2."""
+    height, opening = SILOS[orifice]
+    path = folder / "Silo" / f"PartCoordinates {material} ({orifice} orifice).txt"
+    position = read_numbers(path, 3, header=False)
+
+    def watch(position, number):
+        return {"in_the_silo": int((position[:, 2] > height).sum())}
+
+    triangles = _walls(folder / "Silo" / f"walls ({orifice} orifice).txt")
+    wide, top = 0.1, float(triangles[..., 2].max())
+    shoulder = height + wide - opening
+    return Case(
+        f"silo-{orifice}-{material}",
+        (Group(material, np.full(len(position), COARSE), position),),
+        triangles,
+        1.5e-6 if material == "M1" else 2e-6,
+        5.0,
+        watch,
+        floor=height - 0.02,
+        regions=(
+            f"cylinder z 0 0 {wide:.6g} {shoulder:.6g} {top:.6g} open 1 open 2",
+            f"cone z 0 0 {opening:.6g} {wide:.6g} {height:.6g} {shoulder:.6g} open 1 open 2",
+        ),
+    )
+
+
+CASES: dict[str, Callable[[Path], Case]] = {
+    **{f"penetration-{size}": partial(penetration, size=size) for size in ("25K", "50K", "100K")},
+    "drum": drum,
+    **{
+        f"silo-{orifice}-{material}": partial(silo, orifice=orifice, material=material)
+        for orifice in SILOS
+        for material in ("M1", "M2")
+    },
+}
+"""Name -> function of the folder of the benchmark's files."""

@@ -1,0 +1,151 @@
+"""The bulk processes that others chose: their files, what is watched, and the codes' inputs."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from dem.benchmark.bulk_processes import __main__ as command
+from dem.benchmark.bulk_processes import codes
+from dem.benchmark.bulk_processes.cases import CASES, penetration, read_numbers
+from dem.benchmark.peers import available
+from dem.constants import GRAVITY
+from dem.errors import DemError
+
+SIDE, BOTTOM = 0.02, -0.08
+THICK = 2e-3
+SPEED = 5.0
+
+
+def _triangles(low, high):
+    """A box of triangles, open at the top: rows of nine numbers."""
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    rectangles = [
+        ((x0, y0, z0), (x1, y0, z0), (x1, y1, z0), (x0, y1, z0)),
+        ((x0, y0, z0), (x0, y1, z0), (x0, y1, z1), (x0, y0, z1)),
+        ((x1, y0, z0), (x1, y1, z0), (x1, y1, z1), (x1, y0, z1)),
+        ((x0, y0, z0), (x1, y0, z0), (x1, y0, z1), (x0, y0, z1)),
+        ((x0, y1, z0), (x1, y1, z0), (x1, y1, z1), (x0, y1, z1)),
+    ]
+    return [[*a, *b, *c] for p, q, r, s in rectangles for a, b, c in ((p, q, r), (p, r, s))]
+
+
+def _table(path, rows, header):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    lines = [" ".join(f"{q:.9g}" for q in row) for row in rows]
+    path.write_text("\n".join([header, *lines, ""]))
+
+
+@pytest.fixture
+def files(tmp_path):
+    """Files of the benchmark in small: a layer of 81 grains in a box and nine above, walls with a
+    thickness, four grains in a drum."""
+    half, out = SIDE, SIDE + THICK
+    inner = _triangles((-half, -half, BOTTOM), (half, half, 0.1))
+    outer = _triangles((-out, -out, BOTTOM - THICK), (out, out, 0.1))
+    _table(tmp_path / "Penetration" / "walls.txt", inner + outer, "vertices")
+    line = np.linspace(-0.016, 0.016, 9)
+    rng = np.random.default_rng(5)
+    bed = [(1e-3, x, y, BOTTOM + 1.5e-3) for x in line for y in line]
+    bed = [(r, x + dx, y + dy, z) for (r, x, y, z), (dx, dy) in zip(
+        bed, rng.uniform(-4e-4, 4e-4, (81, 2)), strict=True)]  # fmt: skip
+    bed += [(r, x, y, z + 2.3e-3) for r, x, y, z in bed[::9]]  # these meet those below
+    path = tmp_path / "Penetration" / "25KParticles.txt"
+    _table(path, bed, "Radius[m] PosX[m] PosY[m] PosZ[m]")
+    path.write_text(path.read_text() + " 5 0.01 0.01 0 0 0.06\n\n")
+    ring = [(0.1 * np.cos(a), -0.03, 0.1 * np.sin(a), 0.1 * np.cos(a + 0.1), 0.03,
+             0.1 * np.sin(a + 0.1), 0.102 * np.cos(a), 0.03, 0.102 * np.sin(a))
+            for a in np.arange(0, 6.2, 0.1)]  # fmt: skip
+    _table(tmp_path / "Drum" / "walls.txt", ring, "vertices")
+    drum = [(1e-3, 0.02, 0, 0.02), (2e-3, -0.03, 0, -0.03), (1e-3, 0.02, 0, -0.02),
+            (2e-3, 0.03, 0, 0.03)]  # fmt: skip
+    _table(tmp_path / "Drum" / "PartCoordinates.txt", drum, "Radius[m] PosX[m] PosY[m] PosZ[m]")
+    return tmp_path
+
+
+def _rows(path):
+    with open(path, newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_a_sphere_falls_freely_until_it_meets_the_bed(files):
+    case = penetration(files).shortened(2e-3)
+    assert case.grains == 91
+    outcome = codes.run_here(case, files)
+    for row in (outcome.rows[0], outcome.rows[25], outcome.rows[-1]):
+        fallen = SPEED * row["time_s"] + GRAVITY * row["time_s"] ** 2 / 2
+        assert row["height_m"] == pytest.approx(0.06 - fallen, abs=2e-8)
+    assert outcome.steps == 4000
+    assert outcome.particle_steps == 91 * 4000
+
+
+def test_the_box_within_walls_with_a_thickness_is_the_inner_one(files):
+    assert penetration(files).box == pytest.approx((SIDE, SIDE, BOTTOM))
+
+
+def test_the_drum_counts_each_material_in_both_zones(files):
+    case = CASES["drum"](files)
+    position = np.concatenate([group.position for group in case.groups])
+    assert case.watch(position, np.arange(4)) == {
+        "upper_M1": 1, "upper_M2": 1, "lower_M1": 0, "lower_M2": 1,
+    }  # fmt: skip
+    assert [group.material for group in case.groups] == ["M1", "M2"]
+
+
+@pytest.mark.parametrize("row", ["0.001 0 0", "0.001 0 0 zero"])
+def test_a_row_that_is_no_four_numbers_is_named(files, row):
+    path = files / "Drum" / "PartCoordinates.txt"
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join([lines[0], row, *lines[1:]]))
+    with pytest.raises(DemError, match=r"PartCoordinates\.txt, line 2"):
+        read_numbers(path, 4)
+
+
+def test_a_file_that_is_not_there_is_named(files, capsys):
+    words = [str(files), str(files / "out"), "--case", "silo-small-M1", "--code", "dem"]
+    assert command.main(words) == 1
+    assert "PartCoordinates M1 (small orifice).txt" in capsys.readouterr().err
+    assert not (files / "out").exists()
+
+
+def test_a_run_is_kept_with_its_speed_in_place_of_the_one_before(files):
+    words = [str(files), str(files / "out"), "--case", "penetration-25K", "--code", "dem"]
+    for seconds in ("1e-4", "2e-4"):
+        assert command.main([*words, "--seconds", seconds]) == 0
+    (row,) = _rows(files / "out" / "runs.csv")
+    assert float(row["simulated_s"]) == pytest.approx(2e-4)
+    assert int(row["grains"]) == 91
+    looks = _rows(files / "out" / "penetration-25K.dem.csv")
+    assert float(looks[-1]["time_s"]) == pytest.approx(2e-4)
+
+
+def test_lammps_gets_the_moduli_of_two_materials():
+    """Hertz: 1/E* = (1 - nu^2)(1/E1 + 1/E2); Mindlin: 1/G* = (2 - nu)(1/G1 + 1/G2), and
+    G = E/2.4 for nu = 0.2."""
+    words = codes._lammps_law("M1", "M2").split()
+    young = 1.0 / (0.96 * (1 / 1e9 + 1 / 0.5e9))
+    shear = 1.0 / (1.8 * 2.4 * (1 / 1e9 + 1 / 0.5e9))
+    assert float(words[1]) == pytest.approx(4 / 3 * young)
+    assert float(words[words.index("mindlin_rescale/force") + 1]) == pytest.approx(8 * shear)
+    assert words[2] == "0.45"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("code", ["liggghts", "lammps", "yade"])
+def test_another_code_has_the_same_fall_and_the_same_bounces(files, code):
+    """Before the sphere arrives each grain has bounced on the steel and some on one another, so
+    that restitution, stiffness and walls of all codes stand in where they are."""
+    if code not in available():
+        pytest.skip(f"{code} is not installed")
+    case = penetration(files).shortened(0.024)
+    sim = codes.simulation(case)
+    sim.advance(round(case.duration / case.time_step))
+    ours = sim.position[np.argsort(sim.tag)]
+    codes.CODES[code](case, files)
+    *_, (_, number, position) = codes._frames(files / "looks.dump")
+    theirs = position[np.argsort(number)]
+    start = np.concatenate([group.position for group in case.groups])
+    assert np.abs(ours - start)[:-1, 2].min() > 1e-4
+    apart = np.abs(theirs - ours).max(axis=1)
+    assert np.quantile(apart, 0.97) < 2e-6
+    assert apart.max() < 2e-5  # YADE pushes a grain sideways that meets the edge of two triangles
