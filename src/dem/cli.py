@@ -87,7 +87,17 @@ def _parser(more):
     )
     benchmark.add_argument(
         "--case",
-        choices=("bed", "ratio", "heap", "scaling", "million", "cores", "threads", "start"),
+        choices=(
+            "bed",
+            "ratio",
+            "heap",
+            "resting",
+            "scaling",
+            "million",
+            "cores",
+            "threads",
+            "start",
+        ),  # those of dem.benchmark.report, which brings the engine along
         action="append",
         help="default: bed, ratio, heap",
     )

@@ -132,18 +132,9 @@ def timed_bed(
 
 def timed_heap(count: int = 10000) -> dict[str, Any]:
     """The funnel heap of calibrated salt, from start to rest, without measuring the angle."""
-    spec = parse_spec(
-        {
-            "experiment": "heap",
-            "materials": {"particle": {"density_kg_m3": SALT.density}},
-            "contacts": HEAP_CONTACTS,
-            "particles": {"count": count, "diameter_mm": 2.0 * (10000 / count) ** (1 / 3)},
-            "geometry": {"generation_rate_per_s": count},
-        }
-    )
     work = _Tally()
     begin, spent = time.perf_counter(), time.process_time()
-    sim = heap.pour(spec, work)[0]  # type: ignore[arg-type]
+    sim = heap.pour(_heap_spec(count), work)[0]  # type: ignore[arg-type]
     wall, spent = time.perf_counter() - begin, time.process_time() - spent
     return {
         "particles": count,
@@ -153,6 +144,28 @@ def timed_heap(count: int = 10000) -> dict[str, Any]:
         "rebuild_share": sim.rebuild_seconds / max(sim.advance_seconds, 1e-12),
         "peak_memory_MiB": peak_memory(),
     }
+
+
+def _heap_spec(count):
+    return parse_spec(
+        {
+            "experiment": "heap",
+            "materials": {"particle": {"density_kg_m3": SALT.density}},
+            "contacts": HEAP_CONTACTS,
+            "particles": {"count": count, "diameter_mm": 2.0 * (10000 / count) ** (1 / 3)},
+            "geometry": {"generation_rate_per_s": count},
+        }
+    )
+
+
+def resting_heap(count: int = 10000) -> list[dict[str, Any]]:
+    """What an engine could leave out that lets grains sleep: over the whole pour of the funnel
+    heap, the share of the particle-steps that belong to grains which go less than a share of their
+    radius in WINDOW and whose neighbours do too; and the same of the contacts between two of them.
+    """
+    work = _Stillness()
+    heap.pour(_heap_spec(count), work)  # type: ignore[arg-type]
+    return work.rows()
 
 
 class _Tally:
@@ -178,3 +191,55 @@ class _Tally:
 def peak_memory() -> float:
     """Largest resident memory of this process so far [MiB]."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+WINDOW = 5e-3
+"""Time over which a grain that may sleep must stay where it is [s]."""
+STILL = (1e-4, 1e-3, 1e-2)
+"""Shares of the radius that it may go in that time."""
+
+
+class _Stillness(_Tally):
+    """A run's surroundings that watch how far the grains go."""
+
+    def __init__(self):
+        super().__init__()
+        self._before, self._found = None, []
+
+    def frame(self, sim: Simulation) -> None:
+        if self._before and sim.time - self._before[0] < WINDOW:
+            return
+        places = np.full((int(sim.tag.max(initial=-1)) + 1, 3), np.nan)
+        places[sim.tag] = sim.position
+        if self._before:
+            self._found.append(self._compare(places))
+        radius = float(sim.radius.mean()) if sim.n else np.inf
+        self._before = sim.time, places, sim.contacts()[0], radius
+
+    def _compare(self, places):
+        """[grains, contacts, (those asleep of both) for each of STILL] of one window."""
+        _, before, pairs, radius = self._before
+        now = np.full_like(before, np.nan)  # where a grain has left
+        common = min(len(now), len(places))
+        now[:common] = places[:common]
+        gone = np.linalg.norm(now - before, axis=1)
+        there, first, second = np.isfinite(before[:, 0]), pairs[:, 0], pairs[:, 1]
+        row = [there.sum(), len(pairs)]
+        for share in STILL:
+            still = there & (gone < share * radius)
+            asleep, stirred = still.copy(), ~(still[first] & still[second])
+            asleep[first[stirred]] = asleep[second[stirred]] = False
+            row += [asleep.sum(), (asleep[first] & asleep[second]).sum()]
+        return row
+
+    def rows(self) -> list[dict[str, Any]]:
+        """A row for each of STILL."""
+        grains, contacts, *asleep = np.sum(self._found, axis=0)
+        return [
+            {
+                "radii_per_window": share,
+                "ratio": float(asleep[2 * k] / grains),
+                "ratio_of_contacts": float(asleep[2 * k + 1] / contacts),
+            }
+            for k, share in enumerate(STILL)
+        ]

@@ -21,6 +21,7 @@ from dem.benchmark.cases import (
     bed,
     box_width,
     peak_memory,
+    resting_heap,
     tiled,
     timed_bed,
     timed_heap,
@@ -69,6 +70,13 @@ def _ratio():
 
 def _heap():
     return [{"case": "funnel heap", **timed_heap()}]
+
+
+def _resting():
+    return [
+        {"case": f"grains at rest, {row['radii_per_window']:g} radii in 5 ms", **row}
+        for row in resting_heap()
+    ]
 
 
 def _scaling():
@@ -169,6 +177,7 @@ CASES = {
     "bed": _bed,
     "ratio": _ratio,
     "heap": _heap,
+    "resting": _resting,
     "scaling": _scaling,
     "million": _million,
     "cores": _cores,
