@@ -11,6 +11,7 @@ import numpy as np
 
 from calibration.figures.labels import ANGLE, label, response_of
 from calibration.figures.style import BLUE, GREEN, GREY, ORANGE, STYLE, subplots
+from calibration.statistics.numbers import fixed
 from calibration.statistics.stated import Stated
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ def _pair(ax, row, column, draws, optimum):
     ax.scatter(x.iloc[some], y.iloc[some], s=6, color=BLUE, alpha=0.45, lw=0)
     ax.plot(optimum[column.name], optimum[row.name], "o", color="white", mec=ORANGE, mew=2, ms=7)
     ax.set_ylim(row.low, row.high)
-    ax.set_title(f"correlation {np.corrcoef(x, y)[0, 1]:+.2f}", fontsize=7)
+    ax.set_title(f"correlation {fixed(np.corrcoef(x, y)[0, 1], 2, '+')}", fontsize=7)
 
 
 def pushed_forward(
