@@ -212,6 +212,24 @@ def test_runs_of_a_stage_above_are_told_but_not_counted(config_of_salt, monkeypa
     assert tells(found.sentence(2), "weather", "1 of 2")
 
 
+def test_what_a_stage_above_has_without_a_value_has_not_failed_in_the_chain(
+    config_of_salt, monkeypatch, tmp_path
+):
+    """The chain makes such a run itself, for it wants the state too; a run of its own that failed
+    leaves what repeats it."""
+    config, _ = config_of_salt
+    for name in ("config", "data"):
+        (tmp_path / name).symlink_to(Path(name).resolve())
+    monkeypatch.chdir(tmp_path)
+    folder = tmp_path / config.results / config.name / "screening"
+    folder.mkdir(parents=True)
+    (folder / "plan.json").write_text(json.dumps({"heap-1": {}, "heap-2": {}}))
+    for name, file in (("heap-1", "failed.json"), ("heap-2", "failed.yaml")):
+        (tmp_path / config.runs / name).mkdir(parents=True)
+        (tmp_path / config.runs / name / file).write_text("{}")
+    assert progress.progress(config).failed == ["heap-2"]
+
+
 def test_of_two_planned_stages_the_one_that_has_runs_is_told():
     plans = progress.Plan("tilt", 0, 6, short=True), progress.Plan("scaling", 4, 72, short=True)
     said = progress.Progress(plans, None, None).sentence(2)

@@ -130,7 +130,7 @@ def progress(config: Config, store: RunStore | None = None) -> Progress:
         over = {entry["run"] for entry in ended}
         if declared is None:  # stages above keep a run without a value, and go on
             over |= {n for n in names if (store.folder(n) / FAILED).exists()}
-        failed = tuple(n for n in names if n not in over and _failed(store, n))
+        failed = tuple(n for n in names if n not in over and (store.folder(n) / REPEAT).exists())
         total = len(names) or declared.expected(config)
         short = bool(declared and declared.batches)  # a share of a process each
         none = sum(bool(entry.get(REFUSED)) for entry in ended)
@@ -196,10 +196,6 @@ def _touched(store, names):
         with suppress(OSError):  # not begun, or removed meanwhile
             newest = max(newest, store.folder(name).stat().st_mtime)
     return newest
-
-
-def _failed(store, name):
-    return any((store.folder(name) / file).exists() for file in (FAILED, REPEAT))
 
 
 def _expected(config, experiments):
