@@ -197,11 +197,22 @@ SILOS = {"small": (-0.0593008, 0.02), "large": (-0.0554222, 0.03)}
 """Height and radius [m] of the orifice."""
 
 
-def silo(folder: Path, orifice: str = "small", material: str = "M1") -> Case:
-    """Grains of 4 mm leave a silo. orifice: small or large; material: M1 or M2."""
+def silo_file(folder: Path, orifice: str, material: str) -> Path:
+    """File of the places of a silo's grains."""
+    return folder / "Silo" / f"PartCoordinates {material} ({orifice} orifice).txt"
+
+
+def silo(
+    folder: Path,
+    orifice: str = "small",
+    material: str = "M1",
+    position: np.ndarray | None = None,
+) -> Case:
+    """Grains of 4 mm leave a silo. orifice: small or large; material: M1 or M2; position (n, 3)
+    [m]: where the grains are, those of the benchmark's file unless given."""
     height, opening = SILOS[orifice]
-    path = folder / "Silo" / f"PartCoordinates {material} ({orifice} orifice).txt"
-    position = read_numbers(path, 3, header=False)
+    if position is None:
+        position = read_numbers(silo_file(folder, orifice, material), 3, header=False)
 
     def watch(position, number):
         return {"in_the_silo": int((position[:, 2] > height).sum())}

@@ -12,7 +12,7 @@ import json
 import math
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -70,13 +70,27 @@ def _all(case):
     )
 
 
-def simulation(case: Case, precision: str = "mixed", threads: int | None = None) -> Simulation:
-    """The case at its start in this engine."""
+def simulation(
+    case: Case,
+    precision: str = "mixed",
+    threads: int | None = None,
+    softer: float = 1.0,
+    closed: tuple[float, float] | None = None,
+) -> Simulation:
+    """The case at its start in this engine. softer: Young's moduli as given over those taken, with
+    a step that is longer by its root; closed: height and radius [m] of a disc that closes the
+    walls."""
     walls = WallSet().body("walls", material="steel", spin=(0.0, case.spin, 0.0))
     corners = case.triangles.reshape(-1, 3)
     walls.mesh(corners, np.arange(len(corners)).reshape(-1, 3))
+    if closed:
+        walls.body("lid", material="steel").disc(closed[1], closed[0])
+    materials = {
+        name: replace(material, shear_modulus=material.shear_modulus / softer)
+        for name, material in MATERIALS.items()
+    }
     sim = Simulation(
-        MATERIALS, CONTACTS, laws=LAWS, time_step=case.time_step, walls=walls,
+        materials, CONTACTS, laws=LAWS, time_step=case.time_step * math.sqrt(softer), walls=walls,
         precision=precision, threads=threads,
     )  # fmt: skip
     for group in case.groups:
