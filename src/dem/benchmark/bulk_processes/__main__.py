@@ -14,7 +14,7 @@ from dem.benchmark.report import load, machine
 from dem.errors import DemError
 from dem.fingerprint import engine_fingerprint
 
-RUNS = "runs.csv"
+RUNS, SPEEDS = "runs.csv", "speeds.csv"
 
 
 def _parser():
@@ -25,6 +25,9 @@ def _parser():
     parser.add_argument("out", type=Path, help="folder for the results")
     parser.add_argument("--case", choices=CASES, action="append", required=True)
     parser.add_argument("--code", choices=CODES, action="append", required=True)
+    parser.add_argument(
+        "--speed", action="store_true", help="keep the speed alone, of a run with nothing beside it"
+    )
     parser.add_argument("--seconds", type=float, default=float("inf"), help="of simulated time")
     return parser
 
@@ -38,18 +41,19 @@ def main(words: list[str] | None = None) -> int:
             for code in args.code:
                 with tempfile.TemporaryDirectory() as folder:
                     outcome = CODES[code](case, Path(folder))
-                keep(args.out, case, code, outcome)
+                keep(args.out, case, code, outcome, SPEEDS if args.speed else RUNS)
     except DemError as fault:
         print(fault, file=sys.stderr)
         return 1
     return 0
 
 
-def keep(out: Path, case: Case, code: str, outcome: Outcome) -> None:
-    """Write what was watched to <case>.<code>.csv and a row of the run to runs.csv, in place of an
-    earlier one of this case and code."""
+def keep(out: Path, case: Case, code: str, outcome: Outcome, table: str = RUNS) -> None:
+    """Write a row of the run to a table, in place of an earlier one of this case and code; with a
+    row of RUNS what was watched, to <case>.<code>.csv."""
     out.mkdir(parents=True, exist_ok=True)
-    _write(out / f"{case.name}.{code}.csv", outcome.rows)
+    if table == RUNS:
+        _write(out / f"{case.name}.{code}.csv", outcome.rows)
     row = {
         "case": case.name,
         "code": code,
@@ -65,11 +69,11 @@ def keep(out: Path, case: Case, code: str, outcome: Outcome) -> None:
         "particle_steps_per_s": round(outcome.particle_steps / outcome.processor_s),
     }
     before = []
-    if (out / RUNS).exists():
-        with open(out / RUNS, newline="") as stream:
+    if (out / table).exists():
+        with open(out / table, newline="") as stream:
             before = list(csv.DictReader(stream))
     others = [r for r in before if (r["case"], r["code"]) != (case.name, code)]
-    _write(out / RUNS, [*others, row])
+    _write(out / table, [*others, row])
 
 
 def _write(path, rows):

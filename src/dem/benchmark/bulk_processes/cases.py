@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -42,6 +43,10 @@ INTRUDER = 1e-2, 0.06, 5.0
 """Radius [m], height of its centre [m] and speed [m/s] of the sphere that falls into a bed."""
 
 
+LOOKS = 200
+"""Looks at a case over its prescribed duration."""
+
+
 @dataclass(frozen=True)
 class Group:
     """Grains of one material: radius (n,) [m], position (n, 3) [m], velocity (3,) [m/s]."""
@@ -60,6 +65,7 @@ class Case:
     groups : its grains, numbered through in this order
     triangles : (t, 3, 3) [m] of the walls, which are of steel
     time_step, duration : [s], as prescribed
+    until : time at which a run ends [s], at the duration unless shortened
     watch : (position (n, 3) [m], number of each grain (n,)) -> {column: value}, of the grains left
     spin : of the walls about +y [rad/s]
     floor : height [m] below which a grain is taken out, None where none leaves
@@ -77,6 +83,7 @@ class Case:
     floor: float | None = None
     box: tuple[float, float, float] | None = None
     regions: tuple[str, ...] = ()
+    until: float = math.inf
 
     @property
     def grains(self) -> int:
@@ -91,7 +98,14 @@ class Case:
 
     def shortened(self, seconds: float) -> Case:
         """The same case for no longer than so many seconds of simulated time."""
-        return replace(self, duration=min(self.duration, seconds))
+        return replace(self, until=seconds)
+
+    @property
+    def looks(self) -> tuple[int, int]:
+        """(steps from one look at it to the next, number of looks)."""
+        steps = round(min(self.until, self.duration) / self.time_step)
+        between = max(min(round(self.duration / self.time_step / LOOKS), steps), 1)
+        return between, steps // between
 
 
 def read_numbers(path: Path, columns: int, header: bool = True) -> np.ndarray:

@@ -27,8 +27,6 @@ from dem.walls.builder import WallSet
 from dem.warm import compile_engine
 
 LAWS = Laws(rolling="none", torsion="none")
-SAMPLES = 50
-"""Looks at a case over its duration."""
 SKIN, WIDE, WIDE_SKIN = 0.1, 4.0, 0.5
 """Verlet distance of the others over the smallest radius; where the largest radius is more than
 WIDE of it, WIDE_SKIN, the fastest of 0.1, 0.5, 1 and 2 for LIGGGHTS, which then searches wider for
@@ -50,13 +48,6 @@ class Outcome:
     particle_steps: float
     processor_s: float
     wall_s: float
-
-
-def _each(case):
-    """(steps between looks, number of looks)."""
-    steps = round(case.duration / case.time_step)
-    looks = min(SAMPLES, steps)
-    return max(round(steps / looks), 1), looks
 
 
 def _all(case):
@@ -104,7 +95,7 @@ def run_here(case: Case, folder: Path, **more: Any) -> Outcome:
     """The case in this engine; more: as `simulation` takes them."""
     compile_engine()
     sim = simulation(case, **more)
-    between, looks = _each(case)
+    between, looks = case.looks
     rows, done = [{"time_s": 0.0, **case.watch(sim.position, sim.tag)}], 0.0
     begin, spent = time.perf_counter(), time.process_time()
     for _ in range(looks):
@@ -120,7 +111,7 @@ def run_here(case: Case, folder: Path, **more: Any) -> Outcome:
 def _finished(case, folder, name, command):
     """Outcome of a program that writes its looks to looks.dump."""
     _, spent, wall = run_program(command, folder, name)
-    between, looks = _each(case)
+    between, looks = case.looks
     rows, present = [], []
     for step, number, position in _frames(folder / "looks.dump"):
         rows.append({"time_s": step * case.time_step, **case.watch(position, number)})
@@ -187,7 +178,7 @@ def _pair(a, b):
 
 def _numbers(case):
     """What the inputs of the others name beside materials and walls."""
-    between, looks = _each(case)
+    between, looks = case.looks
     radius = _all(case)[1]
     skin = WIDE_SKIN if radius.max() > WIDE * radius.min() else SKIN
     return {
