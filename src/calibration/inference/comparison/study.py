@@ -4,7 +4,8 @@
                                                          [--processes N] [--libraries]
                                                          [--grainlearning PYTHON]
 
-Trials that OUT holds already are not repeated, so that a comparison that was stopped goes on.
+Trials that OUT holds already are not repeated, so that a comparison that was stopped goes on;
+those that other statistics made are (`CODE` is in the names of the files).
 With --libraries those of `comparison.libraries` are compared too, where they are installed; PYTHON
 is one that has GrainLearning.
 
@@ -23,6 +24,7 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
+from calibration.digests import code_digest
 from calibration.files import write_table
 from calibration.inference.comparison.grain_learning import NAME, GrainLearning
 from calibration.inference.comparison.libraries import LIBRARIES
@@ -34,6 +36,8 @@ REPEATS, FIRST = 20, 20260101
 RUNS = (22, 47, 92)
 ENOUGH = 1.0 / 3.0
 """A third of the margin of 1 degree that the salt's validation asks for."""
+CODE = "calibration.inference", "calibration.statistics"
+"""The packages whose code decides a trial."""
 
 
 def trials(
@@ -71,9 +75,9 @@ def _judged(found, bench):
 
 
 def summary(table: pd.DataFrame) -> pd.DataFrame:
-    """Table: way, runs, rmse [deg] with its standard error, coverage [%] with its 95 % interval
-    over studies, mean width of the strongest parameter's interval, studies that ended with an
-    error."""
+    """Table: way, runs, studies, rmse [deg] with its standard error, coverage [%] with its 95 %
+    interval over studies, mean width of the strongest parameter's interval, studies that ended with
+    an error."""
     rows = []
     for (way, runs), group in table.groupby(["way", "runs"], sort=False):
         square = group["miss"].dropna() ** 2
@@ -106,21 +110,21 @@ def _first(runs):
 
 
 def page(found: pd.DataFrame) -> str:
-    """The table and the numbers of runs as Markdown."""
+    """A `summary` and the numbers of runs as two Markdown tables."""
     lines = [
-        "| way | runs | error at the optimum, rms [°] | held by its 95 % interval | width of the "
-        "strongest parameter's |",
-        "|---|---|---|---|---|",
+        "| way | runs | studies | error at the optimum, rms [°] | held by its 95 % interval | "
+        "width of the strongest parameter's |",
+        "|---|---|---|---|---|---|",
     ]
     for row in found.to_dict("records"):
         held = width = "states none"
-        if row.get("coverage") == row.get("coverage") and row.get("coverage") is not None:
+        if pd.notna(row.get("coverage")):
             held = f"{row['coverage']:.0f} ± {row['coverage_reach']:.0f} %"
             held = "all" if row["coverage"] == 100.0 else held
             width = f"{row['width']:.2f}"
         lines.append(
-            f"| {row['way']} | {row['runs']} | {row['rmse']:.2f} ± {row['rmse_se']:.2f} | {held} | "
-            f"{width} |"
+            f"| {row['way']} | {row['runs']} | {row['studies']} | {row['rmse']:.2f} ± "
+            f"{row['rmse_se']:.2f} | {held} | {width} |"
         )
     lines += ["", "| way | fewest runs tried with an error of at most a third of a degree |"]
     lines += ["|---|---|"]
@@ -129,9 +133,21 @@ def page(found: pd.DataFrame) -> str:
     return "\n".join(lines) + "\n"
 
 
+def by_response(table: pd.DataFrame) -> pd.DataFrame:
+    """A `summary` of `trials` for the smooth responses together, for the rough ones, and for each
+    rough one by itself, which the column `responses` names."""
+    rough = table["response"].isin(list(ROUGH))
+    groups = {"smooth": ~rough, "rough": rough}
+    groups |= {name: table["response"] == name for name in ROUGH}
+    return pd.concat(
+        [summary(table[rows]).assign(responses=name) for name, rows in groups.items() if rows.any()]
+    )
+
+
 def _made(folder, name, seeds, each, ways=None):
     """Files of the trials, a seed each; `each`, a map, makes those that are missing."""
-    files = {seed: folder / f"{name}-{seed}.csv" for seed in seeds}
+    code = code_digest(f"{CODE[0]}.comparison.ways", CODE)
+    files = {seed: folder / f"{name}-{code}-{seed}.csv" for seed in seeds}
     missing = {seed: path for seed, path in files.items() if not path.exists()}
     list(each(partial(_keep, ways), missing, missing.values()))
     return list(files.values())
@@ -160,12 +176,10 @@ def main(argv: Sequence[str] | None = None) -> None:
     if args.grainlearning:
         with GrainLearning(args.grainlearning) as process:
             files += _made(args.out, "grainlearning", seeds, map, {NAME: process.answer})
-    table = pd.concat([read_written(p) for p in files])
-    rough = table["response"].isin(list(ROUGH))
-    found = {"smooth": summary(table[~rough]), "rough": summary(table[rough])}
-    every = pd.concat([part.assign(responses=name) for name, part in found.items()])
+    every = by_response(pd.concat([read_written(p) for p in files]))
     write_table(every, args.out / "summary.csv")
-    text = "\n".join(f"## On {name} responses\n\n{page(part)}" for name, part in found.items())
+    groups = {name: every[every["responses"] == name] for name in ("smooth", "rough")}
+    text = "\n".join(f"## On {name} responses\n\n{page(part)}" for name, part in groups.items())
     (args.out / "table.md").write_text(text)
 
 
