@@ -9,7 +9,7 @@ import pytest
 
 from calibration.inference.comparison import study
 from calibration.inference.comparison.grain_learning import GrainLearning
-from calibration.inference.comparison.study import page, runs_needed, summary, trials
+from calibration.inference.comparison.study import by_response, page, runs_needed, summary, trials
 from calibration.inference.comparison.truths import (
     INSIDE,
     SEED_SD,
@@ -53,6 +53,31 @@ def test_each_way_comes_near_with_many_runs(way):
         assert high.max() <= GRID[-1]
 
 
+def test_a_response_that_is_not_smooth_has_a_summary_of_its_own():
+    misses = {"nearly plane": 0.1, "step": 1.0, "two kinds": 3.0}
+    table = pd.DataFrame(
+        [{"response": r, "way": "w", "runs": 22, "miss": s * m} for r, m in misses.items()
+         for s in (1, -1)]
+    )  # fmt: skip
+    found = by_response(table).set_index("responses")
+    rmse = {"smooth": 0.1, "rough": np.sqrt(5.0), "step": 1.0, "two kinds": 3.0}
+    assert found["rmse"].to_dict() == pytest.approx(rmse)
+    assert found["studies"].to_dict() == {"smooth": 2, "rough": 4, "step": 2, "two kinds": 2}
+
+
+def test_trials_of_other_code_are_made_again(tmp_path, monkeypatch):
+    """A trial that this code has made is not, nor is one of another seed's name taken for it."""
+    made = []
+    monkeypatch.setattr(study, "_keep", lambda ways, seed, path: (made.append(seed), path.touch()))
+    for code, expected in (("a", [7, 8]), ("a", []), ("b", [7, 8])):
+        made.clear()
+        monkeypatch.setattr(study, "code_digest", lambda *_, code=code: code)
+        files = study._made(tmp_path, "trials", (7, 8), map)
+        assert made == expected
+        assert all(path.exists() for path in files)
+    assert len(list(tmp_path.iterdir())) == 4
+
+
 def test_the_page_says_what_the_trials_hold(monkeypatch):
     monkeypatch.setattr("calibration.inference.comparison.study.RUNS", (22,))
     one = dict(list(TRUTHS.items())[:1])  # a release asks all of them
@@ -74,7 +99,7 @@ def test_the_page_says_what_the_trials_hold(monkeypatch):
     assert needed["paper's chain"] == 92
     assert needed["posterior, adaptive runs"] is None
     text = page(found)
-    assert "| paper's chain | 22 | 0.41 ±" in text
+    assert "| paper's chain | 22 | 2 | 0.41 ±" in text
     [row] = [x for x in text.splitlines() if x.startswith("| Gaussian-process optimiser | 22 |")]
     assert "1.00 ± 0.00" in row
     assert row.count("states none") == 2

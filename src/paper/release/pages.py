@@ -15,6 +15,7 @@ from calibration.telling.kept_results import put
 from paper.reference import BEGIN, END, PAGE, README, blocks, told
 from paper.release import (
     code_studies,
+    comparison,
     deck_trials,
     first_screen,
     joint,
@@ -32,6 +33,7 @@ VERDICT = "<!-- verdict: begin -->", "<!-- verdict: end -->"
 PROFILES = Path("docs/salt-study.md")
 JOINT = Path("docs/joint-studies.md")
 CODES = Path("docs/code-studies.md")
+WAYS = Path("docs/method-comparison.md")
 DECKS = Path("docs/verification-engines.md")
 TRIALS = "<!-- trials: begin -->", "<!-- trials: end -->"
 SAID = "<!-- said: begin -->", "<!-- said: end -->"
@@ -93,6 +95,7 @@ def pieces(kept: str | Path = KEPT) -> dict[tuple[Path, str, str], str]:
         (CASE, *VERDICT): verdict((kept / "salt-diagnosis" / "diagnosis.md").read_text("utf-8")),
         (JOINT, *SAID): _filled("joint.md.j2", joint.values(kept)).strip(),
         (CODES, *SAID): _filled("code_studies.md.j2", code_studies.values(kept)).strip(),
+        (WAYS, *SAID): _filled("comparison.md.j2", comparison.values(kept)).strip(),
         (DECKS, *TRIALS): _filled("deck_trials.md.j2", deck_trials.values()).strip(),
         (CASE, *SAID): _filled("simulations.md.j2", simulations.values(kept / "salt")).strip(),
     }

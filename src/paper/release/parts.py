@@ -180,6 +180,15 @@ PARTS = (
         ),
     ),
     Part(
+        "comparison",
+        "ways to calibrate, tried on responses in closed form",
+        (
+            (PYTHON, "-m", "calibration.inference.comparison.study", "results/comparison",
+             f"--processes={CORES}"),
+        ),
+        copies=(("results/comparison", "comparison"),),
+    ),
+    Part(
         "decks",
         "decks as they are written, in LIGGGHTS, LAMMPS and YADE, which must be installed",
         ((PYTHON, "-m", "calibration.telling.export.trial_heaps"),),
