@@ -100,23 +100,31 @@ def test_the_paper_s_rows_do_not_part_what_their_foldover_parts():
     assert all(len(g) == 1 for g in alias_groups(np.vstack([levels, -levels]), codes))
 
 
-def test_a_folded_screening_tells_both_halves(tmp_path, monkeypatch):
+def _screened(monkeypatch, folder, response):
+    """(study, summary) of the paper's screening and its foldover with response(table)."""
     monkeypatch.chdir(ROOT)
     data = yaml.safe_load(Path("config/config.yaml").read_text())
     data["screening"]["foldover"] = True
     study = Study(parse_config(data))
-    plan_screening(study, None, PlanFiles.of(tmp_path))
+    plan_screening(study, None, PlanFiles.of(folder))
     names = "runs effects anova half_normal pareto summary"
-    output = SimpleNamespace(further={}, **{n: tmp_path / f"{n}.svg" for n in names.split()})
+    output = SimpleNamespace(further={}, **{n: folder / f"{n}.svg" for n in names.split()})
+    monkeypatch.setattr(
+        "calibration.chain.screening.with_responses",
+        lambda table, _: table.assign(response=response(table)),
+    )
+    monkeypatch.setattr("calibration.chain.responses.reason_without", lambda name: "it clogged")
+    screening(study, SimpleNamespace(design=folder / "design.csv"), output)
+    return json.loads(output.summary.read_text())
+
+
+def test_a_folded_screening_tells_both_halves(tmp_path, monkeypatch):
     noise = np.random.default_rng(3)
 
-    def responses(table, _):  # an effect of 16 of G, and an interaction
-        y = 40 + 8 * table["G"] + 2 * table["A"] * table["G"] + noise.normal(0, 0.3, len(table))
-        return table.assign(response=y)
+    def response(table):  # an effect of 16 of G, and an interaction
+        return 40 + 8 * table["G"] + 2 * table["A"] * table["G"] + noise.normal(0, 0.3, len(table))
 
-    monkeypatch.setattr("calibration.chain.screening.with_responses", responses)
-    screening(study, SimpleNamespace(design=tmp_path / "design.csv"), output)
-    summary = json.loads(output.summary.read_text())
+    summary = _screened(monkeypatch, tmp_path, response)
     folded = summary["with_foldover"]
     assert {"AG", "BD", "CE"} in [set(g.split(" = ")) for g in summary["aliased"]]
     assert (folded["runs"], folded["aliased"], set(map(len, folded["aliases"].values()))) == (
@@ -127,6 +135,29 @@ def test_a_folded_screening_tells_both_halves(tmp_path, monkeypatch):
     assert folded["effects"][g] == pytest.approx(16.0, abs=0.5)
     assert abs(summary["effects"][c]) > 1.0 > 2 * abs(folded["effects"][c])
     assert tells(" ".join(sentences(summary, ANGLE)), "foldover", "24 runs")
+
+
+def test_both_halves_decide_where_the_table_s_runs_that_are_left_cannot(tmp_path, monkeypatch):
+    """Grains that neither slide nor roll clog an opened funnel: the runs with F and G at their
+    greatest, three of the table's twelve and three of its foldover's, have no value. The nine left
+    do not tell seven factors apart; the eighteen of both halves do."""
+    effects = dict(zip("ABCDEFG", (-1.4, 0.0, 2.9, 0.5, -2.5, 3.9, 16.0), strict=True))
+    noise = np.random.default_rng(5)
+
+    def response(table):
+        y = 40 + sum(effect / 2 * table[code] for code, effect in effects.items())
+        y += noise.normal(0, 0.2, len(table))
+        return y.mask((table["F"] > 0) & (table["G"] > 0))
+
+    summary = _screened(monkeypatch, tmp_path, response)
+    assert len(summary["left_out"]) == 6
+    assert summary["halves"] == {"runs": 18}
+    assert "with_foldover" not in summary
+    assert list(summary["effects"].values()) == pytest.approx(list(effects.values()), abs=0.4)
+    assert {"salt_salt_rolling_friction", "salt_salt_static_friction"} <= set(
+        summary["significant"]
+    )
+    assert tells(" ".join(sentences(summary, ANGLE)), "foldover", "18 runs", "both halves")
 
 
 def test_a_foldover_turns_resolution_iii_into_iv():

@@ -29,6 +29,7 @@ from calibration.statistics.screening import (
     interactions,
     screen,
     significant,
+    tells_apart,
     why,
 )
 from calibration.statistics.screening_design import screening_design
@@ -57,13 +58,14 @@ def screening(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     and why each does.
 
     Runs without an angle are left out and named. With a foldover the configured table's own runs
-    decide, and the effects of both halves together stand beside them.
+    decide, and the effects of both halves together stand beside them; where too many of its own
+    have no angle to tell the factors apart, both halves decide.
     """
     config = study.config
     factors = read_factors(config.factors)
     every = with_responses(read_written(source.design), config)
     rules = config.screening
-    runs = every[every["fold"] == 1] if rules.foldover and rules.design else every
+    runs = _deciding(config, factors, every)
     screened = _screened(config, factors, runs)
     result = screened["response"]
     deciding = strongest(list(screened.values())) if config.further_targets else result
@@ -95,7 +97,9 @@ def screening(study: Study, source: NamedFiles, output: NamedFiles) -> None:
         "alpha": rules.alpha,
         "left_out": left_out(every),
     }
-    if rules.foldover:
+    if rules.foldover and rules.design and runs is every:
+        summary["halves"] = {"runs": len(with_value(every, "response"))}
+    elif rules.foldover:
         both = _screened(config, factors, every)["response"]
         summary["with_foldover"] = {
             **_numbers(both, names),
@@ -106,6 +110,17 @@ def screening(study: Study, source: NamedFiles, output: NamedFiles) -> None:
             **aliasing(every, [f.code for f in factors]),
         }
     write_json(output.summary, summary)
+
+
+def _deciding(config, factors, every):
+    """The runs that decide: all, or those of a configured table without its foldover if they tell
+    the factors apart for each response."""
+    rules, codes = config.screening, [f.code for f in factors]
+    if not (rules.foldover and rules.design):
+        return every
+    own = every[every["fold"] == 1]
+    apart = all(tells_apart(with_value(own, name)[codes]) for name in columns(config))
+    return own if apart else every
 
 
 def _aliased(factors, runs):
@@ -212,8 +227,13 @@ def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
     if summary.get("aliased"):
         pairs = ", ".join(summary["aliased"])
         texts.append(f"These runs do not tell apart (codes as in the table of effects): {pairs}.")
-    folded = summary.get("with_foldover")
-    texts += _aliasing_in_words(summary, response, bool(folded))
+    folded, halves = summary.get("with_foldover"), summary.get("halves")
+    if halves:
+        texts.append(
+            "Too many runs of the table have no value for the others to tell the factors apart: "
+            f"with its foldover they do, {halves['runs']} runs in all, and so both halves decide."
+        )
+    texts += _aliasing_in_words(summary, response, bool(folded or halves))
     if folded:
         found = _effects_in_words(folded, response) or "none"
         texts.append(f"With the foldover, {folded['runs']} runs in all, significant are: {found}.")

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pandas as pd
 from scipy import stats
 
-from calibration.errors import CalibrationError
+from calibration.errors import CalibrationError, RankDeficientError
 from calibration.statistics.anova import (
     ANOVA_COLUMNS,
     anova_row,
@@ -90,6 +90,17 @@ def screen(
         float(stats.t.ppf(1.0 - alpha / 2 / k, df_error)) * mean_se,
         seed_sd,
     )
+
+
+def tells_apart(design: pd.DataFrame) -> bool:
+    """Whether the main effects of all columns of a design's coded levels can be told apart, and
+    from the mean."""
+    levels = design.to_numpy(float)
+    try:
+        check_rank(np.column_stack([np.ones(len(levels)), levels]), ["Intercept", *design])
+    except RankDeficientError:
+        return False
+    return True
 
 
 def _regression(x, y):
