@@ -110,6 +110,7 @@ EDITS = {
     "diagnosis/table_model/terms/rows.py": DIAGNOSIS | SUITE | DISAGREEMENT,
     "diagnosis/laws/slots.py": DIAGNOSIS | SUITE | DISAGREEMENT,
     "dem/cli.py": set(),
+    "dem/benchmark/bulk_processes/cases.py": set(),
     "dem/benchmark/acceptance/command.py": set(),
     "dem/benchmark/cases.py": set(),
     "dem/contact/damping/tsuji.py": EVERY,
