@@ -91,4 +91,4 @@ def test_the_figure_has_a_panel_for_each_kind_of_measurement_alone(tmp_path):
 
 def test_another_engine_is_timed_by_the_processor_it_had_in_its_last_three_blocks():
     loops = "".join(f"Loop time of {wall} on 1 procs\n" for wall in (9.0, 2.0, 4.0, 6.0))
-    assert _seconds(LOOP, (loops, 0.5)) == [1.0, 2.0, 3.0]
+    assert _seconds(LOOP, (loops, 10.0, 20.0)) == [1.0, 2.0, 3.0]

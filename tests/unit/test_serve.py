@@ -22,6 +22,7 @@ from browser import browse, find_browser
 from calibration.errors import ConfigError
 from calibration.interface.api import Study
 from calibration.runs.plans import plan, write_plan
+from calibration.runs.progress import REPEAT
 from calibration.study.stages import expected_runs
 from calibration.study.stages.screening import runs as expected_of_screening
 from calibration.telling.serve import Server
@@ -53,9 +54,9 @@ def study(tmp_path, monkeypatch):
     write_plan("results/two/screening", table, specs)
     done, failed = table["run_id"]
     _finish(Path("results/runs") / done, specs[done])
-    write_failure(
-        Path("results/runs") / failed, parse_spec(specs[failed]), NoFlow("nothing flowed")
-    )
+    folder = Path("results/runs") / failed
+    write_failure(folder, parse_spec(specs[failed]), NoFlow("nothing flowed"))
+    (folder / REPEAT).write_text(yaml.safe_dump(specs[failed]))  # as a run of the chain leaves it
     return found
 
 

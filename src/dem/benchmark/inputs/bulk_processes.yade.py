@@ -46,7 +46,7 @@ if case["spin"]:
 O.dt = case["dt"]
 
 
-def look(out):
+def _look(out):
     here = [i for i in grains if O.bodies[i]]
     print("ITEM: TIMESTEP", O.iter, "ITEM: NUMBER", len(here), sep="\n", file=out)
     print("ITEM: ATOMS id x y z", file=out)
@@ -55,10 +55,10 @@ def look(out):
 
 
 with open("looks.dump", "w") as out:
-    look(out)
+    _look(out)
     for _ in range(case["steps"] // case["between"]):
         O.run(case["between"], True)
-        look(out)
+        _look(out)
         if floor is not None:
             for i in [i for i in grains if O.bodies[i] and O.bodies[i].state.pos[2] < floor]:
                 O.bodies.erase(i)
