@@ -97,6 +97,11 @@ def _input(name):
     return str(resources.files("dem.benchmark") / "inputs" / name)
 
 
+def read_input(name: str) -> str:
+    """Text of one of the inputs of other engines."""
+    return Path(_input(name)).read_text(encoding="utf-8")
+
+
 def run_program(command: list[str], folder: Path, name: str) -> tuple[str, float, float]:
     """(output, processor time [s], wall time [s]) of a program, whose output is kept in `folder`.
     Raises DemError where it fails."""

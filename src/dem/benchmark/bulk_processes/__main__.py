@@ -2,7 +2,7 @@
 
 import argparse
 import csv
-import os
+import io
 import sys
 import tempfile
 import time
@@ -13,6 +13,7 @@ from dem.benchmark.bulk_processes.codes import CODES, Outcome
 from dem.benchmark.report import load, machine
 from dem.errors import DemError
 from dem.fingerprint import engine_fingerprint
+from dem.io.files import replace_file
 
 RUNS, SPEEDS = "runs.csv", "speeds.csv"
 
@@ -51,7 +52,6 @@ def main(words: list[str] | None = None) -> int:
 def keep(out: Path, case: Case, code: str, outcome: Outcome, table: str = RUNS) -> None:
     """Write a row of the run to a table, in place of an earlier one of this case and code; with a
     row of RUNS what was watched, to <case>.<code>.csv."""
-    out.mkdir(parents=True, exist_ok=True)
     if table == RUNS:
         _write(out / f"{case.name}.{code}.csv", outcome.rows)
     row = {
@@ -77,12 +77,11 @@ def keep(out: Path, case: Case, code: str, outcome: Outcome, table: str = RUNS) 
 
 
 def _write(path, rows):
-    partial = path.with_suffix(".partial")
-    with open(partial, "w", newline="") as stream:
-        writer = csv.DictWriter(stream, rows[0])
-        writer.writeheader()
-        writer.writerows(rows)
-    os.replace(partial, path)
+    text = io.StringIO(newline="")
+    writer = csv.DictWriter(text, rows[0])
+    writer.writeheader()
+    writer.writerows(rows)
+    replace_file(path, lambda stream: stream.write(text.getvalue().encode()))
 
 
 if __name__ == "__main__":

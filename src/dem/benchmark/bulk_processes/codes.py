@@ -7,7 +7,6 @@ the prescribed restitution, and no resistance to rolling.
 
 from __future__ import annotations
 
-import importlib.resources
 import json
 import math
 import time
@@ -19,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from dem.benchmark.bulk_processes.cases import CONTACTS, MATERIALS, POISSON, Case
-from dem.benchmark.peers import lammps_program, liggghts_launch, run_program
+from dem.benchmark.peers import lammps_program, liggghts_launch, read_input, run_program
 from dem.constants import GRAVITY
 from dem.contact.registry import Laws, pair_properties
 from dem.simulation import Simulation
@@ -167,11 +166,6 @@ def _write_data(case, folder, style):
     (folder / "grains.data").write_text(f"grains\n\n{text}Velocities\n\n{moving}\n")
 
 
-def _template(name):
-    files = importlib.resources.files("dem.benchmark")
-    return (files / "inputs" / name).read_text(encoding="utf-8")
-
-
 def _pair(a, b):
     return CONTACTS.get((a, b)) or CONTACTS[b, a]
 
@@ -206,7 +200,7 @@ def run_liggghts(case: Case, folder: Path) -> Outcome:
         else ""
     )
     (folder / "in.liggghts").write_text(
-        _template("bulk_processes.liggghts.in").format(
+        read_input("bulk_processes.liggghts.in").format(
             **_numbers(case),
             young=" ".join(f"{MATERIALS[name].young_modulus:g}" for name in names),
             poisson=" ".join(f"{POISSON:g}" for _ in names),
@@ -270,7 +264,7 @@ def run_lammps(case: Case, folder: Path) -> Outcome:
                 f"fix wall{i}_{k} grains{i} wall/gran/region granular {law} region wall{k}"
             )
     (folder / "in.lammps").write_text(
-        _template("bulk_processes.lammps.in").format(
+        read_input("bulk_processes.lammps.in").format(
             **_numbers(case), pairs="\n".join(pairs), walls="\n".join(walls)
         )
     )
@@ -294,7 +288,7 @@ def run_yade(case: Case, folder: Path) -> Outcome:
         "floor": case.floor,
     }
     (folder / "case.json").write_text(json.dumps(numbers))
-    (folder / "case.py").write_text(_template("bulk_processes.yade.py"))
+    (folder / "case.py").write_text(read_input("bulk_processes.yade.py"))
     return _finished(case, folder, "yade", ["yade", "-j1", "-n", "-x", "case.py"])
 
 

@@ -8,8 +8,8 @@ not each grain.
 """
 
 import argparse
-import os
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,7 @@ import numpy as np
 from dem.benchmark.bulk_processes.cases import COARSE, MATERIALS, SILOS, silo, silo_file
 from dem.benchmark.bulk_processes.codes import simulation
 from dem.errors import DemError
+from dem.io.files import replace_file
 from dem.simulation import Simulation
 
 GRAINS = 100_000
@@ -80,9 +81,7 @@ def main(words: list[str] | None = None) -> int:
         except DemError as fault:
             print(fault, file=sys.stderr)
             return 1
-        partial = path.with_suffix(".partial")
-        np.savetxt(partial, places, "%.12g")
-        os.replace(partial, path)
+        replace_file(path, partial(np.savetxt, X=places, fmt="%.12g"))
     return 0
 
 
