@@ -7,6 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from calibration import figures
 from calibration.chain.files import further_files, read_region
 from calibration.chain.responses import left_out, naming_left_out, with_responses, with_value
@@ -18,6 +20,7 @@ from calibration.statistics.composite import region_design
 from calibration.statistics.numbers import fixed
 from calibration.statistics.surface import (
     blocks_p,
+    decide_alone,
     fit_surface,
     outlier_limit,
     outliers,
@@ -107,6 +110,7 @@ def _beside(runs, codes, column, surface):
             for k in found
         ],
         "outlier_limit": None if surface.df < 2 else outlier_limit(surface),
+        "decide_alone": [int(runs["run"].iloc[k]) for k in decide_alone(surface)],
         "reduced": _fit_words(reduced_surface(runs, codes, runs[column])),
     }
     if "block" in runs:
@@ -121,7 +125,9 @@ def _beside(runs, codes, column, surface):
 
 
 def _fit_words(surface):
-    return {"equation_coded": surface.equation(), "statistics": surface.summary}
+    found = surface.summary.items()
+    statistics = {name: value if np.isfinite(value) else None for name, value in found}
+    return {"equation_coded": surface.equation(), "statistics": statistics}
 
 
 def _description(surface, region):
@@ -154,10 +160,31 @@ def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
     s, p = summary["statistics"], summary.get("blocks_p")
     word = "No difference of the blocks is shown" if p is None or p >= 0.05 else "The blocks differ"
     blocks = [] if p is None else [f"{word} (F test beside the model, p = {p:.2g})."]
+    lack = s["lack_of_fit_p"]
     return [
         f"{response.name.capitalize()} = {summary['equation_coded']} in coded levels.",
-        f"R² {s['R2']:.3f}, adjusted {fixed(s['R2_adj'], 3)}, predicted {fixed(s['R2_pred'], 3)}; "
+        f"R² {s['R2']:.3f}, adjusted {fixed(s['R2_adj'], 3)}, predicted {_or_none(s['R2_pred'])}; "
         f"CV {s['CV_percent']:.2f} %; adequate precision {s['adequate_precision']:.1f}; "
-        f"lack of fit p = {s['lack_of_fit_p']:.2g}.",
+        f"lack of fit {'not tested' if lack is None else f'p = {lack:.2g}'}.",
+        *_unpredicted(summary),
         *blocks,
     ]
+
+
+def _unpredicted(summary):
+    """Why there is no predicted R2, and what it is without the terms that say nothing."""
+    alone = summary.get("decide_alone")
+    if not alone:
+        return []
+    less = summary["reduced"]["statistics"]["R2_pred"]
+    runs = f"Run {alone[0]} alone decides" if len(alone) == 1 else (
+        f"Runs {', '.join(map(str, alone[:-1]))} and {alone[-1]} each decide alone")  # fmt: skip
+    return [
+        f"{runs} a term of the model, as other runs of the design have no value, so nothing "
+        "predicts it and there is no predicted R². Without the terms that say nothing it is "
+        f"{_or_none(less)}."
+    ]
+
+
+def _or_none(value):
+    return "none" if value is None else fixed(value, 3)

@@ -1,0 +1,91 @@
+"""A surface of which a run is lost: the opposite run of a Box-Behnken design decides alone."""
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+
+from calibration.chain.response_surface import (
+    plan_response_surface,
+    response_surface,
+    sentences,
+)
+from calibration.chain.study import Study
+from calibration.figures import ANGLE
+from calibration.statistics.surface import decide_alone, fit_surface
+from calibration.study.config import parse_config
+from facts import tells
+from stage_files import Files, PlanFiles
+
+ROOT = Path(__file__).parents[2]
+CENTRE = {"salt_steel_rolling_friction": 0.3, "salt_salt_restitution": 0.5}
+CENTRE["salt_salt_rolling_friction"] = 0.2
+NAMES = "runs coefficients anova diagnostics predicted residuals perturbation surfaces summary"
+
+
+def _fitted(monkeypatch, folder, lost):
+    """(design, summary) of the stage with a response that scatters and the run `lost` without."""
+    monkeypatch.chdir(ROOT)
+    data = yaml.safe_load(Path("config/config.yaml").read_text())
+    data["response_surface"]["replicates"] = 1
+    study = Study(parse_config(data))
+    (folder / "ascent.json").write_text(json.dumps({"centre": CENTRE}))
+    region = folder / "region.json"
+    planned = SimpleNamespace(plan=PlanFiles.of(folder).plan, region=region)
+    plan_response_surface(study, SimpleNamespace(ascent=folder / "ascent.json"), planned)
+    rng = np.random.default_rng(4)
+
+    def responses(table, _):
+        y = 45 + 2 * table["C"] - table["E"] * table["G"] + rng.normal(0, 0.5, len(table))
+        return table.assign(response=y.where(table["run"] != lost))
+
+    monkeypatch.setattr("calibration.chain.response_surface.with_responses", responses)
+    monkeypatch.setattr("calibration.chain.responses.reason_without", lambda name: "it clogged")
+    files = {name: folder / f"{name}.svg" for name in NAMES.split()}
+    output = Files(further={}, **files)
+    source = SimpleNamespace(design=folder / "design.csv", region=region)
+    response_surface(study, source, output)
+    return pd.read_csv(folder / "design.csv"), json.loads(output.summary.read_text())
+
+
+def test_a_lost_edge_leaves_the_opposite_run_alone(monkeypatch, tmp_path):
+    design, summary = _fitted(monkeypatch, tmp_path, lost=12)
+    lost = design.loc[design["run"] == 12, ["C", "E", "G"]].to_numpy()[0]
+    opposite = design.loc[(design[["C", "E", "G"]].to_numpy() == -lost).all(axis=1), "run"]
+    assert summary["decide_alone"] == list(opposite) == [9]
+    assert summary["left_out"] == [{"run": 12, "reason": "it clogged"}]
+    assert summary["statistics"]["R2_pred"] is summary["statistics"]["PRESS"] is None
+    less = summary["reduced"]["statistics"]["R2_pred"]
+    assert 0 < less < 1
+    said = " ".join(sentences(summary, ANGLE))
+    assert tells(said, "Run 9")
+    assert tells(said, f"{less:.3f}")
+    assert "nan" not in said
+
+
+def test_a_whole_design_has_no_run_that_decides_alone(monkeypatch, tmp_path):
+    _, summary = _fitted(monkeypatch, tmp_path, lost=0)
+    assert summary["decide_alone"] == []
+    assert summary["statistics"]["R2_pred"] < summary["statistics"]["R2_adj"]
+    assert len(sentences(summary, ANGLE)) == 2
+
+
+@pytest.mark.parametrize("centre_runs", [1, 3])
+def test_the_predicted_r2_is_that_of_runs_left_out_one_by_one(centre_runs):
+    """By its definition: each run predicted by a fit of the others."""
+    rng = np.random.default_rng(7)
+    levels = np.vstack([np.array(np.meshgrid([-1, 0, 1], [-1, 0, 1])).T.reshape(-1, 2)]
+                       + [np.zeros((centre_runs, 2))])  # fmt: skip
+    table = pd.DataFrame(levels, columns=["A", "B"])
+    y = 3 + levels[:, 0] + levels[:, 1] ** 2 + rng.normal(0, 0.3, len(levels))
+    whole = fit_surface(table, ["A", "B"], y)
+    missed = [
+        y[k] - fit_surface(table.drop(index=k), ["A", "B"], np.delete(y, k)).predict([levels[k]])[0]
+        for k in range(len(y))
+    ]
+    assert not len(decide_alone(whole))
+    assert whole.summary["PRESS"] == pytest.approx(np.sum(np.square(missed)))
