@@ -4,6 +4,8 @@ import os
 
 import pytest
 
+from recording import Recorder
+
 # one thread of linear algebra a process, as snakemake gives a job: pytest has a process a core, and
 # two threads in each spend a third of the processor's time on waiting for one another
 for library in ("OPENBLAS", "MKL"):
@@ -28,9 +30,10 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
-    recording = config.getoption("--record") or config.getoption("--record-peers")
-    if recording and config.getoption("numprocesses", None):
-        raise pytest.UsageError("records are gathered in one process: add -n 0")
+    if config.getoption("--record-peers") and config.getoption("numprocesses", None):
+        raise pytest.UsageError("the peers' results are gathered in one process: add -n 0")
+    if config.getoption("--record"):
+        config.pluginmanager.register(Recorder(config))
 
 
 @pytest.fixture(autouse=True, scope="session")

@@ -73,7 +73,7 @@ PARTS = (
         "verification",
         "the engine against closed forms, publications and bulk laws",
         (
-            (PYTHON, "-m", "pytest", "tests/verification", "-n", "0", "-m", "", "--record"),
+            (PYTHON, "-m", "pytest", "tests/verification", "-n", CORES, "-m", "", "--record"),
             (PYTHON, "tests/verification/page.py"),
         ),
     ),
