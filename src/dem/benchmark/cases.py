@@ -188,6 +188,12 @@ class _Tally:
         self._last = sim.steps
 
 
+def resting_case(share: float) -> str:
+    """Name, in the history of speeds, of the grains that go less than that share of their radius in
+    WINDOW."""
+    return f"grains at rest, {share:g} radii in {1000 * WINDOW:g} ms"
+
+
 def peak_memory() -> float:
     """Largest resident memory of this process so far [MiB]."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024

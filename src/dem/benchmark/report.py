@@ -22,6 +22,7 @@ from dem.benchmark.cases import (
     bed,
     box_width,
     peak_memory,
+    resting_case,
     resting_heap,
     tiled,
     timed_bed,
@@ -77,10 +78,7 @@ def _heap():
 
 
 def _resting():
-    return [
-        {"case": f"grains at rest, {row['radii_per_window']:g} radii in 5 ms", **row}
-        for row in resting_heap()
-    ]
+    return [{"case": resting_case(row["radii_per_window"]), **row} for row in resting_heap()]
 
 
 def _scaling():
