@@ -74,8 +74,8 @@ class Recorder:
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_testnodedown(self, node, error):
-        """Take over which tests a process of xdist knows."""
-        self.known.update(node.workeroutput["known tests"])
+        """Take over which tests a process of xdist knows; one that crashed has no output."""
+        self.known.update(getattr(node, "workeroutput", {}).get("known tests", ()))
 
     def pytest_sessionfinish(self, session, exitstatus):
         """Write the record and the figures, where every test that ran has passed."""
