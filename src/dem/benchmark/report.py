@@ -1,6 +1,7 @@
 """Running the cases and showing or recording their figures."""
 
 import csv
+import io
 import json
 import math
 import os
@@ -33,6 +34,7 @@ from dem.benchmark.peers import run_peers
 from dem.errors import DemError
 from dem.experiments.setup import rest_energy
 from dem.fingerprint import engine_fingerprint
+from dem.io.files import replace_file
 from dem.warm import compile_engine
 
 SIZES = (1000, 10000, 100000)
@@ -276,18 +278,15 @@ def append(path: str | Path, rows: Sequence[dict[str, Any]]) -> None:
         "load": load(),
     }
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
     old = []
     if path.exists():
         with open(path, newline="") as stream:
             old = list(csv.DictReader(stream))
-    partial = path.with_suffix(".partial")
-    with open(partial, "w", newline="") as stream:
-        writer = csv.DictWriter(stream, columns, extrasaction="ignore", restval="")
-        writer.writeheader()
-        writer.writerows(old)
-        writer.writerows(stamp | row for row in rows)
-    os.replace(partial, path)
+    text = io.StringIO(newline="")
+    writer = csv.DictWriter(text, columns, extrasaction="ignore", restval="")
+    writer.writeheader()
+    writer.writerows([*old, *(stamp | row for row in rows)])
+    replace_file(path, lambda stream: stream.write(text.getvalue().encode()))
 
 
 def show(rows: Sequence[dict[str, Any]]) -> None:
