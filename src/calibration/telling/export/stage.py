@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from calibration.chain.files import read_region
 from calibration.chain.optimum import augmented_runs
+from calibration.chain.responses import with_value
 from calibration.engines.blocks import edem, lammps, liggghts, mercurydpm, rocky, yade
 from calibration.engines.blocks.by_hand import Expected
 from calibration.engines.blocks.conversion import Conversion
@@ -241,11 +242,12 @@ def write_exports(
 ) -> None:
     """Write calibrated.yaml and exports/ into folder `out`, each file atomically.
 
-    runs: table of the runs that the surface was fitted to; region: its factors.
+    runs: table of the runs whose values the surface is fitted to; region: its factors.
     """
     config, optimum = study.config, study.summary("optimise")
     validation = study.summary("validation")
-    surface = fit_surface(runs, [f.code for f in region], runs["response"])
+    fitted = with_value(runs, "response")
+    surface = fit_surface(fitted, [f.code for f in region], fitted["response"])
     mapping, lines, exports = _spec(study), about(config, validation), Path(out) / "exports"
     data = summary(study, optimum, validation, surface, region)
     write_set(mapping, data, lines, exports, Path(out) / "calibrated.yaml", _expected(study))
