@@ -749,9 +749,28 @@ def _study(config, out, **more):
     return Study(config, folder)
 
 
-def _export(study, out):
+def _export(study, out, runs=None):
     region = read_region(REFERENCE / "response_surface" / "region.json")
-    stage.write_exports(study, study.table("response_surface", "runs"), region, out)
+    runs = study.table("response_surface", "runs") if runs is None else runs
+    stage.write_exports(study, runs, region, out)
+
+
+def test_a_run_that_was_lost_widens_what_is_exported(config, files, tmp_path):
+    """The interval is of the surface through the other runs: the same as without the row."""
+    study = _study(config, tmp_path)
+    runs, out = study.table("response_surface", "runs"), (tmp_path / "lost", tmp_path / "without")
+    lost = runs["run"] == 3
+    for folder, table in zip(out, (runs.assign(response=runs["response"].mask(lost)), runs[~lost]),
+                             strict=True):  # fmt: skip
+        folder.mkdir()
+        _export(study, folder, table)
+    one, other = ((folder / "calibrated.yaml").read_text() for folder in out)
+    assert one == other
+    whole, fewer = (
+        yaml.safe_load(text)["parameters"]["contacts.particle_particle.rolling_friction"]
+        for text in ((files / "calibrated.yaml").read_text(), one)
+    )
+    assert fewer["interval_95_others_held"] != whole["interval_95_others_held"]
 
 
 def test_every_parameter_has_value_unit_and_source(files):
