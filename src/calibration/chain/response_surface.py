@@ -20,7 +20,6 @@ from calibration.statistics.composite import region_design
 from calibration.statistics.numbers import fixed
 from calibration.statistics.surface import (
     blocks_p,
-    decide_alone,
     fit_surface,
     outlier_limit,
     outliers,
@@ -110,7 +109,7 @@ def _beside(runs, codes, column, surface):
             for k in found
         ],
         "outlier_limit": None if surface.df < 2 else outlier_limit(surface),
-        "decide_alone": [int(runs["run"].iloc[k]) for k in decide_alone(surface)],
+        "decide_alone": _decide_alone(surface, runs),
         "reduced": _fit_words(reduced_surface(runs, codes, runs[column])),
     }
     if "block" in runs:
@@ -122,6 +121,13 @@ def _beside(runs, codes, column, surface):
         except CalibrationError as error:
             beside["without_outliers"] = {"not_fitted": str(error)}
     return beside
+
+
+def _decide_alone(surface, runs):
+    """Runs of leverage 1: their residual is none, and PRESS and the predicted R2, which divide by
+    one less the leverage (Allen 1974, Technometrics 16:125), are not defined. A Box-Behnken design
+    of three factors has one where a run of an edge is lost: the opposite run."""
+    return runs.loc[surface.diagnostics["studentised"].isna(), "run"].astype(int).tolist()
 
 
 def _fit_words(surface):

@@ -32,9 +32,6 @@ FLAT = 0.1
 """Of the largest eigenvalue: a curvature below it counts as none, as in R's rsm (`canonical`,
 threshold)."""
 
-ALONE = 1e-9
-"""1 less the leverage of a run at and below which it decides a coefficient alone."""
-
 
 def quadratic_terms(codes: Sequence[str]) -> list[Term]:
     """Terms of the full quadratic model as tuples of codes: (), (A,), (A, B), (A, A)."""
@@ -208,8 +205,9 @@ def fit_surface(
     sigma2 = sse / df
     leverage = np.einsum("ij,jk,ik->i", x, inverse, x)
     anova, lack = _anova(terms, beta, inverse, y, sse, df, levels)
-    # a run that alone decides a coefficient cannot be predicted without itself
-    free = 1.0 - leverage > ALONE
+    free = (
+        1.0 - leverage > 1e-9
+    )  # a run that alone decides a coefficient cannot be predicted without itself
     press = float(((residual / (1.0 - leverage)) ** 2).sum()) if free.all() else np.nan
     total = float(((y - y.mean()) ** 2).sum())
     summary = {
@@ -228,14 +226,6 @@ def fit_surface(
         _coefficients(terms, beta, inverse, sigma2, df, x, alpha),
         anova, summary, _diagnostics(y, predicted, residual, leverage, sigma2, p, df),
     )  # fmt: skip
-
-
-def decide_alone(surface: Surface) -> np.ndarray:
-    """Positions of the runs of leverage 1: each decides a coefficient alone, and its residual is
-    none. PRESS and the predicted R2 divide by one less the leverage (Allen 1974, Technometrics
-    16:125) and are not defined then. A Box-Behnken design of three factors has such a run where one
-    of an edge is lost: the opposite one."""
-    return np.flatnonzero(1.0 - surface.diagnostics["leverage"].to_numpy() <= ALONE)
 
 
 def outlier_limit(surface: Surface, alpha: float = 0.05) -> float:
@@ -367,7 +357,7 @@ def _coefficients(terms, beta, inverse, sigma2, df, x, alpha):
 
 
 def _diagnostics(y, predicted, residual, leverage, sigma2, p, df):
-    free = 1.0 - leverage > ALONE
+    free = 1.0 - leverage > 1e-9
     internal = np.full_like(residual, np.nan)
     internal[free] = residual[free] / np.sqrt(sigma2 * (1.0 - leverage[free]))
     # the variance without the run itself; a run that fits exactly leaves the internal value
