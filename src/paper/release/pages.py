@@ -14,6 +14,7 @@ from calibration.intake.tables import read_written
 from calibration.telling.kept_results import put
 from paper.reference import BEGIN, END, PAGE, README, blocks, told
 from paper.release import (
+    bulk_processes,
     code_studies,
     comparison,
     deck_trials,
@@ -27,13 +28,14 @@ from paper.release.record import KEPT, made, read_record
 from paper.release.softening import softening
 
 TEMPLATES = Path(__file__).parent
-STUDIES = ("salt", "rigs", "screening at other seeds", "numerics")
+STUDIES = ("salt", "opened rig", "rigs", "screening at other seeds", "numerics")
 CASE = Path("docs/diagnosis-paper-case.md")
 VERDICT = "<!-- verdict: begin -->", "<!-- verdict: end -->"
 PROFILES = Path("docs/salt-study.md")
 JOINT = Path("docs/joint-studies.md")
 CODES = Path("docs/code-studies.md")
 WAYS = Path("docs/method-comparison.md")
+BULK = Path("docs/bulk-processes.md")
 DECKS = Path("docs/verification-engines.md")
 TRIALS = "<!-- trials: begin -->", "<!-- trials: end -->"
 SAID = "<!-- said: begin -->", "<!-- said: end -->"
@@ -44,7 +46,7 @@ ASIS = ("#", "|", "<!--", "```", "![", "`salt", "All tables")
 def results_page(kept: str | Path = KEPT) -> str:
     """Text of docs/results.md, from the folder of kept results."""
     kept = Path(kept)
-    salt, printed = kept / "salt", kept / "salt-printed"
+    salt, printed, opened = (kept / name for name in ("salt", "salt-printed", "salt-opened"))
     found = {
         "made": made(STUDIES, read_record(kept / "release.json")),
         "table": "@table@",
@@ -57,6 +59,12 @@ def results_page(kept: str | Path = KEPT) -> str:
         "printed_validated": values.validated(printed),
         "surface": values.surface(salt),
         "printed_surface": values.surface(printed),
+        "opened": {
+            "lost": values.lost(opened),
+            "validated": values.validated(opened),
+            "surface": values.surface(opened),
+            "posterior": values.posterior(opened),
+        },
         "fit": values.printed_fit(),
         "posterior": values.posterior(salt),
         "printed_posterior": values.posterior(printed),
@@ -85,8 +93,8 @@ def _filled(template, found):
 
 def pieces(kept: str | Path = KEPT) -> dict[tuple[Path, str, str], str]:
     """{(page, begin, end): text between these marks} of the pages that only a part of is written:
-    the README's table and what it says, the studies by all their tests, and the paper's simulations
-    beside ours."""
+    the README's table and what it says, the studies by all their tests, bulk processes in several
+    codes, and the paper's simulations beside ours."""
     kept = Path(kept)
     return {
         (README, BEGIN, END): blocks(kept / "salt")[README],
@@ -96,6 +104,7 @@ def pieces(kept: str | Path = KEPT) -> dict[tuple[Path, str, str], str]:
         (JOINT, *SAID): _filled("joint.md.j2", joint.values(kept)).strip(),
         (CODES, *SAID): _filled("code_studies.md.j2", code_studies.values(kept)).strip(),
         (WAYS, *SAID): _filled("comparison.md.j2", comparison.values(kept)).strip(),
+        (BULK, *SAID): _filled("bulk_processes.md.j2", bulk_processes.values(kept)).strip(),
         (DECKS, *TRIALS): _filled("deck_trials.md.j2", deck_trials.values()).strip(),
         (CASE, *SAID): _filled("simulations.md.j2", simulations.values(kept / "salt")).strip(),
     }

@@ -91,6 +91,13 @@ PARTS = (
         heaps=("salt", "salt-printed"),
     ),
     Part(
+        "opened rig",
+        "the paper's study out of a funnel that is filled, then opened",
+        ((*STUDY, "config/rigs/opened.yaml"),),
+        keep=("salt-opened",),
+        heaps=("salt-opened",),
+    ),
+    Part(
         "rigs",
         "which rig is well-posed: rates and speeds of the pour at three points",
         ((PYTHON, "-m", "paper.rigs", "results/rigs"),),

@@ -16,6 +16,7 @@ from calibration.intake.tables import read_written
 from calibration.statistics.numbers import fixed
 from calibration.statistics.screening import screen
 from calibration.statistics.surface import fit_surface, outlier_limit
+from dem.benchmark.cases import STILL, WINDOW, resting_case
 from paper.audit import run_audit
 from paper.reference import TABLE
 from paper.reproduction.screening import own_half
@@ -120,18 +121,36 @@ def validated(kept: str | Path) -> dict[str, str]:
 def surface(kept: str | Path) -> dict[str, Any]:
     """Statistics of a response surface, and its oddest run."""
     kept = Path(kept) / "response_surface"
-    s = read_json(kept / "response_surface.json")["statistics"]
+    summary = read_json(kept / "response_surface.json")
+    s = summary["statistics"]
     runs = read_written(kept / "runs.csv").dropna(subset="response")
     fitted = fit_surface(runs, [c for c in runs if len(c) == 1], runs["response"])
     odd = fitted.diagnostics["externally_studentised"].abs()
     return {
         "cv": f"{s['CV_percent']:.2f} %",
         "r2": f"{s['R2']:.3f}",
-        "predicted": f"{s['R2_pred']:.2f}",
+        "predicted": f"{_predicted(summary):.2f}",
         "odd_run": int(runs["run"].iloc[int(odd.argmax())]),
         "odd": f"{odd.max():.1f}",
         "odd_from": f"{outlier_limit(fitted):.1f}",
     }
+
+
+def _predicted(summary):
+    """The predicted R2 of a surface; where one run decides a term alone, of the reduced model."""
+    every = (summary, summary["reduced"])
+    return next(s for m in every if (s := m["statistics"]["R2_pred"]) is not None)
+
+
+def lost(kept: str | Path) -> str:
+    """How many runs of screening, path and surface have no value. The path's table has only those
+    with one."""
+    without = valued = 0
+    for stage in ("screening", "ascent", "response_surface"):
+        folder = Path(kept) / stage
+        without += len(read_json(folder / f"{stage}.json").get("left_out", []))
+        valued += int(read_written(folder / "runs.csv")["response"].notna().sum())
+    return f"{without} of {without + valued}"
 
 
 def printed_fit(paper: str | Path = "data/paper") -> dict[str, str]:
@@ -235,7 +254,8 @@ def _together(runs):
 
 def speeds(history: str | Path = "benchmarks/history.csv") -> dict[str, Any]:
     """Million particle-steps per second of the last comparison with other engines, and of which
-    engine it was."""
+    engine it was; what two threads give, how long a million spheres take to come to rest, and which
+    share of a heap's work belongs to grains at rest."""
     table = read_written(Path(history))
     last = table.groupby("case").last()
     of = last["particle_steps_per_s"]
@@ -249,7 +269,25 @@ def speeds(history: str | Path = "benchmarks/history.csv") -> dict[str, Any]:
         "date": str(last.loc["peers: this engine", "date"]),
         "machine": str(last.loc["peers: this engine", "machine"]),
         "heap": f"{of['funnel heap'] / of['settled bed']:.2f}",
+        **_further_speeds(last),
     }
+
+
+def _further_speeds(last):
+    """What is told of a case only once it has been recorded, by the rows of a history's last runs:
+    two threads, a million spheres, grains at rest."""
+    found = {}
+    if (case := "one run on two threads") in last.index:
+        found["threads"] = f"{last.loc[case, 'ratio']:.2f}"
+    if (case := "bed of 1000000 on two threads") in last.index:
+        found["million_min"] = f"{last.loc[case, 'wall_time_s'] / 60:.1f}"
+    if all(resting_case(share) in last.index for share in STILL):
+        found["window_ms"] = f"{1000 * WINDOW:g}"
+        found["resting"] = [
+            (f"{share:g}", f"{100 * last.loc[resting_case(share), 'ratio']:.0f} %")
+            for share in STILL
+        ]
+    return found
 
 
 def audited(paper: str | Path = "data/paper") -> int:
