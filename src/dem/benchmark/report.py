@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -277,15 +277,25 @@ def append(path: str | Path, rows: Sequence[dict[str, Any]]) -> None:
         "dirty_files": dirty,
         "load": load(),
     }
-    path = Path(path)
-    old = []
-    if path.exists():
-        with open(path, newline="") as stream:
-            old = list(csv.DictReader(stream))
+    every = [*read_rows(path), *(stamp | row for row in rows)]
+    write_rows(path, [{name: row.get(name, "") for name in columns} for row in every])
+
+
+def read_rows(path: str | Path) -> list[dict[str, str]]:
+    """Rows of a CSV file, none where it is not there."""
+    if not Path(path).exists():
+        return []
+    with open(path, newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def write_rows(path: str | Path, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Write rows as a CSV file, atomically. Raises ValueError for a row that has a column which the
+    first one lacks."""
     text = io.StringIO(newline="")
-    writer = csv.DictWriter(text, columns, extrasaction="ignore", restval="")
+    writer = csv.DictWriter(text, list(rows[0]))
     writer.writeheader()
-    writer.writerows([*old, *(stamp | row for row in rows)])
+    writer.writerows(rows)
     replace_file(path, lambda stream: stream.write(text.getvalue().encode()))
 
 

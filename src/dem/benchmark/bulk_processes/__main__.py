@@ -1,8 +1,6 @@
 """Runs cases in codes: `python -m dem.benchmark.bulk_processes FILES OUT`."""
 
 import argparse
-import csv
-import io
 import sys
 import tempfile
 import time
@@ -10,10 +8,9 @@ from pathlib import Path
 
 from dem.benchmark.bulk_processes.cases import CASES, Case
 from dem.benchmark.bulk_processes.codes import CODES, Outcome
-from dem.benchmark.report import load, machine
+from dem.benchmark.report import load, machine, read_rows, write_rows
 from dem.errors import DemError
 from dem.fingerprint import engine_fingerprint
-from dem.io.files import replace_file
 
 RUNS, SPEEDS = "runs.csv", "speeds.csv"
 
@@ -53,7 +50,7 @@ def keep(out: Path, case: Case, code: str, outcome: Outcome, table: str = RUNS) 
     """Write a row of the run to a table, in place of an earlier one of this case and code; with a
     row of RUNS what was watched, to <case>.<code>.csv."""
     if table == RUNS:
-        _write(out / f"{case.name}.{code}.csv", outcome.rows)
+        write_rows(out / f"{case.name}.{code}.csv", outcome.rows)
     row = {
         "case": case.name,
         "code": code,
@@ -68,20 +65,8 @@ def keep(out: Path, case: Case, code: str, outcome: Outcome, table: str = RUNS) 
         "wall_time_s": round(outcome.wall_s, 1),
         "particle_steps_per_s": round(outcome.particle_steps / outcome.processor_s),
     }
-    before = []
-    if (out / table).exists():
-        with open(out / table, newline="") as stream:
-            before = list(csv.DictReader(stream))
-    others = [r for r in before if (r["case"], r["code"]) != (case.name, code)]
-    _write(out / table, [*others, row])
-
-
-def _write(path, rows):
-    text = io.StringIO(newline="")
-    writer = csv.DictWriter(text, rows[0])
-    writer.writeheader()
-    writer.writerows(rows)
-    replace_file(path, lambda stream: stream.write(text.getvalue().encode()))
+    others = [r for r in read_rows(out / table) if (r["case"], r["code"]) != (case.name, code)]
+    write_rows(out / table, [*others, row])
 
 
 if __name__ == "__main__":
