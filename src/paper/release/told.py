@@ -254,8 +254,8 @@ def _together(runs):
 
 def speeds(history: str | Path = "benchmarks/history.csv") -> dict[str, Any]:
     """Million particle-steps per second of the last comparison with other engines, and of which
-    engine it was; what two threads give, how long a million spheres take to come to rest, and which
-    share of a heap's work belongs to grains at rest."""
+    engine it was; what two threads give, and which share of a heap's work belongs to grains at
+    rest."""
     table = read_written(Path(history))
     last = table.groupby("case").last()
     of = last["particle_steps_per_s"]
@@ -269,25 +269,13 @@ def speeds(history: str | Path = "benchmarks/history.csv") -> dict[str, Any]:
         "date": str(last.loc["peers: this engine", "date"]),
         "machine": str(last.loc["peers: this engine", "machine"]),
         "heap": f"{of['funnel heap'] / of['settled bed']:.2f}",
-        **_further_speeds(last),
-    }
-
-
-def _further_speeds(last):
-    """What is told of a case only once it has been recorded, by the rows of a history's last runs:
-    two threads, a million spheres, grains at rest."""
-    found = {}
-    if (case := "one run on two threads") in last.index:
-        found["threads"] = f"{last.loc[case, 'ratio']:.2f}"
-    if (case := "bed of 1000000 on two threads") in last.index:
-        found["million_min"] = f"{last.loc[case, 'wall_time_s'] / 60:.1f}"
-    if all(resting_case(share) in last.index for share in STILL):
-        found["window_ms"] = f"{1000 * WINDOW:g}"
-        found["resting"] = [
+        "threads": f"{last.loc['one run on two threads', 'ratio']:.2f}",
+        "window_ms": f"{1000 * WINDOW:g}",
+        "resting": [
             (f"{share:g}", f"{100 * last.loc[resting_case(share), 'ratio']:.0f} %")
             for share in STILL
-        ]
-    return found
+        ],
+    }
 
 
 def audited(paper: str | Path = "data/paper") -> int:
