@@ -247,8 +247,9 @@ TRIED = {
 def test_a_law_added_as_the_page_says_is_tried_without_another_line(with_the_law, tmp_path):
     shutil.copytree(ROOT / "tests/verification", tmp_path / "tests/verification")
     (tmp_path / "tests/unit").mkdir()
-    for name in ("law_cases.py", "conftest.py", "unit/test_precision.py"):
-        shutil.copy(ROOT / "tests" / name, tmp_path / "tests" / name)
+    # what stands beside the folders is shared by all tests, the set-up of pytest among it
+    for path in [*(ROOT / "tests").glob("*.py"), ROOT / "tests/unit/test_precision.py"]:
+        shutil.copy(path, tmp_path / path.relative_to(ROOT))
     shutil.copy(ROOT / "pyproject.toml", tmp_path)
     words = [f"tests/{file}" for file in TRIED]
     chosen = " or ".join(f"({which})" for which in TRIED.values())
