@@ -82,6 +82,14 @@ def test_a_sphere_falls_freely_until_it_meets_the_bed(files):
     assert outcome.particle_steps == 91 * 4000
 
 
+def test_a_moved_start_moves_the_sphere_alone(files):
+    case = penetration(files)
+    moved_by = codes.MOVED["dem-moved-3-um"]
+    here, moved = (codes.simulation(case, moved=m).position for m in (0.0, moved_by))
+    assert np.array_equal(here[:-1], moved[:-1])
+    assert moved[-1] - here[-1] == pytest.approx([3e-6, 0.0, 0.0], abs=1e-15)
+
+
 def test_the_box_within_walls_with_a_thickness_is_the_inner_one(files):
     assert penetration(files).box == pytest.approx((SIDE, SIDE, BOTTOM))
 

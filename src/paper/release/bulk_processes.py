@@ -3,18 +3,27 @@ speeds; `bulk_processes.md.j2` has the words."""
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+from scipy import stats
 
 from calibration.intake.tables import read_written
 from calibration.statistics.numbers import fixed
 from dem.benchmark.bulk_processes.__main__ import RUNS, SPEEDS
+from dem.benchmark.bulk_processes.codes import MOVED
 
 FOLDER = "bulk-processes"
 NAMES = {"dem": "this engine", "liggghts": "LIGGGHTS", "lammps": "LAMMPS", "yade": "YADE"}
-ITSELF = {"dem-double": "this engine in double precision"}
-"""Beside which the others' falls are seen: what rounding alone makes of a fall."""
-FALLEN = NAMES | ITSELF
+STARTS = {
+    unit: ("dem", *(code for code in MOVED if code.endswith(short)))
+    for unit, short in (("nanometres", "nm"), ("micrometres", "um"))
+}
+"""Runs of this engine whose starts differ by one to four of a unit: what chance makes of a fall."""
+ODD = 0.05
+"""Of a fall of another code among those of the starts: what is less likely is not chance."""
 FALL = "penetration-25K"
 GRAIN = 1e-3
 """Radius of the bed's grains [m]."""
@@ -28,24 +37,39 @@ def values(kept: str | Path) -> dict[str, Any]:
     speeds, runs = read_written(folder / SPEEDS), read_written(folder / RUNS)
     falls = {
         code: read_written(folder / f"{FALL}.{code}.csv").set_index("time_s")["height_m"]
-        for code in FALLEN
+        for code in (*NAMES, *MOVED)
         if ((runs["case"] == FALL) & (runs["code"] == code)).any()
     }
+    starts = {
+        unit: [falls[code] for code in codes if code in falls] for unit, codes in STARTS.items()
+    }
+    starts = {unit: own for unit, own in starts.items() if len(own) > 2}
+    codes = {NAMES[code]: fall for code, fall in falls.items() if code in NAMES}
+    others = {name: fall for name, fall in codes.items() if name != NAMES["dem"]}
     return {
         "speeds": [_speed(speeds[speeds["case"] == case]) for case in speeds["case"].unique()],
         "codes": list(NAMES.values()),
         "machine": " and ".join(sorted(speeds["machine"].unique())),
         "date": speeds["date"].max(),
         "engine": runs.loc[runs["code"] == "dem", "engine"].iloc[-1],
-        "fallen": [FALLEN[code] for code in falls],
+        "fallen": list(codes),
+        "starts": {unit: len(own) for unit, own in starts.items()},
         "heights": [
-            [f"{1000 * time:g}", *(f"{1000 * _at(fall, time):.2f}" for fall in falls.values())]
+            [f"{1000 * time:g}", *(_millimetres(fall, time) for fall in codes.values()),
+             *(_span(own, time) for own in starts.values())]
             for time in HEIGHTS
         ],
-        "apart": _apart(falls),
+        "apart": {name: _apart(falls["dem"], fall) for name, fall in others.items()},
         "lowest_ms": f"{1000 * falls['dem'].idxmin():g}",
-        "spent": {FALLEN[code]: f"{_whole(runs, code):,.0f} s" for code in falls},
-    }
+        "end_ms": f"{1000 * HEIGHTS[-1]:g}",
+        "chance": {
+            name: {unit: _chance(own, fall) for unit, own in starts.items()}
+            for name, fall in others.items()
+        },
+        "odd": ODD,
+        "spent": {name: f"{_whole(runs, code):,.0f} s" for code, name in NAMES.items()
+                  if name in codes},
+    }  # fmt: skip
 
 
 def _speed(rows):
@@ -76,15 +100,27 @@ def _at(fall, time):
     return fall.iloc[abs(fall.index - time).argmin()]
 
 
-def _apart(falls):
-    """{other code: (largest distance of its sphere from ours at a common look on the way down,
-    and at any), in radii of a grain}."""
-    ours = falls["dem"]
-    far = {}
-    for code, fall in falls.items():
-        if code != "dem":
-            looks = fall.index[fall.index <= ours.index.max() + 1e-9]
-            off = [abs(_at(ours, look) - fall[look]) / GRAIN for look in looks]
-            down = [d for d, look in zip(off, looks, strict=True) if look < ours.idxmin()]
-            far[FALLEN[code]] = fixed(max(down), 2), fixed(max(off), 2)
-    return far
+def _millimetres(fall, time):
+    return f"{1000 * _at(fall, time):.2f}"
+
+
+def _span(falls, time):
+    """Lowest and highest of some falls at a time [mm], in words."""
+    at = sorted((fall for fall in falls), key=lambda fall: _at(fall, time))
+    return f"{_millimetres(at[0], time)} to {_millimetres(at[-1], time)}"
+
+
+def _apart(ours, fall):
+    """Largest distance of a code's sphere from ours at a common look, on the way down and at any,
+    in radii of a grain."""
+    looks = fall.index[fall.index <= ours.index.max() + 1e-9]
+    off = [abs(_at(ours, look) - fall[look]) / GRAIN for look in looks]
+    down = [d for d, look in zip(off, looks, strict=True) if look < ours.idxmin()]
+    return fixed(max(down), 2), fixed(max(off), 2)
+
+
+def _chance(starts, fall):
+    """p of another code's last height as one more of the starts' (t test of one new value)."""
+    own = np.array([_at(start, HEIGHTS[-1]) for start in starts])
+    error = own.std(ddof=1) * math.sqrt(1.0 + 1.0 / len(own))
+    return float(2.0 * stats.t.sf(abs(_at(fall, HEIGHTS[-1]) - own.mean()) / error, len(own) - 1))

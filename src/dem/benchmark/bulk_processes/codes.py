@@ -32,6 +32,12 @@ SKIN, WIDE, WIDE_SKIN = 0.1, 4.0, 0.5
 WIDE of it, WIDE_SKIN, the fastest of 0.1, 0.5, 1 and 2 for LIGGGHTS, which then searches wider for
 all grains."""
 
+MOVED = {
+    f"dem-moved-{k}-{unit}": k * size for unit, size in (("nm", 1e-9), ("um", 1e-6))
+    for k in (1, 2, 3, 4)
+}  # fmt: skip
+"""Name -> how far [m] the last group is from its place: what chance makes of a case."""
+
 CRUSHED = 0.5
 """Share of its radius to which a grain may be pressed here before the run is stopped as blown up:
 the sphere presses one against the floor by a fifth, and the others have no such limit."""
@@ -71,10 +77,11 @@ def simulation(
     threads: int | None = None,
     softer: float = 1.0,
     closed: tuple[float, float] | None = None,
+    moved: float = 0.0,
 ) -> Simulation:
     """The case at its start in this engine. softer: Young's moduli as given over those taken, with
     a step that is longer by its root; closed: height and radius [m] of a disc that closes the
-    walls."""
+    walls; moved: how far along x the grains of the last group are from their places [m]."""
     walls = WallSet().body("walls", material="steel", spin=(0.0, case.spin, 0.0))
     corners = case.triangles.reshape(-1, 3)
     walls.mesh(corners, np.arange(len(corners)).reshape(-1, 3))
@@ -89,9 +96,8 @@ def simulation(
         precision=precision, threads=threads, overlap_limit=CRUSHED,
     )  # fmt: skip
     for group in case.groups:
-        sim.add_particles(
-            group.position, group.radius, velocity=group.velocity, material=group.material
-        )
+        place = group.position + [moved if group is case.groups[-1] else 0.0, 0.0, 0.0]
+        sim.add_particles(place, group.radius, velocity=group.velocity, material=group.material)
     return sim
 
 
@@ -300,6 +306,7 @@ def run_yade(case: Case, folder: Path) -> Outcome:
 CODES: dict[str, Callable[[Case, Path], Outcome]] = {
     "dem": run_here,
     "dem-double": partial(run_here, precision="double"),
+    **{name: partial(run_here, moved=moved) for name, moved in MOVED.items()},
     "liggghts": run_liggghts,
     "lammps": run_lammps,
     "yade": run_yade,
