@@ -18,8 +18,8 @@ from dem.benchmark.bulk_processes.codes import MOVED
 FOLDER = "bulk-processes"
 NAMES = {"dem": "this engine", "liggghts": "LIGGGHTS", "lammps": "LAMMPS", "yade": "YADE"}
 STARTS = {
-    unit: ("dem", *(code for code in MOVED if code.endswith(short)))
-    for unit, short in (("nanometres", "nm"), ("micrometres", "um"))
+    unit: ("dem", *(code for code in MOVED if code.endswith(f"-{short}")))
+    for unit, short in (("nanometres", "nm"), ("micrometres", "um"), ("tenths of a mm", "0.1mm"))
 }
 """Runs of this engine whose starts differ by one to four of a unit: what chance makes of a fall."""
 ODD = 0.05

@@ -33,8 +33,8 @@ WIDE of it, WIDE_SKIN, the fastest of 0.1, 0.5, 1 and 2 for LIGGGHTS, which then
 all grains."""
 
 MOVED = {
-    f"dem-moved-{k}-{unit}": k * size for unit, size in (("nm", 1e-9), ("um", 1e-6))
-    for k in (1, 2, 3, 4)
+    f"dem-moved-{k}-{unit}": k * size
+    for unit, size in (("nm", 1e-9), ("um", 1e-6), ("0.1mm", 1e-4)) for k in (1, 2, 3, 4)
 }  # fmt: skip
 """Name -> how far [m] the last group is from its place: what chance makes of a case."""
 
