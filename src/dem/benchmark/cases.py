@@ -194,6 +194,10 @@ def resting_case(share: float) -> str:
     return f"grains at rest, {share:g} radii in {1000 * WINDOW:g} ms"
 
 
+MILLION = "bed of 1000000 on two threads"
+"""Name, in the history of speeds, of a million grains that come to rest."""
+
+
 def peak_memory() -> float:
     """Largest resident memory of this process so far [MiB]."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024

@@ -106,7 +106,7 @@ def _millimetres(fall, time):
 
 def _span(falls, time):
     """Lowest and highest of some falls at a time [mm], in words."""
-    at = sorted((fall for fall in falls), key=lambda fall: _at(fall, time))
+    at = sorted(falls, key=lambda fall: _at(fall, time))
     return f"{_millimetres(at[0], time)} to {_millimetres(at[-1], time)}"
 
 

@@ -16,7 +16,7 @@ from calibration.intake.tables import read_written
 from calibration.statistics.numbers import fixed
 from calibration.statistics.screening import screen
 from calibration.statistics.surface import fit_surface, outlier_limit
-from dem.benchmark.cases import STILL, WINDOW, resting_case
+from dem.benchmark.cases import MILLION, STILL, WINDOW, resting_case
 from paper.audit import run_audit
 from paper.reference import TABLE
 from paper.reproduction.screening import own_half
@@ -254,8 +254,8 @@ def _together(runs):
 
 def speeds(history: str | Path = "benchmarks/history.csv") -> dict[str, Any]:
     """Million particle-steps per second of the last comparison with other engines, and of which
-    engine it was; what two threads give, and which share of a heap's work belongs to grains at
-    rest."""
+    engine it was; what two threads give, what a million grains take to come to rest, and which
+    share of a heap's work belongs to grains at rest."""
     table = read_written(Path(history))
     last = table.groupby("case").last()
     of = last["particle_steps_per_s"]
@@ -270,6 +270,8 @@ def speeds(history: str | Path = "benchmarks/history.csv") -> dict[str, Any]:
         "machine": str(last.loc["peers: this engine", "machine"]),
         "heap": f"{of['funnel heap'] / of['settled bed']:.2f}",
         "threads": f"{last.loc['one run on two threads', 'ratio']:.2f}",
+        "million_minutes": f"{last.loc[MILLION, 'wall_time_s'] / 60:.0f}",
+        "million_GiB": f"{last.loc[MILLION, 'peak_memory_MiB'] / 1024:.1f}",
         "window_ms": f"{1000 * WINDOW:g}",
         "resting": [
             (f"{share:g}", f"{100 * last.loc[resting_case(share), 'ratio']:.0f} %")
