@@ -196,6 +196,8 @@ def resting_case(share: float) -> str:
 
 MILLION = "bed of 1000000 on two threads"
 """Name, in the history of speeds, of a million grains that come to rest."""
+RESTING = 1e-5
+"""Energy of motion below which they are at rest, as `rest_energy` has it."""
 
 
 def peak_memory() -> float:

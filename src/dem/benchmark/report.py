@@ -20,6 +20,7 @@ from dem.benchmark.cases import (
     BLOCK,
     BLOCKS,
     MILLION,
+    RESTING,
     SETTLE_STEPS,
     bed,
     box_width,
@@ -40,8 +41,6 @@ from dem.warm import compile_engine
 
 SIZES = (1000, 10000, 100000)
 ROUNDS = 7
-RESTING = 1e-5
-"""Energy of motion at which a million grains are at rest, as `rest_energy` has it."""
 
 
 def run_benchmark(

@@ -4,6 +4,7 @@ speeds; `bulk_processes.md.j2` has the words."""
 from __future__ import annotations
 
 import math
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +18,7 @@ from dem.benchmark.bulk_processes.codes import MOVED
 
 FOLDER = "bulk-processes"
 NAMES = {"dem": "this engine", "liggghts": "LIGGGHTS", "lammps": "LAMMPS", "yade": "YADE"}
-STARTS = {
-    unit: ("dem", *(code for code in MOVED if code.endswith(f"-{short}")))
-    for unit, short in (("nanometres", "nm"), ("micrometres", "um"), ("tenths of a mm", "0.1mm"))
-}
+STARTS = {unit: ("dem", *own) for unit, own in MOVED.items()}
 """Runs of this engine whose starts differ by one to four of a unit: what chance makes of a fall."""
 ODD = 0.05
 """Of a fall of another code among those of the starts: what is less likely is not chance."""
@@ -37,13 +35,11 @@ def values(kept: str | Path) -> dict[str, Any]:
     speeds, runs = read_written(folder / SPEEDS), read_written(folder / RUNS)
     falls = {
         code: read_written(folder / f"{FALL}.{code}.csv").set_index("time_s")["height_m"]
-        for code in (*NAMES, *MOVED)
+        for code in dict.fromkeys(chain(NAMES, *STARTS.values()))
         if ((runs["case"] == FALL) & (runs["code"] == code)).any()
     }
-    starts = {
-        unit: [falls[code] for code in codes if code in falls] for unit, codes in STARTS.items()
-    }
-    starts = {unit: own for unit, own in starts.items() if len(own) > 2}
+    present = {unit: [falls[c] for c in own if c in falls] for unit, own in STARTS.items()}
+    starts = {unit: own for unit, own in present.items() if len(own) > 2}
     codes = {NAMES[code]: fall for code, fall in falls.items() if code in NAMES}
     others = {name: fall for name, fall in codes.items() if name != NAMES["dem"]}
     return {
@@ -55,7 +51,7 @@ def values(kept: str | Path) -> dict[str, Any]:
         "fallen": list(codes),
         "starts": {unit: len(own) for unit, own in starts.items()},
         "heights": [
-            [f"{1000 * time:g}", *(_millimetres(fall, time) for fall in codes.values()),
+            [f"{1000 * time:g}", *(_millimetres(_at(fall, time)) for fall in codes.values()),
              *(_span(own, time) for own in starts.values())]
             for time in HEIGHTS
         ],
@@ -100,14 +96,14 @@ def _at(fall, time):
     return fall.iloc[abs(fall.index - time).argmin()]
 
 
-def _millimetres(fall, time):
-    return f"{1000 * _at(fall, time):.2f}"
+def _millimetres(height):
+    return f"{1000 * height:.2f}"
 
 
 def _span(falls, time):
     """Lowest and highest of some falls at a time [mm], in words."""
-    at = sorted(falls, key=lambda fall: _at(fall, time))
-    return f"{_millimetres(at[0], time)} to {_millimetres(at[-1], time)}"
+    heights = [_at(fall, time) for fall in falls]
+    return f"{_millimetres(min(heights))} to {_millimetres(max(heights))}"
 
 
 def _apart(ours, fall):

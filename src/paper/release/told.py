@@ -16,7 +16,7 @@ from calibration.intake.tables import read_written
 from calibration.statistics.numbers import fixed
 from calibration.statistics.screening import screen
 from calibration.statistics.surface import fit_surface, outlier_limit
-from dem.benchmark.cases import MILLION, STILL, WINDOW, resting_case
+from dem.benchmark.cases import MILLION, RESTING, STILL, WINDOW, resting_case
 from paper.audit import run_audit
 from paper.reference import TABLE
 from paper.reproduction.screening import own_half
@@ -272,6 +272,7 @@ def speeds(history: str | Path = "benchmarks/history.csv") -> dict[str, Any]:
         "threads": f"{last.loc['one run on two threads', 'ratio']:.2f}",
         "million_minutes": f"{last.loc[MILLION, 'wall_time_s'] / 60:.0f}",
         "million_GiB": f"{last.loc[MILLION, 'peak_memory_MiB'] / 1024:.1f}",
+        "million_rest": f"{RESTING:.0e}".replace("e-0", "e-"),
         "window_ms": f"{1000 * WINDOW:g}",
         "resting": [
             (f"{share:g}", f"{100 * last.loc[resting_case(share), 'ratio']:.0f} %")

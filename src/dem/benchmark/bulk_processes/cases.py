@@ -100,6 +100,12 @@ class Case:
         """The same case for no longer than so many seconds of simulated time."""
         return replace(self, until=seconds)
 
+    def moved(self, distance: float) -> Case:
+        """The same case with the grains of its last group so far along x [m]."""
+        *others, last = self.groups
+        place = last.position + np.array([distance, 0.0, 0.0])
+        return replace(self, groups=(*others, replace(last, position=place)))
+
     @property
     def looks(self) -> tuple[int, int]:
         """(steps from one look at it to the next, number of looks)."""

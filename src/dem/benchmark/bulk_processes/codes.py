@@ -33,10 +33,14 @@ WIDE of it, WIDE_SKIN, the fastest of 0.1, 0.5, 1 and 2 for LIGGGHTS, which then
 all grains."""
 
 MOVED = {
-    f"dem-moved-{k}-{unit}": k * size
-    for unit, size in (("nm", 1e-9), ("um", 1e-6), ("0.1mm", 1e-4)) for k in (1, 2, 3, 4)
-}  # fmt: skip
-"""Name -> how far [m] the last group is from its place: what chance makes of a case."""
+    unit: {f"dem-moved-{k}-{short}": k * size for k in (1, 2, 3, 4)}
+    for unit, short, size in (
+        ("nanometres", "nm", 1e-9),
+        ("micrometres", "um", 1e-6),
+        ("tenths of a mm", "0.1mm", 1e-4),
+    )
+}
+"""Unit -> name -> how far [m] the last group is from its place: what chance makes of a case."""
 
 CRUSHED = 0.5
 """Share of its radius to which a grain may be pressed here before the run is stopped as blown up:
@@ -77,11 +81,10 @@ def simulation(
     threads: int | None = None,
     softer: float = 1.0,
     closed: tuple[float, float] | None = None,
-    moved: float = 0.0,
 ) -> Simulation:
     """The case at its start in this engine. softer: Young's moduli as given over those taken, with
     a step that is longer by its root; closed: height and radius [m] of a disc that closes the
-    walls; moved: how far along x the grains of the last group are from their places [m]."""
+    walls."""
     walls = WallSet().body("walls", material="steel", spin=(0.0, case.spin, 0.0))
     corners = case.triangles.reshape(-1, 3)
     walls.mesh(corners, np.arange(len(corners)).reshape(-1, 3))
@@ -96,8 +99,9 @@ def simulation(
         precision=precision, threads=threads, overlap_limit=CRUSHED,
     )  # fmt: skip
     for group in case.groups:
-        place = group.position + [moved if group is case.groups[-1] else 0.0, 0.0, 0.0]
-        sim.add_particles(place, group.radius, velocity=group.velocity, material=group.material)
+        sim.add_particles(
+            group.position, group.radius, velocity=group.velocity, material=group.material
+        )
     return sim
 
 
@@ -116,6 +120,10 @@ def run_here(case: Case, folder: Path, **more: Any) -> Outcome:
             sim.remove(sim.tag[sim.position[:, 2] < case.floor])
     wall, spent = time.perf_counter() - begin, time.process_time() - spent
     return Outcome(rows, sim.steps, done, spent, wall)
+
+
+def _run_moved(case, folder, distance):
+    return run_here(case.moved(distance), folder)
 
 
 def _finished(case, folder, name, command):
@@ -306,7 +314,11 @@ def run_yade(case: Case, folder: Path) -> Outcome:
 CODES: dict[str, Callable[[Case, Path], Outcome]] = {
     "dem": run_here,
     "dem-double": partial(run_here, precision="double"),
-    **{name: partial(run_here, moved=moved) for name, moved in MOVED.items()},
+    **{
+        name: partial(_run_moved, distance=distance)
+        for starts in MOVED.values()
+        for name, distance in starts.items()
+    },
     "liggghts": run_liggghts,
     "lammps": run_lammps,
     "yade": run_yade,
