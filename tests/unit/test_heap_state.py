@@ -1,6 +1,8 @@
 """A heap whose funnel is clogged or whose plate is bare is refused for its true cause; the flow
 through the funnel."""
 
+from copy import deepcopy
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,7 @@ from dem.measure.heap import coverage
 from dem.run import run
 from dem.spec import parse_spec
 from facts import refused
+from small_heap import SPEC
 
 GEOMETRY = {"generation_rate_per_s": 600}
 
@@ -130,3 +133,21 @@ def test_the_capacity_is_beverloos():
     expected = 0.58 * 0.6 * np.sqrt(9.81) * free**2.5 / (np.pi / 6.0 * 2e-3**3)
     assert capacity(parse_spec({"experiment": "heap"})) == pytest.approx(expected)
     assert expected == pytest.approx(10_090, rel=0.01)  # what the paper's funnel passes
+
+
+@pytest.mark.parametrize("rests", [True, False])
+def test_a_heap_that_trembles_at_its_time_limit_says_so(tmp_path, rests):
+    spec = deepcopy(SPEC) | {"laws": {"rolling": "constant_torque_relative"}}
+    if rests:
+        spec["laws"] = {"rolling": "constant_torque"}
+    for pair in spec["contacts"].values():
+        pair |= {"restitution": 0.15, "static_friction": 0.9}
+    result = run(parse_spec(spec), tmp_path)
+    metrics, limit = result["metrics"], spec["numerics"]["max_time_s"]
+    said = " ".join(result["numerics"].get("notes", []))
+    assert (metrics["rest_energy_ratio"] < 1e-5) == rests
+    assert ("max_time_s" in said) != rests
+    if rests:
+        assert metrics["rest_time_s"] < limit
+    else:
+        assert metrics["rest_time_s"] is None

@@ -198,8 +198,8 @@ class Experiment:
         return tuple(m.name for m in self.metrics if m.target)
 
     def perform(self, spec: RunSpec, context: RunContext) -> dict[str, Any]:
-        """The metrics of a run. Raises MeasureError for one that is missing or physically
-        impossible."""
+        """The metrics of a run; None for one that this run has no value of. Raises MeasureError for
+        one that is missing or physically impossible."""
         found = self.run(spec, context)
         known = {m.name: m for m in self.metrics}
         if set(found) != set(known):
@@ -209,7 +209,7 @@ class Experiment:
             )
         for name, value in found.items():
             m = known[name]
-            if not m.least <= value <= m.most:
+            if value is not None and not m.least <= value <= m.most:
                 raise MeasureError(
                     f"{self.name}: {name} = {value:g} is not possible; {m.least:g} to {m.most:g} is"
                 )
