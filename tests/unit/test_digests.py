@@ -102,7 +102,6 @@ EDITS = {
     "calibration/study/new/methods/declare.py": set(),
     "calibration/intake/photo/measure.py": set(),
     "calibration/telling/report/plain.py": DIAGNOSIS | SUITE,  # which write a page of their own
-    "calibration/telling/serve/state.py": set(),
     "calibration/study/stages/numerics.py": set(),
     "calibration/intake/tables/given.py": EVERY,
     "dem/tables/table.py": EVERY,

@@ -1,7 +1,6 @@
 """Fifty mistaken inputs of `dem new`, as a stranger makes them: each is refused with the place and
 what would be right, and nothing is left behind."""
 
-import json
 import shlex
 from datetime import date
 from pathlib import Path
@@ -9,9 +8,7 @@ from pathlib import Path
 import openpyxl
 import pytest
 
-from calibration.errors import CalibrationError
 from calibration.interface.commands import main
-from calibration.telling.serve.form import build
 from facts import holds
 
 GRAIN = "--density 1.32g/cm3 --grain 4mm"
@@ -233,25 +230,3 @@ def test_a_workbook_is_refused_by_sheet_and_cell(here, name, capsys):
     said = refused_words(["new", "w", "--from", "tests.xlsx", "--no-pilot"], capsys)
     missing = [fact for fact in facts if not holds(said, fact)]
     assert not missing, said
-
-
-ANSWERS = {
-    "a path for a name": ("../w", {}, ["../w", "plain name"]),
-    "nothing": ("w", {}, ["no test", "grain"]),
-    "a field of words": ("w", {"grain": {"density": "schwer"}}, ["Grain", "density", "schwer"]),
-    "no size": ("w", {"grain": {"density": "1.3 g/cm3"},
-                      "lifted-cylinder": {"angle": "26\n27"}}, ["size", "axes", "sieve"]),
-    "a test that is not there": ("w", {"penetrometer": {"depth": "3"}},
-                                 ["penetrometer", "lifted-cylinder"]),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", ANSWERS)
-def test_a_form_is_refused_by_field(here, name):
-    study, tests, facts = ANSWERS[name]
-    body = {"name": study, "tests": [{"method": m, "answers": a} for m, a in tests.items()]}
-    with pytest.raises(CalibrationError) as error:
-        build(json.dumps(body).encode(), here)
-    missing = [fact for fact in facts if not holds(str(error.value), fact)]
-    assert not missing, error.value
-    assert not Path("w").exists()

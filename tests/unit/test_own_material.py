@@ -101,13 +101,4 @@ def test_what_is_no_configuration_is_told_by_every_command(here, text, capsys):
     for words in (["copy", "odd", "new"], ["allow", "odd"], ["keep", "odd"], ["run", "odd", "-n"]):
         assert calibration(words) == 2
         assert "odd/config.yaml" in capsys.readouterr().err
-    assert dem(["serve", "odd"]) == 2
     assert not Path("new").exists()
-
-
-@pytest.mark.parametrize(
-    ("option", "value"), [("--port", "99999"), ("--port", "-1"), ("--cores", "0")]
-)
-def test_a_server_asks_for_a_port_and_cores_that_there_are(option, value, capsys):
-    assert dem(["serve", option, value]) == 2
-    assert option in capsys.readouterr().err

@@ -58,11 +58,11 @@ STARTS = (
     ),
     Start(
         "Snakefile",
-        "the workflow of the folder where `snakemake`, `calibration run` or `dem serve` starts "
-        "(without a Snakefile there the package's), and Python files there that have the name of a "
-        "package (`yaml.py`)",
+        "the workflow of the folder where `snakemake` or `calibration run` starts (without a "
+        "Snakefile there the package's), and Python files there that have the name of a package "
+        "(`yaml.py`)",
         BY_PERSON,
-        ("calibration/runs/snakemake_command.py", "calibration/telling/serve/job.py"),
+        ("calibration/runs/snakemake_command.py",),
     ),
     Start(
         "profiles",

@@ -1,25 +1,20 @@
 """The `dem` command with what stands above the engine: `dem new` begins a study, `dem angle`
 measures photographs, `dem bounce` sounds, `dem shear` reads shear testers' tables, `dem clump`
-fills a grain's mesh with spheres, `dem serve` shows a study while it runs."""
+fills a grain's mesh with spheres."""
 
 import argparse
 import sys
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 
 from calibration.errors import CalibrationError
 from dem.cli import main as engine_main
 
-MOST_PORTS = 65535
-
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit status: 0, or 2 with one line on stderr for bad input."""
     try:
-        return engine_main(
-            argv, (_add_new, _add_angle, _add_bounce, _add_shear, _add_clump, _add_serve)
-        )
+        return engine_main(argv, (_add_new, _add_angle, _add_bounce, _add_shear, _add_clump))
     except CalibrationError as error:
         print(f"dem: {error}", file=sys.stderr)
         return 2
@@ -259,43 +254,6 @@ def _clump(args):
 
     for line in fill_mesh(args.mesh, args.spheres, args.out):
         print(line)
-
-
-def _add_serve(commands):
-    server = commands.add_parser(
-        "serve",
-        help="a local page of a study while it runs",
-        description="Show a study's progress, its heaps as they finish and its failures on a page "
-        "of this machine alone, which can start and stop the study. The address that is told has "
-        "a token; nobody without it is answered.",
-    )
-    server.add_argument(
-        "study",
-        nargs="*",
-        metavar="STUDY",
-        help="folder with config.yaml, or configuration files; without any the page is a form of "
-        "all test methods, which writes a new study into the current folder",
-    )
-    server.add_argument(
-        "--resolution",
-        help="quick or test, where the study is run with --config resolution=quick or test",
-    )
-    server.add_argument("--cores", type=int, default=2, help="that the study may use")
-    server.add_argument("--port", type=int, default=0, help="a free one unless given")
-    server.set_defaults(command=_serve)
-
-
-def _serve(args):
-    from calibration.interface.api import Study  # loads pandas and the schemas
-    from calibration.telling.serve import serve
-
-    if not 0 <= args.port <= MOST_PORTS:
-        raise CalibrationError(f"--port {args.port}: allowed: 0 (a free one) to {MOST_PORTS}")
-    if args.cores < 1:
-        raise CalibrationError(f"--cores {args.cores}: allowed: 1 or more")
-    opened = partial(Study, resolution=args.resolution)
-    study = opened(*args.study, root=".") if args.study else None
-    serve(study, args.cores, args.port, opened=opened)
 
 
 if __name__ == "__main__":
