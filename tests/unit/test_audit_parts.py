@@ -2,17 +2,17 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from paper.audit.contact import (
+from paper.audit.bench import (
     contact_time,
     effective_modulus,
+    inverse_quadratic,
+    r_squared,
     rayleigh_time,
     stepped_restitution,
 )
-from paper.audit.fits import inverse_quadratic, r_squared
-from paper.audit.intrinsic import _unit_dimension
-from paper.audit.paper import Claim
-from paper.audit.printed import Printed, propagate
-from paper.audit.verdict import Recomputed, judge
+from paper.audit.evaluate import Found, judge
+from paper.audit.materials import unit_dimension
+from paper.audit.paper import Claim, Printed, propagate
 
 
 @pytest.mark.parametrize(
@@ -44,7 +44,7 @@ def test_rounding_of_inputs_adds_up():
 
 
 def verdict(printed, *args, **kwargs):
-    return judge(Claim("id", "here", "says", printed, "1"), Recomputed(*args, **kwargs))["verdict"]
+    return judge(Claim("id", "here", "says", printed, "1"), Found(*args, **kwargs))["verdict"]
 
 
 def test_verdict_follows_the_printed_place():
@@ -63,11 +63,11 @@ def test_verdict_follows_the_printed_place():
 
 
 def test_units_are_read_by_dimension():
-    assert _unit_dimension("kg m-3") == (1, -3, 0)
-    assert _unit_dimension("kg m2") == (1, 2, 0)
-    assert _unit_dimension("N m-2") == _unit_dimension("Pa")
-    assert _unit_dimension("1") == (0, 0, 0)
-    assert _unit_dimension("kg furlong-3") is None
+    assert unit_dimension("kg m-3") == (1, -3, 0)
+    assert unit_dimension("kg m2") == (1, 2, 0)
+    assert unit_dimension("N m-2") == unit_dimension("Pa")
+    assert unit_dimension("1") == (0, 0, 0)
+    assert unit_dimension("kg furlong-3") is None
 
 
 def test_contact_time_is_that_of_the_integrated_elastic_impact():

@@ -1,14 +1,17 @@
-"""Tables 8 and 9 and the yield locus: bench tests, their fits (Eq. 21, 23, 26) and inverses."""
+"""Tables 8 and 9, the yield locus and the time steps: bench tests, their fits (Eq. 21, 23, 26) and
+inverses, and what too few steps in a contact do to Table 9."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from paper.audit.fits import inverse_quadratic, r_squared
-from paper.audit.paper import Claim, Paper
-from paper.audit.printed import Printed, propagate
-from paper.audit.verdict import Recomputed, claim_check, number, table_check
+from paper.audit.evaluate import Found, cells, check
+from paper.audit.materials import SIEVES_MM, intrinsic
+from paper.audit.paper import Claim, Paper, Printed, propagate
+
+# Hertz: duration = 2.9432 x peak overlap / speed (Johnson, Contact Mechanics, 1985, 11.4).
+DURATION_OVER_OVERLAP_TIME = 2.9432
+FEW_STEPS = (3.0, 3.5, 4.0)
 
 
 @dataclass(frozen=True)
@@ -21,50 +24,43 @@ class Sweep:
     response: str
     equation: str
     measured: str
-    calibrated: str
     confirmed: str
     unit: str
-    where: str
+
+    def points(self, paper: Paper) -> tuple[np.ndarray, np.ndarray]:
+        """Parameter (n,) and response (n,) of the table."""
+        table = paper.numbers(self.table, self.parameter, self.response)
+        return table[self.parameter].to_numpy(), table[self.response].to_numpy()
+
+    def curve(self, paper: Paper) -> list[Printed]:
+        """The printed quadratic's coefficients, highest power first."""
+        texts = paper.scalar_text(f"{self.equation}_coefficients").split()
+        return [p for p in map(Printed.parse, texts) if p is not None]
 
 
-SWEEPS = {
-    "tilt": Sweep(
-        "table08_inclined_plane",
-        "salt_steel_static_friction",
-        "angle_deg",
-        "eq21",
-        "measured_inclined_plane_angle",
-        "salt_steel_static_friction",
-        "simulated_tilt_angle",
-        "deg",
-        "Eq. 21",
-    ),
-    "drop": Sweep(
-        "table09_drop_test",
-        "salt_steel_restitution",
-        "rebound_height_mm",
-        "eq23",
-        "measured_rebound_height",
-        "salt_steel_restitution",
-        "simulated_rebound_at_0.421",
-        "mm",
-        "Eq. 23",
-    ),
-}
+TILT = Sweep(
+    "table08_inclined_plane", "salt_steel_static_friction", "angle_deg", "eq21",
+    "measured_inclined_plane_angle", "simulated_tilt_angle", "deg",
+)  # fmt: skip
+DROP = Sweep(
+    "table09_drop_test", "salt_steel_restitution", "rebound_height_mm", "eq23",
+    "measured_rebound_height", "simulated_rebound_at_0.421", "mm",
+)  # fmt: skip
+SWEEPS = {"table08": TILT, "tilt": TILT, "table09": DROP, "drop": DROP}
+"""First part of a claim's id: sweep."""
 
 
-def points(paper: Paper, sweep: Sweep) -> tuple[np.ndarray, np.ndarray]:
-    """Parameter (n,) and response (n,) of a sweep."""
-    table = paper.numbers(sweep.table, sweep.parameter, sweep.response)
-    return table[sweep.parameter].to_numpy(), table[sweep.response].to_numpy()
+def r_squared(y: np.ndarray, predicted: np.ndarray) -> float:
+    """1 - residual over total sum of squares, of any curve."""
+    return float(1 - np.sum((y - predicted) ** 2) / np.sum((y - y.mean()) ** 2))
 
 
-def printed_coefficients(paper: Paper, sweep: Sweep) -> list[Printed]:
-    """The printed quadratic's coefficients, highest power first."""
-    parsed = [
-        Printed.parse(text) for text in paper.scalar_text(f"{sweep.equation}_coefficients").split()
-    ]
-    return [p for p in parsed if p is not None]
+def inverse_quadratic(curve: np.ndarray, y: float, low: float, high: float) -> float:
+    """The x where the quadratic (highest power first) is y: the root nearest the middle of
+    low..high; nan if none."""
+    roots = np.roots(np.asarray(curve, float) - [0.0, 0.0, y])
+    real = roots[np.isreal(roots)].real
+    return float(real[np.argmin(np.abs(real - (low + high) / 2))]) if len(real) else float("nan")
 
 
 def readings(paper: Paper, name: str) -> float | None:
@@ -74,278 +70,305 @@ def readings(paper: Paper, name: str) -> float | None:
     return float(paper.numbers(file, "value")["value"].mean()) if paper.has(file) else None
 
 
-def _sweep(claim: Claim) -> Sweep:
-    return SWEEPS[
-        {"table08": "tilt", "table09": "drop"}.get(claim.id.split(".")[0], claim.id.split(".")[0])
-    ]
+def _points(paper: Paper, claim: Claim) -> tuple[np.ndarray, np.ndarray]:
+    return SWEEPS[claim.group].points(paper)
 
 
-@claim_check("table08.groups", "table09.groups")
-def group_count(paper: Paper, claim: Claim) -> Recomputed:
-    n = len(points(paper, _sweep(claim))[0])
-    return Recomputed(
-        n,
-        disagrees=f"The table has {n} groups: the text describes another set of runs than it "
-        f"prints.",
-    )
+@check("table08.groups", "table09.groups")
+def group_count(paper, claim):
+    return len(_points(paper, claim)[0])
 
 
-@claim_check("table08.low", "table09.low", "table08.high", "table09.high")
-def range_ends(paper: Paper, claim: Claim) -> Recomputed:
-    x = points(paper, _sweep(claim))[0]
-    value = float(x.min() if claim.id.endswith("low") else x.max())
-    return Recomputed(
-        value,
-        exact=True,
-        disagrees=f"The table ends at {value:g}: the fit says nothing about the stated rest of the "
-        f"range.",
-    )
+@check("table08.low", "table09.low", "table08.high", "table09.high")
+def range_ends(paper, claim):
+    x = _points(paper, claim)[0]
+    return Found(float(x.min() if claim.part == "low" else x.max()), exact=True)
 
 
-@claim_check("table08.step", "table09.step")
-def increment(paper: Paper, claim: Claim) -> Recomputed:
-    steps = np.diff(points(paper, _sweep(claim))[0])
+@check("table08.step", "table09.step")
+def increment(paper, claim):
+    steps = np.diff(_points(paper, claim)[0])
     even = np.ptp(steps) < 1e-9
-    return Recomputed(
-        float(np.median(steps)),
-        exact=True,
-        holds=None if even else False,
-        disagrees="The levels are spaced otherwise.",
-    )
+    return Found(float(np.median(steps)), exact=True, holds=None if even else False)
 
 
-@claim_check("table08.range", "table09.range")
-def implied_count(paper: Paper, claim: Claim) -> Recomputed:
-    prefix = claim.id.split(".")[0]
+@check("table08.range", "table09.range")
+def implied_count(paper, claim):
     low, high, step = (
-        number(paper.claims[f"{prefix}.{end}"]).value for end in ("low", "high", "step")
+        paper.claims[f"{claim.group}.{end}"].number().value for end in ("low", "high", "step")
     )
-    return Recomputed(
-        round((high - low) / step) + 1,
-        disagrees="The stated number of groups, range and increment contradict one another.",
-    )
+    return round((high - low) / step) + 1
 
 
-@table_check
-def coefficients(paper: Paper) -> Iterator[tuple[Claim, Recomputed]]:
-    for sweep in SWEEPS.values():
-        x, y = points(paper, sweep)
-        fit, printed = np.polyfit(x, y, 2), printed_coefficients(paper, sweep)
+@cells
+def coefficients(paper):
+    for sweep in (TILT, DROP):
+        x, y = sweep.points(paper)
+        printed = sweep.curve(paper)
         deviation = np.abs(np.polyval([p.value for p in printed], x) - y).max()
-        for power, value, cell in zip((2, 1, 0), fit, printed, strict=True):
-            claim = Claim(
-                f"{sweep.equation}.c{power}",
-                sweep.where,
-                f"Coefficient of x^{power} in the fit of the table",
-                cell.text,
-                sweep.unit,
-            )
-            yield (
-                claim,
-                Recomputed(
-                    float(value),
-                    disagrees=f"{sweep.where} is not the least-squares fit of the printed table; "
-                    f"it misses a "
-                    f"point by up to {deviation:.2f} {sweep.unit}. Fit the table.",
-                ),
-            )
+        where = f"Eq. {sweep.equation[2:]}"
+        for power, value, cell in zip((2, 1, 0), np.polyfit(x, y, 2), printed, strict=True):
+            names = {"equation": sweep.equation, "power": power, "unit": sweep.unit}
+            names |= {"where": where, "deviation": deviation}
+            yield "{equation}.c{power}", cell.text, Found(float(value), names=names)
 
 
-@claim_check("tilt.r2", "drop.r2")
-def fit_r2(paper: Paper, claim: Claim) -> Recomputed:
-    x, y = points(paper, _sweep(claim))
-    best = r_squared(y, np.polyval(np.polyfit(x, y, 2), x))
-    curve = r_squared(
-        y, np.polyval([p.value for p in printed_coefficients(paper, _sweep(claim))], x)
-    )
-    return Recomputed(
-        best,
-        disagrees=f"The best quadratic reaches {best:.4f} and the printed curve {curve:.4f}: the "
-        f"printed R2 belongs "
-        "to neither.",
-    )
+@check("tilt.r2", "drop.r2")
+def fit_r2(paper, claim):
+    x, y = _points(paper, claim)
+    printed = [p.value for p in SWEEPS[claim.group].curve(paper)]
+    best, curve = (r_squared(y, np.polyval(c, x)) for c in (np.polyfit(x, y, 2), printed))
+    return Found(best, names={"curve": curve})
 
 
-@claim_check("tilt.inverse", "drop.inverse")
-def inverse_of_print(paper: Paper, claim: Claim) -> Recomputed:
-    sweep = _sweep(claim)
-    x, _ = points(paper, sweep)
-    inputs = [*printed_coefficients(paper, sweep), paper.scalar(sweep.measured)]
+@check("tilt.inverse", "drop.inverse")
+def inverse_of_print(paper, claim):
+    sweep = SWEEPS[claim.group]
+    x, _ = sweep.points(paper)
+    inputs = [*sweep.curve(paper), paper.scalar(sweep.measured)]
 
     def inverse(values):
         return inverse_quadratic(values[:3], values[3], x.min(), x.max())
 
-    exact = Printed(
-        inputs[3].text, inputs[3].value, 0.0
-    )  # the measured mean is what was put into the equation
-    return Recomputed(
-        inverse([p.value for p in inputs]), half_width=propagate(inverse, [*inputs[:3], exact])
-    )
+    # the measured mean is what was put into the equation
+    exact = Printed(inputs[3].text, inputs[3].value, 0.0)
+    half_width = propagate(inverse, [*inputs[:3], exact])
+    return Found(inverse([p.value for p in inputs]), half_width=half_width)
 
 
-@claim_check("tilt.refit", "drop.refit")
-def inverse_of_fit(paper: Paper, claim: Claim) -> Recomputed:
-    sweep = _sweep(claim)
-    x, y = points(paper, sweep)
-    value = inverse_quadratic(np.polyfit(x, y, 2), paper.value(sweep.measured), x.min(), x.max())
-    return Recomputed(
-        value, disagrees=f"The least-squares fit of the table calibrates {value:.3f}."
-    )
+@check("tilt.refit", "drop.refit")
+def inverse_of_fit(paper, claim):
+    x, y = _points(paper, claim)
+    measured = paper.value(SWEEPS[claim.group].measured)
+    return inverse_quadratic(np.polyfit(x, y, 2), measured, x.min(), x.max())
 
 
-@claim_check("tilt.direct", "drop.direct")
-def direct(paper: Paper, claim: Claim) -> Recomputed:
-    measured = paper.value(_sweep(claim).measured)
-    if claim.id == "tilt.direct":
-        value, law = float(np.tan(np.radians(measured))), "tan(angle)"
-    else:
-        value, law = float(np.sqrt(measured / paper.value("drop_height"))), "sqrt(h/H)"
-    return Recomputed(
-        value,
-        disagrees=f"The definition, {law}, gives {value:.3f} with no simulation; the difference is "
-        f"the error of the "
-        "simulated test, which the calibrated value now carries.",
-    )
+@check("tilt.direct", "drop.direct")
+def direct(paper, claim):
+    measured = paper.value(SWEEPS[claim.group].measured)
+    if claim.group == "tilt":
+        return Found(float(np.tan(np.radians(measured))), names={"law": "tan(angle)"})
+    value = float(np.sqrt(measured / paper.value("drop_height")))
+    return Found(value, names={"law": "sqrt(h/H)"})
 
 
-@claim_check("tilt.error", "drop.error")
-def confirmation_error(paper: Paper, claim: Claim) -> Recomputed:
-    sweep = _sweep(claim)
+@check("tilt.error", "drop.error")
+def confirmation_error(paper, claim):
+    sweep = SWEEPS[claim.group]
     measured = paper.value(sweep.measured)
-    value = 100 * abs(paper.value(sweep.confirmed) - measured) / measured
-    return Recomputed(
-        value,
-        agrees="The confirming runs are as close as stated.",
-        disagrees=f"The confirming runs miss the measurement by {value:.1f} %, not {claim.printed} "
-        f"%: the calibrated "
-        "value is not confirmed to the stated accuracy.",
-    )
+    return 100 * abs(paper.value(sweep.confirmed) - measured) / measured
 
 
-@claim_check("tilt.between", "drop.between")
-def between_neighbours(paper: Paper, claim: Claim) -> Recomputed:
-    sweep = _sweep(claim)
-    x, y = points(paper, sweep)
-    at = paper.value(sweep.calibrated)
+@check("tilt.between", "drop.between")
+def between_neighbours(paper, claim):
+    x, y = _points(paper, claim)
+    at = paper.value(SWEEPS[claim.group].parameter)
     low, high = y[x <= at].max(initial=-np.inf), y[x >= at].min(initial=np.inf)
-    return Recomputed(
-        f"{low:g} to {high:g}",
-        holds=bool(low <= number(claim).value <= high),
-        disagrees=f"The runs at {at:g} lie outside what the table gives on either side of it "
-        f"({low:g} to {high:g} "
-        f"{sweep.unit}): scatter or settings differ between the sweep and its confirmation.",
-    )
+    holds = bool(low <= claim.number().value <= high)
+    return Found(f"{low:g} to {high:g}", holds=holds, names={"at": at})
 
 
-@claim_check("tilt.bench", "tilt.simulated", "drop.bench", "drop.simulated")
-def mean_of_readings(paper: Paper, claim: Claim) -> Recomputed:
-    return Recomputed(
-        readings(paper, claim.id.replace(".", "_")),
-        unknown="The five readings are not printed: neither the mean nor its scatter can be "
-        "checked.",
-    )
+@check("tilt.bench", "tilt.simulated", "drop.bench", "drop.simulated")
+def mean_of_readings(paper, claim):
+    return readings(paper, claim.id.replace(".", "_"))
 
 
-@claim_check("tilt.reach")
-def tilt_reach(paper: Paper, claim: Claim) -> Recomputed:
-    _, angles = points(paper, SWEEPS["tilt"])
+@check("tilt.reach")
+def tilt_reach(paper, claim):
+    angles = TILT.points(paper)[1]
     needed = paper.value("tilt_start") + angles.max() / paper.value("inclined_plane_tilt_rate")
-    return Recomputed(
-        float(needed),
-        holds=number(claim).value >= needed,
-        disagrees="The run ends before the plate reaches the largest printed angle.",
-    )
+    return Found(float(needed), holds=claim.number().value >= needed)
 
 
-@claim_check("drop.duration")
-def drop_duration(paper: Paper, claim: Claim) -> Recomputed:
+@check("drop.duration")
+def drop_duration(paper, claim):
     """Fall, then rise to the highest printed rebound."""
-    _, heights = points(paper, SWEEPS["drop"])
-    g = paper.value("gravity")
+    heights, g = DROP.points(paper)[1], paper.value("gravity")
     needed = sum(np.sqrt(2e-3 * h / g) for h in (paper.value("drop_height"), heights.max()))
-    return Recomputed(
-        float(needed),
-        holds=number(claim).value >= needed,
-        disagrees="The run ends before the top of the rebound.",
-    )
+    return Found(float(needed), holds=claim.number().value >= needed)
 
 
-@table_check
-def tangents(paper: Paper) -> Iterator[tuple[Claim, Recomputed]]:
-    sweep = SWEEPS["tilt"]
-    _, angles = points(paper, sweep)
-    for row, (cell, angle) in enumerate(
-        zip(paper.printed(sweep.table, sweep.parameter), angles, strict=True), start=1
-    ):
+@cells
+def tangents(paper):
+    printed = paper.printed(TILT.table, TILT.parameter)
+    for row, (cell, angle) in enumerate(zip(printed, TILT.points(paper)[1], strict=True), start=1):
         late = angle - np.degrees(np.arctan(cell.value))
-        claim = Claim(
-            f"table08.tangent.{row}",
-            "Table 8, Eq. 20",
-            f"implied: the friction of row {row} is tan(angle)",
-            cell.text,
-            "1",
-        )
-        yield (
-            claim,
-            Recomputed(
-                float(np.tan(np.radians(angle))),
-                disagrees=f"The block slides {abs(late):.2f} deg "
-                f"{'after' if late > 0 else 'before'} the angle that "
-                "its friction allows: an error of the simulated test or of its reading.",
-            ),
-        )
+        names = {"row": row, "late": abs(late), "when": "after" if late > 0 else "before"}
+        value = float(np.tan(np.radians(angle)))
+        yield "table08.tangent.{row}", cell.text, Found(value, names=names)
 
 
-def _yield_locus(paper: Paper) -> np.ndarray | None:
-    """Slope and intercept of readings_yield_locus.csv, None where there is none."""
-    if not paper.has("readings_yield_locus"):
-        return None
-    table = paper.numbers("readings_yield_locus", "normal_stress_kPa", "shear_stress_kPa")
-    return np.polyfit(table.normal_stress_kPa, table.shear_stress_kPa, 1)
-
-
-@claim_check("shear.slope", "shear.intercept")
-def yield_locus(paper: Paper, claim: Claim) -> Recomputed:
-    locus = _yield_locus(paper)
-    unknown = (
-        "The points of the yield locus are not printed: neither the line nor its interval "
-        "can be checked."
-    )
-    if claim.id == "shear.slope":
-        return Recomputed(None if locus is None else float(locus[0]), unknown=unknown)
-    share = _intercept_share(paper)
-    return Recomputed(
-        None if locus is None else float(locus[1]),
-        unknown=f"{unknown} At the foot of the heap the intercept is {share:.0%} of the frictional "
-        f"strength, which a "
-        "contact law without cohesion leaves out.",
-    )
-
-
-def _intercept_share(paper: Paper) -> float:
-    """Intercept over slope x stress, at the depth of a conical heap that covers the base plate."""
-    height_m = (
-        0.5e-3
-        * paper.value("base_plate_diameter")
-        * np.tan(np.radians(paper.value("measured_angle_of_repose")))
-    )
+@check("shear.slope", "shear.intercept")
+def yield_locus(paper, claim):
+    """Slope or intercept of readings_yield_locus.csv; the intercept's share of the frictional
+    strength at the depth of a conical heap that covers the base plate."""
+    value = None
+    if paper.has("readings_yield_locus"):
+        columns = ("normal_stress_kPa", "shear_stress_kPa")
+        line = np.polyfit(*paper.numbers("readings_yield_locus", *columns).to_numpy().T, 1)
+        value = float(line[int(claim.part == "intercept")])
+    slope = np.tan(np.radians(paper.value("measured_angle_of_repose")))
+    height_m = 0.5e-3 * paper.value("base_plate_diameter") * slope
     stress = paper.value("section_1_1_density") * paper.value("gravity") * height_m
-    return float(
-        1e3 * paper.value("yield_locus_intercept") / (paper.value("yield_locus_slope") * stress)
-    )
+    intercept, friction = map(paper.value, ("yield_locus_intercept", "yield_locus_slope"))
+    return Found(value, names={"share": float(1e3 * intercept / (friction * stress))})
 
 
-@claim_check("shear.friction")
-def yield_friction(paper: Paper, claim: Claim) -> Recomputed:
+@check("shear.friction")
+def yield_friction(paper, claim):
     slope = paper.scalar("yield_locus_slope")
-    return Recomputed(slope.value, half_width=slope.half_unit)
+    return Found(slope.value, half_width=slope.half_unit)
 
 
-@claim_check("shear.particle")
-def particle_friction(paper: Paper, claim: Claim) -> Recomputed:
-    return Recomputed(
-        readings(paper, "particle_shear_slope"),
-        unknown="The slope is a property of the bulk, which grain friction, shape and rolling make "
-        "together; only a "
-        "simulated shear test with that grain friction can say whether the two are equal.",
+@check("shear.particle")
+def particle_friction(paper, claim):
+    return readings(paper, "particle_shear_slope")
+
+
+# --- time steps -----------------------------------------------------------------------------------
+
+
+def effective_modulus(shear_a: float, poisson_a: float, shear_b: float, poisson_b: float) -> float:
+    """Hertz's E* [Pa] from shear moduli [Pa] and Poisson ratios."""
+    return 1 / ((1 - poisson_a) / (2 * shear_a) + (1 - poisson_b) / (2 * shear_b))
+
+
+def contact_time(radius: float, density: float, modulus: float, speed: float) -> float:
+    """Duration [s] of a sphere's elastic impact on a plate: `radius` [m], `density` [kg/m3], E*
+    [Pa], `speed` [m/s]."""
+    mass = 4 / 3 * np.pi * radius**3 * density
+    stiffness = 4 / 3 * modulus * np.sqrt(radius)
+    overlap = (5 * mass * speed**2 / (4 * stiffness)) ** 0.4
+    return float(DURATION_OVER_OVERLAP_TIME * overlap / speed)
+
+
+def rayleigh_time(
+    radius: float, density: float, shear_modulus: float, poisson_ratio: float
+) -> float:
+    """Rayleigh time [s] of a sphere, pi R sqrt(rho/G) / (0.1631 nu + 0.8766), as EDEM defines
+    it."""
+    return float(
+        np.pi * radius * np.sqrt(density / shear_modulus) / (0.1631 * poisson_ratio + 0.8766)
     )
+
+
+def stepped_restitution(restitution: np.ndarray, steps: float, phases: int = 200) -> np.ndarray:
+    """Rebound over impact speed when a contact is integrated with few steps.
+
+    In units of the speed, m* and the Hertz stiffness: x'' = -x^(3/2) - 2 sqrt(5/6) beta sqrt(S) x',
+    S = (3/2) sqrt(x), attractive end kept; semi-implicit Euler, `steps` time steps in the elastic
+    contact's duration. The first step ends anywhere in the contact: `phases` evenly spaced starts.
+
+    Parameters
+    ----------
+    restitution : (k,) nominal values in (0, 1)
+
+    Returns
+    -------
+    (k, phases)
+    """
+    log_e = np.log(np.asarray(restitution, float))[:, None]
+    damping = 2 * np.sqrt(5 / 6) * (-log_e / np.sqrt(log_e**2 + np.pi**2))
+    dt = DURATION_OVER_OVERLAP_TIME * 1.25**0.4 / steps
+    x = np.broadcast_to(-dt * (np.arange(phases) + 0.5) / phases, (len(log_e), phases)).copy()
+    v = np.ones_like(x)
+    for _ in range(int(20 * steps) + 20):
+        overlap = np.maximum(x, 0)
+        v -= dt * (overlap**1.5 + damping * np.sqrt(1.5 * np.sqrt(overlap)) * v)
+        x += dt * v
+        if np.all((x < 0) & (v < 0)):
+            break
+    return -v
+
+
+def _salt_constants(paper):
+    """Shear modulus [Pa] and Poisson ratio of the salt: settings.csv's where it has them; else
+    Section 1.1's if the density beside them is the salt's; else None."""
+    shear, poisson = map(paper.optional, ("salt_shear_modulus_Pa", "salt_poisson_ratio"))
+    if shear is not None and poisson is not None:
+        return shear, poisson
+    if paper.value("section_1_1_density") != intrinsic(paper, "salt_density").value:
+        return None
+    return 1e6 * paper.value("section_1_1_shear_modulus"), paper.value("section_1_1_poisson_ratio")
+
+
+def _by_diameter(paper, judged):
+    """{simulated diameter: Found}, sieve size times scale factor; judged(radius [m], density,
+    constants) gives each. The paper prints no constants of the salt where these are None."""
+    constants, scale = _salt_constants(paper), paper.value("scale_factor")
+    density = intrinsic(paper, "salt_density").value
+    sizes = [scale * float(d) for d in SIEVES_MM]
+    return {
+        f"{d:g}mm": Found(None) if constants is None else judged(0.5e-3 * d, density, constants)
+        for d in sizes
+    }
+
+
+@check("tilt.time_step", "drop.time_step")
+def below_rayleigh(paper, claim):
+    def judged(radius, density, constants):
+        limit = rayleigh_time(radius, density, *constants)
+        share = claim.number().value / limit
+        return Found(limit, holds=share < 1, names={"share": share})
+
+    return _by_diameter(paper, judged)
+
+
+@check("drop.contact")
+def shorter_than_contact(paper, claim):
+    plate = [intrinsic(paper, f"steel_{n}").value for n in ("shear_modulus", "poisson_ratio")]
+    speed = np.sqrt(2e-3 * paper.value("drop_height") * paper.value("gravity"))
+
+    def judged(radius, density, constants):
+        duration = contact_time(radius, density, effective_modulus(*constants, *plate), speed)
+        steps = duration / claim.number().value
+        return Found(duration, holds=steps > 1, names={"steps": steps})
+
+    return _by_diameter(paper, judged)
+
+
+def _law_heights(paper):
+    return DROP.points(paper)[0] ** 2 * paper.value("drop_height")
+
+
+def _stepped_heights(paper, steps):
+    """Lowest and highest rebound [mm] that `steps` steps in a contact give each row of Table 9, and
+    which of the printed heights lie between them, (n,) each."""
+    restitution, printed = DROP.points(paper)
+    band = stepped_restitution(restitution, steps) ** 2 * paper.value("drop_height")
+    low, high = band.min(axis=1), band.max(axis=1)
+    return low, high, (low <= printed) & (printed <= high)
+
+
+@check("table09.law")
+def heights_on_law(paper, claim):
+    heights = zip(paper.printed(DROP.table, DROP.response), _law_heights(paper), strict=True)
+    on = sum(abs(cell.value - h) <= cell.half_unit * (1 + 1e-9) for cell, h in heights)
+    counts = []
+    for steps in (*FEW_STEPS, 20.0, 100.0):
+        low, high, inside = _stepped_heights(paper, steps)
+        width = np.mean(high - low)
+        counts.append(f"{inside.sum()} at N = {steps:g} (ranges {width:.1f} mm wide)")
+    return Found(int(on), names={"counts": ", ".join(counts)})
+
+
+@cells
+def heights(paper):
+    within = {f"{s:g}": _stepped_heights(paper, s)[2] for s in FEW_STEPS}
+    found = zip(
+        DROP.points(paper)[0],
+        paper.printed(DROP.table, DROP.response),
+        _law_heights(paper),
+        strict=True,
+    )
+    for i, (e, cell, law) in enumerate(found):
+        steps = ", ".join(s for s, inside in within.items() if inside[i])
+        names = {"row": i + 1, "e": e, "off": cell.value / law - 1}
+        names["steps"] = steps or "neither 3, 3.5 nor 4"
+        yield "table09.height.{row}", cell.text, Found(float(law), names=names)
+
+
+@check("heap.generation")
+def generation(paper, claim):
+    needed = paper.value("particle_count") / paper.value("generation_rate")
+    return Found(needed, holds=needed <= claim.number().value)

@@ -1,6 +1,9 @@
-"""The folder of printed tables, read as text so that no printed digit is lost."""
+"""The folder of printed tables, read as text so that no printed digit is lost: its figures with the
+rounding that their digits allow, and its claims."""
 
-from dataclasses import dataclass
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -8,16 +11,62 @@ import pandas as pd
 
 from calibration.errors import ConfigError
 from calibration.intake.tables import read_written
-from paper.audit.printed import Printed
 
 GROUP = 5
 """Readings of a group of Table 1, in the order of the print."""
 KEYS = ("experiment", "quantity")
+CLAIM = ("id", "where", "claim", "printed", "unit")
+SENTENCES = ("agrees", "disagrees", "unknown")
+"""Columns of claims.csv that say what each verdict means for a reader."""
 MEASURED = {
     "measured_inclined_plane_angle": ("tilt", "sliding_angle"),
     "measured_rebound_height": ("drop", "rebound_height"),
 }
 """Name of a single figure -> experiment and quantity of its row in measurements.csv."""
+
+
+_NUMBER = re.compile(
+    r"^(?P<relation>[<>]?)\s*(?P<mantissa>[+-]?\d+(?:\.(?P<decimals>\d+))?)"
+    r"(?:[eE](?P<power>[+-]?\d+))?$"
+)
+
+
+@dataclass(frozen=True)
+class Printed:
+    """A printed number: its value, half a unit in its last printed place, and its relation ('', '<'
+    or '>')."""
+
+    text: str
+    value: float
+    half_unit: float
+    relation: str = ""
+
+    @classmethod
+    def parse(cls, text: str) -> "Printed | None":
+        """The number in `text`, or None where the text is not one number.
+
+        >>> Printed.parse("0.40").half_unit
+        0.005
+        >>> Printed.parse("<0.0001").relation
+        '<'
+        """
+        match = _NUMBER.match(text.strip())
+        if match is None:
+            return None
+        power = int(match["power"] or 0)
+        half_unit = 0.5 * 10.0 ** (power - len(match["decimals"] or ""))
+        return cls(
+            text.strip(), float(f"{match['mantissa']}e{power}"), half_unit, match["relation"]
+        )
+
+
+def propagate(f: Callable[[Sequence[float]], float], inputs: Sequence[Printed]) -> float:
+    """Largest change of `f(values)` when each input moves by half a unit in its last printed place,
+    to first order."""
+    values = [x.value for x in inputs]
+    centre = f(values)
+    moved = ([*values[:i], x.value + x.half_unit, *values[i + 1 :]] for i, x in enumerate(inputs))
+    return float(sum(abs(f(point) - centre) for point in moved))
 
 
 class AuditInputError(ConfigError):
@@ -27,13 +76,34 @@ class AuditInputError(ConfigError):
 
 @dataclass(frozen=True)
 class Claim:
-    """One statement of the paper: where it stands, what it says, the printed value and its unit."""
+    """One statement of the paper: where it stands, what it says, the printed value and its unit.
+    sentences: {"agrees", "disagrees", "unknown": what each verdict means for a reader}."""
 
     id: str
     where: str
     claim: str
     printed: str
     unit: str
+    sentences: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def group(self) -> str:
+        """First part of the id, as `table08` of `table08.low`."""
+        return self.id.split(".")[0]
+
+    @property
+    def part(self) -> str:
+        """Second part of the id, as `low` of `table08.low`."""
+        return self.id.split(".")[1]
+
+    def number(self) -> Printed:
+        """The printed number; raises AuditInputError where it is none."""
+        printed = Printed.parse(self.printed)
+        if printed is None:
+            raise AuditInputError(
+                "is not a number", path="claims.csv", key=self.id, value=self.printed
+            )
+        return printed
 
 
 class Paper:
@@ -153,15 +223,17 @@ class Paper:
     def claims(self) -> dict[str, Claim]:
         """The rows of claims.csv by id, `=name` put in. Raises AuditInputError for an id that
         stands twice."""
-        columns = ("id", "where", "claim", "printed", "unit")
         claims = {}
-        for row in self.text("claims", *columns)[list(columns)].itertuples(index=False):
-            text = row.printed
+        for row in self.text("claims", *CLAIM, *SENTENCES).to_dict("records"):
+            text = row["printed"]
             if text.startswith("=") and text != "=table":
                 text = self.scalar_text(text[1:])
-            if row.id in claims:
+            if row["id"] in claims:
                 raise AuditInputError(
-                    "the id stands twice", path=self.folder / "claims.csv", key=row.id
+                    "the id stands twice", path=self.folder / "claims.csv", key=row["id"]
                 )
-            claims[row.id] = Claim(row.id, row.where, row.claim, text, row.unit)
+            sentences = {name: row[name] for name in SENTENCES}
+            claims[row["id"]] = Claim(
+                row["id"], row["where"], row["claim"], text, row["unit"], sentences
+            )
         return claims

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from paper.audit.printed import Printed
+    from paper.audit.paper import Printed
 
 
 ANGLE_DEG = 1.0

@@ -32,7 +32,7 @@ from calibration.statistics.equivalence import (
     decide_difference,
     together,
 )
-from paper.audit.printed import Printed
+from paper.audit.paper import Printed
 from paper.reproduction import margins
 
 NOT_RUN, NOT_COMPARABLE, NO_NUMBER = "not run", "not comparable", "no number"

@@ -1,0 +1,355 @@
+"""Tables 11 to 13, Eq. 28 and Section 3: the Box-Behnken design, its analysis of variance, the
+regression, the optimum and its validation."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+import pyDOE3
+from scipy import stats
+from scipy.optimize import linear_sum_assignment
+
+from calibration.statistics.surface import (
+    Surface,
+    fit_surface,
+    model_matrix,
+    quadratic_terms,
+    term_name,
+)
+from paper.audit.evaluate import AGREES, Found, cell_claims, cells, check, judge
+from paper.audit.paper import AuditInputError, Paper, Printed, propagate
+from paper.audit.screening import ANOVA, ASCENT
+
+DESIGN, RUNS = "table11_box_behnken", "table13_validation"
+CODES = ["A", "B", "C"]
+AXES = ("X", "Y", "Z")
+INTERACTIONS = ("AB", "AC", "BC")
+EDGES = 12
+
+
+def _key(name):
+    """The paper's name of a term or source of `calibration.statistics.surface`."""
+    return "1" if name == "Intercept" else name.replace("²", "2")
+
+
+ALL_TERMS = {_key(term_name(term)): term for term in quadratic_terms(CODES)}
+TERMS = tuple(term for term in ALL_TERMS if term != "1")
+
+
+def _fit(levels: np.ndarray, response: np.ndarray, terms=tuple(ALL_TERMS)) -> Surface:
+    """Regression of `response` (n,) on coded `levels` (n, 3) with `terms`."""
+    table = pd.DataFrame(levels, columns=CODES)
+    return fit_surface(table, CODES, response, [ALL_TERMS[t] for t in terms])
+
+
+def _coefficients(surface):
+    found = zip(surface.terms, surface.beta, strict=True)
+    return {_key(term_name(term)): float(b) for term, b in found}
+
+
+def _evaluate(equation: Mapping[str, float], levels: np.ndarray) -> np.ndarray:
+    """Values (n,) of a quadratic equation, given by its coefficients, at coded `levels` (n, 3)."""
+    terms = [ALL_TERMS[t] for t in equation]
+    return model_matrix(levels, CODES, terms) @ np.array(list(equation.values()))
+
+
+def _printed_levels(paper):
+    """Coded levels as printed, (n, 3)."""
+    return paper.numbers(DESIGN, *(f"{axis}_printed" for axis in AXES)).to_numpy()
+
+
+def restored_levels(paper: Paper) -> np.ndarray:
+    """The Box-Behnken design that changes the fewest printed levels, run by run, (n, 3).
+
+    Where the print is a Box-Behnken design, it is returned unchanged. Raises AuditInputError for a
+    print with too few runs.
+    """
+    printed = _printed_levels(paper)
+    if len(printed) < EDGES + 1:
+        raise AuditInputError(
+            "too few runs for a Box-Behnken design", path=paper.folder / f"{DESIGN}.csv",
+            value=len(printed), allowed=f"{EDGES + 1} or more",
+        )  # fmt: skip
+    design = np.asarray(pyDOE3.bbdesign(3, center=len(printed) - EDGES), float)
+    changes = (printed[:, None, :] != design[None, :, :]).sum(axis=2)
+    rows, points = linear_sum_assignment(changes)
+    restored = np.empty_like(printed)
+    restored[rows] = design[points]
+    return restored
+
+
+def _angles(paper):
+    return paper.numbers(DESIGN, "angle_deg").angle_deg.to_numpy()
+
+
+def _model(paper: Paper) -> Surface:
+    """Full quadratic regression of Table 11's angles on the restored levels."""
+    return _fit(restored_levels(paper), _angles(paper))
+
+
+def _anova(paper):
+    anova = _model(paper).anova
+    return anova.set_index(anova["source"].map(_key))
+
+
+@check("table11.rank")
+def design_rank(paper, claim):
+    terms = model_matrix(_printed_levels(paper), CODES, list(ALL_TERMS.values()))
+    verdicts = [judge(*one)["verdict"] for one in cell_claims(paper, anova_cells)]
+    names = {"terms": terms.shape[1], "right": verdicts.count(AGREES), "cells": len(verdicts)}
+    return Found(int(np.linalg.matrix_rank(terms)), names=names)
+
+
+@check("table11.misprints")
+def misprints(paper, claim):
+    wrong = np.any(_printed_levels(paper) != restored_levels(paper), axis=1)
+    runs = paper.text(DESIGN, "run").run[wrong]
+    return Found(int(wrong.sum()), names={"runs": ", ".join(runs)})
+
+
+@check("table11.rotatable")
+def rotatable(paper, claim):
+    levels = restored_levels(paper)
+    ratio = (levels[:, 0] ** 4).sum() / (levels[:, 0] ** 2 * levels[:, 1] ** 2).sum()
+    return Found(float(ratio), exact=True)
+
+
+@cells
+def anova_cells(paper):
+    anova, name = _anova(paper), "table12_box_behnken_anova"
+    for row in paper.text(name, "source", *ANOVA).to_dict("records"):
+        if row["source"] not in anova.index:
+            raise AuditInputError(
+                "no such source in the model", path=paper.folder / f"{name}.csv",
+                column="source", value=row["source"], allowed=", ".join(anova.index),
+            )  # fmt: skip
+        for column in (c for c in ANOVA if row[c]):
+            names = {"source": row["source"], "column": column}
+            found = Found(float(anova.loc[row["source"], column]), names=names)
+            yield "table12.{source}.{column}", row[column], found
+
+
+@cells
+def headings(paper):
+    """Which of two columns is df times the other, by the majority of the rows with more than one
+    df."""
+    rows = [
+        (Printed.parse(r.sum_sq), float(r.df), Printed.parse(r.mean_sq))
+        for r in paper.text("table12_box_behnken_anova", "sum_sq", "df", "mean_sq").itertuples()
+        if r.sum_sq and r.mean_sq and float(r.df) > 1
+    ]
+    forward = sum(_is_product(a, df, b) for a, df, b in rows)
+    backward = sum(_is_product(b, df, a) for a, df, b in rows)
+    right = ["sum of squares", "mean square"]
+    if forward <= backward:
+        right.reverse()
+    printed = paper.text("table12_printed_headings", "column", "printed_heading")
+    shown = dict(zip(printed.column, printed.printed_heading, strict=True))
+    places = (("sum_sq", "first"), ("mean_sq", "third"))
+    for (column, place), heading in zip(places, right, strict=True):
+        names = {"column": column, "place": place, "most": max(forward, backward)}
+        found = Found(heading, names=names | {"rows": len(rows)})
+        yield "table12.heading.{column}", shown[column], found
+
+
+def _is_product(total, df, mean):
+    slack = (total.half_unit + df * mean.half_unit) * (1 + 1e-9)
+    return abs(total.value - df * mean.value) <= slack
+
+
+@cells
+def summary_cells(paper):
+    found = _model(paper).summary
+    table = paper.text("table12_summary", "statistic", "value")
+    for name, text in zip(table.statistic, table.value, strict=True):
+        yield "table12.summary.{statistic}", text, Found(float(found[name]),
+            names={"statistic": name})  # fmt: skip
+
+
+@check(*(f"model.{s}" for s in "cv r2 r2_adj r2_pred precision p lack_of_fit".split()))
+def text_statistics(paper, claim):
+    sources = {"p": "Model", "lack_of_fit": "Lack of Fit"}
+    if claim.part in sources:
+        return float(_anova(paper).loc[sources[claim.part], "p"])
+    names = {"cv": "CV_percent", "precision": "adequate_precision"}
+    name = names.get(claim.part, claim.part.replace("r2", "R2"))
+    return float(_model(paper).summary[name])
+
+
+@check(
+    "model.highly", "model.significant", "interaction.highly", "interaction.significant",
+    "conclusion.highly",
+)  # fmt: skip
+def significant_terms(paper, claim):
+    terms = TERMS if claim.group == "model" else INTERACTIONS
+    p = _anova(paper).p[list(terms)]
+    low, high = (0.0, 0.01) if claim.part == "highly" else (0.01, 0.05)
+    found = [t for t in terms if low <= p[t] < high]
+    shown = ", ".join(f"{t} p = {p[t]:.4f}" for t in terms if t in INTERACTIONS)
+    holds = set(claim.printed.split()) == set(found)
+    return Found(" ".join(found) or "none", holds=holds, names={"shown": shown})
+
+
+@check("fig9a.trend", "fig9b.trend")
+def trend(paper, claim):
+    """Sign of the slope along one axis over the square of X and that axis, the other axis at its
+    centre."""
+    b = _coefficients(_model(paper))
+    x, other = np.meshgrid(np.linspace(-1, 1, 101), np.linspace(-1, 1, 101))
+    if claim.group == "fig9a":
+        slope, name = b["B"] + b["AB"] * x + 2 * b["B2"] * other, "salt-salt restitution"
+    else:
+        slope, name = b["C"] + b["AC"] * x + 2 * b["C2"] * other, "salt-steel rolling friction"
+    share = float((slope > 0).mean())
+    # The statement is about the tendency: the mean slope decides.
+    value = "rises" if slope.mean() > 0 else "falls"
+    return Found(value, names={"name": name, "rises": share, "falls": 1 - share})
+
+
+@check("fig9b.growth")
+def growth(paper, claim):
+    return float(_anova(paper).loc["C2", "p"])
+
+
+def _printed_equation(paper):
+    """Eq. 28's coefficients by term, the intercept as "1". Raises AuditInputError for a coefficient
+    that is no number or of no term."""
+    found = {}
+    for token in paper.scalar_text("eq28_coefficients").split():
+        term, _, text = token.rpartition(":")
+        coefficient = Printed.parse(text)
+        if coefficient is None or (term or "1") not in ALL_TERMS:
+            raise AuditInputError(
+                "is no term:number", path=paper.folder / "scalars.csv", key="eq28_coefficients",
+                value=token,
+            )  # fmt: skip
+        found[term or "1"] = coefficient
+    return found
+
+
+@cells
+def equation_coefficients(paper):
+    """Against the full model and the model of the printed terms alone; the one that comes nearer
+    counts."""
+    printed = _printed_equation(paper)
+    kept = tuple(term for term in ALL_TERMS if term in printed)
+    full = _coefficients(_model(paper))
+    reduced = _coefficients(_fit(restored_levels(paper), _angles(paper), kept))
+    misses = [sum((c[t] - cell.value) ** 2 for t, cell in printed.items()) for c in (full, reduced)]
+    nearer = full if misses[0] <= misses[1] else reduced
+    for term, cell in printed.items():
+        names = {"term": term, "full": full[term], "reduced": reduced[term]}
+        yield "eq28.{term}", cell.text, Found(float(nearer[term]), names=names)
+
+
+@check("eq28.terms")
+def equation_terms(paper, claim):
+    p = _anova(paper).p[list(TERMS)]
+    significant, kept = {t for t in TERMS if p[t] < 0.05}, set(_printed_equation(paper)) - {"1"}
+    lost, idle = sorted(significant - kept), sorted(kept - significant)
+    value, printed = (" ".join(t for t in TERMS if t in some) for some in (significant, kept))
+    names = {"lost": ", ".join(lost) or "none", "idle": ", ".join(idle) or "none"}
+    return Found(value, printed=printed, holds=not lost and not idle, names=names)
+
+
+def _optimum(paper):
+    return [paper.scalar(f"optimum_{name}") for name in ASCENT.values()]
+
+
+def _coding(paper):
+    table = paper.numbers("table11_coding", "low", "centre", "high")
+    return table.set_axis(paper.text("table11_coding", "factor").factor).loc[list(AXES)]
+
+
+def _predict(paper, equation, natural):
+    coding = _coding(paper)
+    coded = (np.asarray(natural) - coding.centre) / ((coding.high - coding.low) / 2)
+    return float(_evaluate(equation, coded.to_numpy()[None, :])[0])
+
+
+def _setting_rounding(paper, equation):
+    """What the optimum's rounding adds; a setting that is a level of the design is exact."""
+    settings = [
+        Printed(s.text, s.value, 0.0) if s.value in row else s
+        for s, row in zip(_optimum(paper), _coding(paper).to_numpy(), strict=True)
+    ]
+    return propagate(lambda natural: _predict(paper, equation, natural), settings)
+
+
+@check("optimum.eq28")
+def optimum_of_equation(paper, claim):
+    printed, at = _printed_equation(paper), [s.value for s in _optimum(paper)]
+    values = {term: cell.value for term, cell in printed.items()}
+
+    def predict(numbers):
+        return _predict(paper, dict(zip(printed, numbers, strict=True)), at)
+
+    value, target = _predict(paper, values, at), paper.value("measured_angle_of_repose")
+    rounding = propagate(predict, list(printed.values())) + _setting_rounding(paper, values)
+    return Found(value, half_width=rounding, names={"miss": abs(value - target)})
+
+
+@check("optimum.regression")
+def optimum_of_regression(paper, claim):
+    equation, grid = _coefficients(_model(paper)), np.linspace(-1, 1, 41)
+    cube = np.stack(np.meshgrid(grid, grid, grid, indexing="ij"), axis=-1).reshape(-1, 3)
+    target = paper.value("measured_angle_of_repose")
+    band = paper.claims["validation.error"].number().value / 100 * target
+    near = cube[np.abs(_evaluate(equation, cube) - target) <= band]
+    coding = _coding(paper)
+    half = ((coding.high - coding.low) / 2).to_numpy()
+    low, high = (coding.centre.to_numpy() + half * f(near, axis=0) for f in (np.min, np.max))
+    ends = zip(AXES, low, high, strict=True)
+    ranges = ", ".join(f"{axis} {a:.3g} to {b:.3g}" for axis, a, b in ends)
+    value = _predict(paper, equation, [s.value for s in _optimum(paper)])
+    names = {"share": len(near) / len(cube), "ranges": ranges}
+    return Found(value, half_width=_setting_rounding(paper, equation), names=names)
+
+
+# --- Table 13 -------------------------------------------------------------------------------------
+
+
+def _runs(paper):
+    return paper.numbers(RUNS, "group", "replicate", "angle_deg")
+
+
+@check("validation.mean")
+def total_mean(paper, claim):
+    return float(_runs(paper).angle_deg.mean())
+
+
+@check("validation.replicates")
+def replicates(paper, claim):
+    return len(_runs(paper))
+
+
+@check("validation.repeats")
+def repeats(paper, claim):
+    """Chance of at least the printed number of equal neighbours in a group, for independent normal
+    angles."""
+    runs = _runs(paper)
+    neighbours = runs.groupby("group").angle_deg.diff().dropna()
+    equal = int((neighbours.abs() < 1e-9).sum())
+    printed = paper.printed(RUNS, "angle_deg")
+    resolution = 2 * max(cell.half_unit for cell in printed if "." in cell.text)
+    # Two readings of N(m, s) fall on the same step of the scale with the density of their
+    # difference at 0.
+    each = min(1.0, resolution / (2 * np.sqrt(np.pi) * runs.angle_deg.std()))
+    chance = float(stats.binom.sf(equal - 1, len(neighbours), each))
+    return Found(chance, names={"equal": equal, "neighbours": len(neighbours)})
+
+
+@check("validation.error")
+def relative_error(paper, claim):
+    measured = paper.value("measured_angle_of_repose")
+    return 100 * abs(paper.value("validated_angle_of_repose") - measured) / measured
+
+
+@check("validation.t_test")
+def t_test(paper, claim):
+    tables = _runs(paper), paper.angles()
+    welch = stats.ttest_ind(*(t.angle_deg for t in tables), equal_var=False)
+    means = (t.groupby("group").angle_deg.mean() for t in tables)
+    low, high = welch.confidence_interval()
+    groups = stats.ttest_ind(*means, equal_var=False).pvalue
+    return Found(float(welch.pvalue), names={"low": low, "high": high, "groups": groups})
