@@ -1,19 +1,8 @@
 """The parts of a release's data, in the order in which they are made: their commands, and what of
 their results is kept."""
 
-from __future__ import annotations
-
 import sys
-from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING
-
-from calibration.intake.tables import read_written
-
-if TYPE_CHECKING:
-    from paper.release.record import Made
-
 
 PYTHON, CORES = sys.executable, "{cores}"
 SNAKEMAKE = (PYTHON, "-m", "snakemake", f"-j{CORES}")
@@ -37,8 +26,6 @@ class Part:
     commands : run one after the other in the root of the project; {cores} is their number
     keep : (study, ...) whose results are copied to results/reference before the pages are written
     copies : (folder, folder of results/reference) whose files, no folders, are copied
-    heaps : kept studies whose heaps, of full size, are this part's work: the estimate before it has
-        been timed
     """
 
     name: str
@@ -46,7 +33,6 @@ class Part:
     commands: tuple
     keep: tuple = ()
     copies: tuple = ()
-    heaps: tuple = ()
 
 
 def _seed(seed):
@@ -88,14 +74,12 @@ PARTS = (
             (PYTHON, "-m", "paper.reference", "results/salt"),
         ),
         keep=("salt-printed",),
-        heaps=("salt", "salt-printed"),
     ),
     Part(
         "opened rig",
         "the paper's study out of a funnel that is filled, then opened",
         ((*STUDY, "config/rigs/opened.yaml"),),
         keep=("salt-opened",),
-        heaps=("salt-opened",),
     ),
     Part(
         "rigs",
@@ -108,7 +92,6 @@ PARTS = (
         "the paper's screening at three more seeds, and its region at one",
         tuple(_seed(seed) for seed in (2, 3, 4)),
         keep=("salt-2", "salt-3", "salt-4"),
-        heaps=("salt-2", "salt-3", "salt-4"),
     ),
     Part(
         "beside the paper",
@@ -206,43 +189,3 @@ PARTS = (
         ((PYTHON, "-m", "paper.release.code_studies", CORES),),
     ),
 )  # fmt: skip
-
-
-def part_of(name: str) -> Part | None:
-    """The part of that name, or None."""
-    return next((part for part in PARTS if part.name == name), None)
-
-
-def estimate(
-    part: Part,
-    record: Mapping[str, Made],
-    history: str | Path,
-    cores: int,
-    kept: Path = Path("results/reference"),
-) -> tuple[float | None, str]:
-    """(seconds that a part is expected to take, or None; whence): its recorded wall time, over the
-    cores it had then and has now; before the first record its heaps, counted in the kept tables,
-    by the wall time that the history of speeds has of one."""
-    made = record.get(part.name)
-    if made and made.wall_time_s:
-        return made.wall_time_s * (made.cores or cores) / cores, "recorded"
-    count = sum(_heaps(kept / name) for name in part.heaps)
-    each = _one_heap(history)
-    return (count * each / cores, f"{count} heaps") if count and each else (None, "never timed")
-
-
-def _heaps(folder):
-    """Number of different heaps in the kept tables of a study's runs."""
-    names = set()
-    for path in Path(folder).glob("*/runs.csv"):
-        table = read_written(path)
-        if {"run_id", "experiment"} <= set(table):
-            names |= set(table.loc[table["experiment"] == "heap", "run_id"])
-    return len(names)
-
-
-def _one_heap(history):
-    """Wall time [s] of the last funnel heap of 10,000 grains in the history of speeds, or None."""
-    table = read_written(history)
-    rows = table[table["case"] == "funnel heap"]["wall_time_s"].dropna()
-    return float(rows.iloc[-1]) if len(rows) else None

@@ -20,8 +20,8 @@ class Made:
 
     engine : fingerprint of the engine that made it
     date : of its end, year-month-day
-    wall_time_s : what its commands took [s], all calls of a part that was cut off together; None
-        where nobody recorded it
+    wall_time_s : what its commands took [s], in the call that ended it; None where nobody recorded
+        it
     cores : that they were given
     """
 
