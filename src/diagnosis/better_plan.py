@@ -17,6 +17,7 @@ import numpy as np
 
 from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import LEVERS
+from calibration.statistics.ties import first_largest
 from diagnosis.laws.readings import from_log, readings_of
 from diagnosis.laws.sizes import TIMES
 from diagnosis.laws.slots import applicable, scaled
@@ -107,7 +108,7 @@ def exchange(
         for i in range(len(plan)):
             tried = [plan[:i] + [c] + plan[i + 1 :] for c in candidates]
             values = [informed(t) for t in tried]
-            k = int(np.argmax(values))
+            k = first_largest(values)
             if values[k] > best + 1e-9:
                 plan, best = tried[k], values[k]
         if best <= before + 1e-9:

@@ -15,6 +15,7 @@ import numpy as np
 
 from calibration.intake.quantities import LEVERS, QUANTITIES
 from calibration.statistics.numbers import NORMAL_95
+from calibration.statistics.ties import first_largest
 
 SIZES = np.array([0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0])
 """Standard deviations of the process that are tried, in median errors of a setting."""
@@ -66,7 +67,7 @@ def least_known(
         levers = _grid(own, (ranges or {}).get(kind, {}))
         mean, sd = own.process(own.scaled(levers))
         bits = 0.5 * np.log2(1.0 + (sd / np.median(own.error)) ** 2)
-        k = int(np.argmax(bits))
+        k = first_largest(bits)
         if best is None or bits[k] > best["information_bits"]:
             # a share is of the prediction at the nearest setting that was measured
             level = own.predicted[own.nearest(levers[k])] if own.unit == "share" else 1.0

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from calibration.statistics.ties import largest_first
 from diagnosis.laws.readings import IN_AIR, readings_of
 from diagnosis.laws.slots import added, coordinates, scaled
 from diagnosis.table_model.curve import told_in, unit_of
@@ -132,7 +133,7 @@ def _effects(block, catalogue):
         for shape in (s for s in term.shapes if s.catalogue):
             strength = catalogue[shape.name].strength
             off = strength.coded(strength.low if strength.off is None else strength.off)
-            order = np.argsort(np.abs(shape.label - off))
+            order = largest_first(-np.abs(shape.label - off))
             natural = np.array([strength.natural(c) for c in shape.label[order]])
             curves = shape.mean[order] - shape.mean[order].mean(1, keepdims=True)
             yield Effect(shape.name, term.place, curves, natural, strength.name, strength.unit)

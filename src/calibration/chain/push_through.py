@@ -24,6 +24,7 @@ from calibration.intake.tables import read_written
 from calibration.runs.plans import read_values, together, write_plan
 from calibration.statistics.nested import nested
 from calibration.statistics.numbers import fixed
+from calibration.statistics.ties import first_largest
 from calibration.study.config import machine_run, point_spec
 from calibration.study.matching import agreeing, sample
 from dem.experiments import experiments
@@ -128,7 +129,7 @@ def _decides(table, metric, parameters):
     if means[metric].nunique() < 2 or not parameters:
         return nothing
     found = {p: stats.spearmanr(means[p], means[metric]) for p in parameters}
-    best = max(found, key=lambda p: abs(found[p].statistic))
+    best = parameters[first_largest([abs(found[p].statistic) for p in parameters])]
     if len(means) < 4 or found[best].pvalue * len(parameters) > ALPHA:
         return nothing
     return {"decides": best, "rank_correlation": float(found[best].statistic)}

@@ -185,7 +185,7 @@ def _starts(log_density, prior, walkers, rng):
     value = log_density(candidates)
     weight = np.exp(value - value.max())
     keys = rng.random(len(weight)) ** (1.0 / np.maximum(weight, 1e-300))
-    return candidates[np.argsort(-keys)[:walkers]]
+    return candidates[np.argsort(-keys, kind="stable")[:walkers]]
 
 
 def sobol_indices(

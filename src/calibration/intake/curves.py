@@ -75,7 +75,7 @@ def _outline(across, height):
     angles = []
     for side in (-1.0, 1.0):
         distance = side * (across - middle)
-        own = np.argsort(distance[distance >= 0.0])
+        own = np.argsort(distance[distance >= 0.0], kind="stable")
         profile = height[distance >= 0.0][own]
         angles.append(fit_flank(distance[distance >= 0.0][own], profile, np.inf))
     return np.mean(angles), top

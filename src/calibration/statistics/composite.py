@@ -12,6 +12,7 @@ from calibration.errors import CalibrationError
 from calibration.statistics.design import box_behnken, tabulate
 from calibration.statistics.factor import CodedFactor
 from calibration.statistics.surface import Term, model_matrix, quadratic_terms
+from calibration.statistics.ties import first_largest
 
 FACE, ROTATABLE = "face", "rotatable"
 STARTS, EXCHANGES = 10, 50
@@ -143,7 +144,8 @@ def augmented(
     rng, best = np.random.default_rng(seed), (-np.inf, np.empty(0, int))
     for _ in range(STARTS):
         chosen = rng.integers(len(candidates), size=runs)
-        best = max(best, _exchange_points(old, new, chosen), key=lambda found: found[0])
+        found = _exchange_points(old, new, chosen)
+        best = found if found[0] > best[0] + 1e-9 else best  # the first of equally good ones
     if not np.isfinite(best[0]):
         raise CalibrationError(
             f"{len(design)} runs and {runs} more leave a model of {len(terms)} terms undetermined"
@@ -159,7 +161,8 @@ def _exchange_points(old, new, chosen):
         for i in range(len(chosen)):
             kept = np.delete(chosen, i)
             rest = old.T @ old + new[kept].T @ new[kept] + floor
-            chosen[i] = np.argmax(np.einsum("ij,jk,ik->i", new, np.linalg.inv(rest), new))
+            gained = np.einsum("ij,jk,ik->i", new, np.linalg.inv(rest), new)
+            chosen[i] = first_largest(gained)
         if np.array_equal(before, chosen):
             break
     information = old.T @ old + new[chosen].T @ new[chosen]

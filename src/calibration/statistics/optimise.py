@@ -13,6 +13,7 @@ from calibration.errors import CalibrationError
 from calibration.statistics.goals import RULES, Goal, overall_desirability
 from calibration.statistics.isosurface import isosurface
 from calibration.statistics.surface import Surface
+from calibration.statistics.ties import first_least, largest_first
 
 CANDIDATES = 4096
 TOLERANCE = 1e-6  # of the target, or of 1 where the target is smaller
@@ -154,7 +155,7 @@ def _nearest(surface, target, seed):
         )
         for s in best
     ]
-    return min(fits, key=lambda f: f.fun).x
+    return fits[first_least([f.fun for f in fits])].x
 
 
 def solution_mesh(
@@ -178,7 +179,7 @@ def most_desirable(
     k = len(surfaces[0].codes)
     starts = 2.0 * qmc.Sobol(k, seed=seed).random(CANDIDATES) - 1.0
     value = overall_desirability(surfaces, goals, starts)
-    best = starts[np.argsort(-value)[:8]]
+    best = starts[largest_first(value)[:8]]
     fits = [
         optimize.minimize(
             lambda x: -float(overall_desirability(surfaces, goals, [x])[0]),
@@ -188,7 +189,7 @@ def most_desirable(
         )
         for s in best
     ]
-    winner = min(fits, key=lambda f: f.fun)
+    winner = fits[first_least([f.fun for f in fits])]
     return winner.x, -float(winner.fun)
 
 

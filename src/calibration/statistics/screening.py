@@ -18,6 +18,7 @@ from calibration.statistics.anova import (
     finite_responses,
     pure_error,
 )
+from calibration.statistics.ties import largest_first
 
 
 @dataclass(frozen=True)
@@ -133,7 +134,7 @@ def _effects(codes, beta, scale, sigma, df, total):
     """The table of effects without p_seeds."""
     k, effects, se = len(codes), 2.0 * beta, 2.0 * scale * sigma
     t = np.abs(effects) / se
-    order = np.argsort(np.abs(effects))
+    order = largest_first(-np.abs(effects))
     score = np.empty(k)
     score[order] = stats.norm.ppf(0.5 + 0.5 * (np.arange(1, k + 1) - 0.5) / k)
     sum_sq = (beta / scale) ** 2
@@ -233,7 +234,8 @@ def interactions(
         f = taken / (seeds / df_seeds)
         row = {"pair": codes[i] + codes[j], "sum_sq": taken, "share": taken / lack, "F": f}
         rows.append(row | {"p": float(stats.f.sf(f, 1, df_seeds))})
-    return pd.DataFrame(rows).sort_values("sum_sq", ascending=False, ignore_index=True)
+    table = pd.DataFrame(rows)
+    return table.iloc[largest_first(table["sum_sq"])].reset_index(drop=True)
 
 
 def why(
@@ -264,14 +266,12 @@ def significant(
     at_most: int | None = None,
     preferred: Collection[str] = (),
 ) -> list[str]:
-    """Codes of the factors with p < alpha, largest effect first.
+    """Codes of the factors with p < alpha, largest effect first; of equal ones the first code.
 
     Fewer than `at_least` are filled up, first with the `preferred` codes and then with the next
     largest effects. More than `at_most` are cut.
     """
-    table = screening.table.assign(size=screening.table["effect"].abs()).sort_values(
-        "size", ascending=False
-    )
+    table = screening.table.iloc[largest_first(screening.table["effect"].abs())]
     chosen = list(table.loc[table["p"] < alpha, "code"])
     for code in [*(c for c in table["code"] if c in preferred), *table["code"]]:
         if len(chosen) >= at_least:

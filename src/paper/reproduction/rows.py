@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from decimal import ROUND_HALF_UP, Decimal
 from typing import Any
 
 import numpy as np
@@ -278,13 +279,21 @@ def absent(
 
 
 def printed_of(value: str | float, digits: int | None = None) -> Printed:
-    """`Printed` of a text, or of a number computed from printed ones, to `digits` places. Raises
-    ValueError for a text that is no number."""
-    text = value if isinstance(value, str) else f"{value:.{digits}f}"
+    """Return the `Printed` of a text, or of a number computed from printed ones, to `digits`
+    places.
+
+    A half is rounded away from zero. Printed decimals make halves often, and a computed one is off
+    by its last digits, so a number is read to twelve digits first. Raises ValueError for a text
+    that is no number."""
+    text = value if isinstance(value, str) else _rounded(value, digits or 0)
     found = Printed.parse(text)
     if found is None:
         raise ValueError(f"{text!r} is not a number")
     return found
+
+
+def _rounded(value, digits):
+    return f"{Decimal(f'{value:.12g}').quantize(Decimal(1).scaleb(-digits), ROUND_HALF_UP):f}"
 
 
 def line_fit(matrix: np.ndarray, response: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:

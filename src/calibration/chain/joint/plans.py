@@ -18,6 +18,7 @@ from calibration.inference.joint.critique import thinned
 from calibration.intake.tables import read_written
 from calibration.runs.plans import together, write_plan
 from calibration.statistics.space_filling import space_filling
+from calibration.statistics.ties import first_least
 from calibration.study.config import machine_run
 from calibration.study.parcels import ratios, sized
 from dem.experiments import experiments
@@ -99,4 +100,4 @@ def _spread(draws, count, seed):
     some = thinned(draws)
     centres = KMeans(min(count, len(some)), n_init=1, random_state=seed).fit(some).cluster_centers_
     apart = ((centres[:, None] - some[None]) ** 2).sum(axis=2)
-    return some[np.unique(apart.argmin(axis=1))]
+    return some[np.unique([first_least(row) for row in apart])]  # a pair is as near to its centre

@@ -15,6 +15,7 @@ from calibration.chain.joint.emulators import free_factors
 from calibration.engines.blocks.header import left_out
 from calibration.figures import label
 from calibration.intake.tables import read_written
+from calibration.statistics.ties import first_least
 from calibration.telling.export.rolling import calibrated_spec
 from calibration.telling.export.stage import engine_of, known_parameters, made_by, write_set
 from dem.spec import parse_spec
@@ -31,12 +32,15 @@ if TYPE_CHECKING:
 def middle(draws: pd.DataFrame) -> dict[str, float]:
     """{factor: level} of the medoid of draws (n, d): the one with the least distance to all others.
 
-    Distance is by the covariance of the draws (Mahalanobis). The means of parameters that hang
-    together are no set that meets the measurements; a draw is one.
+    Distance is by the covariance of the draws (Mahalanobis). Of draws that are as near but for
+    rounding, the first one is taken. The means of parameters that hang together are no set that
+    meets the measurements; a draw is one.
     """
     values = draws.to_numpy(float)
-    shape = np.linalg.pinv(np.atleast_2d(np.cov(values, rowvar=False)))
-    nearest = int(np.argmin(cdist(values, values, "mahalanobis", VI=shape).sum(axis=1)))
+    sd = values.std(axis=0)
+    scaled = values / np.where(sd > 0.0, sd, 1.0)  # units do not spoil the inverse
+    shape = np.linalg.pinv(np.atleast_2d(np.cov(scaled, rowvar=False)))
+    nearest = first_least(cdist(scaled, scaled, "mahalanobis", VI=shape).sum(axis=1))
     return {str(name): float(x) for name, x in zip(draws.columns, values[nearest], strict=True)}
 
 
