@@ -1,6 +1,7 @@
 """The `dem` command."""
 
 import argparse
+import difflib
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -45,11 +46,23 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Exit with status 2 and one line on stderr."""
-        hint = (
-            ". A value and its unit are one word (4mm); a name with spaces stands in quotation "
-            "marks" if "unrecognized" in message else ""
-        )  # fmt: skip
+        hint = ""
+        if "unrecognized" in message:
+            known = [option for parser in self._all() for option in parser._option_string_actions]
+            near = (
+                difflib.get_close_matches(w, known, 1) for w in message.split() if w[:2] == "--"
+            )
+            found = [one for matches in near for one in matches]
+            hint = f"; did you mean {' and '.join(found)}?" if found else (
+                ". A value and its unit are one word (4mm); a name with spaces stands in quotation "
+                "marks"
+            )  # fmt: skip
         self.exit(2, f"{self.prog}: {message}{hint}. {self.prog} --help says what is allowed\n")
+
+    def _all(self):
+        """This parser and those of its commands."""
+        own = [a for a in self._actions if isinstance(a, argparse._SubParsersAction)]
+        return [self, *(parser for action in own for parser in action.choices.values())]
 
 
 def _parser(more):

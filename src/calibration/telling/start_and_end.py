@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from calibration.study.config import point_spec, read_back
-from calibration.study.factors import read_factors
+from calibration.study.factors import Choice, read_factors
 from dem.spec import parse_spec
 
 if TYPE_CHECKING:
@@ -19,9 +19,24 @@ def opening(config: Config) -> list[str]:
 
     Raises ConfigError for a table that cannot be read.
     """
-    return [f"read {text}" for text in read_back(config)] + [
-        f"warning: {text}" for text in _warnings(config, read_factors(config.factors))
-    ]
+    factors = read_factors(config.factors)
+    warnings = [*_narrow(factors), *_warnings(config, factors)]
+    return [f"read {text}" for text in read_back(config)] + [f"warning: {x}" for x in warnings]
+
+
+NARROW = 0.05
+"""Of its larger end: a range below it moves a response by less than runs scatter."""
+
+
+def _narrow(factors):
+    """Sentences on factors whose ranges hold hardly more than one level."""
+    for f in factors:
+        largest = max(abs(f.low), abs(f.high))
+        if not isinstance(f, Choice) and f.high - f.low < NARROW * largest:
+            yield (
+                f"{f.name} goes from {f.low:g} to {f.high:g}, {(f.high - f.low) / largest:.1%} of "
+                "itself: so narrow a range moves a response by less than runs scatter"
+            )
 
 
 def _warnings(config, factors):

@@ -3,6 +3,7 @@ what is allowed."""
 
 from __future__ import annotations
 
+import difflib
 import re
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
@@ -256,7 +257,9 @@ def _field(loc):
 
 
 def _known_keys(loc):
-    return "one of the keys " + ", ".join(_section(loc).model_fields)
+    known = list(_section(loc).model_fields)
+    near = difflib.get_close_matches(str(loc[-1]), known, n=1, cutoff=0.8)
+    return f"{near[0]}, the nearest key" if near else f"one of the keys {', '.join(known)}"
 
 
 def _check_pour_rate(config, file):
