@@ -1,54 +1,25 @@
-"""Yield loci out of shear testers' tables, made of known stresses in the layouts that are read."""
+"""Yield loci out of shear testers' tables, made of known stresses."""
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 import yaml
 
 from calibration.chain.bench_tests.shear import measured_locus
 from calibration.errors import CalibrationError
 from calibration.intake.measurements import read_measured
-from calibration.intake.shear_tester import PEAK, STEADY, measure_shear, read_points
+from calibration.intake.shear_tester import STEADY, measure_shear, read_points
 from calibration.interface.commands import main
 from calibration.study.config import parse_config
 from facts import refused, tells
 
-EXPORT = Path("data/instruments/rheocompass_made.csv")
 TABLE = Path("data/instruments/yield_locus_made.csv")
-SLOPE, INTERCEPT, SHARE = 0.7, 0.3, 0.8
+SLOPE, INTERCEPT = 0.7, 0.3
 LOADS = (2.0, 4.0, 6.0)
-PRESHEAR = 9.0
-POINTS = [2, 4, 6]
-"""Intervals of the export that are points: a pre-shear stands before each."""
 
 
 def peak(load):
     return SLOPE * load + INTERCEPT
-
-
-def interval(number, load, readings, mark, separator):
-    """An interval that climbs to its peak half way and falls to SHARE of it, in Pa and kPa."""
-    shape = np.interp(
-        range(readings), [0, readings // 2, readings - 6, readings], [0, 1, *[SHARE] * 2]
-    )
-    names = ["Interval data:", "Point No.", "Time", "Normal Stress", "Shear Stress"]
-    rows = [["Interval and data points:", str(number), str(readings)], names, [""] * 5,
-            ["", "", "[s]", "[kPa]", "[Pa]"]]  # fmt: skip
-    for k, share in enumerate(shape):
-        cells = ["", str(k + 1), f"{0.5 * k:.1f}", f"{load:.3f}", f"{1e3 * share * peak(load):.6E}"]
-        rows.append([c.replace(".", mark) for c in cells])
-    return [separator.join(r) for r in rows] + [""]
-
-
-def export(separator="\t", mark="."):
-    """What RheoCompass exports of a made shear test: pre-shear and shear in turn."""
-    lines = [f"Project:{separator}made, by a test", f"Test:{separator}Yield locus", ""]
-    lines += [f"Result:{separator}Powder 1", ""]
-    for k, load in enumerate(LOADS):
-        lines += interval(2 * k + 1, PRESHEAR, 20, mark, separator)
-        lines += interval(2 * k + 2, load, 20, mark, separator)
-    return "\r\n".join(lines)
 
 
 def table(name="normal stress [kPa],shear stress [Pa]"):
@@ -56,32 +27,8 @@ def table(name="normal stress [kPa],shear stress [Pa]"):
     return "\n".join([name, *rows, ""])
 
 
-@pytest.mark.parametrize(
-    ("separator", "mark", "encoding"),
-    [("\t", ".", "utf-16"), ("\t", ",", "utf-16"), (";", ",", "cp1252"), ("\t", ".", "utf-8")],
-)
-def test_the_stresses_of_an_export_come_back(tmp_path, separator, mark, encoding):
-    path = tmp_path / "export.csv"
-    path.write_bytes(export(separator, mark).encode(encoding))
-    found = read_points(path, POINTS)
-    peaks = [(p.load, p.shear) for p in found if p.quantity == PEAK]
-    steady = [(p.load, p.shear) for p in found if p.quantity == STEADY]
-    assert peaks == [(load, pytest.approx(peak(load))) for load in LOADS]
-    assert steady == [(load, pytest.approx(SHARE * peak(load))) for load in LOADS]
-
-
-def test_the_marked_examples_are_what_the_tests_make():
-    assert EXPORT.read_bytes().decode("utf-16") == export()
+def test_the_marked_example_is_what_the_test_makes():
     assert TABLE.read_text() == table()
-
-
-def test_an_export_tells_its_intervals_until_the_points_are_chosen(tmp_path):
-    with pytest.raises(CalibrationError) as told:
-        measure_shear([EXPORT])
-    assert tells(str(told.value), "6 intervals", "1 Powder 1", "6.6 kPa", "9 kPa")
-    assert "--intervals" in str(told.value)
-    with refused(CalibrationError, "interval 7", path="rheocompass_made.csv"):
-        measure_shear([EXPORT], [2, 7])
 
 
 @pytest.mark.parametrize(
@@ -119,8 +66,6 @@ REFUSED = {
     "normal stress [kPa],shear stress [mm]\n2,1.7\n": ["line 2", "mm is of another kind"],
     "normal stress [kPa],shear stress [kPa]\n2,\n": ["has no shear stress"],
     "normal stress [kPa],shear stress [kPa]\n2,x\n": ["line 2", "shear stress", "'x'"],
-    export().replace("Normal Stress", "Normal Force"): ["line 7", "no column Normal Stress"],
-    export().replace("[Pa]", "[mm]"): ["line 10", "Shear Stress", "another kind"],
 }
 
 
@@ -129,7 +74,7 @@ def test_what_is_no_yield_locus_is_refused_with_a_sentence(tmp_path, text):
     path = tmp_path / "rst.csv"
     path.write_text(text)
     with pytest.raises(CalibrationError) as told:
-        read_points(path, POINTS if "Interval" in text else ())
+        read_points(path)
     for word in ("rst.csv", *REFUSED[text]):
         assert word in str(told.value)
 
