@@ -51,8 +51,7 @@ from calibration.study.config.resolution import parse_resolved
 from calibration.study.config.schema import ScreeningConfig
 from calibration.study.factors import read_factors
 from calibration.study.new.answers import read_entries
-from calibration.study.new.mastersizer import mastersizer_sizes
-from calibration.study.new.questions import sieve_curve
+from calibration.study.new.sizes import sieve_curve
 from calibration.study.new.workbook import read_workbook, write_workbook
 from dem.errors import DemError
 from dem.io.checked import DIGEST, sealed, write_checked_arrays
@@ -423,10 +422,6 @@ ENDS = {"workbook": ".xlsx", "workbook of tests": ".xlsx"}
 READERS = {
     "workbook": (_workbook(), _numbers),
     "workbook of tests": (_workbook_of_tests(), lambda p: read_entries(read_workbook(p))),
-    "laser diffraction": (
-        b"Sample Name,Result Between User Sizes (Sizes in um),,,\n,10,20,40,80\na,,20,50,30\n",
-        mastersizer_sizes,
-    ),
     "responses": (
         b"run_id,angle_of_repose_deg\nheap-0123456789abcdef,31.5\n",
         lambda p: read_row(p, RUN),

@@ -39,8 +39,7 @@ from calibration.runs.verify import faults_of
 from calibration.study.config import parse_config
 from calibration.study.config.as_data import data_of
 from calibration.study.factors import read_factors
-from calibration.study.new.mastersizer import mastersizer_sizes
-from calibration.study.new.questions import sieve_curve
+from calibration.study.new.sizes import sieve_curve
 from dem.io.checked import read_checked_arrays, sealed, write_checked_arrays
 from dem.io.clump import read_clump
 from dem.io.sieve import read_sizes
@@ -144,7 +143,6 @@ KINDS = {
     "curves": (".csv", lambda p: read_curves(p, "mass over time")),
     "design": (".csv", fuzz._design),
     "sieve table": (".csv", sieve_curve),
-    "laser diffraction": (".csv", mastersizer_sizes),
     "sizes": (".csv", lambda p: read_sizes(p, "mass")),
     "clump": (".csv", read_clump),
     "STL": (".stl", lambda p: read_stl(p, closed=True)),
@@ -192,7 +190,6 @@ CURVES = "curve,x [s],y [g]\n" + "".join(
 )
 DESIGN = (fuzz.ROOT / "data/paper/table06_plackett_burman.csv").read_text()
 SIEVE = "diameter_mm,mass_percent\n1.0,20\n2.0,50\n3.0,30\n"
-DIFFRACTION = fuzz.READERS["laser diffraction"][0].decode()
 SIZES = "diameter_mm,passing_percent\n1.0,0\n2.0,40\n3.0,100\n"
 CLUMP = "x_mm,y_mm,z_mm,radius_mm\n0,0,0,1\n1.0,0.2,0,0.8\n-3e-1,0.9,0.5,0.6\n"
 MESH = """solid s
@@ -224,7 +221,6 @@ TEXTS = {
     "curves": CURVES,
     "design": DESIGN,
     "sieve table": SIEVE,
-    "laser diffraction": DIFFRACTION,
     "sizes": SIZES,
     "clump": CLUMP,
     "STL": MESH,
@@ -336,15 +332,6 @@ CHANGED = {
         ("a word", "2.0,50", "2.0,half", "line 3", "half"),
         ("no shares", "mass_percent", "colour", "line 1", "colour"),
         ("no rows", SIEVE[SIEVE.index("1.0") :], "", "nonsense.csv"),
-    ],
-    "laser diffraction": [
-        ("a row cut short", ",20,50,30", ",20,50", "line 3", "3"),
-        ("a share of words", ",20,50,30", ",20,half,30", "line 3", "half"),
-        ("limits that descend", ",10,20,40,80", ",10,20,15,80", "micrometres"),
-        ("no limits", ",10,20,40,80", ",", "micrometres"),
-        ("two samples", "a,,20,50,30\n", "a,,20,50,30\nb,,20,50,30\n", "2"),
-        ("no share", ",20,50,30", ",0,0,0", "line 3"),
-        ("infinity", ",20,50,30", ",20,inf,30", "line 3", "inf"),
     ],
     "sizes": [
         ("sieves that descend", "2.0,40", "0.5,40", "line 3", "0.5"),

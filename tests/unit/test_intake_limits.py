@@ -12,7 +12,7 @@ import openpyxl
 import pytest
 from PIL import Image
 
-from calibration.errors import ConfigError
+from calibration.errors import CalibrationError, ConfigError
 from calibration.files import csv_text
 from calibration.intake.clump_from_mesh import fill_mesh
 from calibration.intake.guard import decoding
@@ -22,7 +22,10 @@ from calibration.interface.commands import main
 from calibration.runs.store import RunStore
 from calibration.runs.verify import faults_of
 from calibration.study.config.as_data import data_of
-from calibration.study.new.questions import measured_angles, sieve_curve
+from calibration.study.new.answers import read_entries, words_of
+from calibration.study.new.methods import methods
+from calibration.study.new.reading_tables import raws_of_tables
+from calibration.study.new.sizes import sieve_curve
 from dem.errors import MeshError, SpecError
 from dem.io.checked import sealed
 from dem.io.stl import read_stl
@@ -174,7 +177,7 @@ def test_a_flat_heap_on_a_rolled_photograph_is_read_or_refused_in_a_sentence(tmp
     image = np.where(inside[..., None], [180, 60, 30], [225, 225, 230]).astype(np.uint8)
     Image.fromarray(image).save(tmp_path / "a.png")
     if angle < 5.0:
-        with refused(ConfigError.__mro__[1], "pixels", "20"):
+        with refused(CalibrationError, "pixels", "20"):
             measure_photo(tmp_path / "a.png")
     else:
         assert measure_photo(tmp_path / "a.png").angle_deg == pytest.approx(angle, abs=0.3)
@@ -213,6 +216,15 @@ def test_a_configuration_without_end_is_not_read_to_its_end():
         data_of(io.StringIO("a" * (1 << 20)))
 
 
+def measured_angles(words, sheet=None):
+    """Angles [deg] of words, of which one may name a table."""
+    method = methods()["lifted-cylinder"]
+    files = [word for word in words if Path(word).is_file()]
+    raw = words_of(method, [word for word in words if word not in files], "option")
+    raws = raws_of_tables(method, files, raw, sheet)[0] if files else [raw]
+    return [value for entry in read_entries(raws) for value in entry.values("angle")]
+
+
 TITLED = [["Versuch Weizen"], ["Nr", "Winkel in °"], [1, 26.1], [2, 27.4]]
 
 
@@ -237,7 +249,7 @@ def test_a_title_above_a_text_table_is_left_out_and_no_reading_is(tmp_path):
     path.write_text("Weizen, 12 % feucht\nNr;Winkel / Grad\n1;26,1\n2;27,4\n")
     assert measured_angles([str(path)]) == [26.1, 27.4]
     path.write_text("angle\n26.1\nn/a\n27.4\n")
-    with refused(ConfigError, line=3):
+    with refused(CalibrationError, "line 3", "angle"):
         measured_angles([str(path)])
 
 
@@ -267,7 +279,7 @@ def test_sieve_tables_have_german_and_french_headings(tmp_path):
 
 def test_a_decimal_comma_is_one_rule_for_options_too():
     assert measured_angles(["26,1", "27,4;", "28"]) == [26.1, 27.4, 28.0]
-    with refused(ConfigError.__mro__[1], "26.125", "26125"):
+    with refused(CalibrationError, "26.125", "26125"):
         measured_angles(["26,125", "27,4"])
 
 

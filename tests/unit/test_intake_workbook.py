@@ -88,7 +88,7 @@ def test_the_empty_workbook_says_units_words_and_an_example(here):
 def test_every_fault_is_told_at_once_by_sheet_and_cell(here, capsys):
     wrong = {
         "grain": [{"density": 1.32}],  # g/cm3, under a heading of kg/m3
-        "axes": [{"length": 6.2, "width": 3.3}],
+        "axes": [{"length": 6.2, "thickness": 3.3}],
         "lifted-cylinder": [{"angle": "26±1"}, {"cylinder": 60}],
         "bulk-density": [{"density": 765}],
         "drop": [{"rebound": "78 kg", "height": 300, "wall": "gold"}],
@@ -98,7 +98,7 @@ def test_every_fault_is_told_at_once_by_sheet_and_cell(here, capsys):
     said = capsys.readouterr().err
     for place, words in (
         ("sheet grain, cell B6", "1.32 g/cm³"),
-        ("sheet axes", "0 of thickness"),
+        ("sheet axes", "width"),
         ("sheet lifted-cylinder, cell B6", "26±1"),
         ("sheet lifted-cylinder, line 7", "angle"),
         ("sheet bulk-density, cell B6", "one reading"),

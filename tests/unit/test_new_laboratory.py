@@ -18,7 +18,6 @@ from calibration.runs.feasibility import check_ahead
 from calibration.study.config import parse_config
 from calibration.study.config.joint import read_joint_target
 from calibration.study.factors import read_factors
-from calibration.study.new import questions
 from calibration.study.new.answers import separate
 from calibration.study.new.grains import clump_of_axes
 from calibration.study.new.methods import methods
@@ -224,22 +223,6 @@ def test_fine_grains_stick_though_nobody_said_moist(here, capsys):
     assert config.run["laws"]["cohesion"] == "jkr"
 
 
-def test_fine_grains_that_are_told_at_the_terminal_stick_too(here, monkeypatch):
-    told = {"Measured": "40 41", "Density": "2.7 g/cm3", "Diameter of the grain": "0.05 mm",
-            "Diameter of the base": "4 cm", "Orifice above": "40 mm", "Material": "salt",
-            "Mass poured": "", "Diameter of the funnel": "10 mm"}  # fmt: skip
-    ask = lambda text: next(v for k, v in told.items() if text.startswith(k))  # noqa: E731
-    monkeypatch.setattr(questions, "at_terminal", lambda: ask)
-    config = begun("flour", [])
-    assert config.run["laws"]["cohesion"] == "jkr"
-    assert set(pd.read_csv("flour/given.csv").question) >= {
-        "measured",
-        "orifice",
-        "density",
-        "material",
-    }
-
-
 def test_gravel_keeps_its_sieve_curve(here):
     config = begun("gravel", GRAVEL)
     sizes = config.run["particles"]["sizes"]
@@ -283,7 +266,7 @@ def test_axes_become_a_clump_of_their_length_and_thickness(axes, spheres):
     [
         ("--bulk-density 765kg/m3", ["765kg/m3", "one reading without a spread", "sd"]),
         ("--bulk-density 765kg/m3 760kg/m3 sd=6kg/m3", ["2 readings have their own spread"]),
-        ("--bulk-density 1.4g/cm3 1.5g/cm3", ["1.4g/cm3", "less than 1320 kg/m3"]),
+        ("--bulk-density 1.4g/cm3 1.5g/cm3", ["1.4g/cm3", "1.06", "1188 kg/m3"]),
         ("--bulk-density 0.765 0.77", ["0.765", "0.765 g/cm³"]),
         ("--drop 320mm 310mm height=300mm", ["320 mm is not below the drop from 300 mm"]),
         ("--drop 78mm 79mm", ["height is missing", "such as 300 mm"]),
@@ -291,7 +274,9 @@ def test_axes_become_a_clump_of_their_length_and_thickness(axes, spheres):
         ("--drop 78s 79mm height=300mm", ["78s", "another kind"]),
         ("--drop 78mm 79mm height=300mm wall=gold", ["gold", "steel"]),
         ("--drop 78mm 79mm height=300mm wall=wood", ["drop_300_mm on wood", "plane on steel"]),
-        ("--axes 6.2x3.3mm", ["2 of 3"]),
+        ("--axes 6.2mm", ["6.2mm", "1 of 3"]),
+        ("--axes 6.2x3.3x2.9mm 6.2x3.3mm", ["2 of length", "1 of thickness"]),
+        ("--axes 6.2x3.3x2.9", ["6.2x3.3x2.9", "no unit", "mm"]),
         ("--axes 40x3x3mm", ["13.3 times as long as wide", "dem clump"]),
         ("--axes 12x11x2mm", ["6.0 times as long as thick", "dem clump"]),
         ("--grain 4mm", ["axes, diameter", "one of its diameter"]),
@@ -345,11 +330,45 @@ def test_taps_that_are_too_many_are_kept_and_no_target(here, capsys):
     assert config.rigs["tapped"].run["geometry"]["taps"] == 20
 
 
+@pytest.mark.parametrize(
+    ("change", "facts"),
+    [
+        ("--bulk-density 550kg/m3 552kg/m3", ["550 kg/m3", "0.42", "0.45"]),
+        ("--lifted-cylinder 47 48 cylinder=60mm", ["47°", "1.07", "45°"]),
+        # 0.58 * 0.55 * 1320 * 3.132 * (0.060 - 1.4 * 0.0039)**2.5 kg/s are 916 g/s
+        ("--discharge 400g/s 401g/s orifice=60mm", ["400.5 g/s", "916 g/s", "60 mm"]),
+    ],
+)
+def test_what_few_grains_do_is_asked_about_with_both_numbers(here, capsys, change, facts):
+    option, *words = change.split()
+    begun("wheat", _with(option, words) if option in WHEAT else [*WHEAT, option, *words])
+    said = capsys.readouterr().out
+    assert any(tells(line, *facts) for line in said.splitlines()), said
+
+
+def _with(option, words):
+    """WHEAT with other words behind an option."""
+    at = WHEAT.index(option)
+    end = next((k for k in range(at + 1, len(WHEAT)) if WHEAT[k].startswith("--")), len(WHEAT))
+    return [*WHEAT[:at], option, *words, *WHEAT[end:]]
+
+
+def test_length_and_width_make_a_spheroid(here, capsys):
+    config = begun("wheat", _with("--axes", ["6.2x3.3mm", "6.0x3.1mm"]))
+    assert tells(capsys.readouterr().out, "thickness", "spheroid")
+    spheres = pd.read_csv("wheat/clump.csv")
+    assert spheres["x_mm"].nunique() == len(spheres)  # a rod
+    assert spheres["radius_mm"].max() == pytest.approx(3.2 / 2, rel=1e-3)
+    volumes = [6.2 * 3.3**2, 6.0 * 3.1**2]
+    own = config.rigs["drop_300_mm"].run["particles"]["diameter_mm"]
+    assert own == pytest.approx(np.mean(volumes) ** (1 / 3), abs=1e-3)
+
+
 def test_a_time_of_a_mass_is_a_flow(here):
-    timed = "--discharge time=20s time=22s mass=1kg orifice=60mm".split()
+    timed = "--discharge time=1.0s time=1.1s mass=1kg orifice=60mm".split()
     config = begun("wheat", [*WHEAT, *timed])
     found = measured(config)["silo", "mass_flow_g_s"]
-    assert found.mean[0] == pytest.approx((1000 / 20 + 1000 / 22) / 2)
+    assert found.mean[0] == pytest.approx((1000 / 1.0 + 1000 / 1.1) / 2)
 
 
 @pytest.mark.parametrize(

@@ -4,25 +4,22 @@ computes."""
 import math
 import subprocess
 import sys
-from argparse import Namespace
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import yaml
-from scipy.stats import norm
 
-from calibration.errors import CalibrationError
+from calibration.errors import CalibrationError, ConfigError
 from calibration.intake.measurements import read_measured
 from calibration.interface.commands import main
-from calibration.runs.feasibility import check_ahead
 from calibration.study.config import parse_config
 from calibration.study.factors import Factor, read_factors
 from calibration.study.new.heap import Heap
 from calibration.study.new.pilot import Trial, advice, coarse, corners, levels_at, pilot, shrunk
-from calibration.study.new.questions import answers, mean_diameter, measured_angles, sieve_curve
 from calibration.study.new.ranges import WIDE, factors_of, materials
 from calibration.study.new.reach import changes, reach
+from calibration.study.new.sizes import mean_diameter, sieve_curve
 from calibration.study.new.study import study_name
 from calibration.telling.start_and_end import opening
 from dem.errors import StoppedError
@@ -95,24 +92,16 @@ def test_grains_and_feed_agree_with_closed_forms():
     )  # the orifice stays wide enough
 
 
-def test_a_bulk_density_is_a_second_experiment_and_no_target(here, capsys):
-    assert main(["new", "peas", *ANGLES, *RIG, "--bulk-density", "0.76g/cm3", "790 kg/m3"]) == 0
+def test_one_heap_is_calibrated_by_the_chain_and_a_density_beside_it_by_all(here, capsys):
+    assert main(["new", "peas", *ANGLES, *RIG]) == 0
+    assert read(here / "peas").supplements == ["posterior"]
+    assert not read(here / "peas").targets
+    assert main(["new", "beans", *ANGLES, *RIG, "--bulk-density", "0.76g/cm3", "790 kg/m3"]) == 0
     assert tells(capsys.readouterr().out, "2 values", "760 kg/m³", "790 kg/m³")
-    config = read(here / "peas")
-    assert config.target.metric == "angle_of_repose_deg"
-    assert "push_through" in config.supplements
-    packed = read_measured(config.measurements).of("bulk_density", "poured_density")
+    both = read(here / "beans")
+    assert [t.metric for t in both.targets] == ["angle_of_repose_deg", "poured_density_kg_m3"]
+    packed = read_measured(both.measurements).of("bulk_density", "poured_density")
     assert packed[0].readings == (760.0, 790.0)
-    check_ahead(config)  # the vessel takes the grains
-    machine = config.push_through["bulk"].run
-    bed = machine["particles"]["count"] * math.pi / 6 * 4.0**3 / 0.6
-    # nine diameters deep in a vessel of ten
-    assert bed / (math.pi / 4 * 40.0**2) == pytest.approx(36.0, rel=1e-2)
-    spread = here / "sieve.csv"
-    spread.write_text("diameter_mm,mass_percent\n3,50\n4,50\n")
-    given = [*ANGLES, *RIG, "--sieve", str(spread), "--bulk-density", "0.76g/cm3"]
-    assert main(["new", "lentils", *given]) == 0
-    check_ahead(read(here / "lentils"))
 
 
 def test_a_rim_holds_a_bed_and_carries_the_heap(here, capsys):
@@ -140,7 +129,7 @@ def test_no_more_grains_are_simulated_than_asked(here, capsys):
     particles = read(here / "peas").run["particles"]
     assert particles["count"] == pytest.approx(800, rel=1e-2)
     assert f"{particles['diameter_mm'] / 4:.2f} times" in said
-    assert "the quick profile" not in said  # this rig takes no 4,000
+    assert "--grains" not in said  # this rig takes no 4,000
     fine = ["2mm" if x == "4mm" else x for x in RIG]
     assert main(["new", "lentils", *ANGLES, *fine, "--grains", "2400"]) == 0
     said = capsys.readouterr().out
@@ -177,35 +166,6 @@ def test_what_passes_each_sieve_makes_classes_between_them(tmp_path):
         sieve_curve(path)
 
 
-def export(separator=",", mark=".", samples=("made by a test",)):
-    """A table in the layout that a Mastersizer 2000 exports, made of a lognormal distribution of
-    median 500 um and standard deviation 0.2, with the median in a column of its own."""
-    limits = np.geomspace(100, 2000, 41)
-    below = norm.cdf(np.log(limits / 500) / 0.2)
-    shares = 100 * np.diff(below)
-    name = "Result Between User Sizes (Sizes in um)"
-    blank = [""] * (len(limits) - 1)
-    rows = [["Sample Name", "d (0.5)", name, *blank, "Operator Notes"],
-            ["", "", *(f"{x:.6f}" for x in limits), ""]]  # fmt: skip
-    rows += [[s, "500.000", "", *(f"{x:.6f}" for x in shares), "by hand"] for s in samples]
-    marked = [[c.replace(".", mark) if c[:1].isdigit() else c for c in row] for row in rows]
-    return "\n".join(map(separator.join, marked))
-
-
-@pytest.mark.parametrize(("separator", "mark"), [(",", "."), ("\t", "."), (";", ",")])
-def test_sizes_come_from_what_a_mastersizer_exports(tmp_path, separator, mark):
-    path = tmp_path / "export.csv"
-    path.write_text(export(separator, mark))
-    sizes = sieve_curve(path)
-    d, w = np.array(sizes["diameters_mm"]), np.array(sizes["fractions"])
-    mean = (w * np.log(d)).sum()
-    assert np.exp(mean) == pytest.approx(0.5, rel=5e-3)
-    assert np.sqrt((w * (np.log(d) - mean) ** 2).sum()) == pytest.approx(0.2, rel=0.05)
-    path.write_text(export(separator, mark, ("one", "two")))
-    with refused(CalibrationError, "2", "one", "two", path="export.csv"):
-        sieve_curve(path)
-
-
 def test_a_material_is_known_however_it_is_written():
     assert factors_of("Soybean") == factors_of("soybean")
     assert factors_of("hdpe") == factors_of("HDPE")
@@ -234,21 +194,21 @@ def test_every_other_name_makes_a_study(name):
         (["--orifice", "wide"], ["--orifice wide", "not a number"]),
         (["--measured", "0.46", "0.48"], ["--measured 0.46", "rad"]),
         (["--measured", "26,125", "27,4"], ["--measured 26,125", "26.125", "26125"]),
-        (["--measured", "26.1"], ["one value", "two or more"]),
+        (["--measured", "26.1"], ["--measured 26.1", "one reading", "sd"]),
         (["--measured", "none.csv"], ["none.csv", "cannot be read"]),
         (["--material", "soybeen"], ["soybeen", "did you mean soybean"]),
-        (["--orifice", "5mm"], ["orifice_diameter_mm", "3 times the largest grain"]),
+        (["--orifice", "5mm"], ["--orifice 5mm", "1.2 of the longest grain", "20 mm"]),
         (["--bulk-density", "0.76"], ["--bulk-density 0.76", "0.76 g/cm³"]),
-        (["--bulk-density", "1.4 g/cm3"], ["--bulk-density 1.4 g/cm3", "less than 1350 kg/m3"]),
+        (["--bulk-density", "1.4 g/cm3", "1.5g/cm3"], ["--bulk-density 1.4 g/cm3", "1.04", "1215"]),
         (["--bulk-density", "4 mm"], ["--bulk-density 4 mm", "another kind"]),
         (["--grains", "20"], ["--grains 20", "300 or more"]),
-        (["--plate", "2cm"], ["--plate 20 mm", "more than 25 mm"]),
-        (["--height", "20mm"], ["--height 20 mm", "25.7 mm high", "would reach the orifice"]),
-        (["--rim", "60mm"], ["--height 75 mm", "85.7 mm high"]),
+        (["--plate", "2cm"], ["--plate 2cm", "more than 25 mm"]),
+        (["--height", "20mm"], ["--height 20mm", "25.7 mm high", "would reach the orifice"]),
+        (["--rim", "60mm"], ["--height 75mm", "85.7 mm high"]),
         (["--rim", "3s"], ["--rim 3s", "another kind"]),
-        (["--rate", "5kg/s"], ["--rate 5000 g/s", "passes about 77.1 g/s"]),
-        (["--measured", "26±1"], ["--measured 26±1", "a mean with its spread", "each reading"]),
-        (["--measured", "26+/-1", "27"], ["--measured 26+/-1", "each reading"]),
+        (["--rate", "5kg/s"], ["--rate 5kg/s", "passes about 77.1 g/s"]),
+        (["--measured", "26±1"], ["--measured 26±1", "a mean with its spread", "sd"]),
+        (["--measured", "26+/-1", "27"], ["--measured 26+/-1", "sd"]),
     ],
 )
 def test_a_wrong_answer_gets_a_sentence_and_leaves_nothing(here, change, words, capsys):
@@ -263,66 +223,35 @@ def test_a_wrong_answer_gets_a_sentence_and_leaves_nothing(here, change, words, 
     assert not (here / "peas").exists()
 
 
-def test_what_is_not_told_is_asked_for():
-    given = Namespace(measured=None, material=None, density=None, grain=None, sieve=None,
-                      orifice="25mm", plate=None, height=None, rate=None, rim=None)  # fmt: skip
-    told = {"Measured": "26.1 28.4", "Density": "1.35 g/cm3", "Diameter of the grain": "4",
-            "Diameter of the base": "10 cm", "Orifice above": "7.5 cm", "Material": "",
-            "Mass poured": "0.6 kg/min"}  # fmt: skip
-    ask = lambda text: next(v for k, v in told.items() if text.startswith(k))  # noqa: E731
-    values, heap, factors, sizes = answers(given, ask)
-    assert (values, sizes) == ([26.1, 28.4], None)
-    assert (heap.plate_diameter_mm, heap.discharge_height_mm) == (100, 75)
-    assert len(factors) == 7
-    # 10 g/s of grains of 1.35 g/cm3 and 4 mm, of 45.2 mg each
-    assert heap.feed_per_s == pytest.approx(10.0 / (1.35 * np.pi / 6 * 0.4**3))
-    assert heap.feed_share == pytest.approx(heap.feed_per_s / heap.capacity_per_s)
-    with refused(CalibrationError, "--measured"):
-        answers(given)
+def angles_of(name, capsys, *options):
+    assert main(["new", name, "--measured", *options, *RIG]) == 0
+    capsys.readouterr()
+    return read_measured(f"{name}/measured.csv").of("heap", "angle_of_repose")[0]
 
 
-def test_a_wrong_answer_is_asked_for_again_and_told_why(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "my angles.csv").write_text("angle [°]\n26.1\n28.4\n")
-    given = Namespace(measured=None, material=None, density=None, grain="4mm", sieve=None,
-                      orifice="25mm", plate="10cm", height=None, rate=None, rim=None)  # fmt: skip
-    told = iter(["26,125 28,4", "'no file.csv'", "my angles.csv", "1.35", "1.35 g/cm3",
-                 "20 mm", "12 kg/s", "75 mm", "", "wheet", "wheat"])  # fmt: skip
-    values, heap, factors, _ = answers(given, lambda text: next(told))
-    assert (values, heap.discharge_height_mm, heap.mass_flow_g_s) == ([26.1, 28.4], 75, None)
-    assert "Agrophysics" in factors[1].description
-    said = capsys.readouterr().out.splitlines()
-    reasons = [
-        "26.125 or 26125",
-        "cannot be read",
-        "did you mean 1.35 g/cm³",
-        "would reach the orifice",
-        "did you mean wheat",
-    ]
-    assert len(said) == len(reasons)
-    for line, words in zip(said, reasons, strict=True):
-        assert words in line
-    # what options alone make impossible is not asked for again
-    given.height, given.rate = "2 mm", "1 g/s"
-    again = iter(["26.1 28.4", "1.35 g/cm3"])
-    with refused(CalibrationError, "orifice", key="--height"):
-        answers(given, lambda text: next(again))
-
-
-def test_measured_angles_come_from_a_table_of_measurements(tmp_path):
-    """As `dem angle` writes one; a mean is no list of angles."""
-    path, header = tmp_path / "a.csv", "experiment,quantity,value,unit,sd,n\n"
+def test_measured_angles_come_from_a_table_of_measurements(here, capsys):
+    """As `dem angle` writes one, and a mean with its spread."""
+    path, header = here / "a.csv", "experiment,quantity,value,unit,sd,n\n"
     rows = "heap,angle_of_repose,26.1,deg,,\nheap,height,21,mm,,\nheap,angle_of_repose,28.4,deg,,\n"
     path.write_text(header + rows)
-    assert measured_angles([str(path)]) == [26.1, 28.4]
+    assert angles_of("peas", capsys, "a.csv").readings == (26.1, 28.4)
     path.write_text(header + "heap,angle_of_repose,27,deg,1,5\n")
-    with refused(CalibrationError, "a.csv", "sd", "n"):
-        measured_angles([str(path)])
+    mean = angles_of("beans", capsys, "a.csv")
+    assert (mean.value, mean.sd, mean.n) == (27, 1, 5)
+    told = angles_of("lentils", capsys, "27", "sd=1", "n=5")
+    assert (told.value, told.sd, told.n) == (27, 1, 5)
 
 
-def test_measured_angles_come_from_a_table(tmp_path):
-    (tmp_path / "a.csv").write_text("Versuch;angle [°]\n1;26,1\n2;28,4\n")
-    assert measured_angles([str(tmp_path / "a.csv")]) == [26.1, 28.4]
+def test_measured_angles_come_from_a_table(here, capsys):
+    (here / "a.csv").write_text("Versuch;angle [°]\n1;26,1\n2;28,4\n")
+    assert angles_of("peas", capsys, "a.csv").readings == (26.1, 28.4)
+
+
+def test_a_rate_of_pouring_is_kept(here, capsys):
+    assert main(["new", "peas", *ANGLES, *RIG, "--rate", "0.6kg/min"]) == 0
+    # 10 g/s of grains of 1.35 g/cm3 and 4 mm, of 45.2 mg each
+    fed = read(here / "peas").run["geometry"]["generation_rate_per_s"]
+    assert fed == round(10.0 / (1.35 * np.pi / 6 * 0.4**3))
 
 
 @pytest.mark.parametrize(("resolution", "fewer"), [("quick", 4), ("test", 8)])
@@ -336,6 +265,25 @@ def test_a_resolution_keeps_the_volume(here, resolution, fewer):
     assert (spec.particles.diameter_mm / 4.0) ** 3 == pytest.approx(fewer, rel=1e-4)
     # a stage gets the settings that the parser has made: they are not coarsened again
     assert type(less).model_validate(less.model_dump(mode="json")) == less
+
+
+def test_a_range_that_holds_hardly_a_level_is_warned_of(here):
+    main(["new", "peas", *ANGLES, *RIG])
+    config = read(here / "peas")
+    assert not any("range" in s for s in opening(config))
+    table = here / "peas" / "factors.tsv"
+    text = table.read_text()
+    line = next(x for x in text.splitlines() if "particle_particle.static_friction" in x)
+    table.write_text(text.replace(line, line.replace("0.2\t0.8", "0.30\t0.305")))
+    (said,) = (s for s in opening(config) if "range" in s)
+    assert tells(said, "warning", "grain_grain_static_friction", "0.3", "0.305", "1.6%")
+
+
+def test_a_misspelt_key_is_answered_with_the_nearest(here):
+    main(["new", "peas", *ANGLES, *RIG])
+    text = (here / "peas" / "config.yaml").read_text().replace("\nscreening:", "\nscreenning:")
+    with refused(ConfigError, key="screenning", allowed="screening, the nearest key"):
+        parse_config(yaml.safe_load(text), files=[here / "peas" / "config.yaml"])
 
 
 def trials(points, stands):

@@ -11,7 +11,7 @@ import yaml
 from calibration.interface.commands import main
 from calibration.study.config import parse_config
 from calibration.study.config.joint import read_joint_target
-from calibration.study.new.questions import sieve_curve
+from calibration.study.new.sizes import sieve_curve
 from facts import tells
 
 GRAINS = "--density 2.7g/cm3 --grain 2mm --bulk-density 1500kg/m3 1510kg/m3".split()
@@ -56,7 +56,7 @@ def test_what_dem_shear_writes_is_read_and_so_is_a_sheet(here):
     book.active.title = "notes"
     book.active.append(["measured in May"])
     sheet = book.create_sheet("rebounds")
-    for row in (["rebound", "height"], [78, 300], [80, None]):
+    for row in (["rebound [mm]", "height [mm]"], [78, 300], [80, None]):
         sheet.append(row)
     book.save("tests.xlsx")
     options = "--drop tests.xlsx --sheet rebounds --shear-cell locus.csv".split()
@@ -71,13 +71,20 @@ def test_what_dem_shear_writes_is_read_and_so_is_a_sheet(here):
 @pytest.mark.parametrize(
     ("text", "facts"),
     [
-        ("rebound;height\n78;300\nhigh;300\n", ["drops.csv", "line 3", "rebound", "high"]),
-        ("rebound;height\n78;300\n;300\n", ["drops.csv", "line 3", "rebound"]),
-        ("rebound;height\n78;300\n0,3;300\n", ["line 3", "0.3", "doubtful"]),
-        ("rebound;height\n7,8;3\n78;300\n", ["line 2", "7.8", "rebound"]),  # alone at its height
-        ("bounce;height\n78;300\n", ["drops.csv", "line 1", "rebound"]),
-        ("rebound;Rückprallhöhe [mm]\n78;78\n", ["drops.csv", "line 1", "rebound"]),
-        ("rebound;height\n", ["drops.csv"]),
+        (
+            "rebound [mm];height [mm]\n78;300\nhigh;300\n",
+            ["drops.csv", "line 3", "rebound", "high"],
+        ),
+        ("rebound [mm];height [mm]\n78;300\n;300\n", ["drops.csv", "line 3", "rebound"]),
+        ("rebound [mm];height [mm]\n78;300\n0,3;300\n", ["line 3", "0.3", "doubtful"]),
+        (
+            "rebound [mm];height [mm]\n7,8;3\n78;300\n",
+            ["line 2", "7.8", "rebound"],
+        ),  # alone at its height
+        ("bounce;height [mm]\n78;300\n", ["drops.csv", "line 1", "rebound"]),
+        ("rebound [mm];Rückprallhöhe [mm]\n78;78\n", ["drops.csv", "line 1", "rebound"]),
+        ("rebound [mm];height [mm]\n", ["drops.csv"]),
+        ("rebound;height [mm]\n78;300\n79;\n", ["line 2, column rebound", "78", "no unit"]),
     ],
 )
 def test_a_fault_of_a_table_has_its_line(here, capsys, text, facts):

@@ -25,10 +25,10 @@ def _add_new(commands):
 
     new = commands.add_parser(
         "new",
-        help="begin a study: asks what it is not told",
+        help="begin a study from what a laboratory measured",
         description="Write a study of your material and rig into a new folder. Values carry their "
-        "unit. What no option tells of a funnel's heap is asked for at a terminal. An option of a "
-        "test takes its readings, then key=value for the rest: --drop 78mm 81mm height=300mm.",
+        "unit. An option of a test takes its readings, then key=value for the rest: --drop 78mm "
+        "81mm height=300mm.",
     )
     new.add_argument(
         "folder", type=Path, nargs="?", help="folder to write; its name becomes the study's"
@@ -51,7 +51,7 @@ def _add_new(commands):
         "--grains",
         type=_whole,
         help="to simulate at most; larger ones of the same volume are poured where your rig takes "
-        "more. 10,000 unless given",
+        "more. 4,000 unless given, 10,000 where a funnel's heap is all that was measured",
     )
     new.add_argument("--no-pilot", action="store_true", help="make no runs to try ranges and rigs")
     add_options(new)
@@ -65,16 +65,19 @@ def _whole(text):
 
 
 def _new(args):
-    from calibration.study.new import options, questions, study  # load pandas and the schemas
-    from calibration.study.new.grains import FINE_MM
+    from calibration.runs.feasibility import check_ahead  # loads pandas and the schemas
+    from calibration.study.new import options, study
+    from calibration.study.new.answers import read_entries
+    from calibration.study.new.laboratory import laboratory_of
 
-    if args.sheet and not options.has_workbook(args):
+    words = options.words_given(args)
+    if args.sheet and not any(word.lower().endswith(".xlsx") for word in words):
         raise CalibrationError(
             f"--sheet {args.sheet}: no option names a workbook; allowed: beside one, such as "
             "--measured tests.xlsx"
         )
     if args.workbook:
-        if args.folder or options.tells_anything(args):
+        if args.folder or words:
             raise CalibrationError(
                 f"--workbook {args.workbook}: writes an empty workbook, and what stands beside it "
                 f"would be lost; allowed: by itself, or --from {args.workbook} where it is filled "
@@ -86,47 +89,21 @@ def _new(args):
         return
     if args.folder is None:
         raise CalibrationError("the folder is missing; allowed: dem new FOLDER, or --workbook XLSX")
-    study.check_folder(args.folder)
+    name, raws = study.check_folder(args.folder), []
     if args.workbook_filled:
         from calibration.study.new.workbook import read_workbook
 
-        _laboratory(args, [*read_workbook(args.workbook_filled), *options.raws_of(args)])
-        return
-    if options.tells_a_laboratory(args):
-        _laboratory(args, options.raws_of(args))
-        return
-    values, heap, factors, sizes = questions.answers(args, questions.at_terminal())
-    told = [text for words in getattr(args, "method_bulk-density") for text in words]
-    if heap.diameter_mm < FINE_MM:  # it sticks, whoever was asked at the terminal
-        _laboratory(args, options.raws_of_heap(values, heap, told, args.material))
-        return
-    print(questions.said_back(values))
-    bulk = questions.bulk_densities(told, heap)
-    most = questions.most_grains(args.grains)
-    for sentence in study.write_study(args.folder, values, heap, factors, sizes, bulk, most):
+        raws = read_workbook(args.workbook_filled)
+    entries = read_entries([*raws, *options.raws_of(args)])
+    laboratory = laboratory_of(name, args.folder, entries, args.grains)
+    for sentence in study.write_study(laboratory, check_ahead):
         print(sentence)
     if not args.no_pilot:
-        from calibration.study.new.trial import try_study  # compiles the engine
+        from calibration.study.new import trial  # compiles the engine
 
-        try_study(args.folder, print)
-    print(f"wrote {args.folder}; next: calibration run '{args.folder}'")
-
-
-def _laboratory(args, raws):
-    """A study of all tests that were told."""
-    from calibration.runs.feasibility import check_ahead
-    from calibration.study.new.answers import read_entries
-    from calibration.study.new.laboratory import laboratory_of, write_laboratory
-    from calibration.study.new.questions import most_grains
-
-    most = most_grains(args.grains) if args.grains else None
-    laboratory = laboratory_of(args.folder, read_entries(raws), most)
-    for sentence in write_laboratory(laboratory, check_ahead):
-        print(sentence)
-    if not args.no_pilot:
-        from calibration.study.new.trial import try_rigs  # compiles the engine
-
-        if without := try_rigs(args.folder, print):
+        if laboratory.alone:
+            trial.try_study(args.folder, print)
+        elif without := trial.try_rigs(args.folder, print):
             print(
                 f"wrote {args.folder}; do not start it as it is: {', '.join(without)} gave no value"
             )
@@ -210,18 +187,9 @@ def _add_shear(commands):
     shear = commands.add_parser(
         "shear",
         help="yield locus out of a shear tester's table",
-        description="Read normal and shear stresses out of tables, or out of what RheoCompass "
-        "(Anton Paar) exports, and tell the yield locus.",
+        description="Read normal and shear stresses out of tables, and tell the yield locus.",
     )
     shear.add_argument("tables", type=Path, nargs="+", metavar="TABLE")
-    shear.add_argument(
-        "--intervals",
-        type=int,
-        nargs="+",
-        default=[],
-        metavar="N",
-        help="of an export: those that are points of the yield locus, and no pre-shear",
-    )
     shear.add_argument("--out", type=Path, help="table of shear stresses to write")
     shear.add_argument("--sheet", help="of a workbook with several: the one with the stresses")
     shear.set_defaults(command=_shear)
@@ -230,7 +198,7 @@ def _add_shear(commands):
 def _shear(args):
     from calibration.intake.shear_tester import measure_shear  # loads scipy
 
-    for line in measure_shear(args.tables, args.intervals, args.out, args.sheet):
+    for line in measure_shear(args.tables, args.out, args.sheet):
         print(line)
 
 

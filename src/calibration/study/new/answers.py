@@ -99,7 +99,7 @@ def _read(method, key, texts, raw, faults):
                           "in one word, without spaces")  # fmt: skip
             continue
         try:
-            found.append(Answer(text.strip(), q.read(text), place))
+            found.append(Answer(text.split(" [")[0].strip(), q.read(text), place))
         except CalibrationError as error:
             said = str(error)
             faults.append(f"{place}: {said.removeprefix(f'{text.strip()}: ')}"
@@ -125,8 +125,8 @@ def _question(method, key, answers):
 
 def _uneven(method, answers, raw):
     """A fault where a method's columns of one row are not all there: axes, sieves."""
-    together = [] if method.becomes else [q.key for q in method.readings]
-    counts = {key: len(answers.get(key, ())) for key in together}
+    together = [] if method.becomes else method.readings
+    counts = {q.key: len(answers.get(q.key, ())) for q in together if q.needed or q.key in answers}
     if len(together) > 1 and len(set(counts.values())) > 1:
         told = ", ".join(f"{n} of {key}" for key, n in counts.items())
         return [f"{raw.place}: {told}; allowed: as many of each"]
@@ -248,10 +248,15 @@ def words_of(method: Method, words: Iterable[str], place: str) -> Raw:
             for one in separate(text):
                 answers.setdefault(key.strip(), []).append((one, f"{place} {word}"))
         else:
-            whole = len(readings) > 1 and len(_PARTS.split(word)) == len(readings)
+            whole = len(readings) > 1 and len(_PARTS.split(word)) in _lengths(readings)
             for one in [word] if whole else separate(word):
                 _row(method, readings, one, f"{place} {word}", answers)
     return Raw(method.name, answers, place)
+
+
+def _lengths(readings):
+    """Numbers that a row may have: all, or those that are needed."""
+    return (len(readings), sum(q.needed for q in readings))
 
 
 def _row(method, readings, word, place, answers):
@@ -261,14 +266,14 @@ def _row(method, readings, word, place, answers):
         answers.setdefault(readings[0].key, []).append((word, place))
         return
     parts = _PARTS.split(word)
-    if len(parts) != len(readings):
+    if len(parts) not in _lengths(readings):
         columns = " x ".join(q.key for q in readings)
         raise CalibrationError(
             f"{place}: has {len(parts)} of {len(readings)} numbers; allowed: {columns} in one "
             f"word, a word a grain, such as {'x'.join(q.example.split()[0] for q in readings)}mm"
         )
     unit = re.sub(r"^[\d.,\s+-]+", "", parts[-1])
-    for q, part in zip(readings, parts, strict=True):
+    for q, part in zip(readings, parts, strict=False):
         bare = not re.search(r"[A-Za-zµ%°]", part)
         text = f"{part} {unit}" if bare and unit and q.unit else part
         answers.setdefault(q.key, []).append((text, place))
@@ -293,11 +298,12 @@ def separate(text: str) -> list[str]:
 
 
 def with_unit(q: Question | None, text: str, unit: str | None) -> str:
-    """A cell's text; with its heading's unit where that is not the question's own."""
+    """A cell's text with its heading's unit: in brackets where that is the question's own, as who
+    fills in a column may not have read it."""
     if q is None or not unit or not q.unit or has_unit(text.replace(",", ".")):
         return text
     own = unit_of(q.unit)
-    return text if unit in (own, in_ascii(own)) else f"{text} {unit}"
+    return f"{text} [{own}]" if unit in (own, in_ascii(own)) else f"{text} {unit}"
 
 
 def entries_of(

@@ -2,34 +2,27 @@
 become, and where each of them went."""
 
 import math
-import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import fmean
 
-import pandas as pd
-import yaml
-
 from calibration.errors import CalibrationError
-from calibration.files import write_table, write_text
-from calibration.study.config import Config, parse_config
+from calibration.intake.tables import summary
 from calibration.study.factors import Factor, factor_of
 from calibration.study.new.answers import Faults, far_apart
 from calibration.study.new.grains import Grains, clump_of_axes, mean_axes, short, volume_mm3
-from calibration.study.new.heap import RAYLEIGH, STEEL
+from calibration.study.new.heap import FEWEST, MOST, RAYLEIGH
 from calibration.study.new.methods import Entry, LaboratoryTest
 from calibration.study.new.methods.wall_friction import EXPERIMENT as SLID_ON_A_WALL
-from calibration.study.new.questions import sieve_curve, size_distribution
 from calibration.study.new.ranges import factors_of
-from calibration.study.new.study import LAWS, MEASURED, check_folder, write_factors
+from calibration.study.new.sizes import mean_diameter, sieve_curve, size_distribution
 from dem.advice import TREMBLES, bed_pressure, pressed_step
 from dem.constants import GRAVITY
 from dem.contact.registry import ContactParameters, Laws, Material
-from dem.errors import DemError
 from dem.experiments import experiments
 from dem.timescales import rayleigh_time
-from dem.units import has_unit, unit_of
+from dem.units import behind, has_unit, unit_of
 
 SOFTENED_PA = 3.0e6
 DEEPEST = 0.08  # overlap over radius under the largest load, by Hertz; the engine stops at 0.3
@@ -43,9 +36,8 @@ BONDS = (0.5, 50.0)
 from a little moisture to a powder that stands as a wall; a choice of this project, no source."""
 COHESION = "law_parameters.surface_energy_J_m2"
 WALL_COHESION = "law_parameters.wall_surface_energy_J_m2"
-GIVEN, CLUMP, PAGE = "given.csv", "clump.csv", "README.md"
-MARGINS = {"angle_of_repose_deg": 1.0}
-MARGIN = 0.02  # of any other target: a difference that does not matter
+CLUMP = "clump.csv"
+"""The file of a grain's spheres, in the study's folder."""
 
 
 @dataclass(frozen=True)
@@ -65,13 +57,22 @@ class Laboratory:
         """The test whose target the chain is calibrated to."""
         return self.tests[0]
 
+    @property
+    def alone(self) -> bool:
+        """Whether a heap of dry grains is all that was measured: the chain calibrates to it."""
+        return [t.experiment for t in self.tests] == ["heap"] and not self.grains.sticky
 
-def laboratory_of(folder: Path, entries: Sequence[Entry], most: int | None = None) -> Laboratory:
-    """`Laboratory` of a new folder. Raises CalibrationError for what no study can be made of, all
-    faults at once."""
-    name = check_folder(folder)
-    grain, shape, said = _grains(folder, entries, most)
+
+def laboratory_of(
+    name: str, folder: Path, entries: Sequence[Entry], most: int | None = None
+) -> Laboratory:
+    """`Laboratory` of a study's name and new folder; most: grains that are simulated at most.
+    Raises CalibrationError for what no study can be made of, all faults at once."""
+    if most is not None and most < FEWEST:
+        raise CalibrationError(f"--grains {most}: make no heap; allowed: {FEWEST} or more")
     tested = sorted((e for e in entries if e.method.becomes), key=lambda e: e.method.rank)
+    alone = [e.method.name for e in tested] == ["funnel"]
+    grain, shape, said = _grains(folder, entries, most or (MOST if alone else None))
     _refuse_without_lead(tested)
     material = next((e.value("material") for e in entries if e.values("material")), None)
     factors = factors_of(material)
@@ -97,7 +98,11 @@ def laboratory_of(folder: Path, entries: Sequence[Entry], most: int | None = Non
     measured = _measured_ranges(tests)
     factors = [_ranged(f, measured, grain) for f in factors] + _cohesion(grain, tests)
     given = [row for e in entries for row in _went(e, tests, tested, shape)]
-    said += [s for t in tests for s in t.said] + _sticky(grain) + _doubts(tested)
+    read = [(e, q) for e in tested for q in e.method.readings if len(e.values(q.key)) > 1]
+    said = [
+        f"{e.method.title}: {summary(e.values(q.key), behind(unit_of(q.unit)))}" for e, q in read
+    ] + said
+    said += [s for t in tests for s in t.said] + _sticky(grain) + _doubts(read)
     return Laboratory(name, folder, grain, tests, factors, given, list(dict.fromkeys(said)))
 
 
@@ -146,8 +151,7 @@ def _of_sieves(entry, shared):
         else size_distribution(entry.values("size"), entry.values("passing"), entry.place("size"))
     )
     low, high = min(sizes["diameters_mm"]), max(sizes["diameters_mm"])
-    by_number = [f / d**3 for f, d in zip(sizes["fractions"], sizes["diameters_mm"], strict=True)]
-    mean = (1.0 / sum(by_number)) ** (1 / 3)
+    mean = mean_diameter(sizes)
     went = dict.fromkeys(("size", "passing", "file"), "the grains' size distribution")
     said = [f"sieve analysis: {len(sizes['fractions'])} classes of {low:g} to {high:g} mm; the "
             f"grain of mean volume has {mean:.3g} mm"]  # fmt: skip
@@ -155,7 +159,9 @@ def _of_sieves(entry, shared):
 
 
 def _of_axes(folder, entry, shared):
-    *axes, diameter = mean_axes(*(entry.values(k) for k in ("length", "width", "thickness")))
+    flat = entry.values("thickness")
+    columns = [entry.values("length"), entry.values("width"), flat or entry.values("width")]
+    *axes, diameter = mean_axes(*columns)
     try:
         spheres = clump_of_axes(*axes)
     except CalibrationError as error:
@@ -163,9 +169,11 @@ def _of_axes(folder, entry, shared):
     shape = f"a clump of {len(spheres)} spheres ({CLUMP})" if spheres else "a sphere"
     number, mean = len(entry.values("length")), " x ".join(f"{x:.3g}" for x in axes)
     said = [
-        f"three axes of {number} {'grain' if number == 1 else 'grains'}: {mean} mm, {shape} "
+        f"axes of {number} {'grain' if number == 1 else 'grains'}: {mean} mm, {shape} "
         f"with the volume of one of {diameter:.3g} mm"
     ]
+    if not flat:
+        said.append("without a thickness your grain is taken to be a spheroid, as thick as wide")
     went = dict.fromkeys(("length", "width", "thickness"), f"the grains' size and shape: {shape}")
     file = (folder / CLUMP).as_posix()
     grains = Grains(diameter, spheres=spheres, clump_file=file if spheres else "", **shared)
@@ -180,7 +188,8 @@ def _refuse_without_lead(tested):
         raise CalibrationError(
             f"nothing of grains upon grains was measured ({told}): friction and rolling between "
             "grains would stay open; allowed: an angle of repose (funnel, lifted cylinder), a bulk "
-            "density, a discharge, a shear cell or wall friction beside"
+            "density, a discharge, a shear cell or wall friction beside. A funnel is told by "
+            "--measured, --orifice, --plate and --height; dem new --help lists all tests"
         )
     if not any(_leads(e) for e in tested):
         first = next(e for e in tested if e.method.leads)
@@ -319,8 +328,7 @@ def _refuse_two_walls(tests, tested):
         )
 
 
-def _doubts(tested):
-    read = ((e, q) for e in tested for q in e.method.readings if len(e.values(q.key)) > 1)
+def _doubts(read):
     doubts = (far_apart(e.values(q.key), unit_of(q.unit)) for e, q in read)
     return [doubt for doubt in doubts if doubt]
 
@@ -449,171 +457,3 @@ def _places(entry, tests, tested, shape):
         "material": "the ranges of factors.tsv that no test measured",
     }
     return shared | own | shape
-
-
-def write_laboratory(
-    laboratory: Laboratory, check: Callable[[Config], None] | None = None
-) -> list[str]:
-    """Write the study's files into its new folder and check them; check: a further check of the
-    configuration. Returns sentences: what was chosen. Raises CalibrationError, with nothing
-    left."""
-    folder, lab = laboratory.folder, laboratory
-    folder.mkdir(parents=True)
-    try:
-        write_table(_measured(lab.tests), folder / MEASURED)
-        write_table(pd.DataFrame(lab.given), folder / GIVEN)
-        if lab.grains.spheres:
-            columns = ["x_mm", "y_mm", "z_mm", "radius_mm"]
-            write_table(pd.DataFrame(lab.grains.spheres, columns=columns), folder / CLUMP)
-        write_factors(folder / "factors.tsv", lab.factors)
-        text = configuration(lab)
-        write_text(text, folder / "config.yaml")
-        write_text(page(lab), folder / PAGE)
-        config = parse_config(yaml.safe_load(text), files=[folder / "config.yaml"])
-        if check:
-            check(config)
-    except (CalibrationError, DemError) as error:
-        for path in folder.iterdir():
-            path.unlink()
-        folder.rmdir()
-        # the files it may name are gone
-        fault = re.sub(rf"^{re.escape(str(folder))}/[\w.]+(, line \d+)?: ", "", str(error))
-        raise CalibrationError(f"what was given makes no study that can run: {fault}") from None
-    return lab.said
-
-
-def _measured(tests):
-    columns = ["experiment", "quantity", "value", "unit", "sd", "n"]
-    table = pd.DataFrame([row for t in tests for row in t.rows])
-    levers = [c for c in table.columns if c not in (*columns, "role", "note")]
-    order = [*columns, *levers, *(c for c in ("role", "note") if c in table.columns)]
-    table = table.reindex(columns=order)
-    return (
-        table.astype({"n": "Int64"})
-        if table["n"].notna().any()
-        else table.drop(columns=["sd", "n"])
-    )
-
-
-def _yaml(data, indent=0):
-    text = yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=1000)
-    return "".join(f"{' ' * indent}{line}\n" for line in text.splitlines())
-
-
-def configuration(lab: Laboratory) -> str:
-    """The text of the study's config.yaml."""
-    lead, path = lab.leading, lab.folder.as_posix()
-    quoted = yaml.safe_dump(path, allow_unicode=True, width=1000).splitlines()[0]
-    fixed = {f.name: float(f"{f.centre:.4g}") for f in lab.factors}
-    metric = lead.metrics[0]
-    margin = MARGINS.get(metric) or float(f"{MARGIN * lead.rows[0]['value']:.3g}")
-    laws = dict(LAWS) | ({"cohesion": "jkr"} if lab.grains.sticky else {})
-    run = {
-        "materials": {
-            "particle": {
-                "density_kg_m3": lab.grains.density_kg_m3,
-                "shear_modulus_Pa": lab.grains.shear_modulus_Pa,
-            },
-            "wall": {
-                "density_kg_m3": STEEL.density,
-                "shear_modulus_Pa": STEEL.shear_modulus,
-                "poisson_ratio": STEEL.poisson_ratio,
-            },
-        },
-        "laws": laws,
-        **_energies(lab),
-    } | lead.run
-    return f"""\
-# A study of {lab.folder.name}. From the folder that {quoted} lies in:
-#   calibration run {quoted} joint    all tests together
-#   calibration run {quoted}          the chain as well, and results/{lab.name}/report.html
-#   --config resolution=quick beside it: a quarter of the grains of {lead.rig}, for a first look
-# README.md beside this file says where each value that you gave went.
-name: {lab.name}
-factors: {yaml.safe_dump(f"{path}/factors.tsv", allow_unicode=True, width=1000).splitlines()[0]}
-measurements: {yaml.safe_dump(f"{path}/{MEASURED}", allow_unicode=True, width=1000).splitlines()[0]}
-experiment: {lead.experiment}
-target: {{ metric: {metric} }}
-supplements: [joint, joint_export] # the report waits for them: one posterior over all tests
-
-fixed: # a factor's level while it is not varied: the middle of its range
-{_yaml(fixed, 2)}
-# what all runs share; the shear modulus is softened, for longer time steps; walls are as stiff as
-# steel
-run:
-{_yaml(run, 2)}
-rigs: # each test as it is simulated; {lead.rig} is the study's own run
-{_yaml(_rigs(lab), 2)}
-targets:
-{_yaml(_targets(lab.tests), 2)}
-screening: {{ at_least: 3, at_most: 3 }}
-ascent: {{ rule: effects, steps: 5 }}
-# margin: a difference that does not matter, in the unit of {metric}
-validation: {{ groups: 2, replicates: 5, margin: {margin:g} }}
-{_diagnosed(lab)}"""
-
-
-def _energies(lab):
-    """The constants of the law of cohesion, in the middle of their ranges."""
-    own = {f.key.removeprefix("law_parameters."): f.centre for f in lab.factors
-           if f.key.startswith("law_parameters.")}  # fmt: skip
-    return {"law_parameters": {k: float(f"{v:.4g}") for k, v in own.items()}} if own else {}
-
-
-def _diagnosed(lab):
-    """Lines: the rigs in which the diagnosis simulates the tests that are not the study's own
-    experiment; the settings of measured.csv are laid over them."""
-    found: dict = {}
-    for test in lab.tests[1:]:
-        if test.experiment != lab.leading.experiment:
-            found.setdefault(test.experiment, {"run": test.run})
-    if not found:
-        return ""
-    text = _yaml({"experiments": found}, 2)
-    return f'diagnosis: # what "calibration run ... diagnose" simulates each test in\n{text}'
-
-
-def _rigs(lab):
-    own = {lab.leading.rig: {"experiment": lab.leading.experiment}}
-    return own | {t.rig: {"experiment": t.experiment, "run": t.run} for t in lab.tests[1:]}
-
-
-def _targets(tests):
-    return [
-        {"rig": t.rig, "metric": metric}
-        | ({"discrepancy": t.discrepancy[metric]} if metric in t.discrepancy else {})
-        for t in tests
-        for metric in t.metrics
-    ]
-
-
-def page(lab: Laboratory) -> str:
-    """The text of the study's README.md: what was chosen, and where each given value went."""
-    lines = ([r["test"], r["question"], f"{r['value']} {r['unit']}".strip(), r["became"]]
-             for r in lab.given)  # fmt: skip
-    rows = "\n".join(f"| {' | '.join(line)} |" for line in lines)
-    chosen = "\n".join(f"- {s[0].upper()}{s[1:]}." for s in lab.said)
-    ranges = "\n".join(
-        f"| {f.name} | {f.low:g} | {f.high:g} | {f.description} |" for f in lab.factors
-    )
-    return f"""\
-# {lab.folder.name}
-
-`calibration run {lab.folder.as_posix()} joint` calibrates to all tests together.
-
-## Where each value went
-
-| test | question | value | became |
-|---|---|---|---|
-{rows}
-
-## What was chosen
-
-{chosen or "- Nothing beyond what was given."}
-
-## Ranges
-
-| factor | low | high | source |
-|---|---|---|---|
-{ranges}
-"""

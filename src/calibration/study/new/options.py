@@ -1,16 +1,14 @@
 """The methods' questions as options of `dem new`, and the options' words as answers."""
 
 import argparse
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from calibration.errors import CalibrationError
-from calibration.intake.photo_names import PICTURES
+from calibration.intake.photo_names import PICTURES, refuse_twice, without_fits
 from calibration.study.new.answers import Raw, words_of
-from calibration.study.new.grains import FINE_MM
-from calibration.study.new.methods import Question, methods
-from calibration.study.new.reading_tables import TABLES, is_table, raws_of_tables
+from calibration.study.new.methods import Method, methods
+from calibration.study.new.reading_tables import is_table, joined, raws_of_tables
 
 MANY = ("measured",)
 """Options of a single question that take several words."""
@@ -61,143 +59,60 @@ def _words_help(method):
     return f"{first.text}: {_one_word(first.example)}; beside it {keys}".replace("%", "%%")
 
 
-def tells_a_laboratory(args: argparse.Namespace) -> bool:
-    """Whether the options tell more than a funnel's heap of dry, coarse grains, beside which a bulk
-    density alone may stand."""
-    told = [name for name in methods() if getattr(args, f"method_{name}", None)]
-    if told and told != ["bulk-density"]:
-        return True
-    funnel = args.measured or args.orifice
-    return bool((told and not funnel) or args.moisture or args.plate_of or _is_fine(args.grain))
-
-
-def tells_anything(args: argparse.Namespace) -> bool:
-    """Whether any question is answered by an option."""
-    return any(
-        getattr(args, f"method_{method.name}", None)
-        or any(getattr(args, _dest(q), None) for q in method.questions if q.option)
-        for method in methods().values()
-    )
-
-
-def has_workbook(args: argparse.Namespace) -> bool:
-    """Whether an option's words name a workbook, which has sheets."""
-    words = [str(args.sieve or ""), *(args.measured or [])]
-    for method in methods():
-        words += [word for told in getattr(args, f"method_{method}", None) or [] for word in told]
-    return any(Path(word).suffix.lower() == ".xlsx" for word in words)
-
-
-def _is_fine(text):
-    """Whether a diameter is that of grains that stick; what cannot be read is told later."""
-    from calibration.intake.numbers_with_units import said_number
-    from dem.units import UnitError, has_unit, question
-
-    try:
-        value = said_number(text, "mm") if text else FINE_MM
-    except UnitError:
-        return False
-    return value < FINE_MM and (has_unit(text) or not question("diameter_mm", value))
+def words_given(args: argparse.Namespace) -> list[str]:
+    """All words of the options that answer a question."""
+    found = [
+        word for m in methods() for words in getattr(args, f"method_{m}", ()) for word in words
+    ]
+    single = [getattr(args, _dest(q)) for m in methods().values() for q in m.questions if q.option]
+    return found + [w for one in single for w in (one if isinstance(one, list) else [one]) if w]
 
 
 def raws_of(args: argparse.Namespace) -> list[Raw]:
-    """[Raw] of all that the options tell. Raises CalibrationError for angles in a table or in
-    photographs that cannot be read."""
+    """[Raw] of all that the options tell. Raises CalibrationError for tables or photographs that
+    cannot be read."""
     found = []
     for method in methods().values():
-        single = _single(method, args)
-        entries = getattr(args, f"method_{method.name}", None) or ([[]] if single else [])
-        for k, words in enumerate(entries):
-            files = [] if _of_heaps(method) else [word for word in words if is_table(word)]
-            told = [word for word in words if word not in files]
-            raw = words_of(method, told, f"option --{method.name}")
-            if files:
-                raws, said = raws_of_tables(method, files, raw, getattr(args, "sheet", None))
-                found += raws
-                print(*said, sep="\n", end="\n" if said else "")
-                continue
-            answers = dict(_read_files(method, raw, args))
-            if twice := answers.keys() & single.keys() if k == 0 else ():
-                key = min(twice)
-                raise CalibrationError(
-                    f"{single[key][0][1]}: {key} stands in --{method.name} too; allowed: one of "
-                    "the two"
-                )
-            answers |= single if k == 0 else {}
-            found.append(Raw(method.name, answers, raw.place))
+        several = getattr(args, f"method_{method.name}", ())
+        place, sheet = f"option --{method.name}", args.sheet
+        raws = [raw for words in several for raw in _told(method, words, place, sheet)]
+        beside = [Raw(method.name, {}, place)]
+        for q in (q for q in method.questions if q.option and getattr(args, _dest(q))):
+            given, place = getattr(args, _dest(q)), f"option --{q.option}"
+            own = Raw(method.name, {q.key: [(given, f"{place} {given}")]}, place)
+            more = _told(method, given, place, sheet) if q.option in MANY else [own]
+            beside = [joined(raw, other) for raw in beside for other in more]
+        if beside[0].answers:  # of the first, where there are several
+            raws = [joined(a, b) for a in raws[:1] for b in beside] + raws[1:] or beside
+        found += raws
     return found
 
 
-def _of_heaps(method):
-    """Whether a method reads angles of repose: those stand in photographs too."""
-    return any(q.unit == "angle_of_repose_deg" for q in method.readings)
+def _told(method: Method, words: Sequence[str], place: str, sheet: str | None) -> list[Raw]:
+    """[Raw] of an option's words: readings, key=value, tables, and photographs of heaps."""
+    files = [word for word in words if is_table(word)]
+    rest = [word for word in words if word not in files]
+    if method.readings[0].unit == "angle_of_repose_deg":
+        rest = _measured_photographs(rest)
+    raw = words_of(method, rest, place)
+    if not files:
+        return [raw]
+    raws, said = raws_of_tables(method, files, raw, sheet)
+    print(*said, sep="\n", end="\n" if said else "")
+    return raws
 
 
-def _read_files(method, raw, args):
-    """(key, [(text, place)]) with the angles of photographs and of a table in place of their
-    names."""
-    for key, texts in raw.answers.items():
-        q = method.question(key)
-        angles = q is not None and q.reading and q.unit == "angle_of_repose_deg"
-        files = [t for t, _ in texts if Path(t).suffix.lower() in (*PICTURES, *TABLES)]
-        if not (angles and files):
-            yield key, texts
-            continue
-        place = f"{raw.place} {files[0]}" if len(files) == 1 else raw.place
-        yield (
-            key,
-            [(t, p) for t, p in texts if t not in files]
-            + [(f"{value:.6g}", place) for value in _angles(files, args)],
-        )
+def _measured_photographs(words):
+    """The words with the angles of photographs in place of their names; says what was left out,
+    and what is not corrected."""
+    paths = [Path(word) for word in words if Path(word).suffix.lower() in PICTURES]
+    if not paths:
+        return words
+    from calibration.intake.photo import measure_photo  # brings image libraries along
+    from calibration.intake.photo.table import uncorrected
 
-
-def _single(method, args):
-    """{key: [(text, place)]} of a method's questions that have options by themselves."""
-    return {
-        q.key: list(_texts(q, args))
-        for q in method.questions
-        if q.option and getattr(args, _dest(q), None)
-    }
-
-
-def _texts(q: Question, args: argparse.Namespace) -> Iterator[tuple[str, str]]:
-    given = getattr(args, _dest(q))
-    place = f"option --{q.option}"
-    if q.option == "measured":
-        for value in _angles(given, args):
-            yield f"{value:.6g}", place
-    else:
-        yield str(given), place
-
-
-def _angles(given: Sequence[str], args: argparse.Namespace) -> list[float]:
-    """Angles [deg] of numbers, of a table or of photographs."""
-    from calibration.study.new.questions import measured_angles
-
-    return measured_angles(list(given), getattr(args, "sheet", None))
-
-
-def raws_of_heap(
-    values: Sequence[float], heap: Any, bulk: Sequence[str], material: str | None
-) -> list[Raw]:
-    """[Raw] of a funnel's heap that was asked for at the terminal; heap: `Heap`."""
-    funnel = {
-        "measured": [f"{v:.6g}" for v in values],
-        "orifice": [f"{heap.orifice_diameter_mm:g} mm"],
-        "plate": [f"{heap.plate_diameter_mm:g} mm"],
-        "height": [f"{heap.discharge_height_mm:g} mm"],
-    }
-    if heap.plate_rim_height_mm:
-        funnel["rim"] = [f"{heap.plate_rim_height_mm:g} mm"]
-    if heap.mass_flow_g_s is not None:
-        funnel["rate"] = [f"{heap.mass_flow_g_s:g} g/s"]
-    grain = {"density": [f"{heap.density_kg_m3:g} kg/m3"], "diameter": [f"{heap.diameter_mm:g} mm"]}
-    if material:
-        grain["material"] = [material]
-    told = {"grain": grain, "funnel": funnel} | (
-        {"bulk-density": {"density": bulk}} if bulk else {}
-    )
-    return [
-        Raw(name, {k: [(t, f"answer {k}") for t in texts] for k, texts in answers.items()}, name)
-        for name, answers in told.items()
-    ]
+    photos, said = without_fits(paths)
+    refuse_twice(photos)
+    angles = [round(measure_photo(p).angle_deg, 3) for p in photos]
+    print(*said, uncorrected(angles), sep="\n")
+    return [word for word in words if Path(word) not in paths] + [f"{x:.6g}" for x in angles]

@@ -72,14 +72,14 @@ def raws_of_tables(
     found, said = [], []
     for file in files:
         raws, unread = _of_table(method, Path(file), sheet)
-        found += [_joined(raw, beside) for raw in raws]
+        found += [joined(raw, beside) for raw in raws]
         if unread:
             said.append(f"{file}: not read: {', '.join(unread)}")
     return found, said
 
 
-def _joined(raw, beside):
-    """A table's answers with those beside it."""
+def joined(raw: Raw, beside: Raw) -> Raw:
+    """Answers with those beside them. Raises CalibrationError for one that stands in both."""
     if twice := raw.answers.keys() & beside.answers.keys():
         key = min(twice)
         raise CalibrationError(
@@ -91,7 +91,7 @@ def _joined(raw, beside):
 
 def _of_table(method, path, sheet):
     """([Raw], headings that are not read) of one table."""
-    table = read_table(path, sheet=sheet)
+    table = with_points(read_table(path, sheet=sheet))
     if "quantity" in table.header:
         return list(_of_measured(method, path, sheet)), []
     columns = _columns(method, table)

@@ -1,46 +1,28 @@
-"""The files of a new study: a configuration of one page, the factors and the measured values."""
+"""The files of a new study: its configuration, the factors, the measured values, and a page that
+tells where each given value went."""
 
-from __future__ import annotations
-
-import math
 import re
 import unicodedata
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 import yaml
 
 from calibration.errors import CalibrationError
 from calibration.files import write_table, write_text
-from calibration.intake.measurements import readings_table
-from calibration.intake.quantities import quantity_name
-from calibration.intake.tables import summary
-from calibration.study.config import parse_config
-from calibration.study.config.schema import COARSER
-from calibration.study.factors import COLUMNS
-from calibration.study.new.heap import MOST, STEEL, roomy_height
+from calibration.study.config import Config, parse_config
+from calibration.study.factors import COLUMNS, Factor
+from calibration.study.new.heap import STEEL
+from calibration.study.new.laboratory import CLUMP, Laboratory
 from dem.contact.catalogue import DEFAULTS
 from dem.errors import DemError
-from dem.experiments import experiments
-from dem.experiments.heap import PACKING
-from dem.flow import FREE_FLOW_RATIO
-
-if TYPE_CHECKING:
-    from calibration.study.factors import Factor
-    from calibration.study.new.heap import Heap
-
 
 LAWS = {slot: DEFAULTS[slot] for slot in ("rolling", "torsion")}
 """Laws that the file of a new material names: the engine's defaults, so that they are seen."""
-MEASURED = "measured.csv"
-PACKED = "poured_density_kg_m3"  # metric of the second experiment
-ENOUGH = 1000  # grains of a heap; 600 of sand scattered by 2.3 deg, 2,500 by 0.9
-CLOGS = 3.0  # grains across an orifice that none pass for long
-ACROSS = 10.0  # largest grains across the vessel of a bulk density
-LEAST_ACROSS = 6.0  # of a sieve curve, whose small grains are many
-DEEP = 0.9  # of the vessel's width is filled
+MEASURED, GIVEN, PAGE = "measured.csv", "given.csv", "README.md"
+MARGINS = {"angle_of_repose_deg": 1.0}
+MARGIN = 0.02  # of any other target: a difference that does not matter
 _REFUSED = re.compile(r"[^\w\s.,()+/-]|\s\s|^\s|\s$|[\n\t]")
 
 
@@ -67,82 +49,6 @@ def check_folder(folder: str | Path) -> str:
     return name
 
 
-def write_study(
-    folder: str | Path,
-    values: Sequence[float],
-    heap: Heap,
-    factors: Sequence[Factor],
-    sizes: Mapping[str, Any] | None = None,
-    bulk: Sequence[float] = (),
-    most: int = MOST,
-) -> list[str]:
-    """Write config.yaml, factors.tsv and measured.csv into a new folder and check them.
-
-    values (n,): measured angles [deg]; heap: `Heap` of the laboratory; sizes: `particles.sizes` of
-    a sieve curve; bulk (m,): poured bulk densities [kg/m3], which the calibrated grains are tried
-    on; most: grains that are simulated at most. Returns sentences: what was chosen. Raises
-    CalibrationError, with nothing left.
-    """
-    folder, name = Path(folder), check_folder(folder)
-    if heap.orifice_diameter_mm < CLOGS * heap.diameter_mm:
-        raise CalibrationError(
-            f"orifice_diameter_mm {heap.orifice_diameter_mm:g}: any funnel clogs; allowed: at "
-            f"least "
-            f"{CLOGS:g} times the largest grain ({heap.diameter_mm:g} mm)"
-        )
-    simulated = heap if sizes else heap.of_at_most(most)
-    second = packing(heap, sizes) if bulk else None
-    text = _configuration(folder, name, simulated, factors, sizes, second)
-    folder.mkdir(parents=True)
-    try:
-        angles = readings_table("heap", "angle_of_repose", [f"{v:g}" for v in values], "deg")
-        packed = readings_table(
-            _experiment_of(PACKED), quantity_name(PACKED), [f"{v:g}" for v in bulk], "kg/m3"
-        )
-        write_table(pd.concat([angles, packed]) if bulk else angles, folder / MEASURED)
-        write_factors(folder / "factors.tsv", factors)
-        write_text(text, folder / "config.yaml")
-        parse_config(yaml.safe_load(text), files=[folder / "config.yaml"])
-    except (CalibrationError, DemError):
-        for path in folder.iterdir():
-            path.unlink()
-        folder.rmdir()
-        raise
-    return [*_choices(heap, simulated), *_tried_on(bulk)]
-
-
-def _experiment_of(metric):
-    return next(name for name, e in experiments().items() if metric in e.targets)
-
-
-def packing(heap: Heap, sizes: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Section of `push_through` (a mapping) that pours the laboratory's own grains into a vessel:
-    what they pack to follows from no angle of repose."""
-    largest = max(sizes["diameters_mm"]) if sizes else heap.diameter_mm
-    wide = ACROSS if sizes is None else LEAST_ACROSS
-    bed = math.pi / 4 * wide**2 * DEEP * wide * largest**3
-    count = round(PACKING * bed / (math.pi / 6 * heap.diameter_mm**3))
-    grain = {"sizes": sizes} if sizes else {"diameter_mm": heap.diameter_mm}
-    return {
-        "experiment": _experiment_of(PACKED),
-        "metrics": [PACKED],
-        "draws": 6,
-        "run": {
-            "particles": {"count": count} | grain,
-            "geometry": {"vessel_diameter_mm": round(wide * largest, 4), "taps": 0},
-        },
-    }
-
-
-def _tried_on(bulk):
-    if not bulk:
-        return []
-    return [
-        f"second experiment: {summary(bulk, ' kg/m³')}; the calibrated grains are poured into a "
-        "vessel at the end, and the report says what they pack to beside it (push_through)"
-    ]
-
-
 def write_factors(path: str | Path, factors: Sequence[Factor]) -> None:
     """Write a factor table, atomically."""
     rows = ["\t".join(str(getattr(f, c)) for c in COLUMNS) for f in factors]
@@ -150,126 +56,177 @@ def write_factors(path: str | Path, factors: Sequence[Factor]) -> None:
     write_text(head + "\n".join(["\t".join(COLUMNS), *rows]) + "\n", path)
 
 
-def _choices(heap, simulated):
-    found = [
-        f"{simulated.count:,} grains of {simulated.diameter_mm:.3g} mm cover the plate; the funnel "
-        f"is fed {simulated.feed_per_s:,.0f} a second, {simulated.feed_share:.0%} of what its "
-        f"orifice passes (Beverloo 1961), for {simulated.pouring_s:.1f} s"
-    ]
-    if simulated.diameter_mm > heap.diameter_mm:
-        ratio = simulated.diameter_mm / heap.diameter_mm
-        found.append(
-            f"they are {ratio:.2f} times as large as yours, of the same volume together: "
-            f"{heap.count:,} "
-            "are more than are simulated at most (--grains; run.particles in config.yaml)"
-        )
-    quick = COARSER["quick"]
-    if simulated.count < quick * ENOUGH <= heap.count:
-        found.append(
-            f"warning: the quick profile pours {simulated.count / quick:.0f} grains, whose heaps "
-            f"scatter by degrees; --grains {quick * ENOUGH:.0f} gives it {ENOUGH}"
-        )
-    roomy = roomy_height(heap.plate_diameter_mm, heap.plate_rim_height_mm, heap.angle_deg)
-    if heap.discharge_height_mm < roomy:
-        found.append(
-            f"warning: heaps little steeper than yours touch the orifice and are cut off; at "
-            f"{roomy} mm (--height) they would not be"
-        )
-    across = heap.orifice_diameter_mm / heap.diameter_mm
-    if across < FREE_FLOW_RATIO:
-        wider = FREE_FLOW_RATIO * heap.diameter_mm
-        found.append(
-            f"warning: the orifice is {across:.1f} grains wide and may clog; {wider:.3g} mm would "
-            f"not, "
-            "nor would a lifted cylinder"
-        )
-    return found
+def write_study(laboratory: Laboratory, check: Callable[[Config], None] | None = None) -> list[str]:
+    """Write the study's files into its new folder and check them; check: a further check of the
+    configuration. Returns sentences: what was chosen. Raises CalibrationError, with nothing
+    left."""
+    folder, lab = laboratory.folder, laboratory
+    folder.mkdir(parents=True)
+    try:
+        write_table(_measured(lab.tests), folder / MEASURED)
+        write_table(pd.DataFrame(lab.given), folder / GIVEN)
+        if lab.grains.spheres:
+            columns = ["x_mm", "y_mm", "z_mm", "radius_mm"]
+            write_table(pd.DataFrame(lab.grains.spheres, columns=columns), folder / CLUMP)
+        write_factors(folder / "factors.tsv", lab.factors)
+        text = configuration(lab)
+        write_text(text, folder / "config.yaml")
+        write_text(page(lab), folder / PAGE)
+        config = parse_config(yaml.safe_load(text), files=[folder / "config.yaml"])
+        if check:
+            check(config)
+    except (CalibrationError, DemError) as error:
+        for path in folder.iterdir():
+            path.unlink()
+        folder.rmdir()
+        # the files it may name are gone
+        fault = re.sub(rf"^{re.escape(str(folder))}/[\w.]+(, line \d+)?: ", "", str(error))
+        raise CalibrationError(f"what was given makes no study that can run: {fault}") from None
+    return lab.said
 
 
-def _fed(heap):
-    share = f"{heap.feed_share:.0%} of what the orifice passes"
-    if heap.mass_flow_g_s is None:
-        return f"{share}; not measured"
-    return f"{heap.mass_flow_g_s:g} g/s as given, {share}"
-
-
-def _configuration(folder, name, heap, factors, sizes, second=None):
-    quoted = lambda path: yaml.safe_dump(  # noqa: E731
-        Path(path).as_posix(), allow_unicode=True, width=1000
-    ).splitlines()[0]
-    fixed = "".join(f"  {f.name}: {f.centre:.4g}\n" for f in factors)
-    grain = (
-        f"sizes: {yaml.safe_dump(sizes, default_flow_style=True, width=1000).strip()}"
-        if sizes
-        else f"diameter_mm: {heap.diameter_mm:g}"
+def _measured(tests):
+    columns = ["experiment", "quantity", "value", "unit", "sd", "n"]
+    table = pd.DataFrame([row for t in tests for row in t.rows])
+    levers = [c for c in table.columns if c not in (*columns, "role", "note")]
+    order = [*columns, *levers, *(c for c in ("role", "note") if c in table.columns)]
+    table = table.reindex(columns=order)
+    return (
+        table.astype({"n": "Int64"})
+        if table["n"].notna().any()
+        else table.drop(columns=["sd", "n"])
     )
-    mouth = max(heap.plate_diameter_mm, 2 * heap.orifice_diameter_mm)
-    supplements = "posterior, push_through" if second else "posterior"
-    rim = (
-        f"    plate_rim_height_mm: {heap.plate_rim_height_mm:g}\n"
-        if heap.plate_rim_height_mm
-        else ""
-    )
+
+
+def _yaml(data, indent=0):
+    text = yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=1000)
+    return "".join(f"{' ' * indent}{line}\n" for line in text.splitlines())
+
+
+def configuration(lab: Laboratory) -> str:
+    """The text of the study's config.yaml."""
+    lead, path = lab.leading, lab.folder.as_posix()
+    quoted = yaml.safe_dump(path, allow_unicode=True, width=1000).splitlines()[0]
+    fixed = {f.name: float(f"{f.centre:.4g}") for f in lab.factors}
+    metric = lead.metrics[0]
+    margin = MARGINS.get(metric) or float(f"{MARGIN * lead.rows[0]['value']:.3g}")
+    laws = dict(LAWS) | ({"cohesion": "jkr"} if lab.grains.sticky else {})
+    run = {
+        "materials": {
+            "particle": {
+                "density_kg_m3": lab.grains.density_kg_m3,
+                "shear_modulus_Pa": lab.grains.shear_modulus_Pa,
+            },
+            "wall": {
+                "density_kg_m3": STEEL.density,
+                "shear_modulus_Pa": STEEL.shear_modulus,
+                "poisson_ratio": STEEL.poisson_ratio,
+            },
+        },
+        "laws": laws,
+        **_energies(lab),
+    } | lead.run
+    joint = f"#   calibration run {quoted} joint    all tests together\n"
+    files = {n: yaml.safe_dump(f"{path}/{n}", allow_unicode=True, width=1000).splitlines()[0]
+             for n in ("factors.tsv", MEASURED)}  # fmt: skip
+    supplements = "posterior" if lab.alone else "joint, joint_export"
     return f"""\
-# A study of {folder.name}. From the folder that {quoted(folder)} lies in:
-#   calibration run {quoted(folder)} -n       what it would do
-#   calibration run {quoted(folder)}          all of it, and results/{name}/report.html
-#   --config resolution=quick beside it: a quarter of the grains, for a first look
-# config/REFERENCE.md explains every part.
-name: {name}
-factors: {quoted(folder / "factors.tsv")}
-supplements: [{supplements}] # the report waits for it: the parameters as a distribution
-
-measurements: {quoted(folder / MEASURED)} # all that was measured
-target: {{ metric: angle_of_repose_deg }}
+# A study of {lab.folder.name}. From the folder that {quoted} lies in:
+{"" if lab.alone else joint}\
+#   calibration run {quoted}          all of it, and results/{lab.name}/report.html
+#   --config resolution=quick beside it: a quarter of the grains of {lead.rig}, for a first look
+# README.md beside this file says where each value that you gave went.
+name: {lab.name}
+factors: {files["factors.tsv"]}
+measurements: {files[MEASURED]}
+experiment: {lead.experiment}
+target: {{ metric: {metric} }}
+supplements: [{supplements}] # the report waits for the parameters as a distribution
 
 fixed: # a factor's level while it is not varied: the middle of its range
-{fixed}
-run: # what all heaps share
-  materials:
-    particle:
-      density_kg_m3: {heap.density_kg_m3:g} # of the grain, not of the bed
-      shear_modulus_Pa: {heap.shear_modulus_Pa:.1e} # softened, for longer time steps
-    # steel, assumed
-    wall: {{ {_wall()} }}
-  # on the relative spin: they hold in motion too
-  laws: {{ rolling: {LAWS["rolling"]}, torsion: {LAWS["torsion"]} }}
-  particles: {{ count: {heap.count}, {grain} }}
-  geometry:
-    orifice_diameter_mm: {heap.orifice_diameter_mm:g}
-    plate_diameter_mm: {heap.plate_diameter_mm:g}
-    discharge_height_mm: {heap.discharge_height_mm:g}
-{rim}    funnel_top_diameter_mm: {mouth:g} # assumed
-    generation_rate_per_s: {heap.feed_per_s:.0f} # {_fed(heap)}
-  numerics:
-    max_time_s: {max(12.0, 2 * heap.pouring_s + 5):.3g}
-    rayleigh_fraction: {heap.rayleigh_fraction:g} # impacts last, pressed grains come to rest
-
+{_yaml(fixed, 2)}
+# what all runs share; the shear modulus is softened, for longer time steps; walls are as stiff as
+# steel
+run:
+{_yaml(run, 2)}
+{"" if lab.alone else _all_tests(lab)}\
 screening: {{ at_least: 3, at_most: 3 }}
 ascent: {{ rule: effects, steps: 5 }}
-# margin: a difference in degrees that does not matter
-validation: {{ groups: 2, replicates: 5, margin: 1.0 }}
-{_second(second)}"""
+# margin: a difference that does not matter, in the unit of {metric}
+validation: {{ groups: 2, replicates: 5, margin: {margin:g} }}
+{_diagnosed(lab)}"""
 
 
-def _wall():
-    rho, modulus, poisson = STEEL.density, STEEL.shear_modulus, STEEL.poisson_ratio
-    return f"density_kg_m3: {rho:g}, shear_modulus_Pa: {modulus:.1e}, poisson_ratio: {poisson:g}"
-
-
-def _second(machine):
-    """The lines of the second experiment; nothing where none was measured."""
-    if not machine:
-        return ""
-    run = {k: yaml.safe_dump(v, default_flow_style=True, width=1000).strip()
-           for k, v in machine["run"].items()}  # fmt: skip
+def _all_tests(lab):
     return f"""\
-push_through: # the calibrated grains in a second experiment, beside what was measured of it
-  bulk:
-    experiment: {machine["experiment"]}
-    metrics: [{", ".join(machine["metrics"])}]
-    draws: {machine["draws"]} # of the parameters that the angle leaves open
-    run:
-      particles: {run["particles"]}
-      geometry: {run["geometry"]}
+rigs: # each test as it is simulated; {lab.leading.rig} is the study's own run
+{_yaml(_rigs(lab), 2)}
+targets:
+{_yaml(_targets(lab.tests), 2)}
+"""
+
+
+def _energies(lab):
+    """The constants of the law of cohesion, in the middle of their ranges."""
+    own = {f.key.removeprefix("law_parameters."): f.centre for f in lab.factors
+           if f.key.startswith("law_parameters.")}  # fmt: skip
+    return {"law_parameters": {k: float(f"{v:.4g}") for k, v in own.items()}} if own else {}
+
+
+def _diagnosed(lab):
+    """Lines: the rigs in which the diagnosis simulates the tests that are not the study's own
+    experiment; the settings of measured.csv are laid over them."""
+    found: dict = {}
+    for test in lab.tests[1:]:
+        if test.experiment != lab.leading.experiment:
+            found.setdefault(test.experiment, {"run": test.run})
+    if not found:
+        return ""
+    text = _yaml({"experiments": found}, 2)
+    return f'diagnosis: # what "calibration run ... diagnose" simulates each test in\n{text}'
+
+
+def _rigs(lab):
+    own = {lab.leading.rig: {"experiment": lab.leading.experiment}}
+    return own | {t.rig: {"experiment": t.experiment, "run": t.run} for t in lab.tests[1:]}
+
+
+def _targets(tests):
+    return [
+        {"rig": t.rig, "metric": metric}
+        | ({"discrepancy": t.discrepancy[metric]} if metric in t.discrepancy else {})
+        for t in tests
+        for metric in t.metrics
+    ]
+
+
+def page(lab: Laboratory) -> str:
+    """The text of the study's README.md: what was chosen, and where each given value went."""
+    lines = ([r["test"], r["question"], f"{r['value']} {r['unit']}".strip(), r["became"]]
+             for r in lab.given)  # fmt: skip
+    rows = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    chosen = "\n".join(f"- {s[0].upper()}{s[1:]}." for s in lab.said)
+    ranges = "\n".join(
+        f"| {f.name} | {f.low:g} | {f.high:g} | {f.description} |" for f in lab.factors
+    )
+    return f"""\
+# {lab.folder.name}
+
+`calibration run {lab.folder.as_posix()}{"" if lab.alone else " joint"}` calibrates to all of it.
+
+## Where each value went
+
+| test | question | value | became |
+|---|---|---|---|
+{rows}
+
+## What was chosen
+
+{chosen or "- Nothing beyond what was given."}
+
+## Ranges
+
+| factor | low | high | source |
+|---|---|---|---|
+{ranges}
 """

@@ -32,25 +32,43 @@ def vessel(entry: Entry, grains: Grains) -> tuple[dict, str]:
     return run, went
 
 
-def refuse_denser(entry: Entry, key: str, grains: Grains) -> None:
-    """Raise CalibrationError for a bed that is no lighter than its grains."""
+PACKS, USUAL = (0.3, 0.9), (0.45, 0.75)
+"""Solid fractions between which a bed of dry grains lies, and most do: spheres pour to 0.55 to
+0.6. Choices of this project."""
+
+
+def doubts_of_packing(entry: Entry, key: str, grains: Grains) -> tuple[str, ...]:
+    """Questions about beds that pack as few do. Raises CalibrationError for one that no bed of
+    these grains can be; grains that stick may lie as loosely as they will."""
+    low = 0.0 if grains.sticky else PACKS[0]
+    usual = (0.0 if grains.sticky else USUAL[0], USUAL[1])
+    density, doubts = grains.density_kg_m3, []
     for answer in entry.answers[key]:
-        if answer.value >= grains.density_kg_m3:
+        fraction = answer.value / density
+        told = (
+            f"{answer.place}: {answer.value:g} kg/m3 is a solid fraction of {fraction:.2f} of "
+            f"grains of {density:g} kg/m3"
+        )
+        if not low < fraction < PACKS[1]:
             raise CalibrationError(
-                f"{answer.place}: {answer.text} is not below that of a grain; allowed: less than "
-                f"{grains.density_kg_m3:g} kg/m3 (the grain's density)"
+                f"{told}; allowed: {low:g} to {PACKS[1]:g}, {low * density:.4g} to "
+                f"{PACKS[1] * density:.4g} kg/m3. Is one of the two densities another's?"
             )
+        if not usual[0] <= fraction <= usual[1]:
+            doubts.append(f"{told}: most beds have {USUAL[0]:g} to {USUAL[1]:g}; are both right?")
+    return tuple(doubts)
 
 
 def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
     """The experiment `bulk_density` without taps."""
-    refuse_denser(entry, "density", grains)
+    doubts = doubts_of_packing(entry, "density", grains)
     run, went = vessel(entry, grains)
     run["geometry"]["taps"] = 0
     rows = rows_of(entry, "density", "bulk_density", "poured_density", "kg/m3")
     places = {"density": "a target"} | ({"vessel": went} if entry.values("vessel") else {})
     return LaboratoryTest(
         "vessel", "bulk_density", run, rows, ("poured_density_kg_m3",), places,
+        said=doubts,
     )  # fmt: skip
 
 

@@ -1,7 +1,7 @@
 """What a test method declares of itself: its questions, and what the answers become in a study.
 
-Each file of this folder holds one `METHOD`. The options of `dem new`, the workbook and the form of
-`dem serve` are made from these declarations, and nothing else lists the methods.
+Each file of this folder holds one `METHOD`. The options of `dem new` and the workbook are made from
+these declarations, and nothing else lists the methods.
 """
 
 import math
@@ -14,6 +14,7 @@ import numpy as np
 
 from calibration.errors import CalibrationError
 from calibration.intake.numbers_with_units import said_number
+from calibration.study.new.grains import Grains
 from dem.units import UNITS, UnitError, behind, has_unit, in_ascii, question, unit_of
 
 WALLS = ("steel", "aluminium", "glass", "acrylic", "wood")
@@ -25,12 +26,17 @@ NORMAL_STRESS = ("normalspannung", "auflast", "contrainte normale", "normal load
                  "sigma", "σ")  # fmt: skip
 """What tables call the load of a test."""
 
+ANGLES = ("angle", "repose angle", "winkel", "böschungswinkel", "schüttwinkel", "angle de talus",
+          "talus")  # fmt: skip
+"""What tables call an angle of repose."""
+
 LARGEST = 1e6
 """Of any number in its question's unit: what is beyond is no laboratory's."""
 
 _RANGE = re.compile(r"\d\s*(?:-|–|\bto\b|\bbis\b|\.\.)\s*\d")
 _SPREAD = re.compile(r"±|\+\s*/?\s*-")
 _DATE = re.compile(r"\d{4}-\d\d-\d\d")
+_OF_HEADING = re.compile(r" \[[^\]]*\]\Z")
 _SLOPE = re.compile(r"([\d.,]+)\s*(?:%|percent)")
 
 
@@ -108,7 +114,8 @@ class Question:
         return f"{kind}{f' in {unit}' if unit else ''}{limits}"
 
     def read(self, text: str) -> float | str:
-        """The value of an answer. Raises CalibrationError for what cannot be one or is doubtful."""
+        """The value of an answer, behind which the unit of its heading may stand in brackets.
+        Raises CalibrationError for what cannot be one, is doubtful, or has no unit."""
         text = text.strip()
         if self.words:
             word = text.casefold()
@@ -117,7 +124,14 @@ class Question:
             return word
         return text if self.free else self._number(text)
 
+    @property
+    def takes_bare(self) -> bool:
+        """Whether a number needs no unit: it has none, or is an angle, which is in degrees."""
+        return not self.unit or unit_of(self.unit) == "°"
+
     def _number(self, text):
+        heading = _OF_HEADING.search(text)
+        text = text[: heading.start()] if heading else text
         _refuse_several(text)
         if self.unit and unit_of(self.unit) == "°":
             refuse_slope(text)
@@ -131,6 +145,11 @@ class Question:
         asked, told = question(self.unit, value), has_unit(text.replace(",", "."))
         if asked and not told:
             raise CalibrationError(f"{text}: is doubtful: {asked}; its unit behind it settles it")
+        if not (told or heading or self.takes_bare):
+            unit = in_ascii(unit_of(self.unit))
+            raise CalibrationError(
+                f"{text}: has no unit; allowed: a number with its unit, such as {text} {unit}"
+            )
         if asked and not self.reading and not self.at_its_word:
             # the study's own check would refuse it later, and not say where it was told
             raise CalibrationError(f"{text}: is out of range: {asked}")
@@ -241,7 +260,7 @@ class Method:
 
     @property
     def columns(self) -> tuple[Question, ...]:
-        """The questions of a sheet or a form; a table in place of rows is for options."""
+        """The questions of a sheet; a table in place of rows is for options."""
         return tuple(q for q in self.asked if not (q.free and q.option and self.readings))
 
     def question(self, key: str) -> Question | None:
@@ -274,6 +293,38 @@ def rows_of(
         return [shared | {"value": a.value, "note": a.place} for a in entry.answers[key]]
     shared["note"] = entry.place(key)
     return [shared | {"value": values[0], "sd": sd, "n": int(entry.value("n", 1))}]
+
+
+FLATTEST = 5.8
+"""Angle [deg] at which spheres without any friction still stand (Peyneau and Roux 2008, Physical
+Review E 78:011307)."""
+STEEP, STEEPEST = 45.0, 60.0
+"""Angles [deg] beyond which few heaps of dry grains stand, and none: an internal friction of 1 and
+of 1.7. Choices of this project."""
+
+
+def doubts_of_angle(entry: Entry, key: str, grains: Grains) -> tuple[str, ...]:
+    """Questions about angles of repose that few grains have. Raises CalibrationError for one that
+    no friction allows; grains that stick stand as steeply as they will."""
+    doubts = []
+    for answer in entry.answers[key]:
+        friction = math.tan(math.radians(answer.value))
+        told = f"{answer.place}: a heap of {answer.value:g}° has an internal friction of "
+        told += f"{friction:.2f}"
+        if answer.value < FLATTEST:
+            raise CalibrationError(
+                f"{told}, and spheres without any friction stand at {FLATTEST:g}°; allowed: more "
+                "than that"
+            )
+        if answer.value > STEEPEST and not grains.sticky:
+            raise CalibrationError(
+                f"{told}; allowed: up to {STEEPEST:g}° of dry grains, or --moisture moist for "
+                "grains that stick together"
+            )
+        if answer.value > STEEP and not grains.sticky:
+            doubts.append(f"{told}: few heaps of dry grains are steeper than {STEEP:g}°. Do yours "
+                          "stick together (--moisture moist)?")  # fmt: skip
+    return tuple(doubts)
 
 
 def wall_question(text: str, option: str = "") -> Question:

@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING
 from calibration.errors import CalibrationError
 from calibration.study.new.grains import Grains
 from calibration.study.new.methods.declare import (
+    ANGLES,
     Entry,
     LaboratoryTest,
     Method,
     Question,
     as_given,
+    doubts_of_angle,
     rows_of,
     wall_question,
 )
@@ -20,6 +22,7 @@ if TYPE_CHECKING:  # the options are made from this file, and most commands need
     from calibration.study.new.heap import Heap
 
 NARROW = 5.0  # simulated grains across the orifice, below which it may clog
+ENOUGH = 1000  # grains of a heap; 600 of sand scattered by 2.3 deg, 2,500 by 0.9
 
 
 def heap_of(entry: Entry, grains: Grains) -> "Heap":
@@ -104,12 +107,16 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
         went["rate"] = f"grains made: {simulated.feed_per_s:.0f} a second, the same mass"
     return LaboratoryTest(
         "heap", "heap", run, rows, ("angle_of_repose_deg",), went,
-        said=_said(entry, simulated, grains, diameter), wall=entry.value("wall"),
+        said=(*doubts_of_angle(entry, "measured", grains),
+              *_said(entry, simulated, grains, diameter, heap.count)),
+        wall=entry.value("wall"),
     )  # fmt: skip
 
 
-def _said(entry, heap, grains, diameter):
+def _said(entry, heap, grains, diameter, own):
+    """Sentences on a heap; own: grains that the laboratory's own heap has."""
     from calibration.study.config.schema import COARSER
+    from calibration.study.new.heap import roomy_height
 
     fed = "as given" if entry.values("rate") else "assumed"
     covers = (
@@ -123,7 +130,22 @@ def _said(entry, heap, grains, diameter):
         if across < NARROW
         else ""
     )
-    return tuple(s for s in (covers, f"its grains are {larger}" if larger else "", narrow) if s)
+    roomy = roomy_height(heap.plate_diameter_mm, heap.plate_rim_height_mm, heap.angle_deg)
+    low = (
+        f"warning: heaps little steeper than yours touch the orifice and are cut off; at {roomy} "
+        "mm (--height) they would not be"
+        if heap.discharge_height_mm < roomy
+        else ""
+    )
+    quick = COARSER["quick"]
+    few = (
+        f"warning: the quick profile pours {heap.count / quick:.0f} grains, whose heaps scatter by "
+        f"degrees; --grains {quick * ENOUGH:.0f} gives it {ENOUGH}"
+        if heap.count < quick * ENOUGH <= own
+        else ""
+    )
+    larger = f"its grains are {larger}" if larger else ""
+    return tuple(s for s in (covers, larger, narrow, low, few) if s)
 
 
 METHOD = Method(
@@ -133,7 +155,7 @@ METHOD = Method(
     questions=(
         Question("measured", "measured angles of repose, each reading; in an option also the table "
                  "or photographs that hold them", "angle_of_repose_deg", reading=True,
-                 needed=True, most=89.0, option="measured", example="26.1"),
+                 needed=True, most=89.0, option="measured", example="26.1", headings=ANGLES),
         Question("orifice", "diameter of the funnel's orifice", "orifice_diameter_mm",
                  needed=True, option="orifice", example="25 mm"),
         Question("plate", "diameter of the base plate", "plate_diameter_mm", needed=True,

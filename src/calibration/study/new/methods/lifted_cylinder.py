@@ -5,11 +5,13 @@ import math
 from calibration.errors import CalibrationError
 from calibration.study.new.grains import Grains, filling, short, volume_mm3
 from calibration.study.new.methods.declare import (
+    ANGLES,
     Entry,
     LaboratoryTest,
     Method,
     Question,
     as_given,
+    doubts_of_angle,
     rows_of,
     wall_question,
 )
@@ -61,7 +63,8 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
     return LaboratoryTest(
         "cylinder", "lifted_cylinder", run, rows, ("angle_of_repose_deg",), went,
         discrepancy={"angle_of_repose_deg": RIG_ASSUMED} if assumed else {},
-        said=_said(entry, grains, diameter, wide, deep, count),
+        said=(*doubts_of_angle(entry, "angle", grains),
+              *_said(entry, grains, diameter, wide, deep, count)),
         wall=entry.value("wall"),
     )  # fmt: skip
 
@@ -136,7 +139,7 @@ METHOD = Method(
     about="An open cylinder on a plate is filled and lifted, and the angle of the heap is read.",
     questions=(
         Question("angle", "angle of repose, each reading", "angle_of_repose_deg", reading=True,
-                 needed=True, most=89.0, example="26.1"),
+                 needed=True, most=89.0, example="26.1", headings=ANGLES),
         Question("cylinder", "inner diameter of the cylinder", "inner_diameter_mm",
                  example="60 mm"),
         Question("depth", "depth of the grains in it before the lift", "depth_mm",

@@ -1,7 +1,7 @@
 """Bulk density of grains in a vessel that was tapped."""
 
 from calibration.study.new.grains import Grains
-from calibration.study.new.methods.bulk_density import refuse_denser, vessel
+from calibration.study.new.methods.bulk_density import doubts_of_packing, vessel
 from calibration.study.new.methods.declare import Entry, LaboratoryTest, Method, Question, rows_of
 
 MOST_TAPS = 100
@@ -11,7 +11,7 @@ MOST_TAPS = 100
 def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
     """The experiment `bulk_density` with the laboratory's taps; more than MOST_TAPS are kept as
     data that no run is compared with."""
-    refuse_denser(entry, "density", grains)
+    doubts = doubts_of_packing(entry, "density", grains)
     run, went = vessel(entry, grains)
     taps = int(entry.value("taps"))
     run["geometry"] |= {"taps": min(taps, MOST_TAPS), "tap_height_mm": entry.value("height", 3.0)}
@@ -31,7 +31,7 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
     return LaboratoryTest(
         "tapped", "bulk_density", run, rows,
         ("tapped_density_kg_m3",) if taps <= MOST_TAPS else (), places,
-        said=said if taps > MOST_TAPS else (),
+        said=doubts + (said if taps > MOST_TAPS else ()),
     )  # fmt: skip
 
 
