@@ -22,6 +22,7 @@ from snakemake.settings.types import (
 from snakemake_interface_executor_plugins.settings import ExecMode
 
 from calibration.study.stages import resolve
+from opened.watch import undeclared, watching
 from stage_files import Files
 
 ROOT = Path(__file__).parents[1]
@@ -56,14 +57,23 @@ class Declared:
     output: Files
 
     def call(self, study):
-        """Do what the rule does for a study."""
-        resolve(self.function)(study.reading(self.reads, self.seeds), self.source, self.output)
+        """Do what the rule does for a study. It touches no result that the rule does not
+        declare."""
+        with watching() as seen:
+            resolve(self.function)(study.reading(self.reads, self.seeds), self.source, self.output)
+        files = [*flat(self.source), *flat(self.output)]
+        assert undeclared(seen, files, study.config.results) == [], self.name
 
     @property
     def plan(self):
         """plan.json where the rule plans runs, else None."""
         path = self.output.get("plan")
         return path if path and path.endswith("/plan.json") else None
+
+
+def flat(files):
+    """Paths of `Files`, those of its lists among them."""
+    return [p for one in files for p in (one if isinstance(one, list) else [one])]
 
 
 def read_workflow(configuration, snakefile=ROOT / "workflow/Snakefile", folder=None):

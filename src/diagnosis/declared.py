@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from calibration.study.stages import Plan, Stage
+from calibration.study.stages import Figure, Plan, Stage
 
 if TYPE_CHECKING:
     from calibration.chain.study import Study
@@ -36,6 +36,13 @@ def trained(config: Config, file: str) -> str | list[str]:
     return file if need_emulators(config.measurements) else []
 
 
+def _rules(config):
+    """Rules of a diagnosis before the one that ends it; those that train nothing are not run."""
+    waves = (f"diagnosis_wave_{k}" for k in range(1, WAVES + 1))
+    plans = ("diagnosis_plan", *waves) if trained(config, "emulators.npz") else ()
+    return (*plans, "diagnosis_calibrate", "diagnosis_identify")
+
+
 def batches_of_the_benchmark(study: Study) -> int:
     """Jobs that the emulators' runs of the benchmark are divided into."""
     from diagnosis.settings import read_settings
@@ -55,7 +62,10 @@ STAGES = (
         title="What the calibrated model gets wrong",
         place=6,
         plans=tuple(Plan(folder, batches=batches, failures="kept") for folder in PLANS),
+        figures=tuple(map(Figure, ("gain", "predictions", "ranking", "residuals"))),
+        tables=(("residuals", "Residuals"),),
         made_by="diagnose",
+        also_made_by=_rules,
     ),
     Stage(name="diagnosis_power", title="What a plan of measurements would show", place=6.05),
     Stage(
@@ -64,5 +74,6 @@ STAGES = (
         place=6.1,
         plans=(Plan("discovery", batches=batches_of_the_benchmark, failures="kept"),),
         made_by="discovery_benchmark",
+        also_made_by=lambda config: ("discovery_plan",),
     ),
 )

@@ -60,6 +60,7 @@ STAGES = (
         about="Every printed figure and statement, recomputed from the paper's own tables; "
         "disagreements come "
         "first.",
+        tables=(("audit", "Audit"),),
         unshown=("id",),
     ),
     Stage(
@@ -67,6 +68,7 @@ STAGES = (
         title="This study beside the paper",
         place=10,
         about="Each printed result of the paper beside ours.",
+        tables=(("reproduction", "Reproduction"),),
         unshown=("id", "headline", "study", "n", "low", "high"),
     ),
     Stage(

@@ -48,7 +48,9 @@ def crate(study):
     """The crate's folder and its metadata."""
     folder = study.folder.resolve() / "provenance"
     output = Files(crate=str(folder / "ro-crate-metadata.json"), runs=str(folder / "runs.nc"))
-    provenance(study, Files(report=""), output)
+    shown = [p for p in sorted(study.folder.rglob("*")) if p.is_file()]
+    report = study.folder / "report.html"
+    provenance(study, Files(report=report, shown=shown, also=[]), output)
     return folder, json.loads((folder / "ro-crate-metadata.json").read_text())
 
 

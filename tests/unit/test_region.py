@@ -271,7 +271,9 @@ def plan_both(config, folder):
     """Plan the first runs at the candidate, and then all of them in `folder`."""
     source = Files(optimum=folder / "optimum.json", first=folder / "first" / "design.csv")
     plan_candidate_first(Study(config), source, PlanFiles.of(folder / "first"))
-    plan_candidate(Study(config), source, PlanFiles.of(folder))
+    names = {"design": "design.csv", "plan": "plan.json", "region": "region.json"}
+    output = Files(**{name: folder / file for name, file in names.items()})
+    plan_candidate(Study(config), source, output)
 
 
 def test_the_region_moves_where_the_target_lies_outside(config_of_salt, tmp_path):
@@ -294,13 +296,16 @@ def test_the_region_moves_where_the_target_lies_outside(config_of_salt, tmp_path
     assert json.loads((tmp_path / "plan.json").read_text()) == {}  # the first plan has them all
     rules = config.response_surface
     assert len(design) == len(box_behnken(region, rules.centre_runs, rules.replicates))
-    assert json.loads((tmp_path / "region.json").read_text()) == moved
-    # back inside: repeats at the candidate, an outlier's point with new seeds, and no region left
-    # behind
+    written = json.loads((tmp_path / "region.json").read_text())
+    assert written == {"moved": True, "region": moved}
+    # back inside: repeats at the candidate, an outlier's point with new seeds, and the region of
+    # the surface
     again = {"optimum": edge, "repeat": [{f.name: f.low for f in region}]}
+    again["region"] = [vars(f) for f in region]
     (tmp_path / "optimum.json").write_text(json.dumps(again))
     plan_both(config, tmp_path)
-    assert not (tmp_path / "region.json").exists()
+    written = json.loads((tmp_path / "region.json").read_text())
+    assert written == {"moved": False, "region": again["region"]}
     assert len(pd.read_csv(tmp_path / "design.csv")) == config.optimise.candidate_runs + 2
 
 

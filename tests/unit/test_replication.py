@@ -103,12 +103,13 @@ def planned(config, folder, responses, monkeypatch, found):
     """Design and plan of all runs at the candidate, and the first ones' design, where these have
     `responses`."""
     monkeypatch.setattr(optimum, "with_responses", lambda t, _: t.assign(response=responses(t)))
-    (folder / "optimum.json").write_text(json.dumps(found))
+    (folder / "optimum.json").write_text(json.dumps({"region": []} | found))
     study = Study(config, seeds=3)
     files = {name: PlanFiles.of(folder / name) for name in ("candidate_first", "candidate")}
     source = Files(optimum=folder / "optimum.json", first=files["candidate_first"].design)
     plan_candidate_first(study, source, files["candidate_first"])
-    plan_candidate(study, source, files["candidate"])
+    region = folder / "candidate" / "region.json"
+    plan_candidate(study, source, Files(**files["candidate"]._asdict(), region=region))
     plan = json.loads(files["candidate"].plan.read_text())
     return pd.read_csv(files["candidate"].design), plan, pd.read_csv(source.first)
 

@@ -374,6 +374,20 @@ def test_the_set_by_all_tests_stands_beside_that_of_the_own_target(study):
     assert "export_converted" not in page
 
 
+def test_a_page_names_the_declared_files_that_it_lacks(study):
+    lacking = ("effects.csv", "pareto.svg")
+    for name in lacking:
+        (study / "screening" / name).unlink()
+    told = build(study, study / "report.html", STAGES)
+    page = (study / "report.html").read_text()
+    (section,) = re.findall(r'<section id="screening".*?</section>', page, re.S)
+    for text in (section, *(line for line in told if "screening" in line)):
+        assert tells(text, *lacking)
+        assert "half_normal.svg" not in text
+    assert any("screening" in line for line in told)
+    assert not [line for line in told if "numerics" in line and "numerics.csv" in line]
+
+
 def test_each_candidate_run_has_its_value(study):
     """The runs added at the optimum have no table of responses: their values are those of their
     results."""

@@ -1,19 +1,29 @@
 """A stage reads no section of the configuration that its rule does not declare. A job that does is
 refused, but only when it runs, after its simulations. Here the code of each stage is looked through
-instead, with all that it calls by name."""
+instead, with all that it calls by name.
+
+And it touches no result that its rule does not declare, as far as stages are called here:
+`Declared.call` holds each to it.
+"""
 
 import ast
 import inspect
 import textwrap
 from functools import cache
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
+from calibration.chain.jobs import leave_record
 from calibration.chain.study import ALWAYS, Study
+from calibration.runs.records import altered
 from calibration.study.config import Config
-from calibration.study.stages import resolve
-from workflow_rules import ROOT, rules_of
+from calibration.study.stages import load_stages, resolve
+from calibration.telling.report import build
+from opened.watch import undeclared, watching
+from workflow.test_targets import angle, run_chain, study
+from workflow_rules import ROOT, flat, read_workflow, rules_of
 
 OURS = ("calibration", "diagnosis", "paper")
 
@@ -97,3 +107,37 @@ def test_a_name_of_its_own_is_not_followed():
         return rules_of, config.targets
 
     assert looked_through(stage) == ({"run", "targets"}, [])
+
+
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory):
+    """A study of the chain that formulas answer, with its export; and its rules."""
+    with pytest.MonkeyPatch.context() as patch:
+        folder = tmp_path_factory.mktemp("study")
+        config = study(folder, patch, 4, {"angle_of_repose_deg": 36.0}, fixed={"f4": 0.3})
+        run_chain(config, 4, {"angle_of_repose_deg": angle})
+        data = config.model_dump(mode="json")
+        rules_of(data)["export"].call(Study(config))
+        yield Study(config), data
+
+
+def test_the_page_opens_what_its_rule_declares(exported):
+    study, data = exported
+    [rule] = [rule for rule in read_workflow(data).rules if rule.name == "report"]
+    files = [f(None) if callable(f) else f for f in rule.input]
+    declared = [p for one in files for p in (one if isinstance(one, list) else [one])]
+    with watching() as seen:
+        build(study.folder, rule.output[0], load_stages(), study.config.target.metric)
+    assert undeclared(seen, [*declared, *rule.output]) == []
+    assert any(path.endswith("effects.csv") for path in seen)
+
+
+def test_an_edited_deck_is_told(exported):
+    study, data = exported
+    output = flat(rules_of(data)["export"].output)
+    job = SimpleNamespace(input=[], output=output, log=["export.log"])
+    leave_record(SimpleNamespace(**vars(job), params=SimpleNamespace(made_from="")), study)
+    assert list(altered(study.folder)) == []
+    deck = Path(study.folder, "exports/lammps/in.lammps")
+    deck.write_text(deck.read_text() + "# mine\n")
+    assert list(altered(study.folder)) == [("export", deck)]

@@ -3,11 +3,16 @@
 # codes: it means another torque there, see docs/howto-export.md
 
 
+# codes that have a deck, a folder with what one needs to pour the heap
+DECKS = ["liggghts", "lammps"]
+
+
 rule export:
     input:
         fixed=BENCH_VALUES,
         optimum=f"{STUDY}/optimise/optimum.json",
         validation=f"{STUDY}/validation/validation.json",
+        validation_runs=f"{STUDY}/validation/runs.csv",
         runs=f"{STUDY}/response_surface/runs.csv",
         region=f"{STUDY}/response_surface/region.json",
         candidate=f"{STUDY}/candidate/design.csv",
@@ -28,8 +33,7 @@ rule export:
         rocky_md=f"{STUDY}/exports/rocky.md",
         dem_yaml=f"{STUDY}/exports/dem.yaml",
         study_yaml=f"{STUDY}/exports/study.yaml",
-        liggghts_README_md=f"{STUDY}/exports/liggghts/README.md",
-        lammps_README_md=f"{STUDY}/exports/lammps/README.md",
+        decks=[directory(f"{STUDY}/exports/{code}") for code in DECKS],
     log:
         f"{STUDY}/logs/export.log",
     localrule: True
@@ -243,6 +247,7 @@ rule export_converted:
         fixed=BENCH_VALUES,
         optimum=f"{STUDY}/optimise/optimum.json",
         validation=f"{STUDY}/validation/validation.json",
+        validation_runs=f"{STUDY}/validation/runs.csv",
         rolling=f"{STUDY}/export_correction/rolling.json",
         exported=f"{STUDY}/calibrated.yaml",
         factors=FACTORS,
@@ -252,8 +257,7 @@ rule export_converted:
         lammps_in=f"{STUDY}/exports/converted/lammps.in",
         yade_py=f"{STUDY}/exports/converted/yade.py",
         mercurydpm_cpp=f"{STUDY}/exports/converted/mercurydpm.cpp",
-        liggghts_README_md=f"{STUDY}/exports/converted/liggghts/README.md",
-        lammps_README_md=f"{STUDY}/exports/converted/lammps/README.md",
+        decks=[directory(f"{STUDY}/exports/converted/{code}") for code in DECKS],
     log:
         f"{STUDY}/logs/export_converted.log",
     localrule: True

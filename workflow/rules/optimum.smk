@@ -89,6 +89,7 @@ checkpoint plan_candidate:
     output:
         design=f"{STUDY}/candidate/design.csv",
         plan=f"{STUDY}/candidate/plan.json",
+        region=f"{STUDY}/candidate/region.json",
     log:
         f"{STUDY}/logs/plan_candidate.log",
     localrule: True
@@ -122,8 +123,8 @@ checkpoint plan_candidate:
 rule optimise:
     input:
         runs=f"{STUDY}/response_surface/runs.csv",
-        region=f"{STUDY}/response_surface/region.json",
         candidate=f"{STUDY}/candidate/design.csv",
+        candidate_region=f"{STUDY}/candidate/region.json",
         candidate_runs=runs_of("candidate"),
         measurements=measured,
         again=again("optimise"),

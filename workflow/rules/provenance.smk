@@ -5,6 +5,8 @@
 rule provenance:
     input:
         report=f"{STUDY}/report.html",
+        shown=shown,
+        also=also_shown,
         factors=FACTORS,
         measurements=measured,
         again=again("provenance"),

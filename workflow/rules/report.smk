@@ -1,14 +1,26 @@
 # the page, and a picture of each run of the chain for it
 
 PICTURED = [stage.pictured for stage in STAGES.values() if stage.pictured]
-# what the page shows too when it has been made, but does not wait for
-ALSO_SHOWN = set(STAGES) - {
-    *SETTINGS.supplements,
-    *PICTURED,
-    "optimise",
-    "export",
-    "provenance",
-}
+CHAIN = ["screening", "ascent", "response_surface", "optimise", "validation", "export"]
+
+
+def shown(wildcards):
+    """What the page waits for and shows: what the rules of the chain and of the supplements leave,
+    plans among it."""
+    stages = [STAGES[name] for name in (*CHAIN, *SETTINGS.supplements)]
+    names = [rule for stage in stages for rule in stage.rules(SETTINGS)]
+    return [file for name in names for file in getattr(rules, name).output]
+
+
+def also_shown(wildcards):
+    """What the page shows too where it has been made: the files of the other stages, by absolute
+    paths, of which snakemake knows no rule. It makes nothing that nobody asked for."""
+    if STORED:
+        return []
+    others = set(STAGES) - {*CHAIN, *SETTINGS.supplements, "provenance"}
+    folders = {folder for name in others for folder in STAGES[name].folders}
+    found = (STUDY_OBJECT.folder.joinpath(f).glob("*.*") for f in sorted(folders))
+    return [local(str(path.resolve())) for paths in found for path in sorted(paths)]
 
 
 # seconds a stage, so one job draws them all
@@ -49,14 +61,9 @@ rule heaps:
 # first
 rule report:
     input:
-        validation=f"{STUDY}/validation/validation.json",
+        shown=shown,
+        also=also_shown,
         heaps=expand(f"{STUDY}/heaps/{{stage}}", stage=PICTURED),
-        # a supplement's name is that of its last rule, unless it says another
-        supplements=lambda w: [
-            getattr(rules, STAGES[name].rule).output[0]
-            for name in SETTINGS.supplements
-        ],
-        exports=rules.export.output,
         again=again("report"),
     output:
         report(
@@ -78,13 +85,6 @@ rule report:
         made_from=made_from(
             "report", ["target"], ["calibration.telling.report.build", *DECLARED]
         ),
-        # with its time: the page is written anew when it changes. It is no input, as that would
-        # make what nobody asked for
-        beside=lambda w: {
-            str(path): int(path.stat().st_mtime)
-            for name in sorted(ALSO_SHOWN)
-            for path in sorted((STUDY_OBJECT.folder / name).glob("*.*"))
-        },
     message:
         "report: {output}"
     script:

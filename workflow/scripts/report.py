@@ -1,3 +1,5 @@
+import sys
+
 from calibration.chain.jobs import leave_record, logged, work_for
 from calibration.study.stages import load_stages
 from calibration.telling.report import build
@@ -5,5 +7,6 @@ from calibration.telling.report import build
 with logged(snakemake.log[0]):
     stages = load_stages(*snakemake.params.declared)
     study = work_for(snakemake.config)
-    build(study.folder, snakemake.output[0], stages, study.config.target.metric)
+    for missing in build(study.folder, snakemake.output[0], stages, study.config.target.metric):
+        print(missing, file=sys.__stderr__)
     leave_record(snakemake, study)

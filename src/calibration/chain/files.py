@@ -16,10 +16,18 @@ if TYPE_CHECKING:
 
 
 def read_region(path: str | Path) -> list[Factor]:
-    """Factors with the levels of a region: of region.json, or of an optimum.json the one that it
+    """Factors with the levels of a region: of a region.json, or of an optimum.json the one that it
     was sought in."""
     content = read_json(path)
     return [Factor(**f) for f in (content["region"] if "region" in content else content)]
+
+
+def each_file(paths: Iterable[str | Path]) -> list[Path]:
+    """Files of a rule's paths, those in its folders one by one."""
+    found = []
+    for path in map(Path, paths):
+        found += sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
+    return found
 
 
 def further_files(config: Config, output: NamedFiles) -> Iterable[tuple[FurtherTarget, str, str]]:

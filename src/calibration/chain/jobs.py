@@ -10,6 +10,7 @@ from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from calibration.chain.files import each_file
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError, in_words, of_the_machine
 from calibration.intake.started_code import permit
@@ -75,7 +76,7 @@ def leave_record(job: Job, study: Study) -> None:
     """Write down what a job has left, see `calibration.runs.records`; not in a storage, whose local
     copies another machine may have made."""
     if "RESULTS_ARE_STORED" not in os.environ:  # set by workflow/rules/storage.smk
-        own = f"{study.config.results}/"
-        read = [file for file in job.input if not str(file).startswith(own)]
+        own = Path(study.config.results).resolve()
+        read = [file for file in job.input if own not in Path(file).resolve().parents]
         name = Path(job.log[0]).stem
-        record(study.folder, name, job.params.made_from, job.output, read)
+        record(study.folder, name, job.params.made_from, each_file(job.output), read)

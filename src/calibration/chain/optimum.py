@@ -49,16 +49,14 @@ def plan_candidate_first(study: Study, source: NamedFiles, output: NamedFiles) -
 
 
 def plan_candidate(study: Study, source: NamedFiles, output: NamedFiles) -> None:
-    """The design of all runs at the candidate, and the plan of those that the first ones, finished
-    by now, ask for. A region that moved asks for none; it is recorded beside the design."""
+    """The design of all runs at the candidate, the region that they are fitted in, and the plan of
+    those that the first ones, finished by now, ask for. A region that moved asks for none."""
     config, found = study.config, read_json(source.optimum)
     first, folder = read_written(source.first), Path(output.plan).parent
-    region_file, count = folder / "region.json", config.optimise.candidate_runs
-    region_file.unlink(missing_ok=True)
-    if "moved_region" in found:
-        write_json(region_file, found["moved_region"])
-    elif config.optimise.candidate_half_width:
+    moved, count = found.get("moved_region"), config.optimise.candidate_runs
+    if not moved and config.optimise.candidate_half_width:
         count = _count(config.optimise, with_responses(first, config)["response"].head(count))
+    write_json(output.region, {"moved": bool(moved), "region": moved or found["region"]})
     table, specs = study.plan(_rows(config, found, count))
     made = set(first["run_id"])
     added = {name: spec for name, spec in specs.items() if name not in made}
@@ -101,10 +99,8 @@ def augmented_runs(
 
 def _optimise(config, runs_file, region_file, output, candidate_file=None):
     """Solve the surface for the measured mean. With several targets, find the most desirable point.
-    With `candidate_file` the runs at the candidate are fitted as well, in the region that stands
-    beside them if it moved."""
-    moved = Path(candidate_file).parent / "region.json" if candidate_file else None
-    region = read_region(moved if moved and moved.exists() else region_file)
+    With `candidate_file` the runs at the candidate are fitted as well."""
+    region = read_region(region_file)
     codes = [f.code for f in region]
     if candidate_file:
         runs = augmented_runs(config, runs_file, region, candidate_file)
@@ -121,7 +117,7 @@ def _optimise(config, runs_file, region_file, output, candidate_file=None):
     suspects = used["response"].iloc[outliers(surfaces[0])]
     found["repeat"] = suspects[[f.name for f in region]].to_dict("records")
     found["region"] = [vars(f) for f in region]
-    if candidate_file and not moved.exists():
+    if candidate_file and not read_json(region_file)["moved"]:
         found |= _replicated(config, candidate_file, [f.name for f in region])
     write_json(output.summary, found | {"fitted_runs": len(used["response"])})
 
@@ -275,7 +271,7 @@ def candidate(study: Study, source: NamedFiles, output: NamedFiles) -> None:
 
 def optimise(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """The optimum of the surface that is fitted to the runs at the candidate as well."""
-    _optimise(study.config, source.runs, source.region, output, source.candidate)
+    _optimise(study.config, source.runs, source.candidate_region, output, source.candidate)
 
 
 def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:

@@ -3,7 +3,7 @@
 The file is netCDF 3, which scipy writes and which xarray, MATLAB, R, Octave and ParaView read.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,11 +23,11 @@ ABOUT = ("run", "stages", "experiment", "engine")
 """Columns of words; all others are numbers."""
 
 
-def planned(folder: str | Path) -> dict[str, list[str]]:
-    """{run name: [stages]} of all plans below a study's folder."""
+def planned(folder: str | Path, plans: Iterable[str | Path] | None = None) -> dict[str, list[str]]:
+    """{run name: [stages]} of plans of a study's folder, of all below it unless given."""
     found: dict[str, list[str]] = {}
-    for path in sorted(Path(folder).rglob("plan.json")):
-        stage = path.parent.relative_to(folder).as_posix()
+    for path in sorted(map(Path, Path(folder).rglob("plan.json") if plans is None else plans)):
+        stage = path.parent.resolve().relative_to(Path(folder).resolve()).as_posix()
         if stage.startswith(f"{CRATE}/"):
             continue
         for name in read_plan(path):
@@ -35,11 +35,13 @@ def planned(folder: str | Path) -> dict[str, list[str]]:
     return found
 
 
-def finished(folder: str | Path) -> list[tuple[str, list[str], dict[str, Any]]]:
-    """[(run name, [stages], result)] of the planned runs that are done and can be trusted;
+def finished(
+    folder: str | Path, plans: Iterable[str | Path] | None = None
+) -> list[tuple[str, list[str], dict[str, Any]]]:
+    """[(run name, [stages], result)] of the `planned` runs that are done and can be trusted;
     `calibration verify` says which of the others are damaged."""
     store, found = RunStore(), []
-    for name, stages in planned(folder).items():
+    for name, stages in planned(folder, plans).items():
         try:
             found.append((name, stages, store.result(name)))
         except ResultError:

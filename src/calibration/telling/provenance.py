@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
+from calibration.chain.files import each_file
 from calibration.errors import CalibrationError
 from calibration.files import replacing, write_text
 from calibration.runs.all_runs import finished, runs_table, write_netcdf
-from calibration.study.stages.provenance import CRATE
 from calibration.telling.export.parameters import to_yaml
 from calibration.telling.optional_packages import extra, program
 from dem.io.files import write_json
@@ -31,8 +31,6 @@ if TYPE_CHECKING:
 
 SHOWN = (".csv", ".json", ".html", ".yaml")
 """Kinds of results that the crate holds; figures are in the report."""
-LEFT_OUT = (CRATE, "logs", "batches", "heaps")
-"""Folders below a study's that it does not: their content is elsewhere, or says nothing later."""
 CONFIGURATION, STUDY = "exports/study.yaml", "inputs/study.yaml"
 """The whole configuration as the study exports it, and in the crate, where it names the crate's own
 tables."""
@@ -47,7 +45,8 @@ def provenance(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Write the crate into the folder of `output.crate`, its metadata last. Raises CalibrationError
     for a study without a finished run."""
     folder = Path(output.crate).parent
-    runs = finished(study.folder)
+    made = each_file(Path(p).resolve() for p in (source.report, *source.shown, *source.also))
+    runs = finished(study.folder, [path for path in made if path.name == "plan.json"])
     if not runs:
         raise CalibrationError(f"{study.folder}: has no finished run")
     about = f"All {len(runs)} finished runs of the study {study.name}"
@@ -55,7 +54,9 @@ def provenance(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     given = {key: Path(getattr(study.config, key)) for key in ("factors", "measurements")}
     tables = {key: f"inputs/{path.name}" for key, path in given.items()}
     copied = {tables[key]: path for key, path in given.items()}
-    results = {f"results/{p.relative_to(study.folder).as_posix()}": p for p in _results(study)}
+    top = study.folder.resolve()
+    kept = sorted(path for path in made if path.suffix in SHOWN)
+    results = {f"results/{path.relative_to(top).as_posix()}": path for path in kept}
     for place, path in (copied | results).items():
         with replacing(folder / place) as partial:
             shutil.copyfile(path, partial)
@@ -113,17 +114,6 @@ def _described(path, place):
         "encodingFormat": kind or mimetypes.guess_type(path.name)[0] or "text/plain",
         "contentSize": str(path.stat().st_size),
     }
-
-
-def _results(study):
-    """Files of the study's folder that the crate holds, in order."""
-    found = []
-    for path in sorted(study.folder.rglob("*")):
-        inside = path.relative_to(study.folder).parts
-        hidden = any(part.startswith(".") or part in LEFT_OUT for part in inside)
-        if path.suffix in SHOWN and path.is_file() and not hidden:
-            found.append(path)
-    return found
 
 
 def _software(runs):

@@ -1,6 +1,6 @@
 """What resolution, time step, modulus and rolling law cost in the response."""
 
-from calibration.study.stages.stage import Plan, Stage
+from calibration.study.stages.stage import Figure, Plan, Stage
 
 STAGES = (
     Stage(
@@ -8,6 +8,8 @@ STAGES = (
         title="What the numerical choices cost",
         place=11,
         plans=(Plan("numerics"),),
+        figures=(Figure("numerics"),),
+        tables=(("numerics", "Numerics"),),
         about="Difference that resolution, time step, stiffness and rolling law make, with its 95 "
         "% interval: "
         "a choice whose interval holds zero, or that stays within the spread from seed to seed, "

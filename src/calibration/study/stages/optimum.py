@@ -20,5 +20,6 @@ STAGES = (
         tables=(("solution_set", "Points of the solution set"),),
         sentences="calibration.chain.optimum:sentences",
         pictured="candidate",
+        also_made_by=lambda config: ("candidate", "plan_candidate_first", "plan_candidate"),
     ),
 )

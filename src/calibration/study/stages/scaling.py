@@ -1,6 +1,6 @@
 """Heap and drop enlarged by two rules, without and with cohesion."""
 
-from calibration.study.stages.stage import Plan, Stage
+from calibration.study.stages.stage import Figure, Plan, Stage
 
 STAGES = (
     Stage(
@@ -8,6 +8,8 @@ STAGES = (
         title="Scaling of the particles",
         place=7.5,
         plans=(Plan("scaling", batches=4),),
+        figures=(Figure("scaling"),),
+        tables=(("scaling", "Scaling"),),
         about="What coarser particles change, and which rule keeps what.",
         unshown=("sd", "left_in_funnel"),
     ),

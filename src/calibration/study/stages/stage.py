@@ -51,7 +51,9 @@ class Stage:
     title); sentences : "module:function" that gives lines of text from the stage's summary and the
     response; about : a line for a stage whose folder is shown as it is, without the columns
     `unshown` {table: columns}; pictured : the plan whose heaps are shown; made_by : the rule that
-    ends it, which bears its name unless given.
+    ends it, which bears its name unless given; also_made_by : names of the rules before
+    it whose files page and crate hold, by the configuration; those of its plans, `plan_<folder>`,
+    unless given.
     """
 
     name: str
@@ -65,11 +67,23 @@ class Stage:
     unshown: tuple[str, ...] = ()
     pictured: str | None = None
     made_by: str | None = None
+    also_made_by: Callable[[Any], tuple[str, ...]] | None = None
 
     @property
     def rule(self) -> str:
         """Name of the rule that ends the stage: what is asked of snakemake for it."""
         return self.made_by or self.name
+
+    def rules(self, config: Any) -> list[str]:
+        """Names of the rules whose files page and crate hold, the last one ends the stage."""
+        if self.also_made_by:
+            return [*self.also_made_by(config), self.rule]
+        return [*(f"plan_{plan.folder}" for plan in self.plans), self.rule]
+
+    @property
+    def folders(self) -> set[str]:
+        """Its folder and those of its plans, in the study's."""
+        return {self.name, *(plan.folder for plan in self.plans)}
 
     @property
     def supplement(self) -> bool:

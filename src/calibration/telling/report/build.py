@@ -1,5 +1,5 @@
-"""Collects what a study's stages left and writes it as one self-contained page; parts without files
-are left out."""
+"""Collects what a study's stages left and writes it as one self-contained page. A stage that has
+not run is left out; of one that has, the page names what is missing."""
 
 from __future__ import annotations
 
@@ -54,8 +54,9 @@ def build(
     out: str | Path,
     stages: Mapping[str, Stage],
     metric: str = "angle_of_repose_deg",
-) -> None:
-    """Write the report of `study` (a folder under results/) to `out`, atomically.
+) -> list[str]:
+    """Write the report of `study` (a folder under results/) to `out`, atomically. Returns a
+    sentence for each stage that lacks files which it declares.
 
     stages: {name: Stage} in the order of the page; metric: what was calibrated.
     """
@@ -85,6 +86,11 @@ def build(
         files=json.dumps(downloads_of(carry, parts, exports)),
     )
     write_text(page, out)
+    return [
+        f"{study / part['key']}: {', '.join(part['missing'])} missing; the page is without"
+        for part in parts
+        if part.get("missing")
+    ]
 
 
 def _parts(study, stages, response):

@@ -25,14 +25,27 @@ ALL_ROWS = 10_000  # a table of verdicts is shown whole, in a box that scrolls
 def section(study: Path, stage: Stage, response: Response) -> dict[str, Any] | None:
     """The section of a declared stage in the folder of a study, or None where it has not run or has
     none."""
+    missing = _missing(study, stage)
     if stage.name == "diagnosis":
-        return diagnosis(study)
-    made = beside(study, stage) if stage.about else _listed(study, stage, response)
-    return made and made | {"supplement": stage.supplement}
+        made = diagnosis(study)
+    elif missing is None:
+        return None
+    else:
+        made = beside(study, stage) if stage.about else _listed(study, stage, response)
+    return made and made | {"supplement": stage.supplement, "missing": missing}
+
+
+def _missing(study, stage):
+    """Names of the declared files that a stage's folder lacks; None where it has none of them."""
+    names = [f"{name}.csv" for name, _ in stage.tables]
+    for drawn in stage.figures:
+        names += [f"{drawn.name}.svg", *drawn.numbers]
+    there = {name for name in names if (study / stage.name / name).exists()}
+    return [name for name in dict.fromkeys(names) if name not in there] if there else None
 
 
 def _listed(study, stage, response):
-    """The section of a stage of which the declaration lists the tables."""
+    """The section of a stage that says its outcome in sentences."""
     folder = study / stage.name
     drawn = [
         figure(path, _named(stage.name, path), [folder / d for d in f.numbers])
@@ -44,10 +57,7 @@ def _listed(study, stage, response):
         for name, text in stage.tables
         if (folder / f"{name}.csv").exists()
     ]
-    if stage.tables:
-        drawn += _further(folder, [f.name for f in stage.figures])
-    if not stage.tables or (not drawn and not shown):
-        return None
+    drawn += _further(folder, [f.name for f in stage.figures])
     summary = Results(study).summary(stage.name)
     return {
         "key": stage.name,
@@ -71,28 +81,25 @@ def _further(folder, listed):
     return figures
 
 
-def beside(study: Path, stage: Stage) -> dict[str, Any] | None:
-    """The section of what stands beside the chain, made of whatever tables, figures and data its
-    folder holds."""
+def beside(study: Path, stage: Stage) -> dict[str, Any]:
+    """The section of what stands beside the chain, made of its tables, figures and summary."""
     key = stage.name
     folder = study / key
-    figures = sorted(folder.glob("*.svg"))
-    tables = [p for p in sorted(folder.glob("*.csv")) if p.name not in ("design.csv", "runs.csv")]
-    if not figures and not tables:
-        return None
-    numbers = [p for p in sorted(folder.glob("*.json")) if p.name != "plan.json"]
+    figures = [p for f in stage.figures if (p := folder / f"{f.name}.svg").exists()]
+    tables = [(p, t) for name, t in stage.tables if (p := folder / f"{name}.csv").exists()]
+    paths, summary = [p for p, _ in tables], [*folder.glob(f"{key}.json")]
     return {
         "key": key,
         "title": stage.title,
-        "texts": [stage.about, *_counts(tables)],
-        "figures": [figure(p, _named(key, p), [*tables, *numbers]) for p in figures],
-        "tables": [_beside_table(p, stage.unshown) for p in tables],
-        "downloads": [] if figures else [download(p) for p in numbers],
+        "texts": [stage.about, *_counts(paths)],
+        "figures": [figure(p, _named(key, p), [*paths, *summary]) for p in figures],
+        "tables": [_beside_table(p, title, stage.unshown) for p, title in tables],
+        "downloads": [] if figures else [download(p) for p in summary],
     }
 
 
-def _beside_table(path, unshown):
-    title, first = label(path.stem).capitalize(), ("verdict", "disagrees")
+def _beside_table(path, title, unshown):
+    first = ("verdict", "disagrees")
     return table(path, title, first, ALL_ROWS, unshown) | {"open": True}
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
@@ -25,16 +26,20 @@ if TYPE_CHECKING:
 def run_times(study: Path, stages: Mapping[str, Stage]) -> pd.DataFrame:
     """Table of the runs that are there: stage, run_id, seed, particles, steps, simulated and wall
     time, engine."""
-    rows, store = [], RunStore()
+    found = _results(study, stages)
+    return pd.DataFrame([{"stage": s, "run_id": n} | _row(result) for s, n, result in found])
+
+
+def _results(study, stages):
+    """[(stage, name, result)] of the runs of all designs."""
+    found, store = [], RunStore()
     plans = [plan.folder for stage in stages.values() for plan in stage.plans]
     for stage in plans:
         design = study / stage / "design.csv"
         for name in read_written(design)["run_id"] if design.exists() else []:
-            try:
-                rows.append({"stage": stage, "run_id": name} | _row(store.result(name)))
-            except ResultError:
-                continue  # the study was moved here without all of its runs
-    return pd.DataFrame(rows)
+            with suppress(ResultError):  # the study was moved here without all of its runs
+                found.append((stage, name, store.result(name)))
+    return found
 
 
 def _row(result):
@@ -67,6 +72,7 @@ def runs_section(study: Path, stages: Mapping[str, Stage]) -> dict[str, Any] | N
         for stage, own in runs.groupby("stage", sort=False)
     ]
     timed = runs.dropna(subset="wall_time_s").drop_duplicates("run_id")
+    drawn = [(name, [stage], result) for stage, name, result in _results(study, stages)]
     total = timed["wall_time_s"].sum() / 60.0
     engines = ", ".join(sorted(runs["engine"].unique()))
     return {
@@ -76,7 +82,7 @@ def runs_section(study: Path, stages: Mapping[str, Stage]) -> dict[str, Any] | N
             f"{timed['run_id'].nunique()} runs took {total:.1f} minutes of one core, by engine "
             f"{engines}. A run that "
             "two stages share was made once.",
-            *(f"{mixture}." for mixture in mixtures(study)),
+            *(f"{mixture}." for mixture in mixtures(study, drawn)),
         ],
         "figures": [],
         "tables": [
