@@ -26,6 +26,7 @@ def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("foreign")
 
 
+@pytest.mark.long
 def test_dry_heaps_are_adequate(folder):
     verdict = diagnosed(folder, "heaps_dry", HEAPS, DEFAULT)
     assert verdict["verdict"] == "adequate", verdict["reason"]

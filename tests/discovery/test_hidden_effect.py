@@ -12,6 +12,8 @@ from diagnosis.page.markdown import page
 from diagnosis.verdict import findings, validate
 from facts import tells
 
+LONG = [pytest.mark.slow, pytest.mark.long]
+
 
 def measure(laboratory, drops, point, *effects):
     return laboratory.measure(Case("test", effects, 1.0, point, point), drops)
@@ -28,8 +30,8 @@ def named_first(laboratory, data, name, without=()):
     "name",
     [
         "viscoelastic_restitution",
-        pytest.param("plastic_restitution", marks=pytest.mark.slow),
-        pytest.param("apex_sampling", marks=pytest.mark.slow),
+        pytest.param("plastic_restitution", marks=LONG),
+        pytest.param("apex_sampling", marks=LONG),
     ],
 )
 def test_a_hidden_effect_is_named_first_and_the_test_fails_without_it(laboratory, drops, name):

@@ -27,7 +27,7 @@ CHANGES = {
 }
 PLAN = hidden.PLANS["grains"]
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.long]
 
 
 @pytest.fixture(scope="module")

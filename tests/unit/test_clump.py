@@ -244,9 +244,12 @@ RIGS = {name: (*rig, TRIPLE) for name, rig in small_rigs.RIGS.items()} | {
 }
 """A small rig of each experiment that takes clumps: grains, geometry, spheres."""
 
+IN_CI = ("heap", "compression", "discharge")
+CASES = [pytest.param(n, marks=() if n in IN_CI else pytest.mark.long) for n in RIGS]
+
 
 @pytest.mark.slow
-@pytest.mark.parametrize("experiment", RIGS)
+@pytest.mark.parametrize("experiment", CASES)
 def test_clumps_go_through_every_experiment(tmp_path, experiment):
     particles, geometry, spheres = RIGS[experiment]
     hard = 1e7 if experiment == "compression" else 3e6  # softer, a pressed grain overlaps too far

@@ -192,7 +192,7 @@ def test_intervals_hold_the_truth_of_a_plane():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["plane", "step"])
+@pytest.mark.parametrize("kind", [pytest.param("plane", marks=pytest.mark.long), "step"])
 def test_intervals_hold_the_truth_as_often_as_they_say(kind):
     """94 to 96 %, with three standard errors of the number of emulators tried."""
     shares = covered(kind, 1, 24)

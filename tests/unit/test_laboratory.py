@@ -204,6 +204,7 @@ def test_what_stays_in_the_draw_down_box_is_steeper_than_what_fell(tmp_path):
     assert 0.2 < found["discharged_share"] < 0.95
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_spheres_that_roll_freely_leave_the_upper_floor_bare(tmp_path):
     found = measure(tmp_path, "draw_down", particles={"count": 2000}, contacts=both(ROLLING_FREELY))

@@ -89,6 +89,7 @@ def test_a_drawn_heap_has_its_angle(tmp_path, angle, colours, trouble):
     check(tmp_path, angle, colours, trouble)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize(("angle", "colours", "trouble"), EVERY, ids=str)
 def test_every_drawn_heap_has_its_angle(tmp_path, angle, colours, trouble):

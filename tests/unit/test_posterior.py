@@ -108,6 +108,7 @@ def ranks(truths, posteriors, thin):
     return np.array(found)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_ranks_are_uniform():
     """Simulation-based calibration (Talts et al. 2018): the rank of the truth among draws of its

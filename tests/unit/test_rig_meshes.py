@@ -298,6 +298,7 @@ def test_a_drum_of_a_mesh_turns_grains_as_the_smooth_one_does(tmp_path):
         assert mesh == pytest.approx(own, abs=apart)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_lifters_carry_a_bed_that_slips_in_a_smooth_drum(tmp_path):
     """So few grains slip or stick in a smooth drum, as the seed has it: what is carried scatters by
@@ -355,7 +356,7 @@ def test_a_floor_of_the_shear_cell_that_is_not_what_the_keys_say_gets_a_sentence
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("key", ["lid_stl", "floor_stl"])
+@pytest.mark.parametrize("key", ["lid_stl", pytest.param("floor_stl", marks=pytest.mark.long)])
 def test_a_lid_or_a_floor_of_a_mesh_shears_as_the_own_one_does(key, tmp_path):
     """Steady stresses of so small a ring scatter by a quarter of themselves from run to run: means
     of four runs each are compared, by their own scatter."""

@@ -246,6 +246,7 @@ def heaps(seeds):
     }
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="names of x86 processors")
 def test_a_processor_without_fused_multiplication_draws_from_the_same_heaps(tmp_path):

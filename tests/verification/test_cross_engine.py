@@ -261,6 +261,7 @@ def their_heaps(case):
     return metrics, states
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_heap_elastic_plastic(record):
     """Our elastic-plastic torque beside `epsd`, whose moment does not go down with the stiffness
@@ -289,6 +290,7 @@ def test_heap_as_liggghts_codes_it(record, as_coded, case):
     compare(record, HEAP, label, SHAPE, SHAPE, ours, theirs, f"{engine_of('heaps')}, {law}")
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_own_spin_beside_relative_spin(record):
     """What the convention costs: our default law beside the relative one, both by this engine;
@@ -319,6 +321,7 @@ def profile(states, rig):
     return stations, np.array(heights)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_profiles_of_the_heaps(figure):
     caption = (

@@ -70,6 +70,7 @@ def test_small_bed_beside_ours(tmp_path):
     assert ours["coordination"] == pytest.approx(theirs["coordination"], rel=0.1)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_lifted_cylinder_beside_ours(tmp_path):
     """Three columns of 250 grains, the same settled start and law in both engines.

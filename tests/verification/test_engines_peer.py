@@ -155,7 +155,7 @@ def both(code, mapping, seeds, folder):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("code", ["liggghts", "lammps"])
+@pytest.mark.parametrize("code", ["liggghts", pytest.param("lammps", marks=pytest.mark.long)])
 def test_a_lifted_cylinder_leaves_the_heap_that_ours_leaves(tmp_path, code, record):
     means = both(code, COLUMN, range(1, 5), tmp_path)
     off = FLATTER.get(code, {})
@@ -177,7 +177,7 @@ SILO = RUN | {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("code", ["liggghts", "lammps"])
+@pytest.mark.parametrize("code", ["liggghts", pytest.param("lammps", marks=pytest.mark.long)])
 def test_a_silo_discharges_as_ours_does(tmp_path, code):
     """The flow of one silo scatters by a few percent. Beverloo's constant is 0.55 to 0.65 of wide
     openings; this one is five grains wide."""

@@ -29,7 +29,11 @@ def measure(folder, experiment, **parts):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("contact", "low", "high"), [(SMOOTH, 0.63, 0.64), (ROUGH, 0.56, 0.60)], ids=["smooth", "rough"]
+    ("contact", "low", "high"),
+    [
+        pytest.param(SMOOTH, 0.63, 0.64, id="smooth"),
+        pytest.param(ROUGH, 0.56, 0.60, id="rough", marks=pytest.mark.long),
+    ],
 )
 def test_equal_spheres_lie_as_densely_as_is_published(tmp_path, contact, low, high):
     """0.63 to 0.64 without friction, 0.56 to 0.60 with it; docs/laboratory.md names the sources
@@ -69,7 +73,7 @@ def angle(folder, monkeypatch, gravity, rate, seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [2, 3])
+@pytest.mark.parametrize("seed", [2, pytest.param(3, marks=pytest.mark.long)])
 def test_the_angle_of_a_drum_goes_with_the_froude_number_alone(tmp_path, monkeypatch, seed):
     """Brucks, Arndt, Ottino and Lueptow (2007), Physical Review E 75:032301, glass beads in a
     tumbler in a centrifuge: the dynamic angle falls where gravity is raised at one speed, and is
@@ -120,6 +124,7 @@ def test_what_was_pressed_harder_stands_more(tmp_path):
     assert found[2] > 1.1 * found[1]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_what_does_not_stick_has_no_strength(tmp_path):
     """Without adhesion the column falls apart: less than a hundredth of the consolidation stress

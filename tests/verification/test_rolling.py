@@ -278,7 +278,9 @@ def test_terminal_speed(record):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", ["elastic_plastic", "constant_torque_relative"])
+@pytest.mark.parametrize(
+    "law", ["elastic_plastic", pytest.param("constant_torque_relative", marks=pytest.mark.long)]
+)
 def test_a_heap_comes_to_rest_with_torsion(law, tmp_path):
     """Laws on the relative spin leave a grain on the plate spinning about the vertical: without
     torsion such a heap runs to the end of its time."""

@@ -116,6 +116,7 @@ def test_a_disk_that_is_full(undisturbed, mounts, tmp_path):
     assert outcome(tmp_path) == undisturbed
 
 
+@pytest.mark.long
 def test_a_folder_that_can_only_be_read(undisturbed, mounts, tmp_path):
     study(tmp_path)
     (tmp_path / "results").mkdir()
@@ -133,7 +134,14 @@ def test_a_folder_that_can_only_be_read(undisturbed, mounts, tmp_path):
     assert finished(tmp_path) == undisturbed
 
 
-@pytest.mark.parametrize("what", ["results", "results/runs", "results/drops"])
+@pytest.mark.parametrize(
+    "what",
+    [
+        "results/runs",
+        pytest.param("results", marks=pytest.mark.long),
+        pytest.param("results/drops", marks=pytest.mark.long),
+    ],
+)
 def test_results_that_are_removed_under_way(undisturbed, tmp_path, what):
     study(tmp_path)
     process = started(tmp_path)
@@ -218,6 +226,7 @@ def test_a_strange_machine(undisturbed, tmp_path):
     assert outcome(folder) == undisturbed
 
 
+@pytest.mark.long
 def test_two_gigabytes_of_address_space(undisturbed, tmp_path):
     done = campaign(study(tmp_path), before="ulimit -v 2000000")
     assert done.returncode == 0, done.stdout
