@@ -43,6 +43,12 @@ def measure(folder, experiment, **parts):
             ", 5 of the largest",
         ),
         ("bulk_density", {"particles": {"count": 300}}, "vessel_diameter_mm", "mm deep"),
+        (
+            "bulk_density",
+            {"geometry": {"vessel_diameter_mm": 20, "simulated_diameter_mm": 24}},
+            "simulated_diameter_mm",
+            "at most 20",
+        ),
         ("lifted_cylinder", {"geometry": {"plate_diameter_mm": 30}}, "plate_diameter_mm", "32"),
         ("discharge", {"geometry": {"orifice_diameter_mm": 9}}, "orifice_diameter_mm", "arches"),
         ("discharge", {"geometry": {"silo_diameter_mm": 35}}, "silo_diameter_mm", "at least 2.5"),
@@ -136,6 +142,45 @@ def test_tapping_densifies_a_loose_bed(tmp_path):
     assert 1.0 < found["hausner_ratio"] < 1.3
     assert found["tapped_density_kg_m3"] < 0.74 * 1210.0  # equal spheres are never denser
     assert found["poured_solid_fraction"] < 0.64
+
+
+def poured(folder, seed=1, **geometry):
+    """A bed of grains of 2 mm as deep as wide, and what it packs to."""
+    narrow = geometry.get("simulated_diameter_mm") or geometry["vessel_diameter_mm"]
+    folder.mkdir()
+    return measure(
+        folder,
+        "bulk_density",
+        seed=seed,
+        particles={"count": round(0.9 * (narrow / 2.0) ** 3)},
+        materials={"particle": {"shear_modulus_Pa": 1e6}},
+        geometry=geometry | {"taps": 0},
+    )
+
+
+def test_a_narrower_vessel_is_simulated_in_place_of_a_wide_one(tmp_path):
+    """Grains lie less densely at the walls, by a part that goes as one over the width."""
+    narrow = poured(tmp_path / "narrow", vessel_diameter_mm=18)
+    double = poured(tmp_path / "double", vessel_diameter_mm=36, simulated_diameter_mm=18)
+    core = 1500.0 * narrow["poured_solid_fraction"]
+    assert narrow["poured_density_kg_m3"] < 0.97 * core
+    middle = 0.5 * (narrow["poured_density_kg_m3"] + core)
+    assert double["poured_density_kg_m3"] == pytest.approx(middle, rel=1e-6)
+
+
+def test_the_density_does_not_hang_on_the_width_that_is_simulated(tmp_path):
+    """Mass over volume in vessels of 9 and 14 grains differs by 3 %, and is 7 % below that of a
+    vessel so wide that its walls do not count."""
+    vessel = {"vessel_diameter_mm": 2000}
+    runs = [
+        poured(tmp_path / f"{wide}-{seed}", seed, simulated_diameter_mm=wide, **vessel)
+        for wide, seed in ((18, 1), (18, 2), (18, 3), (28, 1))
+    ]
+    density = np.array([r["poured_density_kg_m3"] for r in runs])
+    error = np.array([r["poured_density_error_kg_m3"] for r in runs])
+    assert (error < 0.04 * density).all()
+    together = math.hypot(*error[:3]) / 3.0
+    assert density[:3].mean() == pytest.approx(density[3], abs=2.0 * math.hypot(together, error[3]))
 
 
 @pytest.mark.parametrize("shift", [0.0, 0.3, 0.5, 0.8])

@@ -318,6 +318,28 @@ def test_single_grains_alone_are_no_study(here, capsys):
     assert tells(said, "angle of repose")
 
 
+def of_vessel(name, *told):
+    """Study, and geometry of its vessel, of oats of 4 mm."""
+    options = "--lifted-cylinder 26 27 cylinder=60mm --density 1.3g/cm3 --grain 4mm".split()
+    config = begun(name, [*options, "--bulk-density", "520kg/m3", "530kg/m3", *told])
+    return config, config.rigs["vessel"].run["geometry"]
+
+
+def test_the_density_is_that_in_the_laboratorys_own_vessel(here, capsys):
+    config, geometry = of_vessel("oats", "vessel=90mm")
+    assert geometry == {"vessel_diameter_mm": 90.0, "simulated_diameter_mm": 60.0, "taps": 0}
+    assert config.targets[1].discrepancy == 0.0
+    assert not tells(capsys.readouterr().out, "vessel was not told")
+    narrow, geometry = of_vessel("rye", "vessel=44mm")
+    assert geometry == {"vessel_diameter_mm": 44.0, "taps": 0}
+    check_ahead(narrow)
+    config, geometry = of_vessel("peas")
+    assert tells(capsys.readouterr().out, "vessel", "108.4 mm")
+    assert geometry["vessel_diameter_mm"] == pytest.approx((4e6 / math.pi) ** (1 / 3), abs=0.1)
+    # half of what its walls take: 0.7 grains over its width
+    assert config.targets[1].discrepancy == pytest.approx(0.35 * 4 / 108.4 * 525, rel=0.05)
+
+
 def test_taps_that_are_too_many_are_kept_and_no_target(here, capsys):
     tapped = ["--tapped-density", "810kg/m3", "812kg/m3", "taps=1250"]
     config = begun("wheat", [*WHEAT, *tapped])

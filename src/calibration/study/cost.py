@@ -83,7 +83,8 @@ def _of_lifted_cylinder(spec):
 
 def _of_bulk_density(spec):
     g = spec.geometry
-    return _fall(_depth_mm(spec, g.vessel_diameter_mm)) + REST_S + TAP_S * g.taps
+    wide = g.simulated_diameter_mm or g.vessel_diameter_mm
+    return _fall(_depth_mm(spec, wide)) + REST_S + TAP_S * g.taps
 
 
 def _of_tilt(spec):

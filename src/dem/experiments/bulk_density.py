@@ -3,10 +3,15 @@ height again and again.
 
 Both densities are those of the mass below a level a little under the surface over the cylinder's
 volume to there, as a vessel that is struck off flat gives them. The solid fraction is that of the
-core, without the order at walls and floor."""
+core, without the order at walls and floor.
+
+A wide vessel can be simulated as a narrower one of the same proportions. Grains lie less densely at
+walls and floor, in a layer whose share of the volume goes as one over the width. So the density in
+the wide vessel lies between the core's and that of the narrow one:
+core + (narrow - core) * narrow diameter / wide diameter."""
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -39,7 +44,7 @@ LEAST_WIDTH = 5.0  # of the largest grain: narrower, the walls order all of the 
 LIFT = 1.2  # time in which the vessel is raised, of that in which it falls
 CALM = 6.0  # looks that the grains get after each tap
 REST = 50.0  # looks that they get after the last, at most
-EDGE = 1.5  # mean diameters that the core keeps from wall, floor and surface
+EDGE = 2.0  # mean diameters that the core keeps from wall, floor and surface
 SURFACE = 0.95  # of the grains lie below the level at which the vessel is struck off
 
 
@@ -47,6 +52,13 @@ class BulkDensityGeometry(Part):
     """A cylinder; 3 mm are the drop of the tapping machines of ISO 3953 and ASTM D7481."""
 
     vessel_diameter_mm: float = field(24.0, "inner diameter of the vessel", gt=0)
+    simulated_diameter_mm: float | None = field(
+        None,
+        "that of the narrower vessel, filled as deep for its width, which is simulated in its "
+        "place; null: the vessel itself",
+        gt=0,
+        exclude_if=lambda value: value is None,
+    )
     taps: int = field(20, "drops of the vessel after it was filled", ge=0, le=10000)
     tap_height_mm: float = field(3.0, "height of each drop", gt=0)
     vessel_stl: str | None = mesh_field(
@@ -56,23 +68,35 @@ class BulkDensityGeometry(Part):
 
 
 def check(spec: "RunSpec") -> None:
-    """The vessel must be wide enough for grains to lie at random and the bed deep enough for a
-    core."""
+    """The simulated vessel must be wide enough for grains to lie at random and the bed deep enough
+    for a core."""
     g, largest = spec.geometry, longest_mm(spec)
-    refuse_narrow("vessel_diameter_mm", spec, LEAST_WIDTH)
-    area = math.pi * (0.5e-3 * g.vessel_diameter_mm) ** 2
+    key = "vessel_diameter_mm" if g.simulated_diameter_mm is None else "simulated_diameter_mm"
+    wide = getattr(g, key)
+    if wide > g.vessel_diameter_mm:
+        allowed = f"at most {g.vessel_diameter_mm:g}, the vessel's own (vessel_diameter_mm)"
+        refuse(key, spec, allowed)
+    if wide < g.vessel_diameter_mm and g.vessel_stl is not None:
+        refuse(key, spec, "null beside vessel_stl, which is simulated as it is")
+    refuse_narrow(key, spec, LEAST_WIDTH)
+    area = math.pi * (0.5e-3 * wide) ** 2
     depth = 1e3 * spec.particles.count * grain_volume(spec) / (0.6 * area)
     if depth < LEAST_WIDTH * largest:
-        most = g.vessel_diameter_mm * math.sqrt(depth / (LEAST_WIDTH * largest))
+        most = wide * math.sqrt(depth / (LEAST_WIDTH * largest))
         allowed = f"at most {most:.3g}: the grains would lie only {depth:.3g} mm deep"
-        refuse("vessel_diameter_mm", spec, f"{allowed}; or more grains")
+        narrower = ", or a narrower simulated_diameter_mm" if key == "vessel_diameter_mm" else ""
+        refuse(key, spec, f"{allowed}; or more grains{narrower}")
 
 
 class _Vessel:
-    """A cylinder, or a mesh; `radius` is that of its narrowest part [m]."""
+    """A cylinder, or a mesh; `radius` is that of its narrowest part [m], `share` that width over
+    the vessel's own where a narrower one is simulated."""
 
     def __init__(self, spec):
-        self.radius = 0.5e-3 * spec.geometry.vessel_diameter_mm
+        g = spec.geometry
+        wide = g.vessel_diameter_mm
+        narrow = wide if g.simulated_diameter_mm is None else g.simulated_diameter_mm
+        self.radius, self.share = 0.5e-3 * narrow, narrow / wide
         self.mesh = read_mesh(spec, "vessel_stl", at_rims())
         if self.mesh:
             self.radius = self.mesh.narrowest(0.0, self.mesh.high)
@@ -104,20 +128,22 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     sites = bed.sites_in_circle(vessel.radius, reach, rng)
     sim = bed.poured(spec, vessel.walls, radii, sites, 0.0, rng)
     context.progress(0.3, "poured")
-    poured = _density(sim, vessel), _packing(sim, spec, vessel.radius)
+    poured = _packed(sim, spec, vessel)
     for tap in range(g.taps):
         _tap(sim, spec)
         context.progress(0.3 + 0.7 * (tap + 1) / g.taps, f"tap {tap + 1} of {g.taps}")
         context.frame(sim)
     phases.rest(sim, spec, REST * phases.look(spec), "tapping")
-    tapped = _density(sim, vessel), _packing(sim, spec, vessel.radius)
+    tapped = _packed(sim, spec, vessel)
     context.finish(sim)
     return {
-        "poured_density_kg_m3": poured[0],
-        "tapped_density_kg_m3": tapped[0],
-        "hausner_ratio": tapped[0] / poured[0],
-        "poured_solid_fraction": poured[1],
-        "tapped_solid_fraction": tapped[1],
+        "poured_density_kg_m3": poured.density,
+        "poured_density_error_kg_m3": poured.error,
+        "tapped_density_kg_m3": tapped.density,
+        "tapped_density_error_kg_m3": tapped.error,
+        "hausner_ratio": tapped.density / poured.density,
+        "poured_solid_fraction": poured.solid,
+        "tapped_solid_fraction": tapped.solid,
     }
 
 
@@ -137,19 +163,40 @@ def _above_floor(sim):
     return sim.position - sim.wall_origin("vessel")
 
 
-def _density(sim, vessel):
-    """Mass below the struck level over the volume to there [kg/m3]."""
-    z, mass = _above_floor(sim)[:, 2], sim.mass
+class _Packed(NamedTuple):
+    """Density in the vessel and its standard error [kg/m3], and solid fraction of the core."""
+
+    density: float
+    error: float
+    solid: float
+
+
+def _packed(sim, spec, vessel):
+    """`_Packed` of a bed at rest."""
+    position, mass = _above_floor(sim), sim.mass
+    z = position[:, 2]
     level = float(np.sort(z)[int(SURFACE * len(z)) - 1])
-    return float(mass[z <= level].sum()) / vessel.volume(level)
+    simulated = float(mass[z <= level].sum()) / vessel.volume(level)
+    edge = EDGE * 2.0 * mean_radius(spec)
+    core = vessel.radius - edge, edge, level - edge
+    solid = bed.solid_fraction(position, sim.radius, sim.cubed_radius, *core)
+    volume = 4.0 / 3.0 * math.pi * float(sim.cubed_radius.sum())
+    unbounded = solid * float(mass.sum()) / volume
+    density = vessel.share * simulated + (1.0 - vessel.share) * unbounded
+    parts = _eighths(position, sim.radius, sim.cubed_radius, *core)
+    relative = float(parts.std(ddof=1)) / math.sqrt(len(parts)) / solid
+    return _Packed(density, density * relative, solid)
 
 
-def _packing(sim, spec, radius):
-    """Solid fraction of the core."""
-    position, edge = _above_floor(sim), EDGE * 2.0 * mean_radius(spec)
-    level = float(np.sort(position[:, 2])[int(SURFACE * len(position)) - 1])
-    core = radius - edge, edge, level - edge
-    return bed.solid_fraction(position, sim.radius, sim.cubed_radius, *core)
+def _eighths(position, radius, cube, core, low, high):
+    """Solid fraction (8,) of the widest cylinders in the quarters of a core's halves: four beside
+    each other touch the core's side and their neighbours."""
+    wide, middle, found = core / (1.0 + math.sqrt(2.0)), 0.5 * (low + high), []
+    for x, y in ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)):
+        moved = position - (x * wide, y * wide, 0.0)
+        for ends in ((low, middle), (middle, high)):
+            found.append(bed.solid_fraction(moved, radius, cube, wide, *ends))
+    return np.array(found)
 
 
 EXPERIMENT = Experiment(
@@ -158,8 +205,10 @@ EXPERIMENT = Experiment(
     geometry=BulkDensityGeometry,
     run=run,
     metrics=(
-        Metric("poured_density_kg_m3", "mass over volume after filling", 0.0),
-        Metric("tapped_density_kg_m3", "mass over volume after the taps", 0.0),
+        Metric("poured_density_kg_m3", "mass over volume in the vessel after filling", 0.0),
+        Metric("poured_density_error_kg_m3", "its standard error", 0.0, target=False),
+        Metric("tapped_density_kg_m3", "mass over volume in the vessel after the taps", 0.0),
+        Metric("tapped_density_error_kg_m3", "its standard error", 0.0, target=False),
         Metric("hausner_ratio", "tapped over poured density", 0.5, 2.0),
         Metric("poured_solid_fraction", "of the core, after filling", 0.0, 1.0),
         Metric("tapped_solid_fraction", "of the core, after the taps", 0.0, 1.0),

@@ -26,8 +26,11 @@ from dem.units import behind, has_unit, unit_of
 
 SOFTENED_PA = 3.0e6
 DEEPEST = 0.08  # overlap over radius under the largest load, by Hertz; the engine stops at 0.3
-WIDTHS = ("cylinder_diameter_mm", "vessel_diameter_mm", "silo_diameter_mm", "ring_diameter_mm")
-"""Keys of the rigs that are filled in layers."""
+WIDTHS = (
+    "cylinder_diameter_mm", "simulated_diameter_mm", "vessel_diameter_mm", "silo_diameter_mm",
+    "ring_diameter_mm",
+)  # fmt: skip
+"""Keys of the rigs that are filled in layers; the first that a rig has is its width."""
 SQUEEZED, LIMIT = 0.7, 0.8
 """Overlap over radius of the smallest grain that the largest may fall on, and that at which a run
 of several sizes stops: the fill is violent, and no grain of the bed is squeezed so."""

@@ -1,7 +1,7 @@
 """Bulk density of grains in a vessel that was tapped."""
 
 from calibration.study.new.grains import Grains
-from calibration.study.new.methods.bulk_density import doubts_of_packing, vessel
+from calibration.study.new.methods.bulk_density import assumed, doubts_of_packing, vessel
 from calibration.study.new.methods.declare import Entry, LaboratoryTest, Method, Question, rows_of
 
 MOST_TAPS = 100
@@ -27,11 +27,13 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
         places["height"] = "as given"
     if entry.values("vessel"):
         places["vessel"] = went
-    said = (places["density"] + f". Measure it after {MOST_TAPS} taps as well",)
+    metric = "tapped_density_kg_m3"
+    if taps > MOST_TAPS:
+        said = (*doubts, places["density"] + f". Measure it after {MOST_TAPS} taps as well")
+        return LaboratoryTest("tapped", "bulk_density", run, rows, (), places, said=said)
+    discrepancy, said = assumed(entry, grains, run, metric)
     return LaboratoryTest(
-        "tapped", "bulk_density", run, rows,
-        ("tapped_density_kg_m3",) if taps <= MOST_TAPS else (), places,
-        said=doubts + (said if taps > MOST_TAPS else ()),
+        "tapped", "bulk_density", run, rows, (metric,), places, discrepancy, said=doubts + said,
     )  # fmt: skip
 
 
