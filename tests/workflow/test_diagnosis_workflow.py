@@ -77,6 +77,20 @@ def test_a_table_that_is_not_there_is_named(clone):
     assert "none.csv" in done.stdout + done.stderr
 
 
+@pytest.mark.parametrize("rows", [("drop", "tilt"), ("drop", "tilt", "heap")])
+def test_a_plan_says_which_measurement_a_diagnosis_lacks(clone, rows):
+    """Each test was made at one setting."""
+    kinds = {"drop": "rebound_height,20,mm,1,5,150", "tilt": "sliding_angle,30,deg,1,5,",
+             "heap": "angle_of_repose,40,deg,1,5,"}  # fmt: skip
+    table = "".join(f"{kind},{kinds[kind]}\n" for kind in rows)
+    head = "experiment,quantity,value,unit,sd,n,drop_height_mm"
+    (clone / "mine.csv").write_text(f"{head}\n{table}")
+    done = snakemake("-n", "diagnose", "--config", "measurements=mine.csv", cwd=clone)
+    shown = done.stdout + done.stderr
+    assert done.returncode != 0
+    assert tells(shown, "mine.csv", "conditions" if len(rows) < 3 else "drop_height_mm")
+
+
 @pytest.mark.long
 @pytest.mark.slow
 def test_the_shipped_case_runs_through_and_another_one_re_uses_its_runs(clone):

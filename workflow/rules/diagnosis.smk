@@ -3,6 +3,7 @@
 # the runs that measure the gain, and the last one gives the verdict
 
 from diagnosis.declared import trained
+from diagnosis.measurements import read_measurements
 
 DIAGNOSIS_SETTINGS = user_file(SETTINGS.diagnosis.get("settings"))
 
@@ -19,11 +20,20 @@ DIAGNOSIS_READS = [
 ]
 
 
+def diagnosed(wildcards):
+    """The table of measurements, as an input; refuses one that no diagnosis can be made of."""
+    try:
+        read_measurements(SETTINGS.measurements)
+    except REFUSALS as error:
+        raise WorkflowError(in_words(error))
+    return MEASUREMENTS
+
+
 checkpoint diagnosis_plan:
     input:
         settings=DIAGNOSIS_SETTINGS,
         factors=FACTORS,
-        measurements=MEASUREMENTS,
+        measurements=diagnosed,
         again=again("diagnosis_plan"),
     output:
         design=f"{STUDY}/diagnosis/design.json",
@@ -220,7 +230,7 @@ rule diagnosis_calibrate:
     input:
         settings=DIAGNOSIS_SETTINGS,
         factors=FACTORS,
-        measurements=MEASUREMENTS,
+        measurements=diagnosed,
         emulators=lambda w: trained(SETTINGS, f"{STUDY}/diagnosis/wave_2/emulators.npz"),
         again=again("diagnosis_calibrate"),
     output:
