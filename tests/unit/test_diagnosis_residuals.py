@@ -1,5 +1,8 @@
 """Sentences about the residuals, parameters that moved, and the gain on left-out settings."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -7,8 +10,10 @@ from calibration.intake.measurements import Measurement
 from diagnosis import figures
 from diagnosis.extend import gain, run_scatter
 from diagnosis.fit import data_of
-from diagnosis.residuals import by_chance, moved, tails, trends
+from diagnosis.residuals import _setting, by_chance, moved, tails, trends
 from facts import tells
+
+ROOT = Path(__file__).parents[2]
 
 
 def row(experiment, levers, measured, predicted, sd, p=0.5):
@@ -43,6 +48,13 @@ def test_a_slope_along_a_lever_is_told_with_its_two_ends():
     short, agrees = found["sentence"].split(" and ")
     assert tells(short, "rebound", "short", "18 %", "drop height", "300 mm")
     assert tells(agrees, "agrees", "drop height", "50 mm")
+
+
+def test_the_kept_pattern_says_what_the_residuals_say():
+    kept = json.loads((ROOT / "results/reference/salt-diagnosis/verdict.json").read_text())
+    [pattern] = kept["patterns"]
+    [row] = [r for r in kept["residuals"] if r["experiment"] == pattern["experiment"]]
+    assert pattern["sentence"] == _setting(row)["sentence"]
 
 
 def test_noise_is_no_pattern():
