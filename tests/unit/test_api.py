@@ -14,8 +14,8 @@ import pytest
 import calibration
 from calibration import Study
 from calibration.errors import CalibrationError, ConfigError
-from calibration.interface import api
-from calibration.runs.snakemake_command import WORKFLOW, call, snakemake_command
+from calibration.interface import api, cli
+from calibration.runs.snakemake_command import WORKFLOW, call, rule_names, snakemake_command
 from facts import refused, tells
 from frozen import FROZEN
 
@@ -92,6 +92,24 @@ def test_a_notebook_shows_what_is_done_and_escapes_names(soybean):
     assert "10.6" in soybean.results("screening")._repr_html_()
 
 
+def test_a_study_and_its_stage_are_printed_with_what_was_found(soybean):
+    shown = str(soybean)
+    assert "object at" not in shown
+    assert tells(shown, "Study", "soybean", "results/soybean")
+    assert tells(shown, "Screening", "<b>", "+10.6°")
+    assert tells(shown, "not yet", "Validation")
+    kept = pd.read_csv(ROOT / "results/reference/salt/screening/effects.csv")
+    kept.to_csv(soybean.folder / "screening" / "effects.csv", index=False)
+    stage = soybean.results("screening")
+    for shown in (str(stage), stage._repr_html_()):
+        found = shown.partition("effects")[2]
+        for text in ("name", "salt_steel_restitution", "-1.406", "p", "0.02283"):
+            assert text in found
+        assert "..." not in found
+        assert "0.02283443505811263" not in found
+    assert soybean.table("screening", "effects")["p"][0] == 0.02283443505811263
+
+
 @pytest.mark.parametrize("own", [True, False], ids=["in a clone", "elsewhere"])
 def test_a_stage_is_run_by_the_folder_s_workflow_or_else_the_package_s(own, soybean, monkeypatch):
     if own:
@@ -161,3 +179,12 @@ def test_lines_are_told_while_the_command_runs(tmp_path):
     done = call([sys.executable, "-c", program], each=each)
     assert (told, done.returncode) == (["first", "second"], 3)
     assert done.stdout.split() == told
+
+
+def test_the_help_lists_the_stages_by_the_names_that_are_run(capsys):
+    with pytest.raises(SystemExit):
+        cli.main(["--help"])
+    listed = capsys.readouterr().out.partition("stages of calibration run")[2].splitlines()[1:]
+    names = {line.split()[0] for line in listed if line}
+    assert names <= rule_names()
+    assert {"screening", "validation", "diagnose", "export_converted"} <= names

@@ -966,5 +966,6 @@ def test_exports_of_a_joint_study_say_that_they_are_of_one_target():
     (line,) = [text for text in stage.about(joint, STATED) if tells(text, "ALONE")]
     assert tells(line, "angle_of_repose_deg", "vessel: poured_density_kg_m3")
     assert tells(line, "all tests", "results/maize/joint_export")
+    assert stage.other_tests(joint) == ["vessel: poured_density_kg_m3"]
     alone = parse_config({k: v for k, v in data.items() if k not in ("targets", "rigs", "joint")})
     assert not any(tells(text, "ALONE") for text in stage.about(alone, STATED))

@@ -429,6 +429,18 @@ def test_the_viewer_holds_the_heaps_grains(page, study):
     assert state[:, 3] == pytest.approx(1e3 * saved["radius"], abs=2e-3)
 
 
+def test_a_heap_without_final_grains_has_no_place_in_the_viewer(study):
+    """Another program may leave its metrics alone."""
+    name = pd.read_csv(study / "screening" / "runs.csv")["run_id"][1]
+    none = {"position": np.zeros((0, 3)), "velocity": np.zeros((0, 3))}
+    none |= {"radius": np.zeros(0), "tag": np.zeros(0, int)}
+    np.savez(study.parent / "runs" / name / "final.npz", **none)
+    build(study, study / "report.html", STAGES)
+    page = (study / "report.html").read_text()
+    scenes = json.loads(re.search(r'id="scenes"[^>]*>(.*?)</script>', page, flags=re.S).group(1))
+    assert [s["name"].partition(",")[0].split()[0] for s in scenes] == ["lowest", "highest"]
+
+
 def test_stages_that_have_not_run_are_left_out(tmp_path):
     empty = tmp_path / "none"
     empty.mkdir()

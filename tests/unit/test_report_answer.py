@@ -249,6 +249,38 @@ def test_the_answer_is_the_posterior_s_where_it_has_run(study):
     assert tells(found, "5 readings", "on the plate", "30 %", "factor b")
 
 
+def test_a_value_that_is_not_bounded_has_two_digits(study):
+    optimum = json.loads((study / "optimise" / "optimum.json").read_text())
+    optimum["optimum"] |= {"factor_a": 1.0376, "factor_b": 0.5376}
+    optimum["interval_95_others_held"] = {
+        f.name: [0.0, 2.0] if f.name == "factor_b" else [0.9, 1.1] for f in REGION
+    }
+    write(study / "optimise" / "optimum.json", optimum)
+    for _ in range(2):
+        shown = {r["parameter"]: r["calibrated"] for r in answer(study, ANGLE)["parameters"]}
+        assert (shown["factor a"], shown["factor b"]) == ("1.038", "0.54")
+        write(study / "posterior" / "posterior.json", POSTERIOR)
+
+
+def test_a_page_of_one_test_names_the_others_and_does_not_ask_for_them(study):
+    others = ["plane: sliding_angle_deg", "ball: rebound_height_mm"]
+    assert "tilted plane" in said(study)["What stays open"]
+    write(study / "calibrated.yaml", yaml.safe_dump({"target": {"other_tests": others}}))
+    write(study / "exports" / "dem.yaml", yaml.safe_dump(SPEC))
+    for _ in range(2):
+        assert tells(said(study)["What stays open"], *others)
+        assert "tilted plane" not in said(study)["What stays open"]
+        write(study / "posterior" / "posterior.json", POSTERIOR)
+    build(study, study / "report.html", load_stages())
+    page = (study / "report.html").read_text()
+    top = page[page.index('id="answer"') : page.index('class="first"')]
+    assert tells(top, "angle of repose", "alone")
+    assert tells(top, *others)
+    assert "joint_export" in top
+    block_head = page[page.index("The whole block") : page.index('class="cards block"')]
+    assert tells(block_head, *others)
+
+
 def test_a_study_without_faults_says_so(study):
     summary = json.loads((study / "screening" / "screening.json").read_text())
     summary["factors"] = list(summary["effects"])

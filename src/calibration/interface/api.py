@@ -39,6 +39,9 @@ if TYPE_CHECKING:
 
 
 DEFAULT = Path("config/config.yaml")
+MOST_ROWS = 20
+"""Of a table that is shown."""
+NOT_YET = "not yet"
 IN_THE_TARGET_S_UNIT = ("response", "response_sd", "effect")
 
 
@@ -147,11 +150,19 @@ class Study(study.Study):
         named = self.config.target.metric if column in IN_THE_TARGET_S_UNIT else column
         return unit_of(named)
 
+    def __repr__(self) -> str:
+        done = [f"  {title}: {found}" for title, found in self._stages() if found != NOT_YET]
+        left = ", ".join(title for title, found in self._stages() if found == NOT_YET)
+        return "\n".join([f"Study {self.name}: {self.folder}", *done, f"  {NOT_YET}: {left}"])
+
+    def _stages(self):
+        """[(title, what it says of itself)] of the stages that this package declares."""
+        return [(stage.title, self._found(stage)) for stage in load_stages().values()]
+
     def _repr_html_(self):
-        rows = [(s.title, self._found(s)) for s in load_stages().values()]
         cells = "".join(
             f"<tr><td>{html.escape(title)}</td><td>{html.escape(found)}</td></tr>"
-            for title, found in rows
+            for title, found in self._stages()
         )
         return f"<b>{html.escape(self.name)}</b><table>{cells}</table>"
 
@@ -159,7 +170,7 @@ class Study(study.Study):
         """What a stage says of itself in a line."""
         summary = self.summary(stage.name)
         if not summary:
-            return "not yet"
+            return NOT_YET
         said = sentences_of(stage, summary, response_of(self.config.target.metric))
         return " ".join(said) or "done"
 
@@ -191,15 +202,35 @@ class StageResults:
         paths = sorted((self.study.folder / self.stage).glob("*.csv"))
         return {p.stem: self.study.table(self.stage, p.stem) for p in paths}
 
-    def _repr_html_(self):
-        parts = [
-            f"<h4>{html.escape(name)}</h4>{table.to_html(index=False, max_rows=20)}"
+    def __repr__(self) -> str:
+        shown = [
+            f"{name}\n{_short(table).to_string(index=False, max_rows=MOST_ROWS)}"
             for name, table in self.tables.items()
         ]
+        return "\n\n".join([f"{self.study.name}, {self.stage}: {self._said()}", *shown])
+
+    def _said(self):
+        """What the stage says of itself; nothing of one that another package declares."""
         stage = load_stages().get(self.stage)
-        said = html.escape(self.study._found(stage)) if stage else ""
+        return self.study._found(stage) if stage else ""
+
+    def _repr_html_(self):
+        parts = [
+            f"<h4>{html.escape(name)}</h4>{_short(table).to_html(index=False, max_rows=MOST_ROWS)}"
+            for name, table in self.tables.items()
+        ]
+        said = html.escape(self._said())
         head = f"<b>{html.escape(self.study.name)}: {html.escape(self.stage)}</b><p>{said}</p>"
         return head + "".join(parts)
+
+
+def _short(table):
+    """A table as it is shown: its name first, columns without a value left out, numbers with four
+    digits. The file and `Study.table` have all of them."""
+    shown = table.dropna(axis="columns", how="all")
+    first = [column for column in ("name",) if column in shown]
+    shown = shown[[*first, *(c for c in shown if c not in (*first, "run_id"))]]
+    return shown.map(lambda x: f"{x:.4g}" if isinstance(x, float) else x)
 
 
 def config_file(name: str | Path) -> Path:

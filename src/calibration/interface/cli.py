@@ -14,6 +14,7 @@ from calibration.runs.snakemake_command import (
     rule_names,
     snakemake_command,
 )
+from calibration.study.stages import load_stages
 from dem.errors import DemError
 
 VERIFY = (
@@ -24,7 +25,7 @@ VERIFY = (
 RUN = (
     "Run a study's stages, all of them unless some are named. It is snakemake with the workflow of "
     "this package, or with that of the current folder where it has one. It shows a line for each "
-    "step; --verbose shows what snakemake says besides."
+    "step; --verbose shows what snakemake says besides. calibration --help lists the stages."
 )
 COMPARE = (
     "Set two studies side by side: parameters with their intervals, effects, surfaces, validation "
@@ -57,9 +58,21 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 2
 
 
+class _WithStages(argparse.ArgumentParser):
+    """Its help lists the stages, with the names that `calibration run STUDY NAME` takes."""
+
+    def format_help(self) -> str:
+        """Return the help."""
+        stages = load_stages("calibration.study.stages", "diagnosis.declared").values()
+        lines = [f"  {stage.rule:20}{stage.title}" for stage in stages]
+        return "\n".join([super().format_help(), "stages of calibration run STUDY:", *lines, ""])
+
+
 def _parser():
-    parser = argparse.ArgumentParser(prog="calibration", description="Studies and their results.")
-    commands = parser.add_subparsers(required=True, metavar="command")
+    parser = _WithStages(prog="calibration", description="Studies and their results.")
+    commands = parser.add_subparsers(
+        required=True, metavar="command", parser_class=argparse.ArgumentParser
+    )
     verify = commands.add_parser("verify", help="check all results", description=VERIFY)
     verify.add_argument(
         "results", type=Path, nargs="?", default=Path("results"), help="folder; results by default"

@@ -14,6 +14,13 @@ if TYPE_CHECKING:
     from calibration.figures import Response
 
 
+DIAGNOSIS = (
+    "the stage diagnose tells which, from three measured rows on where one test was made at two "
+    "settings, such as two drop heights or two normal stresses; made at one setting each, measure "
+    "one of them at another setting"
+)
+
+
 def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
     """What came out, for the report."""
     said = [*_bounded(summary), *_borders(summary), *_contradictions(summary)]
@@ -86,11 +93,11 @@ def _contradictions(summary):
         return [
             f"No parameters of the region meet all targets ({p}). They contradict each other: "
             f"{'; '.join(names)}. Without any one of these the others agree. A law may be missing, "
-            "or a measurement may be wrong: see the diagnosis."
+            f"or a measurement may be wrong: {DIAGNOSIS}."
         ]
     return [
         f"No parameters of the region meet all targets ({p}). {_capital(names[0])}, contradicts "
-        "the others. A law may be missing, or this measurement may be wrong: see the diagnosis."
+        f"the others. A law may be missing, or this measurement may be wrong: {DIAGNOSIS}."
     ]
 
 
@@ -105,6 +112,8 @@ def _targets(targets):
             f"(pull {fixed(target['pull'], 1, '+')}), by the others a pull of "
             f"{fixed(target['pull_others'], 1, '+')} (p = {target['p_others']:.2g})."
         )
+    if said:
+        said.append("A pull is the measured less the predicted value, in standard deviations.")
     return said
 
 
@@ -140,7 +149,8 @@ def _next(summary):
         ]
     return [
         f"The test to make next: {head}, {best['nat_per_hour']:.2f} nat an hour. It is expected to "
-        f"leave {100 * share:.0f} % of the spread of {of}."
+        f"leave {100 * share:.0f} % of the spread of {of}. A nat is a unit of information: one nat "
+        "leaves 37 % of what is open."
     ]
 
 

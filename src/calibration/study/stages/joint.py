@@ -48,8 +48,14 @@ STAGES = (
         figures=(Figure("pairs", ("draws.csv", "joint.json")),),
         tables=(
             ("parameters", "Parameters with their 95 % intervals, by all targets"),
-            ("targets", "Each target beside what the others expect of it"),
-            ("next", "What each further test is expected to tell"),
+            (
+                "targets",
+                "Targets beside what the others expect; pull: the difference in sd",
+            ),
+            (
+                "next",
+                "What each further test tells; one nat leaves 37 % of what is open",
+            ),
             ("predictions", "What is expected of each rig, and from which parameter"),
         ),
         sentences="calibration.chain.joint.words:sentences",

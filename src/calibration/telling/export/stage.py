@@ -134,12 +134,17 @@ def made_by(config: Config) -> str:
     )
 
 
-def _of_one_target(config):
-    """Which of a joint study's tests the numbers are from."""
+def other_tests(config: Config) -> list[str]:
+    """Names of a joint study's targets that the numbers of its own target do not come from."""
     own = config.experiment, config.target.metric
-    others = [
+    return [
         name_of(t) for t in config.targets if (config.rigs[t.rigs[0]].experiment, t.metric) != own
     ]
+
+
+def _of_one_target(config):
+    """Which of a joint study's tests the numbers are from."""
+    others = other_tests(config)
     if not others:
         return []
     return [
@@ -199,6 +204,7 @@ def summary(
             "measured_mean": validation["measured_mean"],
             "measured_sd": validation["measured_sd"],
             "measured_n": validation["measured_n"],
+            **({"other_tests": others} if (others := other_tests(config)) else {}),
         },
         "validated": _validated(validation, in_ascii(unit_of(metric))),
         "solution": {

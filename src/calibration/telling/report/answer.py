@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 
 OTHERS_HELD = "interval_95_others_held"
+NOT_BOUNDED = "not bounded within"
 
 
 def answer(study: Path, response: Response) -> dict[str, Any]:
@@ -80,11 +81,14 @@ def _parameters(optimum, region, verdict, posterior):
         low, high = optimum["solution_set"][name]
         unit = f" [{units[name]}]" if name in units else ""
         row = {"parameter": f"{label(name)}{unit}", "calibrated": f"{value:.4g}"}
+        interval = ""
         if posterior:
-            row["95 %"] = _of_posterior(posterior, name)
+            row["95 %"] = interval = _of_posterior(posterior, name)
         elif OTHERS_HELD in optimum:
-            held = _interval(optimum[OTHERS_HELD][name], borders[name])
-            row["95 % only if the others are right"] = held
+            interval = _interval(optimum[OTHERS_HELD][name], borders[name])
+            row["95 % only if the others are right"] = interval
+        if interval.startswith(NOT_BOUNDED):
+            row["calibrated"] = f"{value:.2g}"  # more digits would say that it is known
         if not given_nowhere(optimum):
             row["over the solution set"] = f"{low:.4g} to {high:.4g}"
         if diagnosed:
@@ -115,7 +119,7 @@ def _of_posterior(posterior, name):
         return ""
     if not found["bounded"]:
         low, high = posterior["box"][name]
-        return f"not bounded within {low:.4g} to {high:.4g}"
+        return f"{NOT_BOUNDED} {low:.4g} to {high:.4g}"
     low, high = found["interval"]
     return f"{low:.4g} to {high:.4g}"
 
@@ -127,7 +131,7 @@ def _interval(interval, borders):
     width = last - first
     open_below, open_above = low - first < 1e-6 * width, last - high < 1e-6 * width
     if open_below and open_above:
-        return f"not bounded within {first:.4g} to {last:.4g}"
+        return f"{NOT_BOUNDED} {first:.4g} to {last:.4g}"
     if open_below:
         return f"below {high:.4g}"
     return f"above {low:.4g}" if open_above else f"{low:.4g} to {high:.4g}"

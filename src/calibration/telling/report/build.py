@@ -18,6 +18,7 @@ from calibration.telling.report.carried import carried, citation
 from calibration.telling.report.embed import download, downloads_of
 from calibration.telling.report.findings import findings
 from calibration.telling.report.heaps import viewer
+from calibration.telling.report.known import of_one_test
 from calibration.telling.report.parts import section
 from calibration.telling.report.profiler import profiler
 from calibration.telling.report.runs import runs_section
@@ -74,6 +75,7 @@ def build(
     page = environment.get_template("page.html.j2").render(
         name=study.name,
         answer=said,
+        of_one_test=of_one_test(study, response)[1],
         block=rows,
         findings=found,
         carried=carry,

@@ -15,7 +15,12 @@ from calibration.chain.validation import judged
 from calibration.figures import label, response_of
 from calibration.intake.tables import read_written
 from calibration.statistics.numbers import difference_of, fixed, signed
-from calibration.telling.report.known import POOR, posterior_of, said_by_diagnosis
+from calibration.telling.report.known import (
+    POOR,
+    of_one_test,
+    posterior_of,
+    said_by_diagnosis,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -38,11 +43,13 @@ def findings(study: Path, response: Response) -> list[tuple[str, str]]:
     if screening and effects is not None:
         found.append(("What decides", decides(effects, screening, response)))
     posterior = posterior_of(Results(study))
+    others, _ = of_one_test(study, response)
+    decide = f"The other tests that were given decide: {'; '.join(others)}." if others else None
     if posterior:
-        text = f"{known(posterior)} {following(posterior, response)}"
+        text = f"{known(posterior)} {decide or following(posterior, response)}"
         found.append(("What stays open", text.strip()))
     elif optimum and region:
-        found.append(("What stays open", stays_open(optimum, region, response)))
+        found.append(("What stays open", stays_open(optimum, region, response, decide or DECIDES)))
     if screening or optimum:
         predicted = second_experiments(Results(study), response)
         wrong = [
@@ -89,10 +96,17 @@ def decides(effects: pd.DataFrame, screening: Mapping[str, Any], response: Respo
     return f"{text} No other effect is significant at p < {screening['alpha']:g}."
 
 
+DECIDES = "Another measurement (drop, tilted plane, shear) decides between the points."
+
+
 def stays_open(
-    optimum: Mapping[str, Any], region: Sequence[Mapping[str, Any]], response: Response
+    optimum: Mapping[str, Any],
+    region: Sequence[Mapping[str, Any]],
+    response: Response,
+    decides: str = DECIDES,
 ) -> str:
-    """The parameters that the target does not fix within the region searched."""
+    """The parameters that the target does not fix within the region searched; decides: the sentence
+    that says which tests fix them."""
     if given_nowhere(optimum):
         return f"{out_of_reach(optimum, response)} So it bounds no parameter."
     borders = {f["name"]: (f["low"], f["high"]) for f in region}
@@ -107,11 +121,7 @@ def stays_open(
     if not parts:
         return f"{target} bounds every parameter: {', '.join(fixed)}."
     bound = f"; it bounds {', '.join(fixed)}" if fixed else ""
-    return (
-        f"{target} alone leaves {' and '.join(parts)} open{bound}. Another measurement (drop, "
-        f"tilted plane, "
-        "shear) decides between the points."
-    )
+    return f"{target} alone leaves {' and '.join(parts)} open{bound}. {decides}"
 
 
 def _screened(screening, response):

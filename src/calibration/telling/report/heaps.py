@@ -63,7 +63,7 @@ def _scene(run_id, name):
     except DemError:
         return None  # the result was moved here without its state
     plate = plate_of(run.spec)
-    if plate is None:
+    if plate is None or not len(run.tag):  # another program may leave no grains
         return None
     order = np.argsort(run.tag)
     state = 1e3 * np.column_stack([run.position, run.radius])[order]

@@ -6,10 +6,15 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+import yaml
+
 from calibration.figures import label
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from calibration.chain.study import Results
+    from calibration.figures import Response
 
 
 POOR = 0.5  # predicted R2 below which a surface predicts little
@@ -31,6 +36,25 @@ def said_by_diagnosis(verdict: Mapping[str, Any]) -> list[str]:
     causes = " and ".join(label(c) for c in verdict.get("causes", []))
     parts = [verdict["verdict"], causes, verdict.get("reason", "").strip().rstrip(".")]
     return [f"The diagnosis: {': '.join(p for p in parts if p)}."]
+
+
+def of_one_test(study: Path, response: Response) -> tuple[list[str], str]:
+    """The tests that were given beside the calibrated one, and a sentence that says so; none and ""
+    where there are none. study: folder; response: of the calibrated test."""
+    path = study / "calibrated.yaml"
+    found = yaml.safe_load(path.read_text("utf-8")) if path.is_file() else {}
+    others = found.get("target", {}).get("other_tests", [])
+    if not others:
+        return [], ""
+    together = (
+        "A set by all tests stands under “Parameters for other codes”."
+        if (study / "joint_export" / "calibrated.yaml").is_file()
+        else "calibration run STUDY joint_export makes a set by all tests."
+    )
+    return others, (
+        f"The parameters of this page come from the {response.name} alone. Given, but not in these "
+        f"numbers: {'; '.join(others)}. {together}"
+    )
 
 
 def posterior_of(results: Results) -> dict[str, Any] | None:
