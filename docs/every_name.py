@@ -1,13 +1,11 @@
-"""Every name at the top of each package with the first sentence of its docstring, for the page of
-the architecture: `python docs/every_name.py` writes it there. A test compares the two."""
+"""Every name at the top of each package with the first sentence of its docstring, for the site's
+page of the packages."""
 
 import ast
 import re
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-PAGE = ROOT / "docs" / "architecture.md"
-BEGIN, END = "<!-- names: begin -->", "<!-- names: end -->"
 CALIBRATION = (
     "interface", "telling", "chain", "runs", "inference", "study", "engines", "figures",
     "statistics", "intake",
@@ -35,21 +33,10 @@ def sentence(path: Path) -> str:
 
 
 def tables() -> str:
-    """A table for each package, as markdown."""
+    """Return a table for each package, as Markdown."""
     text = ""
     for package in PACKAGES:
         rows = [f"| `{p.name}{'/' * p.is_dir()}` | {sentence(p)} |" for p in names(package)]
-        text += f"### `src/{package}`\n\n| name | what is in it |\n|---|---|\n"
+        text += f"## `src/{package}`\n\n| name | what is in it |\n|---|---|\n"
         text += "\n".join(rows) + "\n\n"
     return text.strip()
-
-
-def written(page: str) -> str:
-    """The page with its tables as they are now."""
-    before, _, rest = page.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    return f"{before}{BEGIN}\n\n{tables()}\n\n{END}{after}"
-
-
-if __name__ == "__main__":
-    PAGE.write_text(written(PAGE.read_text("utf-8")), "utf-8")

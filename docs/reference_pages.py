@@ -1,21 +1,23 @@
-"""Hook of mkdocs that adds the reference pages which follow from the schemas, made anew at every
-build.
-
-Every key of a study's configuration and of a run spec with its unit, its default, what is allowed
-and its meaning; the factor table's columns and the command's help.
+"""Hook of mkdocs that adds the reference pages, made anew at every build: keys of a study's
+configuration and of a run spec, experiments, the command's help, `verdict.json`, what may start
+code, the names of the packages, and the tables of the verification.
 """
 
 import contextlib
 import inspect
 import io
+import json
 import os
 import posixpath
 import re
+import sys
+import tempfile
 from functools import partial
 from pathlib import Path
 
 from mkdocs.structure.files import File
 
+from calibration.intake.started_code import STARTS
 from calibration.interface.commands import main as dem
 from calibration.study.config import METRICS, Config
 from calibration.study.factors import COLUMNS
@@ -23,6 +25,7 @@ from dem.experiments import experiments
 from dem.spec import GEOMETRY, OPTIONAL, REQUIRED, RunSpec
 from dem.units import unit_of
 
+ROOT = Path(__file__).parents[1]
 HEADER = "| key | unit | default | allowed | meaning |\n|---|---|---|---|---|\n"
 
 
@@ -112,9 +115,9 @@ def configuration():
     schema = Config.model_json_schema()
     text = "# Configuration of a study\n\n"
     text += (
-        "The keys of `config/config.yaml` and of files like it. [Calibrate your own "
-        "material](../own-material.md) shows them in use. An error names the file, the key, the "
-        "value and what is allowed.\n\n"
+        "The keys of `config/config.yaml` and of files like it. [Configuration and "
+        "stages](../configuration.md) has those that matter most. An error names the file, the "
+        "key, the value and what is allowed.\n\n"
     )
     text += HEADER + rows(schema, schema["$defs"])
     text += (
@@ -187,7 +190,7 @@ def experiment_page(name):
         )
     text += f"\n```bash\ndem init --experiment {name} --out {name}.yaml\n"
     text += f"dem run {name}.yaml --out run\n```\n"
-    return text + "\n[What it is set against, and what a run costs](../laboratory.md).\n"
+    return text
 
 
 def experiments_page():
@@ -227,24 +230,75 @@ def help_of(arguments):
     return stream.getvalue()
 
 
+def verdict():
+    """The page of the diagnosis' output, from its schema."""
+    schema = json.loads((ROOT / "src/diagnosis/verdict.schema.json").read_text("utf-8"))
+    text = "# verdict.json\n\n`results/<name>/diagnosis/verdict.json` holds what a "
+    text += "[diagnosis](../diagnosis.md) found. Scores are in nats.\n\n"
+    return text + "| key | content |\n|---|---|\n" + verdict_rows(schema)
+
+
+def verdict_rows(part, prefix=""):
+    """Table rows of the keys of a JSON schema, nested ones with their dotted path."""
+    text = ""
+    for key, field in part.get("properties", {}).items():
+        words = field.get("description", "") or ", ".join(f"`{v}`" for v in field.get("enum", ()))
+        text += f"| `{prefix}{key}` | {words.replace('|', chr(92) + '|')} |\n"
+        text += verdict_rows(field, f"{prefix}{key}.")
+        text += verdict_rows(field.get("items", {}), f"{prefix}{key}.N.")
+        text += verdict_rows(values_of(field), f"{prefix}{key}.NAME.")
+    return text
+
+
+def starts_code():
+    """The page of what may start code that is not this project's own."""
+    text = "# What may start code\n\n"
+    text += "[How to allow it](../configuration.md#what-may-start-code).\n\n"
+    text += "| what | what is run | who allows it |\n|---|---|---|\n"
+    return text + "".join(f"| `{s.name}` | {s.runs} | {s.allowed_by} |\n" for s in STARTS)
+
+
+def packages():
+    """The page of every name at the top of each package, with its docstring's first sentence."""
+    from every_name import tables
+
+    return f"# Every name\n\n{tables()}\n"
+
+
+def verification(figures):
+    """The page of the engine beside closed forms and publications, from what the tests recorded;
+    figures: folder for those that are drawn from the record."""
+    sys.path.insert(0, str(ROOT / "tests" / "verification"))
+    try:
+        import page
+        import page_figures
+
+        page_figures.FOLDER = figures
+        return page.text()
+    finally:
+        sys.path.remove(str(ROOT / "tests" / "verification"))
+
+
 PAGES = {
     "configuration.md": configuration,
     "run_spec.md": run_spec,
     "command.md": command,
     "experiments.md": experiments_page,
+    "verdict.md": verdict,
+    "starts-code.md": starts_code,
+    "packages.md": packages,
 }
 PAGES |= {f"experiment_{name}.md": partial(experiment_page, name) for name in experiments()}
 
 
 SOURCES = {
     "own-material.md": "config/README.md",
-    "every-part.md": "config/REFERENCE.md",
     "example-soybean.md": "examples/soybean/README.md",
     "changelog.md": "CHANGELOG.md",
 }
 """Page of the site -> the file outside docs/ that it is; there is no second copy."""
 
-KEPT = ("results/reference/", "benchmarks/")
+KEPT = ("results/reference/", "benchmarks/", "examples/", "data/")
 """Folders outside docs/ of which the site has a copy of each file that a page links to."""
 
 LINK = re.compile(r"(?<=\]\()([^)#\s]+)")
@@ -254,8 +308,16 @@ def on_files(files, config):
     """Add the pages, those that lie elsewhere, and the kept results that pages link to, to what
     lies in docs/ (called by mkdocs)."""
     docs = Path(config.docs_dir)
+    sys.path.insert(0, str(docs))
     for name, make in PAGES.items():
         files.append(File.generated(config, f"reference/{name}", content=make()))
+    drawn = Path(tempfile.mkdtemp())
+    text = verification(drawn)
+    files.append(File.generated(config, "reference/verification.md", content=text))
+    for folder in (docs / "verification", drawn):
+        for figure in sorted(folder.glob("*.svg")):
+            where = f"reference/verification/{figure.name}"
+            files.append(File.generated(config, where, abs_src_path=str(figure)))
     texts = {f"docs/{p.name}": p.read_text("utf-8") for p in sorted(docs.glob("*.md"))}
     for name, source in SOURCES.items():
         texts[source] = (docs.parent / source).read_text("utf-8")

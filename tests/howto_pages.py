@@ -1,8 +1,9 @@
-"""Pages that say how to add something, done word by word: their blocks are applied to a copy.
+"""docs/extend.md done word by word: an example's files, and the blocks of its section, are applied
+to a copy of the project.
 
-A block begins with a line that says where it goes: `# FILE` is a new file; `# FILE, before: TEXT`
-goes above the one line that begins with the text, as far from the margin as that; `# FILE, in place
-of: TEXT` replaces the text.
+A block begins with a line that says where it goes: `# FILE, before: TEXT` goes above the one line
+that begins with the text, as far from the margin as that; `# FILE, in place of: TEXT` replaces the
+text. New files stand in `examples/extend/NAME` where they stand in the project.
 """
 
 import os
@@ -14,31 +15,34 @@ from pathlib import Path
 from textwrap import indent
 
 ROOT = Path(__file__).parents[1]
-BLOCK = re.compile(
-    r"^```\w+\n# ([\w./]+)(?:, (before|in place of): ([^\n]+))?\n(.*?)^```$", re.M | re.S
-)
+EXAMPLES = ROOT / "examples" / "extend"
+BLOCK = re.compile(r"^```\w+\n# ([\w./]+), (before|in place of): ([^\n]+)\n(.*?)^```$", re.M | re.S)
 
 
-def copy_with(page, folder):
-    """Copy src, workflow and what studies need into a folder and apply the page; the paths of the
-    files that are new or changed."""
+def section(name):
+    """Text of the page under the heading `name`."""
+    text = (ROOT / "docs" / "extend.md").read_text("utf-8")
+    return text.split(f"\n## {name.capitalize()}\n")[1].split("\n## ")[0]
+
+
+def copy_with(name, folder):
+    """Copy src, workflow and what studies need into a folder and apply an example."""
     shutil.copytree(ROOT / "src", folder / "src", symlinks=True,
                     ignore=shutil.ignore_patterns("__pycache__"))  # fmt: skip
     shutil.copytree(ROOT / "workflow", folder / "workflow", symlinks=True)
     for name in ("Snakefile", "config", "profiles", "data"):
         (folder / name).symlink_to(ROOT / name)
-    blocks = BLOCK.findall((ROOT / "docs" / page).read_text("utf-8"))
-    assert blocks, f"{page} has no block"
+    files, blocks = EXAMPLES / name, BLOCK.findall(section(name))
+    assert files.is_dir() or blocks, f"{name} has neither files nor blocks"
+    for path in (p for p in files.rglob("*") if p.is_file()):
+        new = folder / path.relative_to(files)
+        assert not new.exists(), f"{new} is there already"
+        shutil.copyfile(path, new)
     for path, how, text, block in blocks:
         _apply(folder / path, how, text, block.strip("\n") + "\n")
-    return {path for path, *_ in blocks}
 
 
 def _apply(path, how, text, block):
-    if not how:
-        assert not path.exists(), f"{path} is there already"
-        path.write_text(block)
-        return
     old = path.read_text()
     if how == "in place of":
         assert old.count(text) == 1, f"{path}: {text}"

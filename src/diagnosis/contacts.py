@@ -77,7 +77,7 @@ def told(
     held_out: Sequence[Measurement] = (),
 ) -> dict[str, Any]:
     """What verdict.json says of a table of single contacts but for its residuals and calibration,
-    the engine's word included: see docs/verdict-schema.md.
+    the engine's word included: see src/diagnosis/verdict.schema.json.
 
     held_out: rows with the role `hold out`."""
     found = discovered(measurements, rig, catalogue)

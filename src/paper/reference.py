@@ -1,5 +1,5 @@
 """Keeps the results of a finished study under results/reference/ and writes them beside the
-paper's: six rows into the README, all that matter into docs/results.md, and what each stage found.
+paper's: six rows into the README, and all that matter into docs/results.md.
 
 python -m paper.reference results/salt
 """
@@ -17,11 +17,9 @@ from calibration.intake.tables import read_written
 from calibration.runs.plans import read_values
 from calibration.statistics.equivalence import UNDECIDABLE, UNDECIDED
 from calibration.statistics.numbers import fixed, spread
-from calibration.telling.kept_results import KEPT, found, keep, put
+from calibration.telling.kept_results import KEPT, keep, put
 from paper.reproduction.rows import NOT_COMPARABLE
-from paper.reproduction.settings import read_reproduction
 from paper.reproduction.table import counts
-from paper.stages import SETTINGS
 
 BEGIN, END = "<!-- results: begin -->", "<!-- results: end -->"
 SHORT = {
@@ -170,8 +168,6 @@ def main(study: str | Path) -> None:
     for page, text in blocks(target).items():
         if page.is_file():
             put(page, text, BEGIN, END)
-    if PAGE.is_file():
-        put(PAGE, told(target))
 
 
 def blocks(kept: str | Path) -> dict[Path, str]:
@@ -179,19 +175,11 @@ def blocks(kept: str | Path) -> dict[Path, str]:
     kept = Path(kept)
     table = read_written(kept / TABLE, dtype={"paper": str})
     measured = read_json(kept / "validation" / "validation.json")["measured_mean"]
+    own = table[table["study"].isna() | table["study"].isin(("", kept.name))]
     return {
         README: short_block(table, kept.name, measured),
-        PAGE: block(table, f"../{kept / TABLE}", ascents(kept)),
+        PAGE: block(own, f"../{kept / TABLE}", ascents(kept)),
     }
-
-
-def told(kept: str | Path) -> str:
-    """Markdown: what each stage of a kept study found, and of those that are told beside it."""
-    kept, settings = Path(kept), read_reproduction(SETTINGS)
-    names = (kept.name, *settings.beside.get(kept.name, ()))
-    folders = [kept.parent / name for name in names]
-    texts = (f"`{f.name}`:\n\n{found(f, METRIC)}" for f in folders if f.is_dir())
-    return "\n\n".join(texts)
 
 
 if __name__ == "__main__":

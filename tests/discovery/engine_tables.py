@@ -30,7 +30,7 @@ ROOT = Path(__file__).parents[2]
 TABLES = Path(__file__).with_name("foreign")
 KEPT = ROOT / "results/reference/discovery/engine_tables.csv"
 RUNS = Path(tempfile.gettempdir()) / "engine-tables"
-PAGE, MARK = ROOT / "docs/diagnosis-benchmark.md", "engine tables"
+PAGE, MARK = ROOT / "results/reference/discovery/rates.md", "engine tables"
 BUDGET, DEFAULT = 60, 80
 """Runs of this engine; the second is what a study has that names none."""
 

@@ -29,7 +29,7 @@ from diagnosis.settings import parameters_of, read_settings
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "results/reference/discovery"
 KEPT, STRENGTHS = FOLDER / "single_grains.csv", FOLDER / "strengths.csv"
-PAGE = ROOT / "docs/diagnosis-benchmark.md"
+PAGE = ROOT / "results/reference/discovery/rates.md"
 MARK = "single grains"
 POINTS = 4
 """Of the benchmark's eight: what a core does in a quarter of an hour."""

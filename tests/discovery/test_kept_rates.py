@@ -1,5 +1,6 @@
 """Rates of another engine or of other rules are not shown."""
 
+import re
 import shutil
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from strangers import __main__ as strangers
 from calibration.digests import SOURCES
 from facts import tells
 
-PAGES = ("docs/diagnosis-benchmark.md", "docs/results.md", "docs/diagnosis.md", "README.md")
+RATES = Path("results/reference/discovery/rates.md")
 
 
 @pytest.mark.parametrize("moved", ["engine", "rules", "neither"])
@@ -63,5 +64,11 @@ def test_the_rules_move_with_the_code_and_not_with_its_comments(tmp_path):
 
 @pytest.mark.parametrize("trial", [strangers, bulk_tables, engine_tables])
 def test_the_page_shows_the_kept_tables_of_strangers(trial):
-    shown = kept_rates.shown(Path("docs/diagnosis-benchmark.md"), trial.MARK)
+    shown = kept_rates.shown(RATES, trial.MARK)
     assert shown == trial.kept_table()
+
+
+def test_the_rates_that_the_evidence_tells_are_kept():
+    told = re.findall(r"\d+ of \d+ \(\d+% to \d+%\)", Path("docs/evidence.md").read_text())
+    assert len(told) > 10
+    assert [rate for rate in told if rate not in RATES.read_text()] == []

@@ -41,17 +41,11 @@ LANGUAGES = {"python", "bash", "yaml", "csv", "snakemake", "text"}
 EXECUTED = {
     "README.md": "tests/workflow/test_notebook.py",
     "docs/tutorial.md": "tests/workflow/test_tutorial.py",
-    "docs/howto-law.md": "tests/unit/test_laws.py",
-    "docs/howto-experiment.md": "tests/unit/test_experiment_howto.py",
-    "docs/howto-metric.md": "tests/unit/test_howtos.py",
-    "docs/howto-stage.md": "tests/unit/test_howtos.py",
-    "docs/howto-figure.md": "tests/unit/test_howtos.py",
-    "docs/howto-import.md": "tests/unit/test_howtos.py",
-    "docs/howto-add-a-mechanism.md": "tests/unit/test_diagnosis_howto.py",
+    "docs/extend.md": "tests/unit/test_howtos.py",
 }
 """Page -> the test that executes its blocks."""
 
-OWN_EXPERIMENTS = {"throw"}  # that docs/howto-experiment.md adds
+OWN_EXPERIMENTS = {"throw"}  # that docs/extend.md adds
 MADE = (
     "peas/",
     "wheat",
@@ -162,7 +156,7 @@ def test_yaml_passes_the_schema_of_what_it_is(
     if {"materials", "contacts"} <= set(data):
         assert set(data) <= set(RunSpec.model_fields)
         parse_spec(data)
-    elif page != "docs/howto-experiment.md":  # whose test runs both of its blocks
+    else:
         assert set(data) <= set(Config.model_fields), "keys of neither a run spec nor a study"
         salt = yaml.safe_load((ROOT / "config/config.yaml").read_text())
         if "experiment" in data:  # another one than the heap, with a geometry of its own
@@ -171,8 +165,6 @@ def test_yaml_passes_the_schema_of_what_it_is(
         if "target" in data:  # the reader's own readings in place of the salt's
             salt["measurements"] = "measured.csv"
         parse_config(overlay(salt, data))
-    else:
-        assert set(data) <= set(Config.model_fields)
 
 
 @pytest.mark.parametrize(("page", "text"), blocks("csv"))

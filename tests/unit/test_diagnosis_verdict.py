@@ -147,19 +147,3 @@ def test_the_schema_refuses_what_it_does_not_describe(emulated):
     wrong["patterns"][0]["kind"] = "hunch"
     with pytest.raises(jsonschema.ValidationError):
         validate(wrong)
-
-
-def test_the_documentation_names_every_key_of_the_schema():
-    text = Path("docs/verdict-schema.md").read_text()
-
-    def keys(schema):
-        for name, part in schema.get("properties", {}).items():
-            yield name
-            yield from keys(part)
-            yield from keys(part.get("items", {}))
-            more = part.get("additionalProperties")
-            if isinstance(more, dict):
-                yield from keys(more)
-
-    for name in set(keys(json.loads(SCHEMA.read_text()))):
-        assert f"`{name}`" in text, name

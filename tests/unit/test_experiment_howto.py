@@ -1,4 +1,4 @@
-"""docs/howto-experiment.md, step by step: its file joins from a folder, runs, is calibrated on and
+"""The experiment of docs/extend.md: its file joins from a folder, runs, is calibrated on and
 diagnosed.
 
 Each of the package's own experiments is named by one file.
@@ -23,15 +23,16 @@ from dem.fingerprint import engine_fingerprint
 from facts import refused, tells
 
 ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs/howto-experiment.md").read_text()
-[CODE] = re.findall(r"```python\n(.*?)```", PAGE, flags=re.S)
-STUDY, DIAGNOSIS = re.findall(r"```yaml\n(.*?)```", PAGE, flags=re.S)
+EXAMPLE = ROOT / "examples" / "extend" / "experiment"
+CODE, STUDY, DIAGNOSIS = (
+    (EXAMPLE / name).read_text() for name in ("throw.py", "study.yaml", "diagnosis.yaml")
+)
 GRAVITY = 9.81
 
 
 @pytest.fixture
 def folder(tmp_path):
-    """A folder with the page's file."""
+    """A folder with the example's file."""
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "throw.py").write_text(CODE)
     return tmp_path
@@ -187,18 +188,16 @@ def test_a_distance_over_two_decades_is_emulated_within_its_error(folder):
     assert float(miss) < 0.5
 
 
-LAW_PAGE = (ROOT / "docs/howto-law.md").read_text()
-LAW_FILE, LAW = re.search(
-    r"```python\n# (src/dem/contact/\S+\.py)\n(.*?)```", LAW_PAGE, re.S
-).groups()
+LAW_FILE = Path("src/dem/contact/friction/rate_free.py")
+LAW = (ROOT / "examples/extend/law" / LAW_FILE).read_text()
 CHOSEN = {"laws": {"friction": "rate_free"}, "law_parameters": {"friction_floor_N": 1e-7}}
-"""The law of docs/howto-law.md; its floor is a thousandth of what holds a grain by its weight."""
+"""The law of docs/extend.md; its floor is a thousandth of what holds a grain by its weight."""
 FIXED = {"wall_friction": 0.5, "wall_restitution": 0.5, "wall_rolling": 0.2, "floor": 1e-8}
 
 
 @pytest.mark.slow
 def test_a_study_screens_and_diagnoses_it_and_a_made_up_law_without_another_file(folder):
-    """The two pages' files and nothing else: a new experiment under a new law, in a temporary
+    """The two examples' files and nothing else: a new experiment under a new law, in a temporary
     folder."""
     for name in ("Snakefile", "workflow", "config", "profiles", "data"):
         (folder / name).symlink_to(ROOT / name)

@@ -1,5 +1,5 @@
-"""docs/howto-stage.md, howto-figure.md, howto-metric.md and howto-import.md, word by word: their
-blocks are applied to a copy of the project, and what was added does what the page says."""
+"""docs/extend.md word by word: its examples of a stage, a figure, a metric and an import are
+applied to a copy of the project, and what was added does what the page says."""
 
 import json
 import math
@@ -16,24 +16,24 @@ from calibration.intake.measurements import read_measured
 from dem.io.vtk import POINTS, read_grains
 from howto_pages import ROOT, copy_with, python
 
-# --- howto-stage.md -------------------------------------------------------------------------------
+# --- stage -------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
 def staged(tmp_path_factory):
     """The copy with the page's stage after `snakemake repeat` of the smallest study."""
     folder = tmp_path_factory.mktemp("stage")
-    changed = copy_with("howto-stage.md", folder)
+    copy_with("stage", folder)
     (folder / "config").unlink()
     shutil.copytree(ROOT / ".test" / "config", folder / "config")
     done = python(folder, "-m", "snakemake", "-j1", "repeat")
     assert done.returncode == 0, done.stderr[-3000:]
-    return folder, changed
+    return folder
 
 
 @pytest.mark.slow
 def test_a_stage_added_as_the_page_says_runs(staged):
-    folder, _ = staged
+    folder = staged
     made = folder / "results/drops/repeat"
     rows = (made / "runs.csv").read_text().splitlines()
     at = rows[0].split(",").index("response")
@@ -47,7 +47,7 @@ def test_a_stage_added_as_the_page_says_runs(staged):
 
 @pytest.mark.slow
 def test_its_seeds_are_no_other_stages(staged):
-    folder, _ = staged
+    folder = staged
     plan = json.loads((folder / "results/drops/repeat/plan.json").read_text())
     assert {spec["seed"] // 1000 for spec in plan.values()} == {9}
     others = "".join(p.read_text() for p in (ROOT / "workflow").rglob("*.smk"))
@@ -56,7 +56,7 @@ def test_its_seeds_are_no_other_stages(staged):
 
 @pytest.mark.slow
 def test_the_page_of_the_study_and_a_second_start_know_it(staged):
-    folder, _ = staged
+    folder = staged
     done = python(folder, "-c", "from calibration.study.stages import load_stages\n"
                   "stage = load_stages()['repeat']\n"
                   "from calibration.study.stages import resolve\n"
@@ -70,12 +70,12 @@ def test_the_page_of_the_study_and_a_second_start_know_it(staged):
     assert not re.search(r"^repeat +\d", again.stdout + again.stderr, re.M)
 
 
-# --- howto-figure.md ------------------------------------------------------------------------------
+# --- figure ------------------------------------------------------------------------------
 
 
 @pytest.mark.slow
 def test_a_figure_added_as_the_page_says_is_drawn_and_shown(tmp_path):
-    copy_with("howto-figure.md", tmp_path)
+    copy_with("figure", tmp_path)
     (tmp_path / "config").unlink()
     shutil.copytree(ROOT / ".test" / "config", tmp_path / "config")
     done = python(tmp_path, "-m", "snakemake", "-j1", "screening")
@@ -90,7 +90,7 @@ def test_a_figure_added_as_the_page_says_is_drawn_and_shown(tmp_path):
     assert told.stdout.split() == ["runs_in_order", "half_normal", "pareto"], told.stderr
 
 
-# --- howto-metric.md ------------------------------------------------------------------------------
+# --- metric ------------------------------------------------------------------------------
 
 RUN = """
 from dem.experiments import experiments
@@ -109,7 +109,7 @@ print("sliding_time_s" in experiments()["tilt"].targets)
 
 @pytest.mark.slow
 def test_a_metric_added_as_the_page_says_is_measured(tmp_path):
-    copy_with("howto-metric.md", tmp_path)
+    copy_with("metric", tmp_path)
     done = python(tmp_path, "-c", RUN)
     assert done.returncode == 0, done.stderr[-3000:]
     time, target = done.stdout.splitlines()
@@ -118,13 +118,13 @@ def test_a_metric_added_as_the_page_says_is_measured(tmp_path):
     assert target == "True"
 
 
-# --- howto-import.md ------------------------------------------------------------------------------
+# --- import ------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
 def with_import(tmp_path_factory):
     folder = tmp_path_factory.mktemp("import")
-    copy_with("howto-import.md", folder)
+    copy_with("import", folder)
     return folder
 
 
@@ -162,11 +162,11 @@ def test_a_wrong_log_is_one_line(with_import, text, facts):
     assert [fact for fact in ["wrong.txt", *facts] if fact not in line] == []
 
 
-# --- howto-geometry.md ----------------------------------------------------------------------------
+# --- docs/geometry.md ----------------------------------------------------------------------------
 
 
 def test_a_rig_in_python_is_filled_drawn_and_told(tmp_path, monkeypatch, capsys):
-    page = (ROOT / "docs" / "howto-geometry.md").read_text("utf-8")
+    page = (ROOT / "docs" / "geometry.md").read_text("utf-8")
     (block,) = re.findall(r"## A rig of your own.*?```python\n(.*?)```", page, re.S)
     assert len([line for line in block.splitlines() if line]) <= 30
     monkeypatch.chdir(tmp_path)

@@ -155,20 +155,16 @@ def test_a_time_step_that_a_law_does_not_bear_is_refused():
 # --- the page on how to add one -------------------------------------------------------------------
 
 
-def file_of_the_page():
-    """(path, text) of the law that docs/howto-law.md adds."""
-    page = (ROOT / "docs" / "howto-law.md").read_text()
-    path, text = re.search(r"```python\n# (src/dem/contact/\S+\.py)\n(.*?)```", page, re.S).groups()
-    return Path(path), text
+LAW = Path("src/dem/contact/friction/rate_free.py")
+"""The law that docs/extend.md adds."""
 
 
 @pytest.fixture
 def with_the_law(tmp_path):
     """Runs code in a copy of the engine to which the page's law was added."""
     shutil.copytree(SRC / "dem", tmp_path / "src" / "dem")
-    path, text = file_of_the_page()
-    assert not (ROOT / path).exists()
-    (tmp_path / path).write_text(text)
+    assert not (ROOT / LAW).exists()
+    shutil.copyfile(ROOT / "examples/extend/law" / LAW, tmp_path / LAW)
 
     def run(code):
         environment = os.environ | {

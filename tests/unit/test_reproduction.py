@@ -220,7 +220,6 @@ def test_the_readme_gets_the_rows_that_matter(config, study, tmp_path, monkeypat
         assert text.endswith(f"{END}\nafter\n")
         assert "old" not in text
     short, text = (page.read_text().removeprefix(NO_STAGES) for page in pages)
-    assert "`study`:" in text  # what its stages found
     assert tells(short, "validated angle", "45.26 | 45.55")
     assert len(short.splitlines()) == 8  # marks, what is around them, head, and what this study has
     assert tells(short, "doubled", "0.0", r.NOT_RUN)  # no scaling here

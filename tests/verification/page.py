@@ -1,8 +1,8 @@
-"""Writes docs/verification.md: what the tests recorded in docs/verification.json with the notes of
-this folder, and the study of the default numerics where its table is there."""
+"""The site's page of the verification: what the tests recorded in docs/verification.json with the
+notes of this folder, and the study of the default numerics where its table is there.
+`python tests/verification/page.py` prints it."""
 
 import json
-import os
 from itertools import groupby
 from pathlib import Path
 
@@ -121,11 +121,8 @@ def text():
     return "\n".join(lines + numerics_section())
 
 
-def main():
-    partial = DOCS / "verification.md.partial"
-    partial.write_text(text())
-    os.replace(partial, DOCS / "verification.md")
-
-
 if __name__ == "__main__":
-    main()
+    import tempfile
+
+    page_figures.FOLDER = Path(tempfile.mkdtemp())
+    print(text())

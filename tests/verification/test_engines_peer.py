@@ -234,7 +234,7 @@ def test_a_shear_cell_gives_our_stress(tmp_path, code):
 
     The steady stress has a stated margin of 15 % and is no part of this test: two seeds gave
     16 % less than ours, and seeds of one code scatter by about 13 %
-    (docs/verification-engines.md)."""
+    (docs/other-codes.md)."""
     means = both(code, RING, [1, 2], tmp_path)
     assert means["normal_stress_kPa"][1] == pytest.approx(2.0, rel=0.03)
     for name, margin in (

@@ -36,8 +36,8 @@ def measure(folder, experiment, **parts):
     ],
 )
 def test_equal_spheres_lie_as_densely_as_is_published(tmp_path, contact, low, high):
-    """0.63 to 0.64 without friction, 0.56 to 0.60 with it; docs/laboratory.md names the sources
-    and what was read of them."""
+    """0.63 to 0.64 without friction, 0.56 to 0.60 with it (Berryman 1983; Agnolin and
+    Roux 2007, arXiv 0705.3194; Jerkins et al. 2008)."""
     found = measure(
         tmp_path,
         "bulk_density",

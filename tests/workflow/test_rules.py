@@ -73,22 +73,3 @@ def test_the_lowest_snakemake_is_stated_once():
     """As the package asks for it; the workflow holds who installed another one to it."""
     asked = re.search(r'"snakemake>=([\d.]+)"', (ROOT / "pyproject.toml").read_text())[1]
     assert f'min_version("{asked}")' in (ROOT / "workflow/Snakefile").read_text()
-
-
-def in_the_picture():
-    text = (ROOT / "docs/img/rulegraph.svg").read_text()
-    return set(re.findall(r"<text [^>]*>(\w+)</text>", text))
-
-
-def test_the_picture_shows_rules_that_there_are():
-    assert "plan_response_surface" in in_the_picture()
-    assert in_the_picture() <= rule_names()
-
-
-@pytest.mark.slow
-def test_the_picture_shows_the_rules_of_a_study(monkeypatch):
-    """`python docs/rulegraph.py` draws it anew."""
-    monkeypatch.syspath_prepend(ROOT / "docs")
-    from rulegraph import rulegraph
-
-    assert set(re.findall(r'label = "(\w+)', rulegraph())) == in_the_picture()

@@ -1,6 +1,6 @@
 # the calibrated parameters as input for other codes. `export` makes no run and is part of `all`;
 # the rules behind it search the rolling friction that gives the same angle in the laws of other
-# codes: it means another torque there, see docs/howto-export.md
+# codes: it means another torque there, see docs/other-codes.md
 
 
 # codes that have a deck, a folder with what one needs to pour the heap

@@ -14,7 +14,7 @@ if (
 if STORED and not workflow.storage_settings.keep_storage_local:
     raise WorkflowError(
         "--default-storage-provider: add --keep-storage-local-copies, since stages read what "
-        "earlier ones left (docs/howto-deploy.md)"
+        "earlier ones left (docs/install.md)"
     )
 
 

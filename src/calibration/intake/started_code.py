@@ -1,8 +1,8 @@
 """What may start code that is not this project's own: one list, and the consent that a setting in a
 file needs.
 
-`STARTS` is the list; docs/what-starts-code.md shows it, and a test holds both together and against
-every place in the sources that starts a program or loads Python. A setting of a configuration that
+`STARTS` is the list; the site shows it, and a test holds it against every place in the sources that
+starts a program or loads Python. A setting of a configuration that
 starts code (`SETTINGS`) is refused until the user consents. There are two ways: the same value on
 the command line, or `calibration allow STUDY`, which is remembered for the folder that the study is
 run in. The consent is kept in the user's own folder, so no study can bring its own.
@@ -106,7 +106,6 @@ OWN = {
     "workflow/scripts/reference.py": "snakemake, for each study of the paper's reference",
     "paper/release/command.py": "the release's own commands",
     "paper/release/code_studies.py": "snakemake, for the study in three codes",
-    "paper/release/pages.py": "the project's own pages",
 }
 """Sources that start code of this project alone, and which; below src, or of the workflow."""
 

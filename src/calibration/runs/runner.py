@@ -30,7 +30,7 @@ REPORT_EVERY = 5.0  # seconds
 WATCH_EVERY = 30.0  # seconds
 NO_HEAP = (
     "the grains roll or bounce off the plate, or are too few: more friction, a lower discharge "
-    "height or a rim (docs/howto-geometry.md), or more grains"
+    "height or a rim (docs/geometry.md), or more grains"
 )
 SPREAD = (
     "the grains roll apart: with so little rolling friction no heap stands, or the grains are too "

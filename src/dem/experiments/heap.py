@@ -460,7 +460,7 @@ EXPERIMENT = Experiment(
     prepare=lambda spec: Rig(spec.geometry).walls(),  # an unusable mesh is refused here
     advice=advice,
     impact_speed=impact_speed,
-    # at 5 the restitution comes out 2 % low (docs/verification.md, steps in a contact)
+    # at 5 the restitution comes out 2 % low (docs/evidence.md, steps in a contact)
     least_steps=5,
     bonded=True,
     poured=True,

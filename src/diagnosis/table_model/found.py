@@ -51,7 +51,7 @@ WORDS = {
 
 @dataclass
 class Found:
-    """The parts of verdict.json that the model gives; see docs/verdict-schema.md.
+    """The parts of verdict.json that the model gives; see src/diagnosis/verdict.schema.json.
 
     left: the misfit of what was found; scattered: the same with errors from setting to setting,
     where it does not pass without."""

@@ -1,4 +1,4 @@
-"""What `docs/bulk-processes.md` says of the benchmark that others chose, from its kept runs and
+"""What `docs/evidence.md` says of the benchmark that others chose, from its kept runs and
 speeds; `bulk_processes.md.j2` has the words."""
 
 from __future__ import annotations

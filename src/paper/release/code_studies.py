@@ -1,4 +1,4 @@
-"""One study of heaps in three codes, for `docs/code-studies.md`: what each took and found, and how
+"""One study of heaps in three codes, for `docs/evidence.md`: what each took and found, and how
 heaps of the other codes differ from this engine's at the same parameters. `code_studies.md.j2` has
 the words.
 
@@ -69,7 +69,7 @@ SEEDS_APART = 5000
 
 
 def collect(results: str | Path, kept: str | Path) -> None:
-    """Keep what `docs/code-studies.md` shows of the studies in a folder of results."""
+    """Keep what `docs/evidence.md` shows of the studies in a folder of results."""
     for name in STUDIES:
         collect_study(Path(results) / name, Path(kept) / KEPT / name)
 
@@ -209,7 +209,6 @@ def study(kept: Path, code: str) -> dict[str, Any]:
         "heap_s": fixed(made["heap_s"], 1),
         "ended": made["ended"],
         "answer": answer,
-        "said": kept_results.found(kept, METRIC),
         "verdict": read_json(kept / "diagnosis" / "verdict.json"),
         "comparison": _comparison(kept / "comparison.json"),
     }

@@ -1,4 +1,4 @@
-"""What `docs/method-comparison.md` says of the ways to calibrate, computed from the kept summary of
+"""What `docs/evidence.md` says of the ways to calibrate, computed from the kept summary of
 the comparison; `comparison.md.j2` has the words."""
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-from calibration.inference.comparison.study import RUNS, page, runs_needed
+from calibration.inference.comparison.study import RUNS, runs_needed
 from calibration.intake.tables import read_written
 from calibration.statistics.numbers import fixed
 from paper.release.record import read_record
@@ -38,8 +38,7 @@ def values(kept: str | Path) -> dict[str, Any]:
         return each if isinstance(way, str) else _range(each)
 
     return {
-        "smooth": page(every[every["responses"] == "smooth"]).strip(),
-        "rough": page(every[every["responses"] == "rough"]).strip(),
+        "ways": list(dict.fromkeys(every["way"])),
         "enough": _enough(runs_needed(own[own["responses"] == "smooth"])),
         "of": of,
         "between": _range,

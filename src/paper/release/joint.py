@@ -1,66 +1,38 @@
-"""The joint studies of `docs/joint-studies.md`, each computed from its kept results;
-`joint.md.j2` has the words."""
+"""The studies by all their tests in docs/results.md, each computed from its kept results."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import yaml
 
-from calibration.chain.joint.words import sentences
 from calibration.figures import label, response_of
 from calibration.files import read_json
 from calibration.intake.tables import read_written
 from calibration.statistics.numbers import fixed
-from paper.release.first_screen import counted
 
 STUDY = Path("joint") / "joint.json"
-ABOUT = {
-    "salt": (
-        "Salt",
-        "config/config.yaml",
-        "The paper's heap, inclined plane, drop and shear ring, each at full scale "
-        "(`config/joint.yaml`). The first calibration takes what the paper found in plane, drop "
-        "and ring as exact, assumes Poisson's ratio, and calibrates three factors to the heap.",
-    ),
-    "maize": (
-        "Maize",
-        "examples/maize/config.yaml",
-        "Heap and bulk density are of two lots of dent corn. The friction on steel, of another "
-        "paper, is a prior. Nobody has measured the hopper: it is a test that could be made next.",
-    ),
+CONFIGURATIONS = {
+    "salt": "config/config.yaml",
+    "maize": "examples/maize/config.yaml",
 }
-"""{kept study: (title, configuration of its calibration to one target, what its values are
-of)}."""
-
-
-def values(kept: str | Path) -> dict[str, Any]:
-    """{name: value} of `joint.md.j2`, from the folder of kept results."""
-    kept = Path(kept)
-    return {"studies": [study(kept, name) for name in ABOUT if (kept / name / STUDY).is_file()]}
+"""{kept study: configuration of its calibration to one target}."""
 
 
 def study(folder: Path, name: str) -> dict[str, Any]:
     """What one kept study says: what the calibration to one target gives in every test, and what
     that to all targets gives. folder: of all kept results."""
     kept = folder / name
-    title, configuration, about = ABOUT[name]
-    fixed_at = yaml.safe_load(Path(configuration).read_text("utf-8")).get("fixed", {})
+    fixed_at = yaml.safe_load(Path(CONFIGURATIONS[name]).read_text("utf-8")).get("fixed", {})
     found, single = read_json(kept / STUDY), _machines(kept, "push_through")
     both, parameters = _machines(kept, "joint_push_through"), found["parameters"]
     alone = _single(kept)
     return {
-        "title": title,
-        "about": about,
-        "runs": ", ".join(f"{n} of {label(rig)}" for rig, n in found["runs"].items()),
-        "pushed": bool(both),
         "tests": [_test(target, single, both) for target in found["targets"]],
         "parameters": _parameters(parameters, alone, found["box"], fixed_at),
         "outside": _outside(parameters, alone, fixed_at),
-        "wider": _wider(parameters, alone),
-        "said": sentences(found, response_of(found["targets"][0]["metric"])),
+        "largest_pull": fixed(max(abs(t["pull_others"]) for t in found["targets"]), 1),
     }
 
 
@@ -79,8 +51,6 @@ def _test(target, single, both):
         "single": _told(_machine(target, single), measured, metric),
         "joint": _told(_machine(target, both), measured, metric)
         or f"{metric.value(target['predicted'])}, {_missed(target['predicted'], measured)}",
-        "pull": fixed(target["pull"], 1, "+").replace("-", "−"),
-        "others": fixed(target["pull_others"], 1, "+").replace("-", "−"),
     }
 
 
@@ -114,16 +84,6 @@ def _single(kept):
     return {r["parameter"]: (r["low"], r["high"]) for r in read_written(path).to_dict("records")}
 
 
-def _wider(joint, single):
-    """Of the parameters that both calibrations give: how many intervals by all targets are wider
-    than those by one, and how many narrower."""
-    widths = [(np.ptp(joint[n]["interval"]), np.ptp(ends)) for n, ends in single.items()]
-    return {
-        "wider": counted(sum(every > one for every, one in widths)),
-        "narrower": counted(sum(every <= one for every, one in widths)),
-    }
-
-
 def _outside(joint, single, fixed_at):
     """ "name (value)" of those that one target's calibration holds outside the interval by all."""
     held = {n: fixed_at[n] for n in joint if n in fixed_at and n not in single}
@@ -132,8 +92,8 @@ def _outside(joint, single, fixed_at):
 
 
 def _parameters(joint, single, box, fixed_at):
-    """A row a parameter: levels, interval by one target or where it is held, interval by all, and
-    how wide the second is in the first."""
+    """Return a row for each parameter: levels, interval by one target or where it is held, and
+    interval by all."""
     rows = []
     for name, p in joint.items():
         low, high = p["interval"]
@@ -144,8 +104,6 @@ def _parameters(joint, single, box, fixed_at):
                 "levels": _ends(box[name]),
                 "single": _ends(own) if own else _held(fixed_at, name),
                 "joint": _ends((low, high)),
-                "ratio": f"{(high - low) / (own[1] - own[0]):.1f}" if own else "",
-                "left": f"{100.0 * p['left']:.0f} %",
             }
         )
     return rows

@@ -1,9 +1,6 @@
 """Writes the pages from the kept results: docs/results.md, the README's rows and what it says of
-them, the paper's simulations beside ours, and the page of the verification."""
+them, and the tables of docs/evidence.md and docs/other-codes.md."""
 
-import re
-import subprocess
-import sys
 import textwrap
 from pathlib import Path
 
@@ -12,7 +9,7 @@ import jinja2
 from calibration.files import write_text
 from calibration.intake.tables import read_written
 from calibration.telling.kept_results import put
-from paper.reference import BEGIN, END, PAGE, README, blocks, told
+from paper.reference import BEGIN, END, PAGE, README, blocks
 from paper.release import (
     bulk_processes,
     code_studies,
@@ -29,16 +26,12 @@ from paper.release.softening import softening
 
 TEMPLATES = Path(__file__).parent
 STUDIES = ("salt", "opened rig", "rigs", "screening at other seeds", "numerics")
-CASE = Path("docs/diagnosis-paper-case.md")
-VERDICT = "<!-- verdict: begin -->", "<!-- verdict: end -->"
-PROFILES = Path("docs/salt-study.md")
-JOINT = Path("docs/joint-studies.md")
-CODES = Path("docs/code-studies.md")
-WAYS = Path("docs/method-comparison.md")
-BULK = Path("docs/bulk-processes.md")
-DECKS = Path("docs/verification-engines.md")
-TRIALS = "<!-- trials: begin -->", "<!-- trials: end -->"
-SAID = "<!-- said: begin -->", "<!-- said: end -->"
+EVIDENCE = Path("docs/evidence.md")
+CODES = Path("docs/other-codes.md")
+SAID, WAYS, BULK, STUDIES_IN_CODES, TRIALS = (
+    (f"<!-- {name}: begin -->", f"<!-- {name}: end -->")
+    for name in ("said", "ways", "bulk", "codes", "trials")
+)
 WIDTH = 100
 ASIS = ("#", "|", "<!--", "```", "![", "`salt", "All tables")
 
@@ -50,7 +43,6 @@ def results_page(kept: str | Path = KEPT) -> str:
     found = {
         "made": made(STUDIES, read_record(kept / "release.json")),
         "table": "@table@",
-        "found": "@found@",
         "funnels": values.funnels(salt),
         "printed_funnels": values.funnels(printed),
         "screen": values.screening(salt),
@@ -70,7 +62,10 @@ def results_page(kept: str | Path = KEPT) -> str:
         "printed_posterior": values.posterior(printed),
         "locus": values.locus(salt),
         "scaling": values.scaling(salt),
-        "simulations": simulations.of_heaps(salt),
+        "simulations": simulations.values(salt),
+        "joint": joint.study(kept, "salt"),
+        "maize": joint.study(kept, "maize") if (kept / "maize").is_dir() else {"tests": ()},
+        "profiles": profiles.values(salt),
         "trials": values.trials(kept),
         "rigs": values.rigs(kept / "rigs"),
         "table_13": values.table_13(),
@@ -80,7 +75,7 @@ def results_page(kept: str | Path = KEPT) -> str:
         "speed": values.speeds(),
     }
     text = _filled("results.md.j2", found)
-    return text.replace("@table@", blocks(salt)[PAGE]).replace("@found@", told(salt))
+    return text.replace("@table@", blocks(salt)[PAGE])
 
 
 def _filled(template, found):
@@ -93,30 +88,19 @@ def _filled(template, found):
 
 def pieces(kept: str | Path = KEPT) -> dict[tuple[Path, str, str], str]:
     """{(page, begin, end): text between these marks} of the pages that only a part of is written:
-    the README's table and what it says, the studies by all their tests, bulk processes in several
-    codes, and the paper's simulations beside ours."""
+    the README's table and what it says, and what is known of ways to calibrate, bulk processes
+    and other codes."""
     kept = Path(kept)
     return {
         (README, BEGIN, END): blocks(kept / "salt")[README],
         (README, *SAID): _filled("readme.md.j2", first_screen.values(kept)).strip(),
-        (PROFILES, *SAID): _filled("profiles.md.j2", profiles.values(kept / "salt")).strip(),
-        (CASE, *VERDICT): verdict((kept / "salt-diagnosis" / "diagnosis.md").read_text("utf-8")),
-        (JOINT, *SAID): _filled("joint.md.j2", joint.values(kept)).strip(),
-        (CODES, *SAID): _filled("code_studies.md.j2", code_studies.values(kept)).strip(),
-        (WAYS, *SAID): _filled("comparison.md.j2", comparison.values(kept)).strip(),
-        (BULK, *SAID): _filled("bulk_processes.md.j2", bulk_processes.values(kept)).strip(),
-        (DECKS, *TRIALS): _filled("deck_trials.md.j2", deck_trials.values()).strip(),
-        (CASE, *SAID): _filled("simulations.md.j2", simulations.values(kept / "salt")).strip(),
+        (EVIDENCE, *WAYS): _filled("comparison.md.j2", comparison.values(kept)).strip(),
+        (EVIDENCE, *BULK): _filled("bulk_processes.md.j2", bulk_processes.values(kept)).strip(),
+        (EVIDENCE, *STUDIES_IN_CODES): _filled(
+            "code_studies.md.j2", code_studies.values(kept)
+        ).strip(),
+        (CODES, *TRIALS): _filled("deck_trials.md.j2", deck_trials.values()).strip(),
     }
-
-
-def verdict(page: str) -> str:
-    """A diagnosis's own page as a part of another: without its title and figures, headings a
-    level down."""
-    lines = page.split("\n")
-    kept = [line for line in lines if not line.startswith(("# ", "!["))]
-    lower = [f"#{line}" if line.startswith("## ") else line for line in kept]
-    return re.sub(r"\n{3,}", "\n\n", wrapped("\n".join(lower)).strip())
 
 
 def wrapped(text: str) -> str:
@@ -149,11 +133,8 @@ def wrapped(text: str) -> str:
     return "\n".join(out)
 
 
-def write_pages(kept: str | Path = KEPT, verification: bool = True, root: str | Path = ".") -> None:
-    """Write every page that shows a release's data into the folder `root`; verification: the one
-    of the verification tests too."""
+def write_pages(kept: str | Path = KEPT, root: str | Path = ".") -> None:
+    """Write every page that shows a release's data into the folder `root`."""
     write_text(results_page(kept), Path(root) / PAGE)
     for (page, begin, end), text in pieces(kept).items():
         put(Path(root) / page, text, begin, end)
-    if verification:
-        subprocess.run([sys.executable, "tests/verification/page.py"], check=True)

@@ -58,10 +58,7 @@ PARTS = (
     Part(
         "verification",
         "the engine against closed forms, publications and bulk laws",
-        (
-            (PYTHON, "-m", "pytest", "tests/verification", "-n", CORES, "-m", "", "--record"),
-            (PYTHON, "tests/verification/page.py"),
-        ),
+        ((PYTHON, "-m", "pytest", "tests/verification", "-n", CORES, "-m", "", "--record"),),
     ),
     Part(
         "salt",

@@ -20,7 +20,7 @@ MOST_GAINS = 24
 """Cases of which the engine is asked as well: the first of the campaign at ten standard errors
 whose law the catalogue has."""
 
-PAGE, MARK = ROOT / "docs/diagnosis-benchmark.md", "strangers"
+PAGE, MARK = ROOT / "results/reference/discovery/rates.md", "strangers"
 
 
 def diagnosed(case, engine=False):

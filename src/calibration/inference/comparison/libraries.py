@@ -1,5 +1,5 @@
 """Kept libraries beside the project's ways, where they are installed: a Bayesian optimiser, and
-simulation-based inference. Nothing else needs them; docs/method-comparison.md has their versions.
+simulation-based inference. Nothing else needs them; docs/evidence.md has their versions.
 
     bayesian-optimization, github.com/bayesian-optimization/BayesianOptimization.
     sbi: Boelts et al. (2025), J. Open Source Softw. 10(108):7754.

@@ -129,8 +129,7 @@ def about(config: Config, validation: Mapping[str, Any]) -> list[str]:
 def made_by(config: Config) -> str:
     """The last line of provenance: the engine, and where the conversions stand."""
     return (
-        f"Engine {engine_of(config)}. SI units. How each number was converted: "
-        "docs/howto-export.md."
+        f"Engine {engine_of(config)}. SI units. How each number was converted: docs/other-codes.md."
     )
 
 

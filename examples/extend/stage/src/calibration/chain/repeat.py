@@ -1,0 +1,37 @@
+"""The middle of all factors with several seeds: how far runs of one point lie apart."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from calibration import figures
+from calibration.files import write_table
+from calibration.intake.tables import read_written
+from calibration.runs.plans import read_values, write_plan
+from dem.io.files import write_json
+
+RUNS = 5
+
+
+def plan_repeat(study, source, output):
+    """Plan the runs."""
+    middle = {factor.name: 0.5 * (factor.low + factor.high) for factor in study.factors}
+    design, specs = study.plan(pd.DataFrame([middle] * RUNS))
+    write_plan(Path(output.plan).parent, design, specs)
+
+
+def repeat(study, source, output):
+    """Their mean and standard deviation, in the unit of the target."""
+    metric = study.config.target.metric
+    table = read_written(source.design)
+    table["response"] = read_values(table["run_id"], metric)
+    write_table(table, output.table)
+    found = {"mean": float(table["response"].mean()), "sd": float(table["response"].std())}
+    write_json(output.summary, found)
+    figure = figures.spread_of_seeds(table["response"], figures.response_of(metric))
+    figures.save(figure, output.figure)
+
+
+def sentences(summary, response):
+    """What came out, for the page."""
+    return [f"Runs of one point scatter by {response.value(summary['sd'])}."]
