@@ -322,14 +322,19 @@ def on_files(files, config):
     for name, source in SOURCES.items():
         texts[source] = (docs.parent / source).read_text("utf-8")
         files.append(File.generated(config, name, content=for_the_site(texts[source], source)))
-    linked = {
-        _resolved(link, place) for place, text in texts.items() for link in LINK.findall(text)
-    }
-    for name in sorted(n for n in linked if n.startswith(KEPT)):
-        path = docs.parent / name
-        if path.exists():  # where it does not, mkdocs says so at the link
-            files.append(File.generated(config, name, abs_src_path=str(path)))
+    linked = _linked(texts)
+    for name in [n for n in linked if n.endswith(".md") and (ROOT / n).exists()]:
+        linked |= _linked({name: (ROOT / name).read_text("utf-8")})
+    for name in sorted(linked):
+        if (ROOT / name).exists():  # where it does not, mkdocs says so at the link
+            files.append(File.generated(config, name, abs_src_path=str(ROOT / name)))
     return files
+
+
+def _linked(texts):
+    """Paths in the kept folders that these pages, {path in the repository: text}, link to."""
+    every = {_resolved(link, place) for place, text in texts.items() for link in LINK.findall(text)}
+    return {name for name in every if name.startswith(KEPT) and name not in SOURCES.values()}
 
 
 def on_page_markdown(markdown, page, config, files):
