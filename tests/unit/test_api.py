@@ -2,7 +2,6 @@
 README's lines."""
 
 import json
-import re
 import sys
 from functools import partial
 from pathlib import Path
@@ -11,11 +10,10 @@ from subprocess import CompletedProcess
 import pandas as pd
 import pytest
 
-import calibration
 from calibration import Study
 from calibration.errors import CalibrationError, ConfigError
 from calibration.interface import api, cli
-from calibration.runs.snakemake_command import WORKFLOW, call, rule_names, snakemake_command
+from calibration.runs.snakemake_command import WORKFLOW, call, rule_names
 from facts import refused, tells
 from frozen import FROZEN
 
@@ -85,13 +83,6 @@ def test_tables_bear_their_units(soybean):
     assert soybean.table("screening", "nothing") is None
 
 
-def test_a_notebook_shows_what_is_done_and_escapes_names(soybean):
-    shown = soybean._repr_html_()
-    assert re.search(r"<td>Screening</td><td>[^/]*&lt;b&gt; \(\+10.6°", shown)
-    assert "<td>Validation</td><td>not yet</td>" in shown
-    assert "10.6" in soybean.results("screening")._repr_html_()
-
-
 def test_a_study_and_its_stage_are_printed_with_what_was_found(soybean):
     shown = str(soybean)
     assert "object at" not in shown
@@ -128,23 +119,6 @@ def test_a_stage_that_fails_says_why(soybean, monkeypatch):
     monkeypatch.setattr(api, "call", lambda *_, **__: Ended(1, stdout="no disk"))
     with refused(CalibrationError, "soybean", "screening", "no disk"):
         soybean.run("screening")
-
-
-def test_the_package_says_its_version():
-    assert re.fullmatch(r"\d+\.\d+\.\d+", calibration.__version__)
-
-
-@pytest.mark.parametrize("name", ["slurm", "profiles/slurm"])
-def test_a_profile_of_the_package_is_found_in_an_empty_folder(name, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    given = snakemake_command(["a.yaml"], "--workflow-profile", name, "-n")
-    assert given[-3:] == ["--workflow-profile", str(WORKFLOW / "profiles/slurm"), "-n"]
-
-
-def test_a_profile_that_is_here_is_taken_before_the_package_s(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "slurm").mkdir()
-    assert snakemake_command(["a.yaml"], "--workflow-profile", "slurm")[-1] == "slurm"
 
 
 def test_figures_are_shown_by_name_or_all_of_a_stage(soybean):

@@ -18,41 +18,19 @@ from facts import refused
 
 HEAP = {"experiment": "heap"}
 SIZES = {"by": "number", "diameters_mm": [1.0, 2.0], "fractions": [0.5, 0.5]}
-SJKR = {"laws": {"cohesion": "sjkr"}, "law_parameters": {"cohesion_energy_density_J_m3": 1e4}}
 
 CASES = [
     ({"experiment": "pile"}, "experiment", ", ".join(experiments())),
-    ({"experiment": None}, "experiment", "heap"),
     ({"sed": 1}, "sed", "seed"),
-    ({"seed": -1}, "seed", "greater than or equal to 0"),
     ({"seed": "one"}, "seed", "integer"),
-    (
-        {"materials": {"particle": {"density_kg_m3": 0}}},
-        "materials.particle.density_kg_m3",
-        "greater than 0",
-    ),
-    ({"materials": {"particle": {"shear_modulus_Pa": -1e7}}}, "shear_modulus_Pa", "greater than 0"),
     ({"materials": {"particle": {"poisson_ratio": 0.5}}}, "poisson_ratio", "less than 0.5"),
     ({"materials": {"steel": {}}}, "materials.steel", "particle, wall"),
-    (
-        {"contacts": {"particle_particle": {"restitution": 1.2}}},
-        "restitution",
-        "less than or equal to 1",
-    ),
     (
         {"contacts": {"particle_particle": {"restitution": 0}}},
         "restitution",
         "greater than or equal to 0.03",
     ),
-    (
-        {"contacts": {"particle_wall": {"static_friction": -0.1}}},
-        "static_friction",
-        "greater than or equal to 0",
-    ),
     ({"contacts": {"particle_wall": {"rolling_friction": "much"}}}, "rolling_friction", "number"),
-    ({"contacts": {"particle_particle": {"friction": 0.5}}}, "friction", "static_friction"),
-    ({"laws": {"rolling": "constant"}}, "laws.rolling", "constant_torque"),
-    ({"laws": {"cohesion": "glue"}}, "laws.cohesion", "sjkr"),
     ({"laws": {"cohesion": "sjkr"}}, "laws.cohesion", "cohesion_energy_density_J_m3"),
     ({"laws": {"damping": "plastic"}}, "laws.damping", "yield_velocity_m_s"),
     (
@@ -61,11 +39,6 @@ CASES = [
         "friction_reference_force_N",
     ),
     ({"law_parameters": {"surface_energy_J_m2": 0.1}}, "surface_energy_J_m2", "laws.cohesion: jkr"),
-    (
-        {**SJKR, "law_parameters": {"cohesion_energy_density_J_m3": -1}},
-        "cohesion_energy_density_J_m3",
-        "greater than or equal to 0",
-    ),
     (
         {
             "laws": {"friction": "stress_dependent"},
@@ -83,8 +56,6 @@ CASES = [
         "tsuji",
     ),
     ({"particles": {"count": 0}}, "particles.count", "greater than or equal to 1"),
-    ({"particles": {"count": 2.5}}, "particles.count", "integer"),
-    ({"particles": {"diameter_mm": -2}}, "particles.diameter_mm", "greater than 0"),
     (
         {"particles": {"diameter_mm": 5e-5}, "geometry": {"injection_speed_m_s": 1e-4}},
         "numerics.precision",
@@ -95,14 +66,7 @@ CASES = [
         "geometry.orifice_diameter_mm",
         "3 of the largest grain",
     ),
-    (
-        {"particles": {"diameter_mm": 2, "scale_factor": 4}},
-        "geometry.orifice_diameter_mm",
-        "largest grain (8 mm)",
-    ),
-    ({"particles": {"elongation": 0.5}}, "particles.elongation", "greater than or equal to 1"),
     ({"particles": {"elongation": 2.1}}, "particles.elongation", "less than or equal to 2"),
-    ({"particles": {"shape": "rod"}}, "particles.shape", "elongation"),
     (
         {"experiment": "tilt", "particles": {"elongation": 1.5}},
         "particles.elongation",
@@ -120,18 +84,10 @@ CASES = [
         "sum to 1",
     ),
     (
-        {"particles": {"sizes": {**SIZES, "fractions": [1.0]}}},
-        "particles.sizes.fractions",
-        "as many as",
-    ),
-    (
         {"particles": {"sizes": {**SIZES, "diameters_mm": [0.1, 2.0]}}},
         "particles.sizes.diameters_mm",
         "ratio",
     ),
-    ({"particles": {"sizes": {**SIZES, "by": "volume"}}}, "particles.sizes.by", "number"),
-    ({"geometry": {"orifice_mm": 20}}, "geometry.orifice_mm", "orifice_diameter_mm"),
-    ({"geometry": {"funnel_half_angle_deg": 90}}, "funnel_half_angle_deg", "less than 90"),
     (
         {"geometry": {"funnel_top_diameter_mm": 15}},
         "funnel_top_diameter_mm",
@@ -139,13 +95,7 @@ CASES = [
     ),
     ({"geometry": {"plate_diameter_mm": 5}}, "plate_diameter_mm", "4 of the largest"),
     ({"geometry": {"drop_height_mm": 150}}, "geometry.drop_height_mm", "orifice_diameter_mm"),
-    (
-        {"numerics": {"rayleigh_fraction": 1.5}},
-        "numerics.rayleigh_fraction",
-        "less than or equal to 0.8",
-    ),
     ({"numerics": {"time_step_s": 1e-3}}, "numerics.time_step_s", "Rayleigh"),
-    ({"numerics": {"precision": "half"}}, "numerics.precision", "mixed"),
     ({"numerics": {"max_time_s": float("nan")}}, "numerics.max_time_s", "finite"),
     ({"output": {"frames": 5}}, "output.frames", "frame_interval_s"),
 ]
@@ -183,34 +133,6 @@ def test_a_missing_file_is_named(tmp_path):
 
 TETRAHEDRON = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
 FACES = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
-
-
-def facet(second, third=b"0 1 0"):
-    """An ASCII STL file of one triangle; its corners on lines 4 to 6."""
-    corners = b"".join(b"vertex %b\n" % c for c in (b"0 0 0", second, third))
-    loop = b"facet normal 0 0 1\nouter loop\n%bendloop\nendfacet\n" % corners
-    return b"solid s\n" + loop + b"endsolid s\n"
-
-
-@pytest.mark.parametrize(
-    ("content", "word"),
-    [
-        (b"not a mesh", "STL"),
-        (b"solid s\nendsolid s\n", "no triangles"),
-        (b"solid s\nvertex 0 0 0\nvertex 1 0 0\n", "line 2"),
-        (facet(b"1 0 x"), "line 5"),
-        (facet(b"1_0 0 0"), "1_0 0 0"),
-        (facet(b"nan 0 0"), "line 5"),
-        (facet(b"1e400 0 0"), "inf"),
-        (facet(b"0.5 0 0", b"1 0 0"), "area"),
-        (facet(b"1 0 0") + facet(b"1 0 0")[: -len(b"endsolid s\n")], "ends before"),
-    ],
-)
-def test_an_unusable_mesh_says_why(tmp_path, content, word):
-    path = tmp_path / "mesh.stl"
-    path.write_bytes(content)
-    with refused(MeshError, word, file="mesh.stl"):
-        read_stl(path)
 
 
 def test_an_open_mesh_is_refused_where_it_must_be_closed(tmp_path):

@@ -12,8 +12,6 @@ import yaml
 from calibration import engines
 from calibration.errors import CalibrationError
 from calibration.runs.batches import (
-    ADDED_S,
-    ADDED_SHARE,
     batch_count,
     pack_runs,
     run_batch,
@@ -77,26 +75,6 @@ def many(spec, count):
     return {str(n): spec | {"seed": n} for n in range(count)}
 
 
-def test_the_start_of_a_process_adds_little_to_a_short_run():
-    specs = many(HEAP, 10_000)
-    size, seconds = runs_per_job(specs), run_seconds(HEAP)
-    assert START_S / size <= max(ADDED_S, ADDED_SHARE * seconds)
-    assert START_S / (size - 1) > max(ADDED_S, ADDED_SHARE * seconds)
-    jobs = batch_count(specs)
-    assert jobs % LEAST_JOBS == 0
-    assert len(specs) // size - LEAST_JOBS < jobs <= -(-len(specs) // size)
-
-
-@pytest.mark.parametrize("runs", [17, 34, 35, 100])
-@pytest.mark.parametrize("cores", [2, 4, 8])
-def test_cores_end_together_within_a_run(runs, cores):
-    """Jobs dealt out in turn to cores, largest first: none does more than a run over its share."""
-    jobs = batch_count(many(HEAP, runs))
-    sizes = [len(range(n, runs, jobs)) for n in range(jobs)]
-    done = [sum(sizes[core::cores]) for core in range(cores)]
-    assert max(done) <= -(-runs // cores) + 1
-
-
 @pytest.mark.parametrize(
     "specs",
     [many(HEAP, 2 * LEAST_JOBS - 1), many(FULL, 10_000), many(DRUM, 10_000), {}],
@@ -109,15 +87,6 @@ def test_a_run_is_a_job_of_its_own(specs):
 
 SMALLEST = yaml.safe_load((ROOT / ".test/config/config.yaml").read_text())
 SMALLEST_DROP = SMALLEST["run"] | {"experiment": "drop"}
-
-
-@pytest.mark.parametrize("runs", [2, 4, 8, 15, 65])
-def test_drops_of_the_smallest_study_share_processes(runs):
-    """The starts of the processes take less than the runs, or there is one process."""
-    jobs = batch_count(many(SMALLEST_DROP, runs))
-    assert jobs in (1, 2, 4, 8)
-    assert jobs == 1 or jobs * START_S < runs * run_seconds(SMALLEST_DROP)
-    assert batch_count(many(SMALLEST_DROP, 10_000)) % LEAST_JOBS == 0
 
 
 def test_a_plan_of_heaps_and_drops_is_parted_by_what_all_of_them_cost():

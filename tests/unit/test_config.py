@@ -3,14 +3,13 @@ allowed."""
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 import yaml
 
-from calibration.errors import CalibrationError, ConfigError
+from calibration.errors import ConfigError
 from calibration.runs.feasibility import check_ahead
 from calibration.runs.plans import plan, run_id
-from calibration.statistics.design import box_behnken, plackett_burman, steepest_path
+from calibration.statistics.design import box_behnken, steepest_path
 from calibration.study.config import Config, given, overlay, parse_config, section_of
 from calibration.study.factors import Factor, factor_of, read_factors
 from facts import refused
@@ -188,54 +187,8 @@ def test_a_factor_that_the_run_spec_refuses_is_named(data, tmp_path, key, low, w
         assert word in str(error.value)
 
 
-@pytest.mark.parametrize(
-    ("row", "words"),
-    [
-        ("A\tx\tcontacts.particle_wall.restitution\tlow\t1", ["line 2", "low"]),
-        ("A\tx\tcontacts.particle_wall.restitution\t1\t0.5", ["line 2", "high"]),
-        ("A\t\tcontacts.particle_wall.restitution\t0\t1", ["line 2", "name"]),
-        ("A\tx\tk\t0\t1\nA\ty\tq\t0\t1", ["code", "twice"]),
-        ("A\tx\tk\t0\tinf", ["line 2", "finite"]),
-    ],
-)
-def test_a_wrong_factor_table_is_refused(tmp_path, row, words):
-    path = tmp_path / "factors.tsv"
-    path.write_text(f"code\tname\tkey\tlow\thigh\n{row}\n")
-    with pytest.raises(ConfigError) as error:
-        read_factors(path)
-    for word in [str(path), *words]:
-        assert word in str(error.value)
-
-
 def factors(k):
     return [Factor(chr(65 + i), f"f{i}", f"k{i}", 0.0, 1.0) for i in range(k)]
-
-
-@pytest.mark.parametrize("k", range(2, 24))
-def test_screening_designs_are_balanced_and_orthogonal(k):
-    table = plackett_burman(factors(k))
-    x = table[[f.code for f in factors(k)]].to_numpy()
-    assert len(x) % 4 == 0
-    assert len(x) > k
-    assert (x.sum(axis=0) == 0).all()
-    assert np.array_equal(x.T @ x, len(x) * np.eye(k))
-
-
-@pytest.mark.parametrize(("k", "runs"), [(3, 12), (4, 24), (5, 40), (6, 48), (7, 56)])
-def test_box_behnken_designs_have_their_runs_and_levels(k, runs):
-    table = box_behnken(factors(k), centre_runs=3)
-    x = table[[f.code for f in factors(k)]].to_numpy()
-    assert len(x) == runs + 3
-    assert set(abs(x[:runs]).sum(axis=1)) == {3.0 if k > 5 else 2.0}
-    # every pair of factors varies together, so all interactions can be estimated
-    assert ((x != 0).T.astype(int) @ (x != 0) > 0).all()
-    assert (x.sum(axis=0) == 0).all()
-
-
-def test_a_path_that_leaves_the_ranges_is_refused():
-    f = factors(1)
-    with refused(CalibrationError, "4", "f0", "1.1", "0 to 1"):
-        steepest_path(f, {"f0": 0.5}, {"f0": 0.2}, 5)
 
 
 def test_equal_points_share_a_run_and_replicates_do_not(data):

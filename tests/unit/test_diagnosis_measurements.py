@@ -133,22 +133,6 @@ def test_a_row_with_too_many_cells(tmp_path):
         read_measurements(write(tmp_path, [*GOOD, GOOD[0] + ",,,"]))
 
 
-def test_a_byte_order_mark_and_blank_lines_are_no_fault(tmp_path):
-    path = write(tmp_path, ["", *GOOD])
-    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
-    assert [m.line for m in read_measurements(path)] == [4, 5, 6]
-
-
-def test_an_empty_file_and_one_that_is_no_text(tmp_path):
-    path = tmp_path / "empty.csv"
-    path.write_text("# nothing\n")
-    with refused(ConfigError, "empty", path="empty.csv"):
-        read_measurements(path)
-    path.write_bytes(b"\xff\xfe\x00")
-    with refused(ConfigError, path="empty.csv", allowed="UTF-8, UTF-16 or cp1252"):
-        read_measurements(path)
-
-
 def test_unknown_and_missing_columns(tmp_path):
     with refused(ConfigError, path="measurements.csv", line=2, column="colour"):
         read_measurements(write(tmp_path, GOOD, HEADER.replace("note", "colour")))
@@ -164,11 +148,6 @@ def test_unknown_and_missing_columns(tmp_path):
         )
     with refused(ConfigError, path="measurements.csv", line=2, column="unit"):
         read_measurements(write(tmp_path, GOOD, HEADER.replace("note", "unit")))
-
-
-def test_a_missing_file(tmp_path):
-    with refused(ConfigError, path="none.csv"):
-        read_measurements(tmp_path / "none.csv")
 
 
 def test_a_condition_may_stand_once_in_each_batch(tmp_path):

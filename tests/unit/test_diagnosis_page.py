@@ -9,10 +9,9 @@ import pytest
 from calibration.figures import parameter_words
 from calibration.telling.report.plain import write_page
 from diagnosis.laws.in_engine import not_run
-from diagnosis.laws.slots import FAMILY
 from diagnosis.page.first_lines import first_lines
 from diagnosis.page.markdown import page
-from diagnosis.page.words import chance, odds
+from diagnosis.page.words import odds
 from diagnosis.withdrawal import FIT, withdraw_refuted
 from facts import tells
 from frozen import FROZEN
@@ -50,13 +49,6 @@ def test_a_cause_that_fits_in_the_engine_stays_named(ball, miss):
     assert withdraw_refuted(missing_by(ball, miss))["causes"] == ["air_drag"]
 
 
-def test_what_was_not_named_or_not_run_is_left_as_it_is(ball):
-    for verdict in ("adequate", "unexplained"):
-        changed = missing_by(ball, 9.0) | {"verdict": verdict}
-        assert withdraw_refuted(changed) == changed
-    assert withdraw_refuted(ball | {"gain": None, "extended_with": []})["verdict"] == "identified"
-
-
 def test_settings_that_gave_no_value_are_told(ball):
     assert "gives no value" not in page(ball)
     lost = ball | {"gain": ball["gain"] | {"without_value": 3}}
@@ -67,14 +59,6 @@ def test_a_model_that_gives_no_value_anywhere_is_not_confirmed(ball):
     found = withdraw_refuted(ball | {"gain": None, "extended_with": ["air_drag"]})
     assert found["verdict"] == "unexplained"
     assert tells(found["reason"], "no value")
-
-
-def test_a_tied_cause_that_was_not_run_is_said_to_be_so(ball):
-    tied = {"verdict": "ambiguous", "causes": ["air_drag", "wall_adhesion"]}
-    found = withdraw_refuted(missing_by(ball, 4.0) | tied | {"extended_with": ["air_drag"]})
-    assert found["best_tried"] == tied["causes"]
-    assert "with air drag" in found["reason"]
-    assert tells(found["reason"], "wall adhesion")
 
 
 @pytest.mark.parametrize(
@@ -88,11 +72,6 @@ def test_a_tied_cause_that_was_not_run_is_said_to_be_so(ball):
 )
 def test_a_gain_is_told_as_odds_that_a_person_can_use(gain, text):
     assert odds(gain) == text
-
-
-@pytest.mark.parametrize(("p", "text"), [(0.034, "3.4 %"), (1e-5, "less than 0.1 %"), (None, "")])
-def test_a_chance_is_told_in_per_cent(p, text):
-    assert chance(p) == text
 
 
 def law(**more):
@@ -325,19 +304,6 @@ def test_the_page_is_one_file_in_plain_words_with_its_own_names(ball, tmp_path):
     assert "**" not in text
 
 
-@pytest.mark.parametrize(
-    ("key", "name", "of"),
-    [
-        ("contacts.particle_wall.restitution", "restitution", "grain on wall"),
-        ("materials.particle.shear_modulus_Pa", "shear modulus", "grain"),
-        ("law_parameters.yield_speed_m_s", "yield speed", "law's constant"),
-        ("geometry.drop_height_mm", "geometry.drop height", ""),
-    ],
-)
-def test_a_parameter_is_called_by_its_key(key, name, of):
-    assert parameter_words(key) == (f"{name}, {of}" if of else name)
-
-
 def test_a_law_that_the_engine_lacks_is_told_without_runs(ball):
     law = {
         "experiment": "drop", "slot": "reading", "state": [], "values": [], "names": [],
@@ -347,15 +313,3 @@ def test_a_law_that_the_engine_lacks_is_told_without_runs(ball):
     assert tells(told, "engine", "no law", "reading")
     assert told in page(ball | {"laws": [law | {"engine": None, "not_run": told}]})
     assert told not in page(ball | {"laws": [law]})
-
-
-RUN = {("drop", "restitution", ("speed",)), ("drop", "restitution", ("size",)),
-       ("drop", "restitution", ("speed", "size")), ("tilt", "friction", ("size",))}  # fmt: skip
-
-
-@pytest.mark.parametrize("law", FAMILY, ids=lambda law: law.name)
-def test_each_free_law_that_the_engine_lacks_is_told_by_its_name(law):
-    """A law that the engine has is not run only where the study's other laws exclude it."""
-    row = {"experiment": law.experiment, "slot": law.slot, "state": list(law.state)}
-    has = (law.experiment, law.slot, law.state) in RUN
-    assert tells(not_run(row), "a law" if has else "no law", law.words)

@@ -11,12 +11,11 @@ import pandas as pd
 import pytest
 
 from calibration import figures
-from calibration.statistics.design import box_behnken
 from calibration.statistics.optimise import solve
 from calibration.statistics.screening import screen, significant
 from calibration.statistics.surface import fit_surface
 from calibration.statistics.validate import compare
-from calibration.study.factors import Factor, read_factors
+from calibration.study.factors import read_factors
 from facts import tells
 from paper.audit.paper import Paper
 
@@ -56,12 +55,6 @@ def surface():
     return fit_surface(runs, list("GEC"), runs["angle_deg"])
 
 
-@pytest.fixture(autouse=True)
-def close():
-    yield
-    plt.close("all")
-
-
 def overlapping(figure):
     """Pairs of texts drawn over each other, of all panels without depth."""
     figure.canvas.draw()
@@ -99,11 +92,6 @@ def test_half_normal_names_what_goes_on(screening):
     assert not overlapping(figure)
 
 
-def test_half_normal_where_everything_goes_on(screening):
-    figure = figures.half_normal(screening.table, list("ABCDEFG"))
-    assert len(figure.axes[0].texts) == 7
-
-
 def test_pareto_is_sorted_with_its_limits(screening):
     figure = figures.pareto(screening.table, screening.t_limit, screening.bonferroni_limit, 0.01)
     ax = figure.axes[0]
@@ -127,28 +115,6 @@ def test_no_text_of_the_effects_is_cut_off(screening, metric):
     assert not cut_off(figures.half_normal(screening.table, list("ABCDEFG"), response))
 
 
-def test_the_ascent_marks_the_centre(factors):
-    table = paper("table10_steepest_ascent.csv")
-    chosen = [factors[c] for c in "GEC"]
-    levels = {f.name: table[x] for f, x in zip(chosen, "XYZ", strict=True)}
-    runs = pd.DataFrame({"run": table["level"], "response": table["angle_deg"], **levels})
-    figure = figures.ascent_path(runs, chosen, 45.27, best=2)
-    assert figure.axes[0].collections[-1].get_offsets()[0].tolist() == [2, 43.65]
-    assert not overlapping(figure)
-
-
-def test_diagnostics_and_perturbation_show_the_model(surface, region):
-    points = figures.predicted_actual(surface).axes[0].collections[0].get_offsets()
-    assert points[:, 0].tolist() == surface.diagnostics["actual"].tolist()
-    panel = figures.residual_panel(surface)
-    assert len(panel.axes) == 4
-    assert not overlapping(panel)
-    lines = figures.perturbation(surface, region).axes[0].lines
-    for line in lines:
-        middle = line.get_ydata()[len(line.get_ydata()) // 2]
-        assert middle == pytest.approx(surface.predict([[0, 0, 0]])[0])
-
-
 def test_contours_draw_the_solution_set_through_the_chosen_point(surface, region):
     solution = solve(surface, 45.27)
     figure = figures.contours(surface, region, solution)
@@ -166,19 +132,6 @@ def test_contours_draw_the_solution_set_through_the_chosen_point(surface, region
 def test_contours_of_a_target_out_of_reach(surface, region):
     figure = figures.contours(surface, region, solve(surface, 80.0))
     assert not [a for a in figure.axes if a.name == "3d"]
-
-
-@pytest.mark.parametrize("k", [4, 5])
-def test_more_factors_take_more_rows(k):
-    region = [Factor(chr(65 + i), f"factor_{i}", f"k{i}", 0.0, 1.0) for i in range(k)]
-    design = box_behnken(region)
-    codes = [f.code for f in region]
-    noise = np.random.default_rng(0).normal(size=len(design))
-    fit = fit_surface(design, codes, 40 + design[codes].sum(axis=1) + 0.1 * noise)
-    count = k * (k - 1) // 2
-    assert len(figures.surfaces(fit, region).axes) == count
-    drawn = figures.contours(fit, region, solve(fit, 40.5))
-    assert len([a for a in drawn.axes if a.get_xlabel()]) == count
 
 
 def test_validation_shows_every_value():

@@ -14,7 +14,6 @@ from PIL import Image
 
 from calibration.errors import CalibrationError, ConfigError
 from calibration.files import csv_text
-from calibration.intake.clump_from_mesh import fill_mesh
 from calibration.intake.guard import decoding
 from calibration.intake.photo import measure_photo
 from calibration.intake.tables import read_table
@@ -26,28 +25,19 @@ from calibration.study.new.answers import read_entries, words_of
 from calibration.study.new.methods import methods
 from calibration.study.new.reading_tables import raws_of_tables
 from calibration.study.new.sizes import sieve_curve
-from dem.errors import MeshError, SpecError
+from dem.errors import SpecError
 from dem.io.checked import sealed
-from dem.io.stl import read_stl
 from dem.spec import load_spec
 from dem.tables.limits import (
     KINDS,
-    LONGEST_SOUND_S,
-    MB,
     MOST_CELLS,
-    MOST_COLUMNS,
     MOST_PIXELS,
-    MOST_ROWS,
-    MOST_TRIANGLES,
     MOST_UNPACKED,
 )
 from diagnosis.settings import read_settings
 from facts import holds, refused, tells
 
 RUN = "heap-0123456789abcdef"
-FACET = (
-    "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex {} 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
-)
 
 
 def book(path, *sheets, merge=()):
@@ -183,28 +173,6 @@ def test_a_flat_heap_on_a_rolled_photograph_is_read_or_refused_in_a_sentence(tmp
         assert measure_photo(tmp_path / "a.png").angle_deg == pytest.approx(angle, abs=0.3)
 
 
-@pytest.mark.parametrize(
-    ("text", "line"),
-    [
-        ("solid s\n" + FACET.format("1_0") + "endsolid s\n", 5),
-        ("solid s\n" + FACET.format("nan") + "endsolid s\n", 5),
-        ("solid s\n" + FACET.format("1") + "facet normal 0 0 1\nendfacet\nendsolid\n", 10),
-        ("solid s\nvertex 0 0 0\nendsolid\n", 2),
-        ("solid s\n" + FACET.format("1"), 8),
-        ("solid s\n" + FACET.format("1e9") + "endsolid s\n", 2),
-    ],
-)
-def test_a_mesh_in_text_has_its_own_numbers_and_each_facet_its_corners(tmp_path, text, line):
-    path = tmp_path / "a.stl"
-    path.write_text(text)
-    with refused(MeshError, line=line):
-        read_stl(path)
-    with refused(ConfigError, line=line, path="a.stl"):
-        fill_mesh(path, 3)
-    path.write_text("solid s\n" + FACET.format("+1.5e0") + "endsolid s\n")
-    assert len(read_stl(path)[1]) == 1
-
-
 def test_a_file_that_may_not_be_read_is_not_told_to_be_damaged():
     with refused(ConfigError, "Permission denied", path="a.wav") as caught, decoding("a.wav", ""):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), "a.wav")
@@ -294,14 +262,3 @@ def test_no_cell_is_a_formula_behind_a_semicolon():
         cell for row in rows.splitlines() for part in row.split(";") for cell in part.split(",")
     ]
     assert not [cell for cell in cells if cell.strip('" \ufeff')[:1] in ("=", "@", "\uff1d")]
-
-
-def test_the_documentation_states_the_limits():
-    page = (Path(__file__).parents[2] / "docs" / "reliability.md").read_text()
-    [row] = [line for line in page.splitlines() if "`test_intake_limits.py`" in line]
-    bytes_ = {kind.most / MB for kind in KINDS.values()} | {MOST_UNPACKED / MB}
-    stated = {f"{most:g} MB" for most in bytes_} | {
-        f"{MOST_ROWS:,} rows", f"{MOST_COLUMNS:,} columns", f"{MOST_CELLS:,} cells",
-        f"{MOST_TRIANGLES:,} triangles", f"{MOST_PIXELS / 1e6:g} million", f"{LONGEST_SOUND_S:g} s",
-    }  # fmt: skip
-    assert {said for said in stated if said not in row} == set()

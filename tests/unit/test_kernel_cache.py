@@ -252,28 +252,3 @@ def test_compiled_code_that_is_cut_off_is_made_again(compiled, suffix, left):
     done = start()
     assert (done.stdout, done.stderr) == ("42.0\n", "")
     assert kernel_cache.whole(kept_code(cache)[suffix])
-
-
-def test_every_cut_of_an_index_is_seen(compiled, tmp_path):
-    content = kept_code(compiled[1])[".nbi"].read_bytes()
-    path = tmp_path / "x.nbi"
-    for length in range(len(content)):
-        path.write_bytes(content[:length])
-        assert not kernel_cache.whole(path), length
-    path.write_bytes(content)
-    assert kernel_cache.whole(path)
-
-
-def test_whole_files_are_kept_and_looked_at_once(compiled, monkeypatch):
-    cache = next(path.parent for path in compiled[1].rglob(kernel_cache.LOOKED))
-    before = {path: path.stat().st_mtime_ns for path in kept_code(cache).values()}
-    for path in before:
-        os.utime(path, (1e9, 1e9))
-    looked = []
-    monkeypatch.setattr(kernel_cache, "whole", lambda path: looked.append(path) or True)
-    kernel_cache.forget_cut_off(cache)
-    assert not looked
-    os.utime(next(iter(before)))
-    kernel_cache.forget_cut_off(cache)
-    assert [Path(path) for path in looked] == [next(iter(before))]
-    assert all(path.exists() for path in before)

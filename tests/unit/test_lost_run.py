@@ -6,7 +6,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
-import pytest
 import yaml
 
 from calibration.chain.response_surface import (
@@ -16,7 +15,6 @@ from calibration.chain.response_surface import (
 )
 from calibration.chain.study import Study
 from calibration.figures import ANGLE
-from calibration.statistics.surface import fit_surface
 from calibration.study.config import parse_config
 from facts import tells
 from stage_files import Files, PlanFiles
@@ -72,19 +70,3 @@ def test_a_whole_design_has_no_run_that_decides_alone(monkeypatch, tmp_path):
     assert summary["decide_alone"] == []
     assert summary["statistics"]["R2_pred"] < summary["statistics"]["R2_adj"]
     assert len(sentences(summary, ANGLE)) == 2
-
-
-@pytest.mark.parametrize("centre_runs", [1, 3])
-def test_the_predicted_r2_is_that_of_runs_left_out_one_by_one(centre_runs):
-    """By its definition: each run predicted by a fit of the others."""
-    rng = np.random.default_rng(7)
-    levels = np.vstack([np.array(np.meshgrid([-1, 0, 1], [-1, 0, 1])).T.reshape(-1, 2)]
-                       + [np.zeros((centre_runs, 2))])  # fmt: skip
-    table = pd.DataFrame(levels, columns=["A", "B"])
-    y = 3 + levels[:, 0] + levels[:, 1] ** 2 + rng.normal(0, 0.3, len(levels))
-    whole = fit_surface(table, ["A", "B"], y)
-    missed = [
-        y[k] - fit_surface(table.drop(index=k), ["A", "B"], np.delete(y, k)).predict([levels[k]])[0]
-        for k in range(len(y))
-    ]
-    assert whole.summary["PRESS"] == pytest.approx(np.sum(np.square(missed)))

@@ -47,20 +47,3 @@ def test_target_bench_tests_and_diagnosis_take_their_values_from_the_one_table(m
     assert diagnosed["heap"].value == pytest.approx(study.measured().mean(), rel=1e-15)
     assert diagnosed["heap"].sd == pytest.approx(study.measured().std(ddof=1), rel=1e-12)
     assert diagnosed["tilt"].value == measured(study, "tilt")
-
-
-def test_no_other_module_reads_a_table_by_itself():
-    own = re.compile(r"read_csv|DictReader|csv\.reader|read_excel|genfromtxt|loadtxt")
-    readers = {
-        path.relative_to(ROOT / "src").parts[:3]
-        for package in ("calibration", "diagnosis", "paper")
-        for path in (ROOT / "src" / package).rglob("*.py")
-        if own.search(path.read_text())
-    }
-    assert readers == {("calibration", "intake", "tables")}
-
-
-def test_the_calibration_knows_nothing_of_the_reproduction():
-    words = re.compile(r"reproduction", re.I)
-    sources = (ROOT / "src" / "calibration").rglob("*.py")
-    assert not [p for p in sources if words.search(p.read_text())]

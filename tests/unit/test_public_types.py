@@ -56,20 +56,3 @@ def test_no_more_public_functions_are_without_types(package):
 def test_the_type_checker_runs_over_these_packages():
     project = tomllib.loads((SOURCES.parent / "pyproject.toml").read_text())
     assert project["tool"]["mypy"]["files"] == [f"src/{package}" for package in AT_MOST]
-
-
-@pytest.mark.parametrize(
-    ("source", "typed"),
-    [
-        ("def f(a: int, *b: str, c: int = 1, **d: str) -> None: ...", True),
-        ("def f(a, b: int) -> None: ...", False),
-        ("def f(a: int): ...", False),
-        ("def f(*a) -> None: ...", False),
-        ("class A:\n    def f(self, a) -> int: ...", False),
-        ("class A:\n    def f(self, a: int) -> int: ...", True),
-    ],
-)
-def test_a_function_without_a_type_is_found(source, typed, tmp_path):
-    (tmp_path / "module.py").write_text(source)
-    [(_, function)] = public_functions(tmp_path / "module.py")
-    assert has_types(function) == typed

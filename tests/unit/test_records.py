@@ -1,7 +1,6 @@
 """What a rule has left, as it is written down: an edited file is found, and a record that is
 missing or damaged means that the files are made again."""
 
-import os
 from pathlib import Path
 
 import pytest
@@ -102,11 +101,3 @@ def test_a_folder_that_can_only_be_read_stays_as_it_is(left, monkeypatch):
     monkeypatch.setattr(Path, "write_text", refuse)
     note(left, NAME, "a reason")
     assert [path.name for path in (left / FOLDER).iterdir()] == [f"{NAME}.json"]
-
-
-def test_a_note_is_newer_than_what_it_is_of(left):
-    os.utime(table_of(left))
-    note(left, NAME, "a reason")
-    path = left / FOLDER / f"{NAME}.txt"
-    assert path.stat().st_mtime >= table_of(left).stat().st_mtime
-    assert path.read_text().endswith("\na reason\n")

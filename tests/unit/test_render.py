@@ -116,15 +116,6 @@ def test_the_flanks_are_those_of_the_measurement():
             assert np.degrees(np.arctan2(-rise, abs(run_))) == pytest.approx(flank.angle_deg)
 
 
-def test_the_flank_line_runs_along_the_outline():
-    position, radius = cone(slope_deg=38.0)
-    for flank in fitted_flanks(position, radius, PLATE, 0.0):
-        assert flank.angle_deg == pytest.approx(38.0, abs=3.0)
-        # the lattice's outermost grains lie within one pitch of the cone
-        toe = np.interp(0.0, sorted([flank.end[1], flank.begin[1]]), [abs(flank.end[0]), 0.0])
-        assert toe == pytest.approx(0.85 * PLATE, abs=4 * RADIUS)
-
-
 def test_the_image_shows_the_lines_and_is_reproducible(run):
     finished = read_run(run)
     image = np.asarray(draw_run(finished, width=300))
@@ -146,13 +137,6 @@ def test_heights_stand_where_they_are():
     assert pixel(side, 0.005, 0.002) == (150.0, 60.0)
     turned = view(azimuth=90.0, elevation=30.0)
     assert pixel(turned, 0.0, 0.0, toward=0.004) == pytest.approx((100.0, 100.0))
-
-
-@pytest.mark.parametrize("quantity", ["size", "speed", "order", "height"])
-def test_the_colour_tells_what_was_asked_for(run, tmp_path, quantity):
-    assert main(["render", str(run), "--colour", quantity, "--width", "200"]) == 0
-    with Image.open(run / "heap.webp") as image:
-        assert image.width == 200
 
 
 def test_the_pour_is_animated_from_its_frames(run, tmp_path):
@@ -199,9 +183,3 @@ def test_a_run_that_cannot_be_drawn_says_why(run, tmp_path, capsys):
     (run / "final.npz").write_bytes(b"cut off")
     with refused(DemError, file="final.npz"):
         read_run(run)
-
-
-def test_a_width_out_of_range_is_refused(run, capsys):
-    with pytest.raises(SystemExit):
-        main(["render", str(run), "--width", "0"])
-    assert "allowed: 100 to 4000 pixels" in capsys.readouterr().err

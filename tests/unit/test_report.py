@@ -7,7 +7,6 @@ import io
 import json
 import re
 import zlib
-from html.parser import HTMLParser
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -20,10 +19,8 @@ from browser import browse, find_browser
 from calibration import figures
 from calibration.study.stages import load_stages
 from calibration.telling.report import build
-from calibration.telling.report import sheet as sheet_module
 from calibration.telling.report.answer import _interval
 from calibration.telling.report.build import NOT_CONVERTED_MARK
-from calibration.telling.report.embed import READABLE, _inline, cell, figure
 from calibration.telling.report.heaps import LEVELS
 from calibration.telling.report.pictures import WIDTH as PICTURE
 from calibration.telling.report.pictures import heaps
@@ -248,33 +245,6 @@ def test_every_chart_has_a_title_and_a_description_for_a_screen_reader(page):
         assert page.count(f'id="{named.group(1)}"') == 1
 
 
-class Headings(HTMLParser):
-    """Sections by their id, and what the contents point at."""
-
-    def __init__(self, page):
-        super().__init__()
-        self.sections, self.entries, self.inside = [], [], False
-        self.feed(page)
-
-    def handle_starttag(self, tag, attrs):
-        attrs = dict(attrs)
-        if tag == "nav":
-            self.inside = True
-        if tag == "section":
-            self.sections.append(attrs["id"])
-        if tag == "a" and self.inside:
-            self.entries.append(attrs["href"].removeprefix("#"))
-
-    def handle_endtag(self, tag):
-        self.inside = self.inside and tag != "nav"
-
-
-def test_the_contents_name_every_section_in_its_order(page):
-    found = Headings(page)
-    assert found.entries == found.sections
-    assert "heaps" in found.entries
-
-
 def test_one_sheet_shows_every_heap(page, study):
     (image,) = set(re.findall(r"url\((data:image/webp;base64,[^)]+)\)", page))
     assert len(re.findall("data:image/webp", page)) == 1
@@ -330,16 +300,6 @@ def test_a_run_without_a_value_has_no_time_and_a_row(tmp_path, monkeypatch):
     assert list(times["run_id"]) == names
     assert list(times["wall_time_s"].notna()) == [True, False]
     assert runs_section(tmp_path / "study", load_stages())["texts"][0].startswith("1 runs took")
-
-
-def test_many_heaps_weigh_no_more_than_a_hundred(tmp_path):
-    files = []
-    for k in range(120):
-        files.append(tmp_path / f"{k}.webp")
-        Image.new("RGB", (480, 300), (2 * k, 120, 150)).save(files[-1])
-    image = sheet_module._drawn(files)
-    with Image.open(io.BytesIO(base64.b64decode(image.partition(",")[2]))) as sheet:
-        assert sheet.width * sheet.height == pytest.approx(100 * WIDTH * HEIGHT, rel=0.01)
 
 
 def test_exports_can_be_copied_and_downloaded(page):
@@ -402,19 +362,6 @@ def test_each_candidate_run_has_its_value(study):
         assert f": {result['metrics']['angle_of_repose_deg']:.2f}°, 7 grains left" in page
 
 
-def test_a_label_within_a_figure_keeps_its_digits(tmp_path):
-    import matplotlib.pyplot as plt
-
-    figure, ax = plt.subplots()
-    with plt.rc_context({"svg.fonttype": "none"}):
-        ax.set_title("measured 0.845")
-        figure.savefig(tmp_path / "a.svg")
-    plt.close(figure)
-    svg, _ = _inline(tmp_path / "a.svg")
-    assert "measured 0.845" in svg
-    assert not re.search(r'="[^"]*\d\.\d{3}', svg)
-
-
 def test_the_viewer_holds_the_heaps_grains(page, study):
     scenes = json.loads(re.search(r'id="scenes"[^>]*>(.*?)</script>', page, flags=re.S).group(1))
     names = [s["name"].split() for s in scenes]
@@ -471,45 +418,6 @@ def test_further_targets_have_their_own_figure_sentence_and_tile(study):
     )
     assert "Bulk density" in chart
     assert f'download="screening_effects_{metric}.csv"' in chart
-
-
-@pytest.mark.parametrize(("letters", "least"), [((10, 8), 400), ((16,), 200), ((), 0)])
-def test_a_figure_is_as_wide_on_a_phone_as_its_smallest_letters_need(tmp_path, letters, least):
-    texts = "".join(f'<text style="font: {s}px sans-serif">a</text>' for s in letters)
-    path = tmp_path / "a.svg"
-    path.write_text(f'<svg width="400pt" height="9pt" viewBox="0 0 400 9">{texts}</svg>')
-    assert figure(path, "")["least"] == pytest.approx(least * READABLE / 8.0)
-
-
-def test_a_figure_within_the_page_takes_the_pages_colours(study):
-    svg, width = _inline(study / "screening" / "half_normal.svg")
-    assert width == pytest.approx(5.4 * 72)
-    assert 'fill: #ffffff"' not in svg
-    assert "stroke: currentColor" in svg
-    ids = re.findall(r'\bid="([^"]+)"', svg)
-    assert len(ids) == len(set(ids))
-    for used in re.findall(r'(?:href="#|url\(#)([^")]+)', svg):
-        assert used in ids
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (float("nan"), ""),
-        (1.85e-16, "0"),
-        (3.0, "3"),
-        (0.123456, "0.1235"),
-        (1.2e-7, "1.2e-07"),
-        ("salt_restitution", "salt restitution"),
-        ("p < 0.05_", "p < 0.05_"),
-        ("2.9999999999999996", "3"),
-        ("0.90", "0.90"),
-        (True, "yes"),
-        (7, "7"),
-    ],
-)
-def test_cells_are_short(value, text):
-    assert cell(value) == text
 
 
 BROWSER = find_browser()
@@ -582,25 +490,6 @@ def test_the_heap_turns_under_the_finger(tab, page, study):
     assert tab.complaints() == []
 
 
-def test_a_heap_grows_when_it_is_chosen_and_the_next_follows(tab, page, study):
-    tab.open((study / "report.html").as_uri(), 390, 844)
-    tab.evaluate("document.querySelector('button.heap').click()")
-    large = "document.querySelector('dialog p').textContent"
-    assert tells(tab.evaluate(large), "Screening", "run 1", "20.00°", "7 grains", "funnel")
-    assert tab.evaluate("document.querySelector('dialog .picture').clientWidth") > 250
-    tab.evaluate("document.querySelector('dialog .after').click()")
-    assert tab.evaluate(large).startswith("Screening, run 2: 30.00°")
-    assert (
-        tab.evaluate("document.querySelector('dialog .picture').style.cssText") == "--x: 1; --y: 0;"
-    )
-
-
-def test_a_link_unpacks_its_file(tab, page, study):
-    tab.open((study / "report.html").as_uri(), 390, 844)
-    text = tab.evaluate("unpack('screening_effects.csv').then(blob => blob.text())")
-    assert text == (study / "screening" / "effects.csv").read_text()
-
-
 SHOWN = """(q => [...document.querySelectorAll(q)].filter(e => e.checkVisibility(
   { contentVisibilityAuto: true })).length)"""
 
@@ -622,19 +511,3 @@ def test_paper_shows_everything_once(tab, page, study):
         "[...document.querySelectorAll('main details[open]')].length"
     ) == page.count("<details open>")
     tab.call("Emulation.setEmulatedMedia", media="screen")
-
-
-def test_on_paper_supplements_and_tables_stand_behind_the_calibration(tab, page, study):
-    """And on the screen in their order again."""
-    order = "[...document.querySelectorAll('main section')].map(e => e.id)"
-    tab.open((study / "report.html").as_uri(), 1280, 900)
-    before = tab.evaluate(order)
-    tab.evaluate("dispatchEvent(new Event('beforeprint'))")
-    behind = tab.evaluate("[...document.querySelectorAll('#annex > section')].map(e => e.id)")
-    assert {"heaps", "exports", "scaling"} <= set(behind)
-    assert not {"answer", "screening", "response_surface", "validation"} & set(behind)
-    assert tab.evaluate("document.querySelectorAll('#screening > details').length") == 0
-    assert tab.evaluate("document.querySelectorAll('#annex > details').length") > 0
-    tab.evaluate("dispatchEvent(new Event('afterprint'))")
-    assert tab.evaluate(order) == before
-    assert tab.evaluate("document.querySelectorAll('#annex *').length") == 1

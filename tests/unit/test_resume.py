@@ -10,7 +10,6 @@ import time
 import numpy as np
 import yaml
 
-from dem.io.checked import read_checked_arrays
 from dem.template import template
 
 CHANGES = {
@@ -18,10 +17,6 @@ CHANGES = {
     "geometry": {"orifice_diameter_mm": 32, "plate_diameter_mm": 50},
     "output": {"checkpoint_interval_s": 0.01},
 }
-
-
-GRACE_S = 30.0
-"""Between SIGTERM and SIGKILL where a cluster says nothing else (SLURM's KillWait)."""
 
 
 def start(spec, out, stderr=subprocess.DEVNULL):
@@ -51,22 +46,6 @@ def heap_spec(folder, **output):
     mapping["output"] |= output
     spec.write_text(yaml.safe_dump(mapping))
     return spec
-
-
-def test_a_heap_that_is_asked_to_stop_saves_its_state_in_time_and_says_so(tmp_path):
-    """One that saves nothing of its own accord: what SIGTERM finds is all there is."""
-    spec = heap_spec(tmp_path, checkpoint_interval_s=3600, frame_interval_s=0.001)
-    out = tmp_path / "out"
-    process = start(spec, out, stderr=subprocess.PIPE)
-    while not any(out.glob("frames/*.vtp")):  # from then on it pours
-        assert process.poll() is None, process.communicate()[1]
-        time.sleep(0.005)
-    process.terminate()
-    said = process.communicate(timeout=GRACE_S)[1]
-    assert process.returncode == 143
-    assert "goes on" in said
-    arrays = read_checked_arrays(out / "checkpoint.npz")
-    assert len(arrays["particles_position"]) > 0
 
 
 def test_a_run_killed_at_random_moments_ends_as_an_uninterrupted_one(tmp_path):

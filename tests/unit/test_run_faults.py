@@ -92,13 +92,6 @@ def test_sigterm_saves_the_state_and_the_run_goes_on_from_there(counting, tmp_pa
     assert sorted(os.listdir(tmp_path / "a")) == ["final.npz", "result.json"]
 
 
-def test_sigterm_ends_a_run_that_keeps_no_checkpoint(counting, tmp_path):
-    counting(at={3: stop}, keeps=False)
-    with refused(StoppedError, "40 %"):
-        run(SPEC, tmp_path / "a")
-    assert not (tmp_path / "a" / "result.json").exists()
-
-
 def full():
     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
@@ -194,14 +187,6 @@ def test_each_byte_of_a_checkpoint_counts(counting, tmp_path):
         path.write_bytes(whole)
 
 
-def test_a_checkpoint_of_another_spec_is_not_resumed(counting, tmp_path):
-    counting(at={6: stop})
-    with pytest.raises(StoppedError):
-        run(SPEC, tmp_path)
-    other = SPEC.model_copy(update={"seed": 8})
-    assert RunContext(other, tmp_path).resume() is None
-
-
 def test_what_killed_writers_left_is_swept(counting, tmp_path):
     counting()
     for name in (".checkpoint.npz.123.partial", ".result.json.9.partial"):
@@ -245,10 +230,3 @@ def test_results_removed_under_way_are_written_anew(counting, tmp_path):
     run(SPEC, tmp_path)
     assert json.loads((tmp_path / "result.json").read_text())["seed"] == 7
     assert read_result(tmp_path)["metrics"] == {"rebound_height_mm": 45.0}
-
-
-def test_a_clock_that_goes_back_changes_nothing(counting, tmp_path, monkeypatch):
-    counting()
-    now = iter(range(10**9, 0, -1000))
-    monkeypatch.setattr(dem.run.time, "time", lambda: float(next(now)))
-    assert run(SPEC, tmp_path)["metrics"] == {"rebound_height_mm": 45.0}

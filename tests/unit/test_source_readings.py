@@ -1,7 +1,6 @@
 """What was read out of sources and is kept between starts: the same answers, and none of an older
 code."""
 
-import gzip
 import os
 import subprocess
 import sys
@@ -63,40 +62,6 @@ def test_an_edited_module_begins_anew_and_leaves_one_file(start, tmp_path):
     (tmp_path / "module.py").write_text("FACTOR = 10\n" + MODULE)
     assert start("abc") == ("abc", 30)
     assert len(_kept(tmp_path)) == 1
-
-
-CUT = gzip.compress(b'{"a": 1}')[:-9]
-DAMAGED = {
-    "empty": b"",
-    "not compressed": b"{",
-    "cut": CUT,
-    "cut in the head": CUT[:4],
-    "empty text": gzip.compress(b""),
-    "half a text": gzip.compress(b"{"),
-    "a list": gzip.compress(b"[1]"),
-    "null": gzip.compress(b"null"),
-}
-
-
-# The names are fixed: a compressed text holds the time it was made, and the processes of one run
-# of the tests must collect the same names.
-@pytest.mark.parametrize("content", DAMAGED.values(), ids=DAMAGED)
-def test_a_damaged_file_is_made_anew(start, tmp_path, content):
-    start("abc")
-    _kept(tmp_path)[0].write_bytes(content)
-    assert start("abc") == ("abc", 3)
-    assert start("abc") == ("", 3)
-
-
-def test_who_wants_no_compiled_files_gets_none(start, tmp_path):
-    assert start("abc", PYTHONDONTWRITEBYTECODE="1") == ("abc", 3)
-    assert not (tmp_path / "__pycache__").exists()
-
-
-def test_where_nothing_can_be_written_nothing_is_kept(start, tmp_path):
-    (tmp_path / "__pycache__").write_text("in the way")
-    assert start("abc") == ("abc", 3)
-    assert start("abc") == ("abc", 3)
 
 
 def test_the_engines_name_is_that_of_its_sources_read_anew():

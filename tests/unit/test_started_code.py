@@ -64,20 +64,6 @@ def test_every_place_that_starts_code_is_on_the_list():
     assert (src / NUMBA).is_file()
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "import subprocess\nsubprocess.run('x')",
-        "eval('1')",
-        "import numpy as np\nnp.load('x', allow_pickle=True)",
-        "import yaml\nyaml.load(text, yaml.Loader)",
-        "found.loader.exec_module(module)",
-    ],
-)
-def test_the_search_finds_what_it_is_for(text):
-    assert starters(text)
-
-
 @pytest.fixture
 def settings(tmp_path, monkeypatch):
     """A user's folder of settings of this test alone, and a folder to work in."""

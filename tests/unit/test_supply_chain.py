@@ -157,13 +157,6 @@ def without_network(script, *arguments, cwd):
     )  # fmt: skip
 
 
-def test_the_block_blocks(tmp_path):
-    asked = "socket.create_connection(('127.0.0.1', 9), timeout=1)"
-    done = without_network(asked, cwd=tmp_path)
-    assert ASKED in done.stdout
-    assert done.returncode != 0
-
-
 @pytest.mark.slow
 def test_a_run_asks_for_no_network(tmp_path):
     done = without_network(RUN, tmp_path / "out", cwd=tmp_path)

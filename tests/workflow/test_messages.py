@@ -3,8 +3,6 @@
 import json
 import os
 import re
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,7 +18,6 @@ from calibration.runs.runner import report, run_logged
 from calibration.runs.store import RunStore
 from calibration.statistics.design import plackett_burman
 from calibration.study.config import parse_config
-from calibration.study.cost import duration
 from calibration.study.factors import read_factors
 from dem.errors import BlowUpError
 from dem.results import write_result
@@ -86,53 +83,6 @@ def test_a_failed_run_names_its_point_its_log_and_the_likely_cause(campaign, cap
     assert "point:  screening, run 4" in (folder / "run.log").read_text()
     assert yaml.safe_load((folder / "failed.yaml").read_text()) == specs[row["run_id"]]
     assert not (folder / "result.json").exists()
-
-
-@pytest.mark.slow
-def test_the_campaign_goes_on_without_the_heaps_that_do_not_form(tmp_path):
-    """Half of the heaps have too few grains: each is named with its cause, the others are made and
-    analysed."""
-    for name in ("Snakefile", "workflow", "config", "profiles", "src", "data"):
-        (tmp_path / name).symlink_to(ROOT / name)
-    rows = [
-        ("A", "grains", "particles.count", 5, 1255),
-        ("B", "rolling", "contacts.particle_particle.rolling_friction", 0.2, 0.3),
-        ("C", "friction", "contacts.particle_particle.static_friction", 0.6, 0.7),
-    ]
-    table = ["code\tname\tkey\tlow\thigh\tdescription"]
-    table += ["\t".join(map(str, [*row, "a factor"])) for row in rows]
-    (tmp_path / "factors.tsv").write_text("\n".join(table) + "\n")
-    study = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
-    rules = {key: study[key] for key in ("target", "run", "measurements") if key in study}
-    rules["run"]["particles"]["diameter_mm"] = 4.0
-    rules["run"]["geometry"] = {"orifice_diameter_mm": 28.0, "generation_rate_per_s": 1250}
-    rules["run"]["materials"]["particle"]["poisson_ratio"] = 0.25
-    wall = {"restitution": 0.4, "static_friction": 0.7, "rolling_friction": 0.4}
-    rules["run"]["contacts"] = {"particle_particle": {"restitution": 0.5}, "particle_wall": wall}
-    rules |= {
-        "name": "half",
-        "factors": "factors.tsv",
-        "screening": {"kind": "plackett_burman", "runs": 4},
-    }
-    (tmp_path / "half.yaml").write_text(yaml.safe_dump(rules))
-    command = [sys.executable, "-m", "snakemake", "-j2", "--configfile", "half.yaml"]
-    done = subprocess.run(
-        [*command, "--", "screening"], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
-    shown = done.stdout + done.stderr
-    plan = json.loads((tmp_path / "results" / "half" / "screening" / "plan.json").read_text())
-    assert len(plan) == 4
-    for name, spec in plan.items():
-        folder = tmp_path / "results" / "runs" / name
-        metrics = json.loads((folder / "result.json").read_text())["metrics"]
-        without = spec["particles"]["count"] == 5
-        assert (metrics == {}) == without, shown
-        assert tells(shown, name, "no value", "no heap") == without
-    assert shown.count("likely cause: ") >= 2
-    # two heaps of four cannot tell three factors apart: the stage says so, and what was left out
-    assert done.returncode != 0, shown
-    assert tells(shown, "terms apart")
-    assert tells(shown, "Left out", "without a value")
 
 
 def test_progress_counts_every_stage_and_tells_the_time_left(campaign, capsys, monkeypatch):
@@ -228,14 +178,6 @@ def test_short_runs_beside_the_chain_are_told_but_not_counted():
     found = Progress(plans, None, 30.0)
     told = ("0 of 12", "none failed", "drop", "3 of 10", "3 min", "2 cores")
     assert tells(found.sentence(2), *told)
-
-
-@pytest.mark.parametrize(
-    ("seconds", "text"),
-    [(4.2, "4 s"), (89, "89 s"), (91, "2 min"), (3600, "60 min"), (12_000, "3 h 20 min")],
-)
-def test_durations_read_as_people_say_them(seconds, text):
-    assert duration(seconds) == text
 
 
 def test_a_point_that_two_stages_share_is_named_for_both(campaign):

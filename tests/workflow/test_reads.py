@@ -99,16 +99,6 @@ def test_what_is_read_far_below_a_stage_is_seen(rules):
     assert "ascent" not in found
 
 
-def test_a_name_of_its_own_is_not_followed():
-    config = SimpleNamespace(targets=1, rigs=2)
-
-    def stage(study):
-        rules_of = study.config.run  # a function of this module has the same name
-        return rules_of, config.targets
-
-    assert looked_through(stage) == ({"run", "targets"}, [])
-
-
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory):
     """A study of the chain that formulas answer, with its export; and its rules."""

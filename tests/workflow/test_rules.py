@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from calibration.runs.snakemake_command import rule_names
 from calibration.study.stages import load_stages
 from workflow_rules import ROOT, read_workflow, rules_of
 
@@ -46,15 +45,6 @@ def test_each_rule_is_written_out():
         assert set(directives) <= set(DIRECTIVES), name
 
 
-def test_the_names_are_those_that_snakemake_reads(workflow):
-    assert {rule.name for rule in workflow.rules} == rule_names() | {"study", "reference"}
-
-
-def test_common_is_short():
-    """What every rule needs, and no more."""
-    assert len((ROOT / "workflow/rules/common.smk").read_text().splitlines()) <= 160
-
-
 def test_a_rule_names_the_tables_that_it_reads(workflow, declared):
     inputs = {rule.name: list(rule.input.keys()) for rule in workflow.rules}
     for name, rule in declared.items():
@@ -67,9 +57,3 @@ def test_each_stage_ends_with_a_rule_and_its_plans_are_made(declared):
     folders = {plan.folder for stage in STAGES for plan in stage.plans}
     made = {str(Path(rule.plan).parent) for rule in declared.values() if rule.plan}
     assert made == {f"results/salt/{folder}" for folder in folders}
-
-
-def test_the_lowest_snakemake_is_stated_once():
-    """As the package asks for it; the workflow holds who installed another one to it."""
-    asked = re.search(r'"snakemake>=([\d.]+)"', (ROOT / "pyproject.toml").read_text())[1]
-    assert f'min_version("{asked}")' in (ROOT / "workflow/Snakefile").read_text()

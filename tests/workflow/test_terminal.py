@@ -16,7 +16,6 @@ from calibration.interface.cli import main
 from facts import tells
 from snakemake_logger_plugin_calibration import LogHandler
 
-NOTHING = "Nothing to be done"  # what snakemake says where all is there
 OWN_AFFAIRS = (
     "SNAKEMAKE", "Host:", "DAG", "Reason", "[", "Execute", "Select", "Updating", "WorkflowError",
     "common.smk", "resources", "Finished", "Complete log", "Building", "Job ",
@@ -57,21 +56,6 @@ def test_a_dry_run_is_a_line_a_job_and_our_own(study, capfd):
     counted, *steps = out.splitlines()  # each in a line of its own
     assert counted == f"{len(steps)} steps"
     assert "plan the screening" in steps
-
-
-@pytest.mark.slow
-def test_plain_snakemake_shows_a_line_a_step(study):
-    lines = snakemake("--", "screening")
-    assert not own_affairs(lines)
-    steps = [line for line in lines if line.startswith(("plan the screening", "screening: "))]
-    assert len(steps) == 2
-    assert tells(steps[1], "effects")
-    assert "drops: 8 of" in lines[-1] or "drops: 8 of" in lines[-2]
-    assert [line for line in lines if "Ctrl-C stops" in line]
-    assert len(lines) < 20
-    assert [x for x in snakemake("--", "screening") if x.startswith(NOTHING)]
-    # by an option of snakemake's all of it
-    assert own_affairs(snakemake("-n", "--verbose", "--forceall", "--", "screening"))
 
 
 def test_a_mistake_is_its_sentence_alone(study, capfd):
@@ -136,19 +120,6 @@ def test_a_dry_run_counts_its_jobs_once_and_has_no_table(capsys, stats, line):
     dry, made = handler(capsys, dryrun=True), handler(capsys)
     assert [dry("Job stats:", **table), dry("Job stats:", **table)] == [line, ""]
     assert made("Job stats:", **table) == ""
-
-
-def test_what_is_for_developers_is_left_out_after_the_start(capsys):
-    told = handler(capsys)
-    linted = "Congratulations, your workflow is in a good condition!"
-    assert told(linted)
-    assert told("Workflow has started!", event=LogEvent.WORKFLOW_STARTED) == ""
-    for words in ("Select jobs to execute...", "Updating checkpoint dependencies."):
-        assert told(words) == ""
-    assert told(None, event=LogEvent.PROGRESS, done=1, total=2) == ""
-    assert told(f"{NOTHING} (as it was).")
-    warning = "disk nearly full"
-    assert told(warning, logging.WARNING) == warning
 
 
 def test_an_error_is_a_sentence(capsys):

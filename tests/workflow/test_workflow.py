@@ -4,7 +4,6 @@ killed."""
 import json
 import os
 import re
-import signal
 import subprocess
 import sys
 import time
@@ -145,34 +144,6 @@ def spec(tmp_path, **changes):
 
 
 DEM = [sys.executable, "-m", "dem.cli"]
-
-
-def test_a_killed_run_resumes_and_gives_the_same_result(tmp_path):
-    path = spec(tmp_path)
-    whole = tmp_path / "whole"
-    subprocess.run([*DEM, "run", path, "--out", whole], check=True, capture_output=True)
-    broken = tmp_path / "broken"
-    for _ in range(3):
-        process = subprocess.Popen(
-            [*DEM, "run", path, "--out", broken],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        deadline = time.time() + 60
-        while (
-            not (broken / "checkpoint.npz").exists()
-            and time.time() < deadline
-            and process.poll() is None
-        ):
-            time.sleep(0.02)
-        time.sleep(0.2)
-        process.send_signal(signal.SIGKILL)
-        process.wait()
-        assert not (broken / "result.json").exists() or process.returncode == 0
-    subprocess.run([*DEM, "run", path, "--out", broken], check=True, capture_output=True)
-    a, b = (json.loads((p / "result.json").read_text())["metrics"] for p in (whole, broken))
-    assert a == b
-    assert sorted(os.listdir(broken)) == ["final.npz", "result.json"]
 
 
 def test_a_run_that_cannot_be_measured_says_why(tmp_path):
