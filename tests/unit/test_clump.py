@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from dem.clump import random_turns, shape_of, union
 from dem.dumbbell import moments
-from dem.errors import DemError, SpecError
+from dem.errors import SpecError
 from dem.experiments import bed, phases
 from dem.experiments.setup import add_grains, build_simulation
 from dem.grains import largest_reach, smallest_radius
@@ -318,35 +318,6 @@ def test_ten_spheres_cost_less_than_eight_times_a_sphere(tmp_path):
     turns = [(seconds(ten), seconds(one)) for _ in range(3)]
     clumps, spheres = (min(times) for times in zip(*turns, strict=True))
     assert clumps < 8.0 * spheres
-
-
-HEAD = "x_mm,y_mm,z_mm,radius_mm\n"
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        (HEAD, ["a row at least"]),
-        (HEAD + "".join(f"{x},0,0,1\n" for x in range(11)), ["line 12", "11 spheres", "1 to 10"]),
-        (HEAD + "0,0,0,1\n3,0,0,1\n", ["line 3", "(3.0, 0.0, 0.0, 1.0)", "touch or overlap"]),
-        (HEAD + "0,0,0,1\n1,0,0,-1\n", ["line 3", "-1.0", "a radius above 0"]),
-        (HEAD + "0,0,0,1\n1,0,0,0\n", ["line 3", "0.0", "a radius above 0"]),
-        (HEAD + "0,0,0,1\n1,x,0,1\n", ["line 3", "column y_mm", "'x'", "is not a number"]),
-        (HEAD + "0,0,0,1\n1,0,nan,1\n", ["line 3", "column z_mm", "'nan'", "not finite"]),
-        (HEAD + "0,0,0,1\n1,0,0,inf\n", ["line 3", "column radius_mm", "'inf'", "not finite"]),
-        (HEAD + "0,0,0,1\n1,0,0\n", ["line 3", "column radius_mm", "is empty"]),
-        (HEAD + "0,0,0,1\n0.5,0,0,0.3\n", ["line 3", "not inside another", "in sphere 1"]),
-        (HEAD + "0,0,0,1\n0,0,0,1\n", ["line 3", "not inside another", "in sphere 1"]),
-        (HEAD + "0,0,0,1\n1,0,0,0.05\n", ["line 3", "0.05", "1/10 of the largest"]),
-        (HEAD + "1e300,0,0,1\n", ["line 2", "1e+300", "within 1e+06 mm"]),
-        ("# made by hand\nx,y,z,r\n0,0,0,1\n", ["line 2", "x_mm, y_mm, z_mm, radius_mm"]),
-    ],
-)
-def test_a_wrong_file_is_one_sentence(tmp_path, text, words):
-    with pytest.raises(DemError) as error:
-        spec_of(written(tmp_path, text))
-    for word in ["particles.clump.file", *words]:
-        assert word in str(error.value)
 
 
 def test_wrong_lists_name_their_key(triple):

@@ -6,7 +6,6 @@ Each of the package's own experiments is named by one file.
 
 import json
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -91,39 +90,6 @@ def test_a_folder_that_is_not_there_is_named(monkeypatch, tmp_path):
     monkeypatch.setenv("DEM_EXPERIMENTS", str(tmp_path / "none"))
     with refused(DemError, "DEM_EXPERIMENTS"):
         outside_files()
-
-
-GENERIC = ("dem/spec.py", "dem/run.py", "dem/advice.py", "dem/template.py", "dem/render")
-GENERIC += (
-    "calibration/intake/quantities.py",
-    "calibration/intake/measurements.py",
-    "diagnosis/settings.py",
-)
-GENERIC += ("diagnosis/emulator.py", "diagnosis/design.py", "diagnosis/next_measurement.py")
-GENERIC += ("diagnosis/fit.py", "diagnosis/stages.py", "calibration/figures/labels.py")
-PAPERS_OWN = {"heap", "drop", "tilt", "shear"}
-"""Experiments of the paper: stages, mechanisms and the audit of it bear their names; the generic
-rooms must not."""
-
-
-def files_that_name(name):
-    """Sources that hold an experiment's name as a word in quotes."""
-    sources = [*ROOT.glob("src/**/*.py"), *ROOT.glob("workflow/**/*.smk")]
-    # a benchmark runs experiments of its own choice; a laboratory's method names what it becomes
-    others = [ROOT / "src/dem/benchmark", ROOT / "src/calibration/study/new/methods"]
-    sources = [p for p in sources if not set(others) & set(p.parents)]
-    return {p for p in sources if re.search(rf"[\"']{name}[\"']", p.read_text())}
-
-
-@pytest.mark.parametrize("name", sorted(experiments()))
-def test_one_file_names_an_experiment(name):
-    named = {
-        p.relative_to(ROOT / "src").as_posix() for p in files_that_name(name) if "src" in p.parts
-    }
-    if name in PAPERS_OWN:
-        assert not [p for p in named if p.startswith(GENERIC)]
-    else:
-        assert len(files_that_name(name)) == 1, named
 
 
 def test_every_experiment_is_offered(capsys):

@@ -152,11 +152,3 @@ def test_a_cell_far_from_all_others_is_told(here, capsys, cell):
     capsys.readouterr()
     assert main(["new", "x", "--from", "w.xlsx", "--no-pilot"]) == 2
     assert tells(capsys.readouterr().err, "w.xlsx", "drop", "1,000 columns")
-
-
-@pytest.mark.parametrize("content", [b"", b"PK\x03\x04 no zip", b"a,b\n1,2\n"])
-def test_what_is_no_workbook_is_a_sentence(here, capsys, content):
-    Path("w.xlsx").write_bytes(content)
-    assert main(["new", "x", "--from", "w.xlsx"]) == 2
-    assert "w.xlsx" in capsys.readouterr().err
-    assert main(["new", "x", "--from", "none.xlsx"]) == 2

@@ -144,6 +144,7 @@ def test_a_posterior_that_presses_on_its_region_says_on_which_side():
     assert found[0].beyond == pytest.approx(np.log(20.0) * 0.04, rel=0.1)
 
 
+@pytest.mark.slow
 def test_ranks_of_a_right_posterior_are_uniform_and_those_of_a_sure_one_are_not():
     study, _ = linear_study(3, tests=2)
     cloud = Cloud.of(study, 20000)
@@ -253,6 +254,7 @@ def gained(test, cloud, weights, truth, rng):
     return np.mean(found)
 
 
+@pytest.mark.slow
 def test_the_first_choice_is_the_best_or_second_best_of_twenty_studies():
     """What a test really leaves is found by making it, at a truth that the heap allows."""
     good = 0

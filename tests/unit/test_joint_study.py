@@ -247,6 +247,7 @@ def test_draws_of_all_targets_go_through_a_machine(tmp_path, monkeypatch):
     assert shares.loc["wall", "low"] < 0.05
 
 
+@pytest.mark.slow
 def test_curves_count_as_coefficients_and_part_what_the_heap_leaves(tmp_path, monkeypatch):
     """The heap tells the sum of two frictions, 0.6; five curves of a discharge of 68 g/s their
     difference, (68 - 60) / 80."""
@@ -305,7 +306,13 @@ CURVES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("shape", CURVES)
+@pytest.mark.parametrize(
+    "shape",
+    [
+        pytest.param(s, marks=pytest.mark.slow if s in ("outline", "angle over speed") else ())
+        for s in CURVES
+    ],
+)
 def test_measured_curves_of_each_shape_give_the_parameters_of_the_closed_form(
     tmp_path, monkeypatch, shape
 ):
@@ -347,6 +354,7 @@ def test_a_value_that_the_region_does_not_reach_moves_it(tmp_path, monkeypatch):
     assert tells(said, "region", "wall", "high border", "0.5")
 
 
+@pytest.mark.slow
 def test_a_region_is_not_widened_beyond_what_is_possible(tmp_path, monkeypatch):
     rows = ROWS.replace("20.0,deg,0.6", "5.2,deg,0.6")  # friction 0.004 on the wall, from 0.01
     found = calibrated(laboratory(tmp_path, monkeypatch, rows, low=0.01)).summary("joint")
@@ -356,6 +364,7 @@ def test_a_region_is_not_widened_beyond_what_is_possible(tmp_path, monkeypatch):
     assert tells(said, "wall", "low border", "0.01", "at 0", "least", "possible")
 
 
+@pytest.mark.slow
 def test_targets_that_exclude_each_other_are_named(tmp_path, monkeypatch):
     """A second plane, of the same friction, slides six degrees later."""
     more = [*TARGETS, {"rig": "again", "metric": "sliding_angle_deg"}]

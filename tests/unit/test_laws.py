@@ -1,7 +1,6 @@
 """Laws declare themselves: tables, schema, dispatch, documentation and exports are made of what
 their files say."""
 
-import ast
 import os
 import re
 import shutil
@@ -21,42 +20,10 @@ from facts import refused, tells
 
 ROOT = Path(__file__).parents[2]
 SRC = ROOT / "src"
-GENERIC = {"none", "constant", "linear"}  # names that are words of other things too
 
 
 def ids(law):
     return f"{law.slot}-{law.name}"
-
-
-def words_of(path):
-    """Every string of a module that is not a docstring."""
-    tree = ast.parse(path.read_text())
-    return [
-        n.value for n in ast.walk(tree) if isinstance(n, ast.Constant) and isinstance(n.value, str)
-    ]
-
-
-@pytest.mark.parametrize("law", [x for x in every_law() if x.name not in GENERIC], ids=ids)
-def test_one_file_of_the_engine_names_a_law(law):
-    """Its own; another law may name it to say that the two cannot be combined."""
-    engine = [p for p in (SRC / "dem").rglob("*.py") if law.name in words_of(p)]
-    own = SRC / "dem" / "contact" / law.slot / f"{law.name}.py"
-    combined = [
-        SRC / "dem" / "contact" / one.slot / f"{one.name}.py"
-        for one in every_law()
-        if law.name in (*one.only_with.get(law.slot, ()), *one.not_with.get(law.slot, ()))
-    ]
-    # the benchmark says under which laws it runs, for time and for the acceptance of an engine
-    timed = {p for p in engine if SRC / "dem" / "benchmark" in p.parents}
-    assert set(engine) - set(combined) - timed == {own}
-
-
-@pytest.mark.parametrize("law", [x for x in every_law() if x.name not in GENERIC], ids=ids)
-def test_no_export_names_a_law(law):
-    """What a code makes of it is in its own file; the search for the calibrated angle is one in two
-    laws of rolling friction and names them."""
-    rooms = [*SRC.glob("calibration/engines/blocks/*.py"), *SRC.glob("calibration/engines/*.py")]
-    assert not [p for p in rooms if law.name in words_of(p) and p.stem != "rolling"]
 
 
 @pytest.mark.parametrize("law", list(every_law()), ids=ids)

@@ -61,6 +61,7 @@ class Product:
         return u[:, 0] * u[:, 1], np.zeros(len(u))
 
 
+@pytest.mark.slow
 def test_eight_parameters_that_one_target_hardly_narrows_are_sampled_well_enough():
     """Chains of stretches alone are too short where a posterior fills its box."""
     sd = 0.03

@@ -130,8 +130,8 @@ def test_what_has_not_run_says_so(config, study):
 @pytest.mark.parametrize(
     ("kept", "stage", "run", "rows"),
     [
-        ("salt-slow", "screening", 2, {"table06.run2"}),
-        ("salt-paper", "ascent", 3, {"table10.level3"}),
+        pytest.param("salt-slow", "screening", 2, {"table06.run2"}, marks=pytest.mark.slow),
+        pytest.param("salt-paper", "ascent", 3, {"table10.level3"}, marks=pytest.mark.slow),
         # without it another run of the design alone decides a coefficient
         ("salt-paper", "response_surface", 5, {"table11.run5", "table12.R2_pred"}),
     ],

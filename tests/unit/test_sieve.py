@@ -5,7 +5,7 @@ import numpy as np
 import openpyxl
 import pytest
 
-from dem.errors import DemError, InputError, SpecError
+from dem.errors import InputError, SpecError
 from dem.grains import draw_radii, grain_volume, mean_radius
 from dem.io.sieve import read_sizes
 from dem.spec import content_hash, parse_spec
@@ -50,57 +50,6 @@ def test_single_sizes_are_as_the_lists_would_give_them(tmp_path):
     path.write_text("diameter_mm,fraction\n1,0.25\n2,0.75\n")
     assert spec(path).particles.sizes.diameters_mm == [1.0, 2.0]
     assert spec(path).particles.sizes.fractions == [0.25, 0.75]
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        (CURVE.replace("1,20", "1,x"), ["line 3", "column passing_percent", "'x'", "not a number"]),
-        (CURVE.replace("2,70", "2,10"), ["line 4", "10", "at least 20"]),
-        (CURVE.replace("2,70", "0.9,70"), ["line 4", "0.9", "more than 1"]),
-        (CURVE.replace("5,100", "5,99"), ["line 5", "99", "100 at this end"]),
-        (CURVE.replace("0.5,0", "0.4,0"), ["ratio", "10"]),
-        (CURVE.replace("passing_percent", "passes"), ["line 1", "passing_percent or fraction"]),
-        ("diameter_mm,passing_percent\n", ["a row at least"]),
-    ],
-)
-def test_a_wrong_table_is_one_sentence(tmp_path, text, words):
-    path = tmp_path / "sieve.csv"
-    path.write_text(text)
-    with pytest.raises(DemError) as error:
-        spec(path)
-    for word in words:
-        assert word in str(error.value)
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "diameter_mm;fraction\n1,5;0,25\n2,25;0,75\n",
-        "diameter_mm\tfraction\n1.5\t0.25\n2.25\t0.75\n",
-        "diameter_mm,fraction\n1.5,0.25\n2.25,0.75\n",
-    ],
-)
-def test_separators_and_decimal_commas_of_another_land_are_read(tmp_path, text):
-    path = tmp_path / "sizes.csv"
-    path.write_text(text)
-    found = read_sizes(path, "mass")
-    assert found["diameters_mm"] == [1.5, 2.25]
-    assert found["fractions"] == [0.25, 0.75]
-
-
-@pytest.mark.parametrize(
-    ("text", "names", "value"),
-    [
-        ("diameter_mm,fraction\n1,5,30\n2,0,70\n", ["5,30", "5 and 30"], "1,5,30"),
-        ("diameter_mm;fraction\n1,250;1\n", ["1.250", "1250"], "1,250"),
-    ],
-)
-def test_what_can_be_read_in_two_ways_is_refused_by_line(tmp_path, text, names, value):
-    path = tmp_path / "sizes.csv"
-    path.write_text(text)
-    with refused(InputError, *names, path="sizes.csv", line=2, value=value):
-        read_sizes(path, "mass")
 
 
 def test_a_missing_table_and_lists_beside_one_are_refused(tmp_path):
