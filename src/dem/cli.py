@@ -121,7 +121,6 @@ def _parser(more):
         help="append the figures to a history and draw it beside",
     )
     benchmark.set_defaults(command=_benchmark)
-    _add_accept(commands)
     init = commands.add_parser("init", help="write a commented spec")
     init.add_argument("--experiment", choices=list(experiments()), default="heap")
     init.add_argument("--out", type=Path, help="file to write; the screen unless given")
@@ -129,33 +128,6 @@ def _parser(more):
     for add in more:
         add(commands)
     return parser
-
-
-def _add_accept(commands):
-    accept = commands.add_parser(
-        "accept",
-        help="whether a changed engine may take the place of another",
-        description="Compare two engines, each a checkout or a git revision of this project: the "
-        "verification tests of NEW, and heaps, discharges, shear tests, slides and drops made by "
-        "both. Exit status 0 where NEW is accepted, 1 where it is refused. One that was cut off "
-        "goes on.",
-    )
-    accept.add_argument("old", metavar="OLD")
-    accept.add_argument("new", metavar="NEW")
-    accept.add_argument("--seeds", type=int, default=20, help="runs of each trial; 20 by default")
-    accept.add_argument(
-        "--out", type=Path, default=Path("results/acceptance"), help="folder of the runs"
-    )
-    accept.set_defaults(command=_accept)
-
-
-def _accept(args):
-    from dem.benchmark.acceptance.command import accept  # brings statistics along
-
-    if args.seeds < 2:
-        raise DemError(f"--seeds {args.seeds}: allowed: 2 or more")
-    if not accept(args.old, args.new, args.out, args.seeds):
-        raise SystemExit(1)
 
 
 def _add_render(commands):

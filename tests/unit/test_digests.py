@@ -109,7 +109,6 @@ EDITS = {
     "diagnosis/laws/slots.py": DIAGNOSIS | SUITE | DISAGREEMENT,
     "dem/cli.py": set(),
     "dem/benchmark/bulk_processes/cases.py": set(),
-    "dem/benchmark/acceptance/command.py": set(),
     "dem/benchmark/cases.py": set(),
     "dem/contact/damping/tsuji.py": EVERY,
     "dem/experiments/drum.py": EVERY,

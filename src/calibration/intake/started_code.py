@@ -86,12 +86,6 @@ STARTS = (
         ("dem/kernel_cache.py",),
     ),
     Start(
-        "dem accept COMMIT",
-        "the engine of that commit of the clone",
-        BY_PERSON,
-        ("dem/benchmark/acceptance/runs.py",),
-    ),
-    Start(
         "--grainlearning PYTHON",
         "the Python of another environment, for the comparison of ways to calibrate",
         BY_PERSON,
