@@ -29,7 +29,7 @@ rule reference:
         pour_rate=f"{STUDY}/pour_rate/pour_rate.json",
         pushed=f"{STUDY}/push_through/push_through.json",
     output:
-        compared=f"{RESULTS}/comparison/table.md",
+        compared=f"{RESULTS}/comparison/summary.csv",
     log:
         f"{RESULTS}/comparison/reference.log",
     conda:

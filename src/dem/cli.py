@@ -93,34 +93,6 @@ def _parser(more):
     check = commands.add_parser("check", help="check a spec without running it")
     check.add_argument("spec", type=Path)
     check.set_defaults(command=_check)
-    benchmark = commands.add_parser("benchmark", help="measure the engine's speed")
-    benchmark.add_argument("--json", action="store_true", help="figures for machines")
-    benchmark.add_argument(
-        "--peers", action="store_true", help="LIGGGHTS, LAMMPS and YADE on the same settled bed"
-    )
-    benchmark.add_argument(
-        "--case",
-        choices=(
-            "bed",
-            "ratio",
-            "heap",
-            "resting",
-            "scaling",
-            "million",
-            "cores",
-            "threads",
-            "start",
-        ),  # those of dem.benchmark.report, which brings the engine along
-        action="append",
-        help="default: bed, ratio, heap",
-    )
-    benchmark.add_argument(
-        "--record",
-        type=Path,
-        metavar="CSV",
-        help="append the figures to a history and draw it beside",
-    )
-    benchmark.set_defaults(command=_benchmark)
     init = commands.add_parser("init", help="write a commented spec")
     init.add_argument("--experiment", choices=list(experiments()), default="heap")
     init.add_argument("--out", type=Path, help="file to write; the screen unless given")
@@ -204,12 +176,6 @@ def _render(args):
         image = render.draw_run(run, args.width, args.colour, args.azimuth, args.elevation)
         render.save_image(image, out)
     print(out)
-
-
-def _benchmark(args):
-    from dem.benchmark.report import run_benchmark  # imports compile-time heavy modules
-
-    run_benchmark(args.case or ["bed", "ratio", "heap"], args.peers, args.json, args.record)
 
 
 def _check(args):

@@ -1,5 +1,4 @@
-"""The stages of the diagnosis and of its benchmark, as `calibration.study.stages` describes
-them."""
+"""The stages of the diagnosis, as `calibration.study.stages` describes them."""
 
 from __future__ import annotations
 
@@ -12,8 +11,6 @@ if TYPE_CHECKING:
     from calibration.study.config import Config
 
 
-SHARDS = 8
-"""Parts of the benchmark's cases."""
 WAVES = 2
 """Times that the emulators of a diagnosis are refined: each is a plan and a training, two rules of
 workflow/rules/diagnosis.smk."""
@@ -43,13 +40,6 @@ def _rules(config):
     return (*plans, "diagnosis_calibrate", "diagnosis_identify")
 
 
-def batches_of_the_benchmark(study: Study) -> int:
-    """Jobs that the emulators' runs of the benchmark are divided into."""
-    from diagnosis.settings import read_settings
-
-    return read_settings("config/discovery.yaml").batches
-
-
 PLANS = (
     "diagnosis",
     *(f"diagnosis/wave_{k}" for k in range(1, WAVES + 1)),
@@ -68,12 +58,4 @@ STAGES = (
         also_made_by=_rules,
     ),
     Stage(name="diagnosis_power", title="What a plan of measurements would show", place=6.05),
-    Stage(
-        name="discovery",
-        title="Benchmark of the diagnosis",
-        place=6.1,
-        plans=(Plan("discovery", batches=batches_of_the_benchmark, failures="kept"),),
-        made_by="discovery_benchmark",
-        also_made_by=lambda config: ("discovery_plan",),
-    ),
 )

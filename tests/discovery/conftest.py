@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 import yaml
+from laboratory import Laboratory
 
+from benchmarks.rates import hidden
 from calibration.runs.simulated import simulate
-from diagnosis.benchmark import hidden
-from diagnosis.benchmark.laboratory import Laboratory
 from diagnosis.catalogue import load_catalogue
 from diagnosis.design import plan as plan_runs
 from diagnosis.emulator import train
@@ -38,21 +38,18 @@ PLAN = [
 ]
 
 
-def laboratory(root, changes, mechanisms, plan=hidden.PLANS["grains"]):
+def laboratory(root, changes, mechanisms, plan=hidden.PLAN):
     """`Laboratory` of the benchmark's settings with changes and plan, and the errors of its
     emulators."""
     base = yaml.safe_load(Path("config/config.yaml").read_text())["run"]
-    settings = read_settings("config/discovery.yaml", changes)
+    settings = read_settings("benchmarks/rates/settings.yaml", changes)
     catalogue = {n: m for n, m in load_catalogue().items() if n in mechanisms}
     kinds = list(settings.experiments)
     factors = parameters_of(settings, FACTORS, kinds)
     rows, specs = plan_runs(Rig(settings, base, factors), catalogue, kinds)
     emulators, errors = train(rows, simulate(specs, root), settings, factors)
     emulated = Emulated(emulators, settings, factors, catalogue)
-    plans = {"grains": plan}
-    return Laboratory(
-        emulated, Rig(settings, base, factors), replicates=120, root=root, plans=plans
-    ), errors
+    return Laboratory(emulated, Rig(settings, base, factors), 120, root, plan), errors
 
 
 @pytest.fixture(scope="session")

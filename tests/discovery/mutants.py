@@ -14,8 +14,9 @@ from dataclasses import dataclass, replace
 from unittest.mock import patch
 
 import numpy as np
-from strangers import cases, test_verdicts
+import test_strangers_verdicts as test_verdicts
 
+from benchmarks.rates.strangers import cases
 from diagnosis import withdrawal
 from diagnosis.laws import known
 from diagnosis.table_model import found, selection

@@ -95,7 +95,7 @@ def test_strength_goes_both_ways_and_rises_from_where_it_is_off(name):
     assert ((rising >= s.low * (1 - 1e-12)) & (rising <= s.high * (1 + 1e-12))).all()
 
 
-@pytest.mark.parametrize("config", ["config/diagnosis.yaml", "config/discovery.yaml"])
+@pytest.mark.parametrize("config", ["config/diagnosis.yaml", "benchmarks/rates/settings.yaml"])
 def test_the_longest_grains_pass_the_funnel_at_every_diameter(config):
     settings, shape = read_settings(config), CATALOGUE["grain_shape"]
     for diameter in settings.experiments["heap"].levers["particle_diameter_mm"]:
@@ -125,7 +125,7 @@ def test_the_mean_apex_deficit_is_that_of_random_phases():
 @pytest.mark.parametrize("name", [n for n, m in CATALOGUE.items() if m.multiplies])
 def test_one_that_multiplies_a_lever_is_the_base_model_at_another_lever(name, tmp_path):
     mechanism = CATALOGUE[name]
-    settings, metrics = read_settings("config/discovery.yaml"), []
+    settings, metrics = read_settings("benchmarks/rates/settings.yaml"), []
     for experiment in sorted(set(mechanism.experiments) & set(settings.experiments)):
         levers = {
             n: (lo + hi) / 2 for n, (lo, hi) in settings.experiments[experiment].levers.items()

@@ -3,9 +3,9 @@ large as stated."""
 
 import numpy as np
 import pytest
+from effect import MODERATE, sizes, strength_at
 
-from diagnosis.benchmark.effect import MODERATE, sizes, strength_at
-from diagnosis.benchmark.hidden import standard_error
+from benchmarks.rates.hidden import standard_error
 from diagnosis.fit import Data, fit
 
 

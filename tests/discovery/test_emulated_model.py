@@ -14,7 +14,7 @@ from diagnosis.fit import Data, data_of, fit, moderated_sd
 from diagnosis.model import Emulated
 from diagnosis.settings import BASE, parameters_of, read_settings
 
-SETTINGS = read_settings("config/discovery.yaml")
+SETTINGS = read_settings("benchmarks/rates/settings.yaml")
 FACTORS = parameters_of(SETTINGS, "config/factors.tsv", ["drop", "tilt"])
 LAWS = [("drop", BASE), ("drop", "air_drag"), ("drop", "plastic_restitution"), ("tilt", BASE)]
 CONDITIONS = [

@@ -5,7 +5,8 @@ Cost of one core: four minutes for the two tables of heaps, half an hour for all
 """
 
 import pytest
-from engine_tables import (
+
+from benchmarks.rates.engine_tables import (
     ATTRACTIONS,
     DEFAULT,
     EXPECTED,
@@ -15,7 +16,7 @@ from engine_tables import (
     diagnosed,
     names_in,
 )
-from foreign_studies import HEAPS
+from benchmarks.rates.foreign_studies import HEAPS
 
 pytestmark = pytest.mark.slow
 

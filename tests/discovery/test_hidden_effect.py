@@ -1,11 +1,11 @@
 """Effects hidden in real runs are found; a mechanism that the catalogue lacks is not, and decoys
 are no cause."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from diagnosis.benchmark import hidden
-from diagnosis.benchmark.laboratory import Case
 from diagnosis.extend import held_out_points
 from diagnosis.fit import data_of, fit
 from diagnosis.page.markdown import page
@@ -13,10 +13,6 @@ from diagnosis.verdict import findings, validate
 from facts import tells
 
 LONG = [pytest.mark.slow, pytest.mark.long]
-
-
-def measure(laboratory, drops, point, *effects):
-    return laboratory.measure(Case("test", effects, 1.0, point, point), drops)
 
 
 def named_first(laboratory, data, name, without=()):
@@ -34,29 +30,45 @@ def named_first(laboratory, data, name, without=()):
         pytest.param("apex_sampling", marks=LONG),
     ],
 )
-def test_a_hidden_effect_is_named_first_and_the_test_fails_without_it(laboratory, drops, name):
-    data = [measure(laboratory, drops, point, name) for point in range(3)]
+def test_a_hidden_effect_is_named_first_and_the_test_fails_without_it(laboratory, name):
+    data = [laboratory.measure(point, name) for point in range(3)]
     assert named_first(laboratory, data, name) >= 2  # nine draws in ten are asked of the benchmark
     assert named_first(laboratory, data, name, without=[name]) == 0
 
 
 @pytest.mark.slow
-def test_base_data_are_adequate(laboratory, drops):
-    data = [measure(laboratory, drops, point) for point in range(8)]
+def test_base_data_are_adequate(laboratory):
+    data = [laboratory.measure(point) for point in range(8)]
     verdicts = [laboratory.identify(d, 3).verdict for d in data]
     # at a false-alarm rate of 5 % more than two alarms in eight have a chance of 0.6 %
     assert verdicts.count("adequate") >= 6
 
 
-def test_decoys_are_not_identified(laboratory, drops):
+def outlier(measurements, seed):
+    """Return the measurements with one replicate of one setting six standard deviations off; mean
+    and sd follow."""
+    rng = np.random.default_rng([seed, 3])
+    k = int(rng.integers(len(measurements)))
+    m = measurements[k]
+    off = 6.0 * m.sd * rng.choice([-1.0, 1.0])
+    wrong = replace(m, value=m.value + off / m.n, sd=float(np.sqrt(m.sd**2 + off**2 / m.n)))
+    return [*measurements[:k], wrong, *measurements[k + 1 :]]
+
+
+def understated(measurements):
+    """Return the measurements with noise that is twice what it claims to be."""
+    return [replace(m, sd=m.sd / 2.0) for m in measurements]
+
+
+def test_decoys_are_not_identified(laboratory):
     for k in range(4):
-        d = measure(laboratory, drops, k)
-        assert laboratory.identify(hidden.outlier(d, k), 3).verdict != "identified"
-        assert laboratory.identify(hidden.understated(d), 3).verdict != "identified"
+        d = laboratory.measure(k)
+        assert laboratory.identify(outlier(d, k), 3).verdict != "identified"
+        assert laboratory.identify(understated(d), 3).verdict != "identified"
 
 
-def test_the_verdict_follows_its_schema_and_reads_as_a_page(laboratory, drops):
-    data = measure(laboratory, drops, 0, "viscoelastic_restitution")
+def test_the_verdict_follows_its_schema_and_reads_as_a_page(laboratory):
+    data = laboratory.measure(0, "viscoelastic_restitution")
     verdict = findings(laboratory.emulated, data, laboratory.identify(data, 3))
     validate(verdict)
     text = page(verdict)
@@ -68,8 +80,8 @@ def test_the_verdict_follows_its_schema_and_reads_as_a_page(laboratory, drops):
     assert verdict["calibration"]["salt_steel_restitution"]["identified"]
 
 
-def test_leverage_gives_the_same_held_out_residuals_as_refits(laboratory, drops):
-    data = measure(laboratory, drops, 0)
+def test_leverage_gives_the_same_held_out_residuals_as_refits(laboratory):
+    data = laboratory.measure(0)
     model = laboratory.emulated.model([m.condition for m in data])
     whole = fit(model, data_of(data))
     predicted, _ = model.predict(held_out_points(model, data_of(data)))

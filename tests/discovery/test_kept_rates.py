@@ -4,18 +4,15 @@ import re
 import shutil
 from pathlib import Path
 
-import bulk_tables
-import engine_tables
-import kept_rates
 import pandas as pd
 import pytest
-import single_grains
-from strangers import __main__ as strangers
 
+from benchmarks.rates import kept_rates
+from benchmarks.rates.__main__ import TRIALS
 from calibration.digests import SOURCES
 from facts import tells
 
-RATES = Path("results/reference/discovery/rates.md")
+SHOWN = [name for name in TRIALS if name != "strangers_gains"]
 
 
 @pytest.mark.parametrize("moved", ["engine", "rules", "neither"])
@@ -35,8 +32,8 @@ def test_a_table_without_a_digest_is_not_fresh(tmp_path):
 
 
 def test_without_fresh_rows_a_page_shows_no_rate():
-    for trial in (single_grains, strangers, bulk_tables, engine_tables):
-        text = trial.table(pd.DataFrame())
+    for name in SHOWN:
+        text = TRIALS[name].table(pd.DataFrame())
         assert tells(text, "No rates")
         assert "|" not in text
 
@@ -62,13 +59,34 @@ def test_the_rules_move_with_the_code_and_not_with_its_comments(tmp_path):
     assert changed == [(True, False), (False, True), (True, True)]
 
 
-@pytest.mark.parametrize("trial", [strangers, bulk_tables, engine_tables])
-def test_the_page_shows_the_kept_tables_of_strangers(trial):
-    shown = kept_rates.shown(RATES, trial.MARK)
-    assert shown == trial.kept_table()
+@pytest.mark.parametrize("name", SHOWN)
+def test_the_page_shows_the_kept_tables(name):
+    assert TRIALS[name].shown() == TRIALS[name].kept_table()
 
 
 def test_the_rates_that_the_evidence_tells_are_kept():
     told = re.findall(r"\d+ of \d+ \(\d+% to \d+%\)", Path("docs/evidence.md").read_text())
     assert len(told) > 10
-    assert [rate for rate in told if rate not in RATES.read_text()] == []
+    assert [rate for rate in told if rate not in kept_rates.PAGE.read_text()] == []
+
+
+def test_a_trial_goes_on_and_leaves_rows_of_other_rules_out(tmp_path):
+    asked = []
+
+    def judged(case):
+        asked.append(case)
+        return {"case": f"c{case}", "hit": case % 2}
+
+    cases, path = [1, 2, 3], tmp_path / "kept.csv"
+    trial = kept_rates.Trial(
+        "odd", path, "bulk", lambda: cases, lambda c: {"case": f"c{c}"}, judged,
+        lambda rows: kept_rates.shares([("odd", rows["hit"])]),
+    )  # fmt: skip
+    trial.run(2)
+    trial.run()
+    assert asked == [1, 2, 3]
+    assert "| odd | 2 of 3 (21% to 94%) |" in trial.kept_table()  # Wilson's interval
+    path.write_text(path.read_text().replace(kept_rates.present("bulk")["rules"], "0" * 12, 1))
+    trial.run()
+    assert asked == [1, 2, 3, 1]
+    assert len(kept_rates.kept(path, "bulk")) == len(pd.read_csv(path)) == 3

@@ -3,8 +3,8 @@ without them."""
 
 import numpy as np
 import pytest
-from strangers import ask
 
+from benchmarks.rates.strangers import ask
 from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import Condition
 from diagnosis.laws.known import known_curves

@@ -4,8 +4,8 @@ that one; the emulators are trained by closed forms."""
 import numpy as np
 import pytest
 
+from benchmarks.rates import hidden
 from calibration.intake.measurements import Measurement
-from diagnosis.benchmark import hidden
 from diagnosis.catalogue import load_catalogue
 from diagnosis.design import inputs_of
 from diagnosis.emulator import Emulator
@@ -13,9 +13,9 @@ from diagnosis.identify import _best_pair, decide, weigh
 from diagnosis.model import Emulated
 from diagnosis.settings import BASE, parameters_of, read_settings
 
-SETTINGS = read_settings("config/discovery.yaml")
+SETTINGS = read_settings("benchmarks/rates/settings.yaml")
 FACTORS = parameters_of(SETTINGS, "config/factors.tsv", ["drop", "tilt"])
-CONDITIONS = hidden.PLANS["grains"]
+CONDITIONS = hidden.PLAN
 EFFECTS = {
     # change of the logarithm of a rebound, or of an emulated angle, at full strength
     ("drop", "air_drag"): lambda h, d: -0.8 * h / (0.3 + d),

@@ -3,8 +3,8 @@ fit has used. Tables and law are closed forms; the mechanism is one of a study's
 
 import numpy as np
 import pytest
-from strangers.ask import study
 
+from benchmarks.rates.strangers.ask import study
 from calibration.intake.measurements import Measurement
 from diagnosis.catalogue import Mechanism, Strength
 from diagnosis.contacts import told

@@ -23,7 +23,7 @@ from diagnosis.settings import BASE, parameters_of, read_settings
 from diagnosis.shared_errors import covariance_of, scatter
 from diagnosis.verdict import findings, validate
 
-SETTINGS = read_settings("config/discovery.yaml")
+SETTINGS = read_settings("benchmarks/rates/settings.yaml")
 FACTORS = parameters_of(SETTINGS, "config/factors.tsv", ["heap", "shear"])
 ANGLE, SHARE, REPLICATES = 1.0, 0.03, 5
 """Noise of one heap [deg] and of one shear test (a share); readings of a setting."""

@@ -17,7 +17,7 @@ BASE = {"contacts": {"particle_wall": {"restitution": 0.35}}}
 
 def settings(fraction):
     run = {"numerics": {"rayleigh_fraction": fraction}}
-    return read_settings("config/discovery.yaml", {"experiments": {"drop": {"run": run}}})
+    return read_settings("benchmarks/rates/settings.yaml", {"experiments": {"drop": {"run": run}}})
 
 
 def rebounds(error):

@@ -2,9 +2,6 @@
 
 import pytest
 
-from diagnosis.benchmark import hidden
-from diagnosis.benchmark.laboratory import Case
-
 MECHANISMS = (
     "viscoelastic_restitution",
     "plastic_restitution",
@@ -25,8 +22,6 @@ CHANGES = {
         "shear": None,
     },
 }
-PLAN = hidden.PLANS["grains"]
-
 pytestmark = [pytest.mark.slow, pytest.mark.long]
 
 
@@ -39,7 +34,7 @@ def test_most_hidden_effects_are_named_first_and_hardly_any_is_named_wrongly(bot
     right, wrong = 0, 0
     for name in MECHANISMS:
         for point in range(2):
-            data = both.measure(Case("test", (name,), 1.0, point, point), PLAN)
+            data = both.measure(point, name)
             found = both.identify(data, 3)
             named = found.verdict in ("identified", "ambiguous")
             right += named and found.ranking[0]["mechanism"] == name
@@ -50,6 +45,5 @@ def test_most_hidden_effects_are_named_first_and_hardly_any_is_named_wrongly(bot
 
 def test_two_effects_at_once_are_both_named(both):
     effects = ("air_drag", "stress_dependent_friction")
-    cases = [Case("test", effects, 1.0, point, point) for point in range(3)]
-    found = [both.identify(both.measure(case, PLAN), 3) for case in cases]
+    found = [both.identify(both.measure(point, *effects), 3) for point in range(3)]
     assert sum(set(effects) <= set(f.causes) for f in found) >= 2

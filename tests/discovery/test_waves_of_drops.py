@@ -4,7 +4,6 @@ import pytest
 
 from calibration.runs.simulated import simulate
 from diagnosis import emulator_waves
-from diagnosis.benchmark.laboratory import Case
 from diagnosis.design import plan
 from diagnosis.emulator import train
 from diagnosis.model import Emulated
@@ -18,9 +17,9 @@ def error_of(found):
 
 @pytest.mark.slow
 @pytest.mark.long
-def test_a_wave_sharpens_the_emulator_of_what_is_hidden(laboratory, drops, tmp_path):
+def test_a_wave_sharpens_the_emulator_of_what_is_hidden(laboratory, tmp_path):
     emulated, rig = laboratory.emulated, laboratory.rig
-    measured = laboratory.measure(Case("test", (NAME,), 1.0, 0, 0), drops)
+    measured = laboratory.measure(0, NAME)
     more, own, before = emulator_waves.plan_wave(emulated, measured, rig, 1)
     assert error_of(before) > emulator_waves.SHARE
     rows, specs = plan(rig, emulated.catalogue, list(emulated.settings.experiments))

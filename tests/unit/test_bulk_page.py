@@ -3,8 +3,9 @@
 import pandas as pd
 import pytest
 
-from dem.benchmark.bulk_processes.__main__ import RUNS, SPEEDS
+from benchmarks.bulk.codes import CODES
 from paper.release import bulk_processes
+from paper.release.bulk_processes import RUNS, SPEEDS
 
 
 @pytest.fixture
@@ -71,3 +72,8 @@ def test_a_fall_is_judged_by_the_starts_scatter(kept):
     table = pd.read_csv(runs)
     table[table["code"].isin(["dem", "liggghts"])].to_csv(runs, index=False)
     assert bulk_processes.values(kept)["chance"]["LIGGGHTS"] == {}
+
+
+def test_the_page_reads_what_the_codes_are_called():
+    told = {code for own in bulk_processes.STARTS.values() for code in own}
+    assert told | set(bulk_processes.NAMES) == set(CODES) - {"dem-double"}

@@ -6,10 +6,10 @@ import itertools
 import numpy as np
 import pytest
 
-from dem.benchmark.bulk_processes import __main__ as command
-from dem.benchmark.bulk_processes import codes, fill
-from dem.benchmark.bulk_processes.cases import CASES, penetration, read_numbers
-from dem.benchmark.peers import available
+from benchmarks.bulk import __main__ as command
+from benchmarks.bulk import codes, fill
+from benchmarks.bulk.cases import CASES, penetration, read_numbers
+from benchmarks.speed.peers import available
 from dem.constants import GRAVITY
 from dem.errors import DemError
 from facts import tells

@@ -172,7 +172,7 @@ def test_ranges_of_factors_can_be_replaced():
         )
 
 
-@pytest.mark.parametrize("file", ["config/diagnosis.yaml", "config/discovery.yaml"])
+@pytest.mark.parametrize("file", ["config/diagnosis.yaml", "benchmarks/rates/settings.yaml"])
 def test_the_settings_are_of_no_study(file):
     """They find the factors of any study by the keys that these set, and name none."""
     settings, text = read_settings(file), Path(file).read_text()
@@ -196,7 +196,7 @@ def test_points_may_be_repeated_and_the_first_runs_are_those_of_one():
     planned = []
     for repeated in ({}, {"base": 3, "air_drag": 2}):
         changes = {"experiments": {"drop": {"repeated": repeated, "runs_per_input": 3}}}
-        settings = read_settings("config/discovery.yaml", changes)
+        settings = read_settings("benchmarks/rates/settings.yaml", changes)
         factors = parameters_of(settings, "config/factors.tsv", ["drop"])
         planned.append(plan(Rig(settings, {}, factors), catalogue_of(settings, ["drop"]), ["drop"]))
     (once, few), (often, many) = planned
@@ -211,7 +211,7 @@ def test_points_may_be_repeated_and_the_first_runs_are_those_of_one():
 
 def test_a_mechanism_may_be_taught_by_more_runs_and_counts_are_whole():
     changes = {"experiments": {"drop": {"denser": {"air_drag": 9}, "runs_per_input": 3}}}
-    settings = read_settings("config/discovery.yaml", changes)
+    settings = read_settings("benchmarks/rates/settings.yaml", changes)
     factors = parameters_of(settings, "config/factors.tsv", ["drop", "heap"])
     rows, specs = plan(
         Rig(settings, {}, factors), catalogue_of(settings, ["drop"]), ["drop", "heap"]
@@ -225,7 +225,7 @@ def test_a_mechanism_may_be_taught_by_more_runs_and_counts_are_whole():
 
 def _planned(changes, mechanism="size_bias"):
     heap = {"runs_per_input": 3, "mechanisms": [mechanism]} | changes
-    settings = read_settings("config/discovery.yaml", {"experiments": {"heap": heap}})
+    settings = read_settings("benchmarks/rates/settings.yaml", {"experiments": {"heap": heap}})
     factors = parameters_of(settings, "config/factors.tsv", ["heap"])
     known = catalogue_of(settings, ["heap"])
     rows, specs = plan(Rig(settings, {}, factors), known, ["heap"])

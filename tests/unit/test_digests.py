@@ -40,7 +40,6 @@ STARTS = {"plan_tilt", "plan_drop"}
 NUMERICS, DISAGREEMENT = {"plan_numerics", "numerics"}, {"plan_disagreement", "disagreement"}
 PAPER = {"audit", "reproduction"}
 DIAGNOSIS = {name for name in TASKS if name.startswith("diagn")}
-SUITE = {name for name in TASKS if name.startswith("discovery")}
 JOINT = {"plan_joint_first", "plan_joint", "joint"}
 PUSHED = {f"{p}{s}push_through" for p in ("", "plan_") for s in ("", "joint_")}
 POURED = {"plan_pour_rate", "pour_rate"}
@@ -81,17 +80,15 @@ EDITS = {
     "calibration/study/factors.py": EVERY,
     "calibration/telling/export/rolling.py": EXPORTS | {"joint_export"},
     "calibration/telling/provenance.py": {"provenance"},
-    "diagnosis/page/markdown.py": DIAGNOSIS | SUITE,
-    "diagnosis/verdict.py": DIAGNOSIS | SUITE,
-    "diagnosis/verdict.schema.json": DIAGNOSIS | SUITE | DISAGREEMENT,
+    "diagnosis/page/markdown.py": DIAGNOSIS,
+    "diagnosis/verdict.py": DIAGNOSIS,
+    "diagnosis/verdict.schema.json": DIAGNOSIS | DISAGREEMENT,
     "diagnosis/switched_causes.py": DISAGREEMENT,
-    "diagnosis/benchmark/hidden.py": SUITE,
-    "diagnosis/catalogue/air_drag.py": DIAGNOSIS | SUITE | DISAGREEMENT,
+    "diagnosis/catalogue/air_drag.py": DIAGNOSIS | DISAGREEMENT,
     "paper/audit/bench.py": PAPER,
     "paper/reproduction/chain.py": PAPER | DISAGREEMENT,
     "paper/reference.py": set(),
     "paper/release/parts.py": set(),
-    "calibration/inference/comparison/study.py": set(),
     "calibration/inference/joint/likelihood.py": JOINT | {"joint_export"},
     "calibration/chain/study.py": EVERY,
     "calibration/study/config/measured.py": EVERY,
@@ -100,16 +97,14 @@ EDITS = {
     "calibration/study/new/heap.py": set(),
     "calibration/study/new/methods/declare.py": set(),
     "calibration/intake/photo/measure.py": set(),
-    "calibration/telling/report/plain.py": DIAGNOSIS | SUITE,  # which write a page of their own
+    "calibration/telling/report/plain.py": DIAGNOSIS,  # which write a page of their own
     "calibration/study/stages/numerics.py": set(),
     "calibration/intake/tables/given.py": EVERY,
     "dem/tables/table.py": EVERY,
-    "diagnosis/table_model/selection.py": DIAGNOSIS | SUITE | DISAGREEMENT,
-    "diagnosis/table_model/terms/rows.py": DIAGNOSIS | SUITE | DISAGREEMENT,
-    "diagnosis/laws/slots.py": DIAGNOSIS | SUITE | DISAGREEMENT,
+    "diagnosis/table_model/selection.py": DIAGNOSIS | DISAGREEMENT,
+    "diagnosis/table_model/terms/rows.py": DIAGNOSIS | DISAGREEMENT,
+    "diagnosis/laws/slots.py": DIAGNOSIS | DISAGREEMENT,
     "dem/cli.py": set(),
-    "dem/benchmark/bulk_processes/cases.py": set(),
-    "dem/benchmark/cases.py": set(),
     "dem/contact/damping/tsuji.py": EVERY,
     "dem/experiments/drum.py": EVERY,
     "dem/io/files.py": EVERY,

@@ -6,11 +6,11 @@ import csv
 import numpy as np
 import pytest
 
-from dem.benchmark import report
-from dem.benchmark.cases import RADIUS, bed, tiled
-from dem.benchmark.figure import draw
-from dem.benchmark.peers import LOOP, _seconds
-from dem.benchmark.report import append
+from benchmarks.speed import __main__ as report
+from benchmarks.speed.__main__ import append
+from benchmarks.speed.cases import RADIUS, bed, tiled
+from benchmarks.speed.figure import draw
+from benchmarks.speed.peers import LOOP, _seconds
 
 
 @pytest.fixture(scope="module")

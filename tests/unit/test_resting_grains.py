@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from dem.benchmark.cases import STILL, WINDOW, _Stillness
+from benchmarks.speed.cases import STILL, WINDOW, _Stillness
 
 RADIUS = 1e-3
 

@@ -12,7 +12,7 @@ with open(snakemake.log[0], "w") as log:
         files = [*snakemake.params.configuration, *study]
         subprocess.run([*CALL, *files], stdout=log, stderr=log, check=True)
     folder = str(Path(snakemake.output.compared).parent)
-    compared = [sys.executable, "-m", "calibration.inference.comparison.study", folder]
+    compared = [sys.executable, "-m", "benchmarks.ways", folder]
     compared.append(f"--processes={snakemake.threads}")
     single = os.environ | dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
     subprocess.run(compared, stdout=log, stderr=log, check=True, env=single)

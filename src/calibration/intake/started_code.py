@@ -76,7 +76,7 @@ STARTS = (
         "the program of that name beside this Python or on the PATH, on a deck that this project "
         "writes",
         "whoever installs the program",
-        ("calibration/engines/program.py", "dem/benchmark/peers.py"),
+        ("calibration/engines/program.py",),
     ),
     Start(
         "NUMBA_CACHE_DIR",
@@ -85,18 +85,11 @@ STARTS = (
         BY_PERSON,
         ("dem/kernel_cache.py",),
     ),
-    Start(
-        "--grainlearning PYTHON",
-        "the Python of another environment, for the comparison of ways to calibrate",
-        BY_PERSON,
-        ("calibration/inference/comparison/grain_learning.py",),
-    ),
 )
 
 OWN = {
     "dem/contact/dispatch.py": "a function that the laws' own declarations are written out to",
     "dem/lazy.py": "a module of an installed package, when it is first used",
-    "dem/benchmark/report.py": "this Python on the benchmark's own code, and git",
     "workflow/scripts/reference.py": "snakemake, for each study of the paper's reference",
     "paper/release/command.py": "the release's own commands",
     "paper/release/code_studies.py": "snakemake, for the study in three codes",

@@ -13,12 +13,15 @@ from scipy import stats
 
 from calibration.intake.tables import read_written
 from calibration.statistics.numbers import fixed
-from dem.benchmark.bulk_processes.__main__ import RUNS, SPEEDS
-from dem.benchmark.bulk_processes.codes import MOVED
 
 FOLDER = "bulk-processes"
 NAMES = {"dem": "this engine", "liggghts": "LIGGGHTS", "lammps": "LAMMPS", "yade": "YADE"}
-STARTS = {unit: ("dem", *own) for unit, own in MOVED.items()}
+RUNS, SPEEDS = "runs.csv", "speeds.csv"
+UNITS = {"nanometres": "nm", "micrometres": "um", "tenths of a mm": "0.1mm"}
+STARTS = {
+    unit: ("dem", *(f"dem-moved-{k}-{short}" for k in (1, 2, 3, 4)))
+    for unit, short in UNITS.items()
+}
 """Runs of this engine whose starts differ by one to four of a unit: what chance makes of a fall."""
 ODD = 0.05
 """Of a fall of another code among those of the starts: what is less likely is not chance."""

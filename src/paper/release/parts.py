@@ -52,8 +52,8 @@ def _joint_tables(name):
     return tuple((f"results/{name}-quick/{stage}", f"{name}/{stage}") for stage in stages)
 
 
-STRANGERS = "import os, sys; os.chdir('tests/discovery'); os.execv(sys.executable, "
-STRANGERS += "[sys.executable, '-m', 'strangers', *sys.argv[1:]])"
+RATES = (PYTHON, "-m", "benchmarks.rates")
+TRIALS = ("single_grains", "strangers", "bulk_tables")
 PARTS = (
     Part(
         "verification",
@@ -138,20 +138,15 @@ PARTS = (
         "diagnosis benchmark",
         "hidden effects and nulls: single grains of the engine, and tables of strangers",
         (
-            (PYTHON, "tests/discovery/single_grains.py", "diagnose"),
-            (PYTHON, "tests/discovery/single_grains.py", "table"),
-            (PYTHON, "-c", STRANGERS, "run"),
-            (PYTHON, "-c", STRANGERS, "table"),
-            (PYTHON, "tests/discovery/bulk_tables.py", "run"),
-            (PYTHON, "tests/discovery/bulk_tables.py", "table"),
+            *((*RATES, trial, what) for trial in TRIALS for what in ("run", "table")),
         ),
     ),
     Part(
         "emulated benchmark",
         "laws hidden in heaps, silos, shear cells and densities of engines, and nulls",
         (
-            (PYTHON, "tests/discovery/engine_tables.py", "run"),
-            (PYTHON, "tests/discovery/engine_tables.py", "table"),
+            (*RATES, "engine_tables", "run"),
+            (*RATES, "engine_tables", "table"),
         ),
     ),
     Part(
@@ -170,7 +165,7 @@ PARTS = (
         "comparison",
         "ways to calibrate, tried on responses in closed form",
         (
-            (PYTHON, "-m", "calibration.inference.comparison.study", "results/comparison",
+            (PYTHON, "-m", "benchmarks.ways", "results/comparison",
              f"--processes={CORES}"),
         ),
         copies=(("results/comparison", "comparison"),),

@@ -1,6 +1,7 @@
 """The numbers of docs/results.md, each computed from the kept results; `results.md.j2` has the
 words."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -16,13 +17,18 @@ from calibration.intake.tables import read_written
 from calibration.statistics.numbers import fixed
 from calibration.statistics.screening import screen
 from calibration.statistics.surface import fit_surface, outlier_limit
-from dem.benchmark.cases import MILLION, RESTING, STILL, WINDOW, resting_case
+from dem.spec import Numerics
 from paper.audit import run_audit
 from paper.reference import TABLE
 from paper.reproduction.screening import own_half
 from paper.rigs import ALLOWED, KEYS, POINTS, RATES, READINGS, SPEEDS, chosen, judged
 
 CODES = "ABCDEFG"
+MILLION = "bed of 1000000 on two threads"
+AT_REST = re.compile(r"grains at rest, (?P<radii>\S+) radii in (?P<ms>\S+) ms")
+"""Cases of the history of speeds."""
+RESTING = Numerics.model_fields["rest_energy_ratio"].default
+"""Energy of motion at which a million grains are at rest, as a heap's are."""
 PACKED = 1250
 """Most grains in the funnel at once [-] above which a pour of the paper's rig has packed: the two
 kinds of pours lie hundreds of grains apart on either side of it."""
@@ -252,13 +258,15 @@ def _together(runs):
     }
 
 
-def speeds(history: str | Path = "benchmarks/history.csv") -> dict[str, Any]:
+def speeds(history: str | Path = "results/reference/speed/history.csv") -> dict[str, Any]:
     """Million particle-steps per second of the last comparison with other engines, and of which
     engine it was; what two threads give, what a million grains take to come to rest, and which
     share of a heap's work belongs to grains at rest."""
     table = read_written(Path(history))
     last = table.groupby("case").last()
     of = last["particle_steps_per_s"]
+    rests = [(case, m) for case in last.index if (m := AT_REST.fullmatch(case))]
+    rests.sort(key=lambda found: float(found[1]["radii"]))
     rate = {
         name: of[f"peers: {name}"] / 1e6 for name in ("this engine", "liggghts", "lammps", "yade")
     }
@@ -273,11 +281,8 @@ def speeds(history: str | Path = "benchmarks/history.csv") -> dict[str, Any]:
         "million_minutes": f"{last.loc[MILLION, 'wall_time_s'] / 60:.0f}",
         "million_GiB": f"{last.loc[MILLION, 'peak_memory_MiB'] / 1024:.1f}",
         "million_rest": f"{RESTING:.0e}".replace("e-0", "e-"),
-        "window_ms": f"{1000 * WINDOW:g}",
-        "resting": [
-            (f"{share:g}", f"{100 * last.loc[resting_case(share), 'ratio']:.0f} %")
-            for share in STILL
-        ],
+        "window_ms": rests[0][1]["ms"],
+        "resting": [(m["radii"], f"{100 * last.loc[case, 'ratio']:.0f} %") for case, m in rests],
     }
 
 

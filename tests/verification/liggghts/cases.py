@@ -5,7 +5,7 @@ import numpy as np
 from scenes import SALT, floor, make
 from scipy.spatial import cKDTree
 
-from dem.benchmark import cases as benchmark
+from benchmarks.speed import cases as benchmark
 from dem.contact.registry import ContactParameters, Laws
 from dem.experiments import bed as grains_bed
 from dem.experiments import heap, lifted_cylinder, phases

@@ -4,12 +4,11 @@ leaves."""
 import re
 import shutil
 import subprocess
-from importlib import resources
 from pathlib import Path
 
 import numpy as np
 
-from dem.benchmark.peers import write_states
+from benchmarks.speed.peers import INPUTS, write_states
 from dem.constants import GRAVITY
 from dem.experiments.heap import Rig
 from dem.experiments.setup import time_step_of
@@ -92,7 +91,7 @@ def run_pairs(sim, width, folder, law, parameters, steps):
 def run_bed(sim, width, folder, steps):
     """The benchmark's bed from the state of `sim`, for `steps` steps."""
     write_states(sim, width, folder)
-    deck = resources.files("dem.benchmark") / "inputs" / "bed.liggghts.in"
+    deck = INPUTS / "bed.liggghts.in"
     shutil.copy(deck, folder)  # LIGGGHTS' include takes no path with a space
     block = steps // 4  # the deck relaxes and then times three blocks
     numbers = {

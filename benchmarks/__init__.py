@@ -1,0 +1,1 @@
+"""What developers measure: speed, other codes, the diagnosis' rates, ways to calibrate compared."""

@@ -1,0 +1,327 @@
+"""The cases in this engine, in LIGGGHTS, in LAMMPS and in YADE: each gives rows of what is watched
+over time, and the processor time that it took.
+
+All have Hertz's normal force, Mindlin's tangential one with Coulomb's limit, a dashpot that gives
+the prescribed restitution, and no resistance to rolling.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.bulk.cases import CONTACTS, MATERIALS, POISSON, Case
+from benchmarks.speed.peers import lammps_program, liggghts_launch, run_program
+from dem.constants import GRAVITY
+from dem.contact.registry import Laws, pair_properties
+from dem.simulation import Simulation
+from dem.walls.builder import WallSet
+from dem.warm import compile_engine
+
+INPUTS = Path(__file__).with_name("inputs")
+LAWS = Laws(rolling="none", torsion="none")
+SKIN, WIDE, WIDE_SKIN = 0.1, 4.0, 0.5
+"""Verlet distance of the others over the smallest radius; where the largest radius is more than
+WIDE of it, WIDE_SKIN, the fastest of 0.1, 0.5, 1 and 2 for LIGGGHTS, which then searches wider for
+all grains."""
+
+MOVED = {
+    unit: {f"dem-moved-{k}-{short}": k * size for k in (1, 2, 3, 4)}
+    for unit, short, size in (
+        ("nanometres", "nm", 1e-9),
+        ("micrometres", "um", 1e-6),
+        ("tenths of a mm", "0.1mm", 1e-4),
+    )
+}
+"""Unit -> name -> how far [m] the last group is from its place: what chance makes of a case."""
+
+CRUSHED = 0.5
+"""Share of its radius to which a grain may be pressed here before the run is stopped as blown up:
+the sphere presses one against the floor by a fifth, and the others have no such limit."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a code made of a case.
+
+    rows : what was watched, each with its time_s, from the start on
+    steps : number of steps
+    particle_steps : grains present, summed over the steps
+    processor_s, wall_s : time of the steps here; of the whole program elsewhere
+    """
+
+    rows: list[dict[str, Any]]
+    steps: int
+    particle_steps: float
+    processor_s: float
+    wall_s: float
+
+
+def _all(case):
+    """(material (n,), radius (n,), position (n, 3), velocity (n, 3)) of the grains in order."""
+    groups = case.groups
+    return (
+        np.concatenate([np.full(len(g.radius), g.material) for g in groups]),
+        np.concatenate([g.radius for g in groups]),
+        np.concatenate([g.position for g in groups]),
+        np.concatenate([np.broadcast_to(g.velocity, g.position.shape) for g in groups]),
+    )
+
+
+def simulation(
+    case: Case,
+    precision: str = "mixed",
+    threads: int | None = None,
+    softer: float = 1.0,
+    closed: tuple[float, float] | None = None,
+) -> Simulation:
+    """The case at its start in this engine. softer: Young's moduli as given over those taken, with
+    a step that is longer by its root; closed: height and radius [m] of a disc that closes the
+    walls."""
+    walls = WallSet().body("walls", material="steel", spin=(0.0, case.spin, 0.0))
+    corners = case.triangles.reshape(-1, 3)
+    walls.mesh(corners, np.arange(len(corners)).reshape(-1, 3))
+    if closed:
+        walls.body("lid", material="steel").disc(closed[1], closed[0])
+    materials = {
+        name: replace(material, shear_modulus=material.shear_modulus / softer)
+        for name, material in MATERIALS.items()
+    }
+    sim = Simulation(
+        materials, CONTACTS, laws=LAWS, time_step=case.time_step * math.sqrt(softer), walls=walls,
+        precision=precision, threads=threads, overlap_limit=CRUSHED,
+    )  # fmt: skip
+    for group in case.groups:
+        sim.add_particles(
+            group.position, group.radius, velocity=group.velocity, material=group.material
+        )
+    return sim
+
+
+def run_here(case: Case, folder: Path, **more: Any) -> Outcome:
+    """The case in this engine; more: as `simulation` takes them."""
+    compile_engine()
+    sim = simulation(case, **more)
+    between, looks = case.looks
+    rows, done = [{"time_s": 0.0, **case.watch(sim.position, sim.tag)}], 0.0
+    begin, spent = time.perf_counter(), time.process_time()
+    for _ in range(looks):
+        sim.advance(between)
+        done += sim.n * between
+        rows.append({"time_s": sim.time, **case.watch(sim.position, sim.tag)})
+        if case.floor is not None:
+            sim.remove(sim.tag[sim.position[:, 2] < case.floor])
+    wall, spent = time.perf_counter() - begin, time.process_time() - spent
+    return Outcome(rows, sim.steps, done, spent, wall)
+
+
+def _run_moved(case, folder, distance):
+    return run_here(case.moved(distance), folder)
+
+
+def _finished(case, folder, name, command):
+    """Outcome of a program that writes its looks to looks.dump."""
+    _, spent, wall = run_program(command, folder, name)
+    between, looks = case.looks
+    rows, present = [], []
+    for step, number, position in _frames(folder / "looks.dump"):
+        rows.append({"time_s": step * case.time_step, **case.watch(position, number)})
+        present.append(len(number))
+    return Outcome(rows, between * looks, between * float(sum(present[:-1])), spent, wall)
+
+
+def _frames(path: Path) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
+    """(step, number of each grain from 0 (n,), position (n, 3) [m]) of each frame of a dump with
+    the columns id x y z."""
+    with open(path, encoding="utf-8") as lines:
+        for line in lines:
+            if line.startswith("ITEM: TIMESTEP"):
+                step = int(next(lines))
+            elif line.startswith("ITEM: NUMBER"):
+                count = int(next(lines))
+            elif line.startswith("ITEM: ATOMS"):
+                rows = [next(lines) for _ in range(count)]
+                table = np.array([row.split() for row in rows], float).reshape(-1, 4)
+                yield step, table[:, 0].astype(int) - 1, table[:, 1:]
+
+
+def _space(case):
+    """Six bounds of the box [m], with room around the walls."""
+    corners = case.triangles.reshape(-1, 3)
+    low, high = corners.min(axis=0) - 0.01, corners.max(axis=0) + 0.01
+    if case.floor is not None:
+        low[2] = case.floor
+    return [q for pair in zip(low, high, strict=True) for q in pair]
+
+
+def _write_data(case, folder, style):
+    """Grains as LIGGGHTS and LAMMPS read them: types are numbered as `case.materials` are."""
+    material, radius, position, velocity = _all(case)
+    names = case.materials
+    types = [names.index(name) + 1 for name in material]
+    density = [MATERIALS[name].density for name in material]
+    bounds = _space(case)
+    box = "\n".join(
+        f"{bounds[2 * k]:.9g} {bounds[2 * k + 1]:.9g} {axis}lo {axis}hi"
+        for k, axis in enumerate("xyz")
+    )
+    grains = "\n".join(
+        f"{k + 1} {types[k]} {2 * radius[k]:.9g} {density[k]:g} "
+        + " ".join(f"{q:.12g}" for q in position[k])
+        for k in range(len(radius))
+    )
+    moving = "\n".join(
+        f"{k + 1} " + " ".join(f"{q:.9g}" for q in velocity[k]) + " 0 0 0"
+        for k in range(len(radius))
+    )
+    text = f"{len(radius)} atoms\n{len(names)} atom types\n\n{box}\n\n{style}\n\n{grains}\n\n"
+    (folder / "grains.data").write_text(f"grains\n\n{text}Velocities\n\n{moving}\n")
+
+
+def _pair(a, b):
+    return CONTACTS.get((a, b)) or CONTACTS[b, a]
+
+
+def _numbers(case):
+    """What the inputs of the others name beside materials and walls."""
+    between, looks = case.looks
+    radius = _all(case)[1]
+    skin = WIDE_SKIN if radius.max() > WIDE * radius.min() else SKIN
+    return {
+        "skin": skin * float(radius.min()),
+        "gravity": GRAVITY,
+        "dt": case.time_step,
+        "between": between,
+        "steps": between * looks,
+    }
+
+
+def run_liggghts(case: Case, folder: Path) -> Outcome:
+    """The case in LIGGGHTS, in `folder`. Raises DemError."""
+    names = case.materials
+    _write_data(case, folder, "Atoms")
+    _write_stl(case.triangles, folder / "walls.stl")
+
+    def table(of):
+        return f"{len(names)} " + " ".join(f"{of(_pair(a, b)):g}" for a in names for b in names)
+
+    turn = (
+        f"fix turn all move/mesh mesh walls rotate origin 0 0 0 "
+        f"axis 0 {math.copysign(1, case.spin):g} 0 period {2 * math.pi / abs(case.spin):.9g}"
+        if case.spin
+        else ""
+    )
+    (folder / "in.liggghts").write_text(
+        (INPUTS / "liggghts.in").read_text().format(
+            **_numbers(case),
+            young=" ".join(f"{MATERIALS[name].young_modulus:g}" for name in names),
+            poisson=" ".join(f"{POISSON:g}" for _ in names),
+            restitution=table(lambda pair: pair.restitution),
+            friction=table(lambda pair: pair.static_friction),
+            steel=len(names), turn=turn,
+        )
+    )  # fmt: skip
+    command = [*liggghts_launch(), "liggghts", "-in", "in.liggghts"]
+    return _finished(case, folder, "liggghts", command)
+
+
+def _write_stl(triangles, path):
+    """Triangles as an STL file in words."""
+    lines = ["solid walls"]
+    for corners in triangles:
+        lines += ["facet normal 0 0 0", "outer loop"]
+        lines += ["vertex " + " ".join(f"{q:.9g}" for q in corner) for corner in corners]
+        lines += ["endloop", "endfacet"]
+    path.write_text("\n".join([*lines, "endsolid walls", ""]))
+
+
+def _lammps_law(a, b):
+    """Words of LAMMPS for a pair of materials. Its stiffness is given by numbers, as it makes the
+    effective moduli of one material only; k_n = 4/3 E*, k_t = 8 G*, and the tangential dashpot is
+    sqrt(S_t/S_n) of the normal one."""
+    pair = _pair(a, b)
+    p = pair_properties(LAWS, MATERIALS[a], MATERIALS[b], pair)
+    dashpot = 2.0 * math.sqrt(p.shear / p.young)
+    return (
+        f"hertz {4 / 3 * p.young:.9g} {pair.restitution:g} tangential mindlin_rescale/force "
+        f"{8 * p.shear:.9g} {dashpot:.6g} {pair.static_friction:g} damping coeff_restitution"
+    )
+
+
+def run_lammps(case: Case, folder: Path) -> Outcome:
+    """The case in LAMMPS, in `folder`, with the surfaces that the triangles stand for. Each
+    material of the grains meets the walls by its own law. Raises DemError."""
+    names = case.materials
+    _write_data(case, folder, "Atoms # sphere")
+    pairs = [
+        f"pair_coeff {i + 1} {k + 1} {_lammps_law(a, b)}"
+        for i, a in enumerate(names)
+        for k, b in enumerate(names)
+        if i <= k
+    ]
+    regions = case.regions
+    if case.box:
+        x, y, bottom = case.box
+        top = float(case.triangles[..., 2].max())
+        regions = (f"block {-x:.9g} {x:.9g} {-y:.9g} {y:.9g} {bottom:.9g} {top:.9g} open 6",)
+    walls = [f"variable turn equal {case.spin:g}*dt*step"]
+    for k, region in enumerate(regions):
+        move = " rotate v_turn 0 0 0 0 1 0" if case.spin else ""
+        walls.append(f"region wall{k} {region}{move}")
+    for i, name in enumerate(names):
+        walls.append(f"group grains{i} type {i + 1}")
+        for k in range(len(regions)):
+            law = _lammps_law(name, "steel")
+            walls.append(
+                f"fix wall{i}_{k} grains{i} wall/gran/region granular {law} region wall{k}"
+            )
+    (folder / "in.lammps").write_text(
+        (INPUTS / "lammps.in")
+        .read_text()
+        .format(**_numbers(case), pairs="\n".join(pairs), walls="\n".join(walls))
+    )
+    command = [lammps_program() or "lmp", "-in", "in.lammps", "-log", "none"]
+    return _finished(case, folder, "lammps", command)
+
+
+def run_yade(case: Case, folder: Path) -> Outcome:
+    """The case in YADE, in `folder`. Raises DemError."""
+    names = case.materials
+    material, radius, position, velocity = _all(case)
+    codes = np.array([names.index(name) for name in material])
+    np.savetxt(folder / "grains.txt", np.column_stack([codes, radius, position, velocity]), "%.12g")
+    np.savetxt(folder / "walls.txt", case.triangles.reshape(-1, 9), "%.12g")
+    of = [MATERIALS[name] for name in names]
+    numbers = _numbers(case) | {
+        "materials": [(m.young_modulus, m.poisson_ratio, m.density) for m in of],
+        "restitution": [[_pair(a, b).restitution for b in names] for a in names],
+        "friction": [[_pair(a, b).static_friction for b in names] for a in names],
+        "spin": case.spin,
+        "floor": case.floor,
+    }
+    (folder / "case.json").write_text(json.dumps(numbers))
+    (folder / "case.py").write_text((INPUTS / "yade.py").read_text())
+    return _finished(case, folder, "yade", ["yade", "-j1", "-n", "-x", "case.py"])
+
+
+CODES: dict[str, Callable[[Case, Path], Outcome]] = {
+    "dem": run_here,
+    "dem-double": partial(run_here, precision="double"),
+    **{
+        name: partial(_run_moved, distance=distance)
+        for starts in MOVED.values()
+        for name, distance in starts.items()
+    },
+    "liggghts": run_liggghts,
+    "lammps": run_lammps,
+    "yade": run_yade,
+}
+"""Name -> function of a case and a folder."""

@@ -1,0 +1,398 @@
+"""Bulk tables of strangers: heaps, silos and shear cells in closed form, diagnosed as a user's
+table is, with a budget of runs.
+
+The engine's runs are the closed forms too, with a scatter from seed to seed and what small rigs
+have: readings that do not follow the size of the grains smoothly. So every stage runs as it does in
+a study, and a case takes seconds. The engine itself is asked in `engine_tables.py`.
+
+Nature is the closed form at coefficients of its own, within the table of factors, with an effect or
+without one. The seeds from 520 on are for this campaign alone: no rule was chosen by looking at
+them.
+"""
+
+import json
+import os
+import tempfile
+import zlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+from unittest.mock import patch
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+
+from benchmarks.rates.kept_rates import KEPT, Trial, shares
+from calibration.intake.quantities import LEVERS, QUANTITIES, measurable
+from calibration.study.config.parse import parse_config
+from diagnosis import stages
+from diagnosis.declared import WAVES
+from diagnosis.settings import study_settings
+from diagnosis.setup import Setup
+
+SEEDS = range(520, 540)
+G, DENSITY = 9.81, 1200.0
+FACTORS = {
+    "rolling": ("contacts.particle_particle.rolling_friction", 0.02, 0.4),
+    "friction": ("contacts.particle_particle.static_friction", 0.3, 0.8),
+    "wall_friction": ("contacts.particle_wall.static_friction", 0.3, 0.8),
+}
+RUN = {
+    "materials": {
+        "particle": {"density_kg_m3": DENSITY, "shear_modulus_Pa": 3e6, "poisson_ratio": 0.25},
+        "wall": {"density_kg_m3": 7800, "shear_modulus_Pa": 8e10, "poisson_ratio": 0.3},
+    },
+    "contacts": {
+        pair: {"restitution": 0.5, "static_friction": 0.6, "rolling_friction": 0.2}
+        for pair in ("particle_particle", "particle_wall")
+    },
+}
+RIGS: dict[str, dict[str, Any]] = {
+    "heap": {
+        "particles": {"count": 400, "diameter_mm": 5.8},
+        "geometry": {"orifice_diameter_mm": 32, "discharge_height_mm": 40},
+    },
+    "discharge": {
+        "particles": {"count": 2600, "diameter_mm": 2.0},
+        "geometry": {"silo_diameter_mm": 32.5, "orifice_diameter_mm": 12.0},
+    },
+    "shear": {
+        "particles": {"count": 2000, "diameter_mm": 2.0},
+        "geometry": {"normal_stress_kPa": 2.0},
+    },
+}
+LEVELS = {
+    "heap": ("particle_diameter_mm", (3.6, 4.2, 5.0, 5.8, 6.4)),
+    "discharge": ("orifice_diameter_mm", (10.4, 10.9, 11.4, 11.9, 12.4, 12.9)),
+    "shear": ("normal_stress_kPa", (0.4, 0.8, 1.5, 3.0, 6.0)),
+}
+REPLICATES = 5
+SCATTER = {"heap": 1.5, "discharge": 0.04, "shear": 0.02}
+"""From seed to seed: degrees, else a share."""
+
+READING = {"heap": 0.4, "discharge": 0.01, "shear": 0.01}
+"""Of the laboratory, in the same."""
+
+ROUGH = 1.0
+"""Amplitude [deg] of what a heap's angle does between two sizes that lie near each other."""
+
+
+# --- closed forms -------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class State:
+    """What a test depends on: coefficients, diameter d [mm], the lever's value, the attraction
+    [N/m] that times pi d is the pull of two grains, and what the other mechanisms change."""
+
+    rolling: float
+    friction: float
+    wall_friction: float
+    d: float
+    lever: float
+    attraction: float = 0.0
+    longer: float = 1.0
+    stiffer: float = 1.0
+
+
+def bond(s: State) -> float:
+    """Pull over weight of a grain."""
+    size = 1e-3 * s.d
+    return np.pi * s.attraction * size / (DENSITY * G * np.pi / 6.0 * size**3)
+
+
+def heap(s: State) -> float:
+    """Angle [deg] of a heap: friction lifts it to a limit, and so does the pull over the weight;
+    few large grains stand flatter."""
+    loose = 8.0 + 20.0 * (1.0 - np.exp(-6.0 * s.rolling)) + 12.0 * s.friction / (s.friction + 0.5)
+    loose += 5.0 * s.wall_friction - 1.5 * (s.d - 5.0)
+    loose += ROUGH * np.sin(2.0 * np.pi * s.d / 0.9)
+    sticky = 25.0 * bond(s) / (bond(s) + 0.6)
+    return loose + sticky + 18.0 * (s.longer - 1.0) + 2.0 * np.log(s.stiffer)
+
+
+def discharge(s: State) -> float:
+    """Mass flow [g/s] of a silo (Beverloo, Leniger, van de Velde 1961, Chem. Eng. Sci. 15:260); a
+    pull makes the orifice narrower, as larger grains do."""
+    rate = 0.58 * (1.15 - 0.25 * s.friction - 0.2 * s.rolling - 0.1 * s.wall_friction)
+    open_mm = s.lever - 1.4 * s.d * (1.0 + 0.15 * bond(s))
+    flow = rate * 0.6 * DENSITY * np.sqrt(G) * max(1e-3 * open_mm, 1e-3) ** 2.5
+    return 1e3 * flow * s.stiffer**-0.05
+
+
+def shear(s: State) -> float:
+    """Shear stress [kPa]: a friction times the load and the tensile strength of the grains, their
+    pull over the square of their diameter times the share of solids over that of pores, 1.5 (Rumpf
+    1962, in Agglomeration, Wiley)."""
+    slope = 0.15 + 0.6 * s.friction + 0.5 * s.rolling + 0.02 * np.log(s.stiffer)
+    tensile = 1.5 * np.pi * s.attraction / (1e-3 * s.d)
+    return slope * (s.lever + 1e-3 * tensile)
+
+
+FORMS: Mapping[str, Callable[[State], float]] = {
+    "heap": heap, "discharge": discharge, "shear": shear,
+}  # fmt: skip
+
+
+def clogs(kind: str, s: State) -> bool:
+    """Whether grains arch over the orifice of a silo: fewer than five of them pass abreast, or a
+    few more where they attract each other."""
+    return kind == "discharge" and s.lever < 5.0 * s.d * (1.0 + 0.03 * bond(s))
+
+
+def state_of(spec: Mapping[str, Any]) -> State:
+    """`State` of a run spec."""
+    kind, more = spec["experiment"], spec.get("law_parameters", {})
+    grains, contacts = spec["particles"], spec["contacts"]
+    place = LEVERS[LEVELS[kind][0]].place
+    assert place is not None  # each of LEVELS is a key of a run spec
+    part, key = place
+    law = spec.get("laws", {}).get("cohesion")
+    pull = {
+        "jkr": 0.75 * more.get("surface_energy_J_m2", 0.0),
+        "liquid_bridge": more.get("surface_tension_N_m", 0.0),
+    }.get(law, 0.0)
+    size = grains["diameter_mm"] * grains.get("scale_factor", 1.0)
+    return State(
+        contacts["particle_particle"]["rolling_friction"],
+        contacts["particle_particle"]["static_friction"],
+        contacts["particle_wall"]["static_friction"],
+        size, size if key == "diameter_mm" else spec[part][key], pull,
+        grains.get("elongation", 1.0), more.get("rolling_stiffness_factor", 1.0),
+    )  # fmt: skip
+
+
+def scattered(kind: str, value: float, sd: float, rng: np.random.Generator) -> float:
+    """A reading with an error of sd, degrees or a share."""
+    error = sd * rng.standard_normal()
+    return value * (1.0 + error) if QUANTITIES[kind].relative else value + error
+
+
+def simulated(specs: Mapping[str, dict], *_: Any) -> dict[str, dict[str, float] | None]:
+    """What `calibration.runs.simulated.simulate` gives of the runs."""
+    out: dict[str, dict[str, float] | None] = {}
+    for name, spec in specs.items():
+        kind, state = spec["experiment"], state_of(spec)
+        rng = np.random.default_rng([spec["seed"], zlib.crc32(name.encode())])
+        value = scattered(kind, FORMS[kind](state), SCATTER[kind], rng)
+        key = measurable(kind)[QUANTITIES[kind].name].key
+        out[name] = None if clogs(kind, state) else {key: max(value, 1e-3)}
+    return out
+
+
+# --- cases --------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Case:
+    """A table: its kind, and what it has; runs: the budget."""
+
+    kind: str
+    effect: str
+    seed: int
+    runs: int = 80
+
+    @property
+    def name(self) -> str:
+        return f"{self.kind}, {self.effect}, {self.runs} runs#{self.seed}"
+
+
+EFFECTS = {
+    "nothing": ("heap", "discharge", "shear"),
+    "attraction": ("heap", "discharge", "shear"),
+    "one level off": ("heap", "shear"),
+    "friction over the size": ("heap",),
+}
+RIGHT = {
+    "attraction": {"heap": {"attraction"}, "discharge": {"attraction"},
+                   "shear": {"attraction", "load"}},
+    "friction over the size": {"heap": {"rolling_friction"}},
+}  # fmt: skip
+"""Slots of the law that is right. Over the load alone an attraction is the same formula as a load
+that was not counted."""
+
+NAMES = {"attraction": {"cohesion", "liquid_bridge"}}
+PULL = {"heap": 0.02, "discharge": 0.03, "shear": 0.04}
+"""Attraction [N/m], within the range of the catalogue."""
+
+
+def campaign() -> list[Case]:
+    """All cases, seed after seed, so that a part of them is a fair one."""
+    return [
+        Case(kind, effect, seed, runs)
+        for seed in SEEDS
+        for effect, kinds in EFFECTS.items()
+        for kind in kinds
+        for runs in ((60, 80) if effect == "nothing" else (80,))
+    ]
+
+
+def table_of(case: Case) -> pd.DataFrame:
+    """The stranger's table: each reading is a row."""
+    rng = np.random.default_rng([case.seed, *f"{case.kind}, {case.effect}".encode()])
+    lever, levels = LEVELS[case.kind]
+    own = {n: low + (high - low) * rng.uniform(0.2, 0.8) for n, (_, low, high) in FACTORS.items()}
+    pull = PULL[case.kind] * (case.effect == "attraction")
+    wrong = rng.integers(1, len(levels) - 1)
+    rows = []
+    for k, level in enumerate(levels):
+        d = (
+            level
+            if lever == "particle_diameter_mm"
+            else RIGS[case.kind]["particles"]["diameter_mm"]
+        )
+        along = np.log(level / levels[0]) / np.log(levels[-1] / levels[0]) - 0.5
+        falls = -0.25 * along * (case.effect == "friction over the size")
+        at = own | {"rolling": max(own["rolling"] + falls, 0.01)}
+        state = State(**at, d=d, lever=level, attraction=pull)
+        true = FORMS[case.kind](state)
+        sd = float(np.hypot(SCATTER[case.kind], READING[case.kind]))
+        if case.effect == "one level off" and k == wrong:
+            off = 12.0 * sd / np.sqrt(REPLICATES)
+            true = true * (1.0 + off) if QUANTITIES[case.kind].relative else true + off
+        quantity = QUANTITIES[case.kind]
+        row = {"experiment": case.kind, "quantity": quantity.name, "unit": quantity.unit}
+        if clogs(case.kind, state):
+            told = {"outcome": "clogged", "n": REPLICATES, "sd": ""}
+            rows.append(row | {lever: level} | told)
+            continue
+        rows += [
+            row | {"value": f"{scattered(case.kind, true, sd, rng):.4g}", lever: level}
+            for _ in range(REPLICATES)
+        ]
+    return pd.DataFrame(rows)
+
+
+# --- the diagnosis ------------------------------------------------------------------------------
+
+
+def diagnosed(table: pd.DataFrame, kind: str, runs: int) -> dict[str, Any]:
+    """verdict.json of a table, by the stages of the diagnosis in a folder of their own; the runs
+    that were made under `made`."""
+    before = Path.cwd()
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        try:
+            return _in_folder(table, kind, runs)
+        finally:
+            os.chdir(before)
+
+
+def _in_folder(table, kind, runs):
+    table.to_csv("table.csv", index=False)
+    factors = [f"{n[0].upper()}\t{n}\t{key}\t{low}\t{high}\t{n}"
+               for n, (key, low, high) in FACTORS.items()]  # fmt: skip
+    head = "code\tname\tkey\tlow\thigh\tdescription"
+    Path("factors.tsv").write_text("\n".join([head, *factors]) + "\n")
+    config = parse_config({
+        "name": "stranger", "experiment": kind, "factors": "factors.tsv",
+        "measurements": "table.csv", "run": RUN | RIGS[kind],
+        "target": {"metric": measurable(kind)[QUANTITIES[kind].name].key},
+        "fixed": {"rolling": 0.2, "friction": 0.6, "wall_friction": 0.6},
+        "diagnosis": {"runs": runs},
+    })  # fmt: skip
+    return through(Setup(SimpleNamespace(config=config), study_settings(config.diagnosis)))
+
+
+def through(setup: Setup) -> dict[str, Any]:
+    """verdict.json of a study whose runs are closed forms."""
+    closed: dict[str, Any] = {
+        "simulate": simulated,
+        "untested": lambda names: set(),
+        "common": SimpleNamespace(save=lambda figure, _: plt.close(figure)),
+    }
+    with patch.multiple(stages, **closed):
+        return _stages(setup)
+
+
+def _stages(setup):
+    files = SimpleNamespace(
+        design="design.json", plan="plan.json", emulators="e0.npz", errors="e0.json"
+    )
+    stages.plan_runs(setup, files)
+    stages.emulate(setup, files, files)
+    for wave in range(1, WAVES + 1):
+        more = {f"{n}_{wave}": f"{n}_{wave}.json" for n in ("design", "plan", "left")}
+        vars(files).update(more)
+        own = SimpleNamespace(**{n: f"{n}_{wave}.json" for n in ("design", "plan", "left")})
+        stages.plan_refinement(setup, files, own, wave)
+        refined = SimpleNamespace(refined_emulators=f"e{wave}.npz", refined_errors=f"e{wave}.json")
+        stages.refine(setup, files, refined, wave)
+        files.emulators, files.errors = refined.refined_emulators, refined.refined_errors
+    last = SimpleNamespace(
+        findings="findings.json", extension="extension.json", plan="last.json", gain="g.svg",
+        verdict="verdict.json", page="page.md", alone="page.html", predictions="", ranking="",
+    )  # fmt: skip
+    stages.name_causes(setup, files, last)
+    stages.conclude(setup, last, last)
+    plans = ("plan.json", *(f"plan_{w}.json" for w in range(1, WAVES + 1)), "last.json")
+    made = {run for file in plans for run in json.loads(Path(file).read_text())}
+    return json.loads(Path("verdict.json").read_text()) | {"made": len(made)}
+
+
+# --- marks and rates ----------------------------------------------------------------------------
+
+
+def judged(case: Case) -> dict[str, Any]:
+    """The row of a case."""
+    said = diagnosed(table_of(case), case.kind, case.runs)
+    laws = said.get("laws") or []
+    names = sorted({n for law in laws for n in law["names"]})
+    claims = said["verdict"] in ("identified", "discovered")
+    gain = said.get("gain") or {}
+    ends = gain.get("held_out_rmse_difference_interval")
+    right, place = NAMES.get(case.effect, set()), RIGHT.get(case.effect, {}).get(case.kind, set())
+    return {
+        "case": case.name, "kind": case.kind, "effect": case.effect, "runs": case.runs,
+        "seed": case.seed, "verdict": said["verdict"],
+        "laws": "; ".join(f"{law['slot']}({' '.join(law['state'])})" for law in laws),
+        "names": "; ".join(names), "rows": len(said.get("rows") or []),
+        "claimed": int(claims),
+        "leads": int(any(law["slot"] in place for law in laws[:1])),
+        "wrong_name": int(claims and bool(set(names) - right)),
+        "p": round(said["lack_of_fit"]["p"], 4), "family_p": round(said["family_p"], 4),
+        "gain": "" if ends is None else f"{ends[0]:.2f} to {ends[1]:.2f}",
+        "loses": int(claims and bool(names) and ends is not None and ends[1] < 0.0),
+        "over_budget": int(said["made"] > case.runs), "made": said["made"],
+        "reason": said["reason"][:160],
+    }  # fmt: skip
+
+
+def told(rows: pd.DataFrame) -> list[str]:
+    """Return lines of Markdown: the rates."""
+    null, off = rows[rows["effect"] == "nothing"], rows[rows["effect"] == "one level off"]
+    out: list[tuple[str, pd.Series]] = []
+    for kind in EFFECTS["nothing"]:
+        for runs, own in null[null["kind"] == kind].groupby("runs"):
+            out.append((f"{kind}, nothing, {runs} runs: `adequate`", own["verdict"] == "adequate"))
+    out.append(("nothing: `adequate`", null["verdict"] == "adequate"))
+    claimed = null["verdict"].isin(["identified", "discovered", "ambiguous"])
+    out.append(("nothing: no law, `ambiguous` counted as one", ~claimed))
+    for effect, kinds in EFFECTS.items():
+        for kind in kinds if effect in RIGHT else ():
+            own = rows[(rows["effect"] == effect) & (rows["kind"] == kind)]
+            wrong = own["verdict"] != "adequate"
+            out.append((f"{kind}, {effect}: its place leads", own["leads"]))
+            out.append((f"{kind}, {effect}: something is said to be wrong", wrong))
+    hidden = rows[rows["effect"].isin(list(RIGHT))]
+    sure = (hidden["claimed"] == 1) & (hidden["leads"] == 1) & (hidden["wrong_name"] == 0)
+    out += [
+        ("a law: its place leads", hidden["leads"]),
+        ("a law: something is said to be wrong", hidden["verdict"] != "adequate"),
+        ("a law: its place without a doubt, and no wrong name", sure),
+        ("one level off: no law", ~off["claimed"].astype(bool)),
+        ("one level off: the row is pointed at", off["rows"] > 0),
+        ("a wrong name", rows["wrong_name"]),
+        ("a name with a gain below zero", rows["loses"]),
+        ("more runs than the budget", rows["over_budget"]),
+    ]
+    return shares(out)
+
+
+TRIAL = Trial(
+    "bulk tables", KEPT / "bulk_tables.csv", "bulk", campaign,
+    lambda case: {"case": case.name}, judged, told,
+)  # fmt: skip

@@ -1,0 +1,198 @@
+"""Kept diagnoses count for the engine and the rules that made them. A page shows no rates of
+others.
+
+The engine is what it compiles: single contacts run no experiment of it.
+
+The rules are the code of the diagnosis that a verdict runs, without comments, docstrings and
+layout. There are two sets of them, as no verdict runs through both: of single contacts, before the
+engine's gains, the model of the table, the laws and the catalogue's curves; of bulk tests the
+emulators, the fits and the gains. Tables that run experiments of the engine count for all of it.
+"""
+
+import hashlib
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from datetime import date
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+
+from calibration.digests import SOURCES
+from dem.fingerprint import code_of, engine_fingerprint, kernel_fingerprint
+
+ROOT = Path(__file__).parents[2]
+KEPT = ROOT / "results/reference/discovery"
+PAGE = KEPT / "rates.md"
+COMMAND = "python -m benchmarks.rates"
+DECIDE = {
+    "contacts": (
+        "diagnosis/table_model/*.py",
+        "diagnosis/table_model/terms/*.py",
+        "diagnosis/laws/*.py",
+        "diagnosis/catalogue/[a-z]*.py",
+        "diagnosis/chance.py",
+        "diagnosis/collision.py",
+        "diagnosis/fit.py",
+        "diagnosis/measurements.py",
+    ),
+    "bulk": (
+        "calibration/inference/chance_of_no_value.py",
+        "calibration/inference/emulator.py",
+        "diagnosis/catalogue/*.py",
+        "diagnosis/chance.py",
+        "diagnosis/derived.py",
+        "diagnosis/design.py",
+        "diagnosis/few_runs.py",
+        "diagnosis/emulator.py",
+        "diagnosis/emulator_waves.py",
+        "diagnosis/extend.py",
+        "diagnosis/failures.py",
+        "diagnosis/fit.py",
+        "diagnosis/identify.py",
+        "diagnosis/lever_laws.py",
+        "diagnosis/measurements.py",
+        "diagnosis/model.py",
+        "diagnosis/rig.py",
+        "diagnosis/scale.py",
+        "diagnosis/shared_errors.py",
+        "diagnosis/single_setting.py",
+        "diagnosis/withdrawal.py",
+    ),
+}
+# what runs of an engine are told beside
+DECIDE["engine tables"] = (*DECIDE["bulk"], "diagnosis/untried.py")
+"""Files that decide what is said of single contacts before the engine's gains, of bulk tests, and
+of bulk tests whose runs an engine made."""
+
+TOLD = {"next_setting.py", "engine_gain.py", "in_engine.py"}
+"""Of these, what is only proposed or run afterwards."""
+
+
+@cache
+def present(of: str = "contacts") -> dict[str, str]:
+    """Digests of the rules as they are and, of contacts, of what the engine compiles. The bulk
+    tables that are drawn are of closed forms, which run no engine."""
+    if of == "engine tables":
+        return {"engine": engine_fingerprint(), "rules": rules(of="engine tables")}
+    engine = {"engine": kernel_fingerprint()} if of == "contacts" else {}
+    return engine | {"rules": rules(of=of)}
+
+
+def rules(sources: Path = SOURCES, of: str = "contacts") -> str:
+    """Digest of the rules, a key of DECIDE, in a folder of the packages."""
+    files = sorted({f for p in DECIDE[of] for f in sources.glob(p)})
+    text = "\n".join(code_of(f.read_text()) for f in files if f.name not in TOLD)
+    return hashlib.sha256(text.encode()).hexdigest()[:12]
+
+
+def fresh(rows: pd.DataFrame, of: str = "contacts") -> pd.DataFrame:
+    """The rows of kept diagnoses that are of the present engine and rules."""
+    now = present(of).items()
+    own = [rows[k].eq(v) if k in rows else pd.Series(False, rows.index) for k, v in now]
+    return rows[np.all(own, axis=0)]
+
+
+def kept(path: Path, of: str = "contacts") -> pd.DataFrame:
+    """The fresh rows of a table of kept diagnoses, which need not be there."""
+    if not path.exists():
+        return pd.DataFrame()
+    return fresh(pd.read_csv(path, keep_default_na=False, na_values=[""]), of)
+
+
+def share(hits: Iterable[Any]) -> tuple[int, int, float, float]:
+    """Return (hits, of, low, high): how many are true of those that are not None, and the 95 %
+    Wilson interval of the share."""
+    own = pd.to_numeric(pd.Series(list(hits), dtype=object), errors="coerce").dropna()
+    n, k = len(own), int(own.sum())
+    if not n:
+        return 0, 0, 0.0, 1.0
+    ends = stats.binomtest(k, n).proportion_ci(method="wilson")
+    return k, n, float(ends.low), float(ends.high)
+
+
+def shares(rows: Iterable[tuple[str, Iterable[Any]]]) -> list[str]:
+    """Return lines of a Markdown table of (words, hits)."""
+    lines = ["| | share (95 % interval) |", "|---|---|"]
+    for words, hits in rows:
+        k, n, low, high = share(hits)
+        told = f"{k} of {n} ({low:.0%} to {high:.0%})" if n else "not run"
+        lines.append(f"| {words} | {told} |")
+    return lines
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Cases that are diagnosed one after another, kept as rows of a table, and shown on a page.
+
+    mark : of its place on PAGE, between two comments
+    kept : the table of its rows, which a call goes on from
+    of : the rules that they are of, a key of DECIDE
+    cases : names all cases
+    name : {column: value} by which a kept row is known to be a case's
+    judged : makes the row of a case
+    told : makes Markdown of rows, below the sentence that dates them
+    """
+
+    mark: str
+    kept: Path
+    of: str
+    cases: Callable[[], Sequence[Any]]
+    name: Callable[[Any], dict[str, Any]]
+    judged: Callable[[Any], dict[str, Any]]
+    told: Callable[[pd.DataFrame], Iterable[str]]
+
+    def run(self, count: int | None = None) -> None:
+        """Diagnose the cases, the first `count` of them, that are not kept by the present engine
+        and rules. Rows of others leave the table."""
+        rows = kept(self.kept, self.of)
+        if rows.empty:
+            self.kept.unlink(missing_ok=True)
+        else:
+            rows.to_csv(self.kept, index=False)
+        for case in self.cases()[:count]:
+            name = self.name(case)
+            if len(rows) and (rows[list(name)].fillna("") == pd.Series(name)).all(axis=1).any():
+                continue
+            start = time.process_time()
+            row = self.judged(case)
+            row |= {"seconds": round(time.process_time() - start, 1)}
+            row |= {"date": date.today().isoformat(), **present(self.of)}
+            begun = self.kept.exists()
+            columns = pd.read_csv(self.kept, nrows=0).columns if begun else None
+            pd.DataFrame([row], columns=columns).to_csv(
+                self.kept, mode="a", header=not begun, index=False
+            )
+            print(row, flush=True)
+
+    def table(self, rows: pd.DataFrame) -> str:
+        """Return Markdown of fresh rows: the sentence that dates them, then what is told. A
+        sentence alone where there is none."""
+        if rows.empty:
+            return (
+                "No rates are shown: none is kept that is of the present engine and rules.\n"
+                f"`{COMMAND} {self.mark.replace(' ', '_')} run` makes them.\n"
+            )
+        dates = " and ".join(sorted(set(rows["date"])))
+        by = " and ".join(f"{what} `{digest}`" for what, digest in present(self.of).items())
+        count = f"{len(rows)} of the {len(self.cases())} planned cases have been diagnosed"
+        return "\n".join([f"{count}, on {dates}, by\n{by}.\n", *self.told(rows)]) + "\n"
+
+    def kept_table(self) -> str:
+        """Return the `table` of what is kept and fresh."""
+        return self.table(kept(self.kept, self.of))
+
+    def shown(self) -> str:
+        """Return what PAGE has between the comments of the mark."""
+        begin, end = f"<!-- {self.mark} -->\n", f"<!-- end of {self.mark} -->"
+        return PAGE.read_text().split(begin)[1].split(end)[0]
+
+    def show(self) -> None:
+        """Write the `kept_table` there."""
+        begin, end = f"<!-- {self.mark} -->\n", f"<!-- end of {self.mark} -->"
+        old, new = (begin + text + end for text in (self.shown(), self.kept_table()))
+        PAGE.write_text(PAGE.read_text().replace(old, new))

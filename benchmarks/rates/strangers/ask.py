@@ -1,0 +1,45 @@
+"""The one call of the diagnosis: a table in, what verdict.json says out."""
+
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import pandas as pd
+import yaml
+
+from diagnosis import contacts
+from diagnosis.catalogue import load_catalogue
+from diagnosis.measurements import read_measurements
+from diagnosis.rig import Rig
+from diagnosis.settings import read_settings
+
+ROOT = Path(__file__).parents[3]
+
+
+@cache
+def study():
+    """Rig and catalogue of the shipped study."""
+    base = yaml.safe_load((ROOT / "config/config.yaml").read_text())["run"]
+    return Rig(read_settings(ROOT / "config/diagnosis.yaml"), base), load_catalogue()
+
+
+def ask(table: pd.DataFrame) -> dict:
+    """What the diagnosis says of a table, read from a file as a user's table is: the keys of
+    verdict.json, without the gain that needs runs."""
+    found = contacts.discovered(_read(table), *study())
+    assert found is not None  # every table has what free laws are sought in
+    more = {"exclusion": contacts.limits(found, study()[1]), "family_p": found.p}
+    return contacts.of_found(found) | more
+
+
+def ask_engine(table: pd.DataFrame) -> dict:
+    """The same with the engine's word: the gain of each law, by runs."""
+    return contacts.told(_read(table), *study())
+
+
+def _read(table):
+    """The measurements of a table, by way of a file."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "measurements.csv"
+        table.to_csv(path, index=False)
+        return read_measurements(path)

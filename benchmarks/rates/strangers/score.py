@@ -1,0 +1,315 @@
+"""Marks of one verdict, and the rates of many with their intervals.
+
+What counts:
+- leading place: experiment, slot and state of the first law are those of the stranger's law, also
+  where the verdict is `ambiguous`. Of a lever with two levels a law and a shared error are one
+  thing: there the place may stand anywhere among laws and rivals.
+- two laws: the places of both stand among `laws`.
+- named: a name of the first law is this effect's, where the catalogue has it.
+- adequate wrongly: `adequate` where the stated misfit has p < 0.01, or where an analysis of
+  variance of the table, made here, has p < 0.001.
+- wrong name: the verdict is `identified` with a name that is not this effect's, or of no effect.
+- a law claimed: the verdict is `identified` or `discovered`. A table without a law must claim none;
+  one with nothing wrong, or with errors that it declares, must not be `ambiguous` either.
+- pointed at: half of the faulty rows at least stand in `rows`, and no more good ones than faulty
+  ones; of a level, also an error of its lever.
+- fault found: an error of this lever, batch, instrument, order, ... stands in `errors` or in
+  rivals.
+- band: the true curve of a coefficient lies within the first law's band over all of it.
+- limits: where no law acts on an experiment, a limit of a free law there does not exclude zero.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+
+from benchmarks.rates.kept_rates import share as rate
+from benchmarks.rates.strangers import nature
+from benchmarks.rates.strangers.cases import LEVERS, PROPORTIONAL, Case, Drawn
+
+CLAIMS = ("identified", "discovered")
+CLEAN = ("null", "two-level null", "declared")
+
+
+# --- marks --------------------------------------------------------------------------------------
+
+
+def place(law):
+    """(experiment, slot, states) of an entry; None where it is no law."""
+    if law.get("slot") is None:
+        return None
+    return law.get("experiment"), law["slot"], tuple(sorted(law.get("state") or ()))
+
+
+def places_of(law):
+    """The right places of a stranger's law."""
+    return {(law.experiment, slot, tuple(sorted(state))) for slot, state in law.places}
+
+
+def _is(said, law):
+    """Whether a place that was said is the law's; units after a column's name do not count."""
+    if said is None:
+        return False
+    right = places_of(law)
+    # a rival may leave out the experiment
+    return any(said[0] in (None, e) and said[1] == s and said[2] == st for e, s, st in right)
+
+
+def rivals_of(said):
+    """All rivals of a verdict: of laws, of errors, and its own."""
+    owners = [said, *said.get("laws", []), *said.get("errors", [])]
+    rivals = [r for o in owners for r in (o.get("rivals") or []) if isinstance(r, dict)]
+    return [{**r} for r in rivals]
+
+
+def high_end(gain):
+    """The upper end of a gain that is a number, an interval or has one; None without a gain."""
+    if isinstance(gain, dict):
+        ends = gain.get("interval") or gain.get("held_out_rmse_difference_interval")
+        return high_end(ends if ends is not None else gain.get("high", gain.get("value")))
+    return None if gain is None else float(np.max(gain))
+
+
+def own_misfit(table: pd.DataFrame) -> float:
+    """p of an analysis of variance: constant coefficients (and declared batches and instruments)
+    against the scatter within settings, of the experiment that fits worst, times their number."""
+    ps = []
+    for experiment, rows in table.groupby("experiment"):
+        ps.append(_variance_ratio(experiment, rows))
+    return float(min(1.0, len(ps) * min(ps)))
+
+
+def _variance_ratio(experiment, rows):
+    scale = rows[PROPORTIONAL[experiment]] if experiment in PROPORTIONAL else 1.0
+    y = (rows["value"] / scale).to_numpy(float)
+    own = [c for c in ("batch", "instrument") if c in rows and rows[c].notna().any()]
+    if "replicate" in rows:
+        keys = [c for c in LEVERS if c in rows]
+        sets = rows.assign(y=y).groupby(keys, dropna=False)["y"]
+        within, freedom, m = sets.var(ddof=1).mean(), (sets.size() - 1).sum(), sets.size().iloc[0]
+        y, design = sets.mean().to_numpy(), np.ones((sets.ngroups, 1))
+        own = []
+    else:
+        m = int(rows["n"].iloc[0])
+        within = float(((rows["sd"] / scale) ** 2).mean())
+        freedom = len(rows) * (m - 1)
+        design = np.ones((len(rows), 1))
+    for column in own:
+        design = np.hstack([design, pd.get_dummies(rows[column], dtype=float).to_numpy()[:, 1:]])
+    miss = y - design @ np.linalg.lstsq(design, y, rcond=None)[0]
+    left = len(y) - np.linalg.matrix_rank(design)
+    if within <= 0.0:
+        return 0.0
+    return float(stats.f.sf((miss**2).sum() / left / (within / m), left, freedom))
+
+
+def marks(case: Case, drawn: Drawn, said: dict) -> dict:
+    """What is right and wrong in a verdict; None where it is not asked."""
+    laws, errors = said.get("laws") or [], said.get("errors") or []
+    found = [place(law) for law in laws]
+    among = [*found, *(place(r) for r in rivals_of(said))]
+    names = sorted({n for law in laws for n in law.get("names") or ()})
+    claims = said["verdict"] in CLAIMS
+    misfit = (said.get("misfit") or {}).get("p")
+    own, stated = own_misfit(drawn.table), 1.0 if misfit is None else misfit
+    adequate = said["verdict"] == "adequate"
+    two_levels = case.group == "two-level law"
+    row = {
+        "verdict": said["verdict"],
+        "laws": "; ".join(f"{p[0]}:{p[1]}:{'x'.join(p[2])}" for p in found if p),
+        "names": "; ".join(names),
+        "errors": "; ".join(f"{e.get('experiment')}:{e.get('of')}" for e in errors),
+        "rows": " ".join(str(r["line"]) for r in said.get("rows") or []),
+        "misfit_p": misfit,
+        "own_p": own,
+        "leads": None,
+        "named": None,
+        "both": None,
+        "claimed": int(claims),
+        "silent": None,
+        "adequate_wrongly": int(adequate and (own < 1e-3 or stated < 0.01)),
+        "wrong_name": int(_wrong_name(drawn, said, laws)),
+        "name_loses": int(any(law.get("names") and (high_end(law.get("gain")) or 0.0) < 0.0
+                              for law in laws)),
+        "pointed": None,
+        "fault": None,
+    }  # fmt: skip
+    if not any(law.get("gain") for law in laws):
+        row["name_loses"] = None  # the engine was not asked
+    if drawn.laws:
+        seen = among if two_levels else found[:1]
+        row["leads"] = int(any(_is(p, law) for p in seen for law in drawn.laws))
+        right = {n for law in drawn.laws for n in law.names}
+        row["named"] = int(bool(right & set(names))) if right else None
+    if len(drawn.laws) == 2:
+        row["both"] = int(all(any(_is(p, law) for p in found) for law in drawn.laws))
+    if not drawn.laws:
+        clean = case.group in CLEAN
+        row["silent"] = int(
+            not claims and not (clean and said["verdict"] in ("ambiguous", "failed"))
+        )
+    if case.group in ("row", "level"):
+        row["pointed"] = int(_pointed(drawn, said, case.group))
+    if drawn.faults and case.group not in ("row", "level"):
+        row["fault"] = int(all(_told(f, errors, rivals_of(said)) for f in drawn.faults))
+    row["limits"], row["limits_held"] = limits(drawn, said)
+    row["band"] = in_band(drawn, laws)
+    return row
+
+
+def in_band(drawn, laws):
+    """Whether the true curve lies in the first law's band; None where this cannot be compared: not
+    the right place, a second law there, or no curve of a coefficient over one state."""
+    law, own = (laws or [{}])[0], drawn.strong[0] if len(drawn.strong) == 1 else None
+    if own is None or not own[0].factor or not _is(place(law), own[0]):
+        return None
+    levers = {"speed": _height_of, "size": _size_of, "rate": _rate_of, "load": _load_of}
+    values, state = law.get("values"), tuple(law["state"])
+    # a slide's load is known by the size alone
+    if not values or len(state) != 1 or state[0] not in levers or law["slot"] == "attraction":
+        return None
+    if own[0].experiment == "tilt" and state == ("load",):
+        return None
+    x = levers[state[0]](np.array([v["state"] for v in values]))
+    true = drawn.constants[own[0].experiment] * own[0].factor(x, own[1])
+    return int(all(v["low"] <= t <= v["high"] for v, t in zip(values, true, strict=True)))
+
+
+def _height_of(speed):
+    return {"drop_height_mm": speed**2 / (2e-3 * nature.G)}
+
+
+def _size_of(diameter):
+    return {"particle_diameter_mm": diameter}
+
+
+def _rate_of(rate):
+    return {"tilt_rate_deg_s": rate}
+
+
+def _load_of(stress):
+    return {"normal_stress_kPa": stress}
+
+
+def _wrong_name(drawn, said, laws):
+    if said["verdict"] != "identified":
+        return False
+    right = {n for law in drawn.laws for n in law.names}
+    return any(not set(law.get("names") or ()) <= right for law in laws)
+
+
+def _pointed(drawn, said, group):
+    (fault,) = drawn.faults
+    lines = {int(r["line"]) for r in said.get("rows") or []}
+    hit, wrong = lines & set(fault.lines), lines - set(fault.lines)
+    rows = 2 * len(hit) >= len(fault.lines) and len(wrong) <= len(fault.lines)
+    lever = any(e.get("of") == fault.of and e.get("experiment") == fault.experiment
+                for e in [*(said.get("errors") or []), *rivals_of(said)])  # fmt: skip
+    return bool(rows or (group == "level" and lever))
+
+
+def _told(fault, errors, rivals):
+    return any(
+        e.get("of") == fault.of and e.get("experiment") in (None, fault.experiment)
+        for e in [*errors, *rivals]
+    )
+
+
+def limits(drawn, said):
+    """(limits of free laws on experiments without a law, how many of them do not exclude zero)."""
+    own = [e for e in said.get("exclusion") or [] if e.get("slot")]
+    acting = {law.experiment for law in drawn.laws}
+    slots = {"restitution": "drop", "drag": "drop"}
+    free = [e for e in own if (e.get("experiment") or slots.get(e["slot"])) not in acting]
+    if drawn.faults:
+        free = [e for e in free if _spared(drawn, e, slots)]
+    free = [e for e in free if e.get("below") is not None or e.get("above") is not None]
+    held = [
+        (e.get("below") is None or e["below"] <= 0.0)
+        and (e.get("above") is None or e["above"] >= 0.0)
+        for e in free
+    ]
+    return len(held), int(np.sum(held))
+
+
+def _spared(drawn, entry, slots):
+    """A row or a level that is wrong pulls at a limit as a law does; errors that are shared must be
+    paid for."""
+    hit = {f.experiment for f in drawn.faults if f.of == "row" or f.lines}
+    return (entry.get("experiment") or slots.get(entry["slot"])) not in hit
+
+
+# --- rates --------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Figure:
+    """words; rows of the kept table that count; the mark; the share asked; at least or at most."""
+
+    words: str
+    group: tuple[str, ...]
+    mark: str
+    asked: float
+    most: bool = False
+    strength: float | None = None
+
+
+LOSES = "a name with a gain below zero"
+ALL_NULLS = ("null", "two-level null", "declared", "fault", "two-level error")
+FIGURES = (
+    Figure("leading place right", ("law", "two laws", "two-level law"), "leads", 0.85, False, 10.0),
+    Figure("both of two laws", ("two laws",), "both", 0.70, False, 10.0),
+    Figure("adequate at a misfit", (), "adequate_wrongly", 0.0, True),
+    Figure("wrong name", (), "wrong_name", 0.03, True),
+    Figure("two-level nulls: a law claimed", ("two-level null", "two-level error"), "claimed", 0.05,
+           True),
+    Figure("nulls of every kind: no law", ALL_NULLS, "silent", 0.95),
+    Figure(LOSES, (), "name_loses", 0.0, True),
+    Figure("a faulty row or level pointed at", ("row", "level"), "pointed", 0.80),
+    Figure("the laboratory's error told", ("fault", "two-level error"), "fault", np.nan, False,
+           10.0),
+)  # fmt: skip
+
+
+def rates(rows: pd.DataFrame) -> pd.DataFrame:
+    """One line a figure: words, hits, of, share, low, high, asked, holds; the limits at the end."""
+    lines = []
+    for f in FIGURES:
+        own = rows[rows["group"].isin(f.group)] if f.group else rows
+        own = own if f.strength is None else own[own["strength"] == f.strength]
+        lines.append(_line(f.words, own[f.mark], f.asked, f.most))
+    for size in (5.0, 20.0):
+        own = rows[(rows["strength"] == size) & rows["group"].isin(FIGURES[0].group)]
+        lines.append(
+            _line(f"leading place right at {size:g} standard errors", own["leads"], np.nan)
+        )
+    for group in ALL_NULLS:
+        lines.append(_line(f"no law: {group}", rows[rows["group"] == group]["silent"], np.nan))
+    held, n = rows["limits_held"].fillna(0).sum(), rows["limits"].fillna(0).sum()
+    lines.append(_line("limits hold", [1] * int(held) + [0] * int(n - held), 0.9))
+    known = rows[rows["named"].notna()]
+    told = known["verdict"] == "identified"
+    lines.append(_line("a mechanism of the catalogue among the names", known["named"], np.nan))
+    lines.append(_line("of these tables identified", told, np.nan))
+    lines.append(_line("identified and right", known[told]["named"], np.nan))
+    lines.append(_line("the true curve in its band", rows["band"], 0.9))
+    lines.append(_line("within two minutes", rows["seconds"] <= 120.0, 1.0))
+    lines.append(_line("ended without a verdict", rows["verdict"] == "failed", 0.0, True))
+    return pd.DataFrame(lines)
+
+
+def _line(words, hits, asked, most=False):
+    k, n, low, high = rate(hits)
+    share = k / n if n else np.nan
+    holds = "" if np.isnan(asked) or not n else (share <= asked if most else share >= asked)
+    return {"figure": words, "hits": k, "of": n, "share": share, "low": low, "high": high,
+            "asked": asked, "most": most, "holds": holds}  # fmt: skip
+
+
+def missed(rows: pd.DataFrame) -> pd.DataFrame:
+    """The cases that count against a figure."""
+    lacks = rows[["leads", "both", "silent", "pointed"]].eq(0).any(axis=1)
+    wrong = rows[["adequate_wrongly", "wrong_name", "name_loses"]].eq(1).any(axis=1)
+    return rows[lacks | wrong]

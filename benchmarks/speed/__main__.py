@@ -1,0 +1,328 @@
+"""Speed of the engine on the work that it is for, beside other engines on the same work."""
+
+import argparse
+import csv
+import io
+import math
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.speed.cases import (
+    BLOCK,
+    BLOCKS,
+    MILLION,
+    RESTING,
+    SETTLE_STEPS,
+    bed,
+    box_width,
+    peak_memory,
+    resting_case,
+    resting_heap,
+    tiled,
+    timed_bed,
+    timed_heap,
+)
+from benchmarks.speed.figure import draw
+from benchmarks.speed.peers import run_peers
+from dem.errors import DemError
+from dem.experiments.setup import rest_energy
+from dem.fingerprint import engine_fingerprint
+from dem.io.files import replace_file
+from dem.warm import compile_engine
+
+ROOT = Path(__file__).parents[2]
+HISTORY = Path("results/reference/speed/history.csv")
+SIZES = (1000, 10000, 100000)
+ROUNDS = 7
+
+
+def main(words: list[str] | None = None) -> int:
+    """Run the cases that are asked for and print their figures; return the exit status."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.speed", description=__doc__)
+    parser.add_argument(
+        "--case", choices=CASES, action="append", help="bed, ratio and heap unless given"
+    )
+    parser.add_argument(
+        "--peers", action="store_true", help="LIGGGHTS, LAMMPS and YADE on the same settled bed"
+    )
+    parser.add_argument(
+        "--record", action="store_true", help=f"append the figures to {HISTORY} and draw it"
+    )
+    args = parser.parse_args(words)
+    compile_engine()
+    rows = []
+    try:
+        for case in args.case or ("bed", "ratio", "heap"):
+            rows += CASES[case]()
+        if args.peers:
+            rows += peer_rows()
+    except DemError as fault:
+        print(fault, file=sys.stderr)
+        return 1
+    if args.record:
+        append(HISTORY, rows)
+        draw(HISTORY, HISTORY.with_suffix(".svg"))
+    show(rows)
+    return 0
+
+
+def _bed():
+    return [{"case": "settled bed", **timed_bed()}]
+
+
+def _ratio():
+    return [{"case": "settled bed, size ratio 5", **timed_bed(ratio=5.0, settle=4 * SETTLE_STEPS)}]
+
+
+def _heap():
+    return [{"case": "funnel heap", **timed_heap()}]
+
+
+def _resting():
+    return [{"case": resting_case(row["radii_per_window"]), **row} for row in resting_heap()]
+
+
+def _scaling():
+    """Cost per particle-step over the number of particles."""
+    rows = []
+    for n in SIZES:
+        steps = max(200, 3_000_000 // n)
+        rows.append(
+            {
+                "case": f"settled bed of {n}",
+                **timed_bed(n, settle=SETTLE_STEPS, block=steps),
+            }
+        )
+    return rows
+
+
+def _million():
+    """A million grains come to rest on two threads: a hundred settled beds side by side, whose
+    walls are taken out."""
+    start = tiled(bed(10_000), SETTLE_STEPS, 10)
+    sim = bed(1_000_000, start=start, stir=0.0, threads=2)
+    begin, energy = time.perf_counter(), [math.inf]
+    while energy[-1] >= RESTING and sim.steps < SETTLE_STEPS:
+        sim.advance(300)
+        energy.append(rest_energy(sim))
+    spent = time.perf_counter() - begin
+    if energy[-1] >= RESTING:
+        raise DemError(
+            f"a million grains: not at rest after {sim.steps} steps: energy {energy[-1]:.3g}, "
+            f"below {RESTING:g} is rest"
+        )
+    figures = {
+        "particles": sim.n,
+        "steps": sim.steps,
+        "wall_time_s": spent,
+        "particle_steps_per_s": sim.n * sim.steps / spent,
+        "contact_pairs_per_particle": len(sim.contacts()[0]) / sim.n,
+        "rest_energy_ratio": energy[-1],
+        "highest_rest_energy_ratio": max(energy[1:]),
+        "rebuild_share": sim.rebuild_seconds / sim.advance_seconds,
+        "peak_memory_MiB": peak_memory(),
+    }
+    return [{"case": MILLION, **figures}]
+
+
+def _start():
+    """From starting Python to the first time step, with nothing compiled and with everything."""
+    code = "from dem.warm import compile_engine; compile_engine()"
+    rows = []
+    with tempfile.TemporaryDirectory() as cache:
+        for state in ("cold", "warm"):
+            begin = time.perf_counter()
+            subprocess.run(
+                [sys.executable, "-c", code],
+                check=True,
+                env=os.environ | {"NUMBA_CACHE_DIR": cache},
+            )
+            rows.append({"case": f"{state} start", "wall_time_s": time.perf_counter() - begin})
+    return rows
+
+
+def _cores():
+    """Two runs at once over one alone: medians of rounds in turn, for a machine's speed drifts."""
+    rounds = [(_processes(1), _processes(2)) for _ in range(ROUNDS)]
+    alone, both = np.median(rounds, axis=0)
+    return [{"case": "two runs on two cores", "wall_time_s": both, "ratio": both / alone}]
+
+
+def _processes(count):
+    """Wall time of the slowest of `count` processes, each timing a bed [s]; start-up is not
+    counted."""
+    code = (
+        "import time; from benchmarks.speed.cases import bed; s = bed(); s.advance(12000); "
+        "t = time.time(); s.advance(12000); print(time.time() - t)"
+    )
+    running = [
+        subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, cwd=ROOT)
+        for _ in range(count)
+    ]
+    return max(float(p.communicate()[0]) for p in running)
+
+
+def _threads():
+    """One bed on one thread and on two, in turn; the numbers are the same."""
+    sim = bed()
+    sim.advance(SETTLE_STEPS)
+    state = {name: np.array(value) for name, value in sim.state_dict().items()}
+    teams = [bed(threads=number) for number in (1, 2)]
+    for team in teams:
+        team.restore(state)
+    rounds = [[_wall_time(team) for team in teams] for _ in range(ROUNDS)]
+    alone, both = np.median(rounds, axis=0)
+    return [{"case": "one run on two threads", "wall_time_s": both, "ratio": alone / both}]
+
+
+def _wall_time(sim):
+    begin = time.perf_counter()
+    sim.advance(BLOCK)
+    return time.perf_counter() - begin
+
+
+CASES = {
+    "bed": _bed,
+    "ratio": _ratio,
+    "heap": _heap,
+    "resting": _resting,
+    "scaling": _scaling,
+    "million": _million,
+    "cores": _cores,
+    "threads": _threads,
+    "start": _start,
+}
+
+
+def peer_rows() -> list[dict[str, Any]]:
+    """This engine and the others on one settled bed, in one call, with ratios of processor time.
+    Raises DemError when none is installed."""
+    sim = bed()
+    sim.advance(SETTLE_STEPS)
+    with tempfile.TemporaryDirectory() as folder:
+        begin = time.process_time()
+        sim.advance(BLOCKS * BLOCK)
+        ours = sim.n * BLOCKS * BLOCK / (time.process_time() - begin)
+        others = run_peers(sim, box_width(sim.n), folder)
+    if not others:
+        raise DemError("none of liggghts, lmp and yade is installed")
+    rows = [{"case": "peers: this engine", "particle_steps_per_s": ours}]
+    for name, rate in others.items():
+        rows.append({"case": f"peers: {name}", "particle_steps_per_s": rate, "ratio": ours / rate})
+    return rows
+
+
+def machine() -> str:
+    """Processor of this machine."""
+    try:
+        text = Path("/proc/cpuinfo").read_text()
+        return next(
+            line.split(":")[1].strip()
+            for line in text.splitlines()
+            if line.startswith("model name")
+        )
+    except (OSError, StopIteration):
+        return platform.processor() or platform.machine()
+
+
+def tree() -> tuple[str, int | str]:
+    """(commit, dirty) of the project's files: the commit they are of, and the number of tracked
+    files that differ from it; empty where there is no git."""
+
+    def git(*words):
+        return subprocess.run(
+            ["git", "-C", str(Path(__file__).parent), *words],
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout.strip()
+
+    try:
+        changed = git("status", "--porcelain", "--untracked-files=no")
+        return git("rev-parse", "--short=12", "HEAD"), len(changed.splitlines())
+    except (OSError, subprocess.CalledProcessError):
+        return "", ""
+
+
+def load() -> float | str:
+    """Processes that run or wait to, the mean of the last minute; empty where the system does not
+    say."""
+    try:
+        return round(os.getloadavg()[0], 2)
+    except OSError:
+        return ""
+
+
+def append(path: str | Path, rows: Sequence[dict[str, Any]]) -> None:
+    """Append one line a case to a CSV history: with the commit, the number of files that differ
+    from it and the load of the machine, so that a figure of a changed tree or a busy machine is
+    seen as one. An older history gets the columns that it lacks, empty."""
+    columns = [
+        "date",
+        "engine",
+        "machine",
+        "case",
+        "particle_steps_per_s",
+        "ratio",
+        "wall_time_s",
+        "rebuild_share",
+        "peak_memory_MiB",
+        "commit",
+        "dirty_files",
+        "load",
+    ]
+    commit, dirty = tree()
+    stamp = {
+        "date": time.strftime("%Y-%m-%d"),
+        "engine": engine_fingerprint(),
+        "machine": machine(),
+        "commit": commit,
+        "dirty_files": dirty,
+        "load": load(),
+    }
+    every = [*read_rows(path), *(stamp | row for row in rows)]
+    write_rows(path, [{name: row.get(name, "") for name in columns} for row in every])
+
+
+def read_rows(path: str | Path) -> list[dict[str, str]]:
+    """Rows of a CSV file, none where it is not there."""
+    if not Path(path).exists():
+        return []
+    with open(path, newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def write_rows(path: str | Path, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Write rows as a CSV file, atomically. Raises ValueError for a row that has a column which the
+    first one lacks."""
+    text = io.StringIO(newline="")
+    writer = csv.DictWriter(text, list(rows[0]))
+    writer.writeheader()
+    writer.writerows(rows)
+    replace_file(path, lambda stream: stream.write(text.getvalue().encode()))
+
+
+def show(rows: Sequence[dict[str, Any]]) -> None:
+    """Print the figures as a table."""
+    for row in rows:
+        print(row["case"])
+        for key, value in row.items():
+            if key != "case":
+                print(
+                    f"    {key:30s} {value:.4g}"
+                    if isinstance(value, float)
+                    else f"    {key:30s} {value}"
+                )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,257 @@
+"""The benchmark cases: settled beds in a box, and the funnel heap at full scale."""
+
+import resource
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from dem.contact.registry import ContactParameters, Laws, Material
+from dem.experiments import heap
+from dem.simulation import Simulation
+from dem.spec import Numerics, parse_spec
+from dem.walls.builder import WallSet
+
+SALT = Material(1210.0, 1.0e7, 0.25)
+CONTACT = ContactParameters(0.544, 0.5, 0.23)
+HEAP_CONTACTS = {
+    "particle_particle": {"restitution": 0.544, "static_friction": 0.85, "rolling_friction": 0.23},
+    "particle_wall": {"restitution": 0.421, "static_friction": 0.71, "rolling_friction": 0.368},
+}
+TIME_STEP = 7.5e-6
+RADIUS = 1e-3
+PITCH = 2.1 * RADIUS
+STIR = 0.5  # m/s
+SETTLE_STEPS, BLOCK, BLOCKS = 24000, 5000, 3
+
+
+def _across(n):
+    """Grains across the box of a bed of n: all beds have the shape of that of 10,000."""
+    return round(19 * (n / 10000) ** (1 / 3))
+
+
+def box_width(n: int) -> float:
+    """Width [m] of the box of a bed of n."""
+    return _across(n) * PITCH + 0.06 * PITCH
+
+
+def lattice(n: int, seed: int = 1) -> np.ndarray:
+    """Jittered start (n, 3) [m] on a square lattice."""
+    across = _across(n)
+    k = np.arange(n)
+    layer, rest = np.divmod(k, across * across)
+    site = np.column_stack([rest % across, rest // across, layer]) * PITCH + 0.53 * PITCH
+    shift = np.random.default_rng(seed).uniform(-0.049, 0.049, (n, 3)) * RADIUS
+    return site + shift
+
+
+def tiled(sim: Simulation, settle: int, across: int) -> tuple[np.ndarray, float]:
+    """(positions (n, 3) [m], width [m]) of a bed of equal grains, settled, repeated `across` times
+    both ways."""
+    sim.advance(settle)
+    grains = len(sim.position)
+    width = box_width(grains)
+    k = np.repeat(np.arange(across), across), np.tile(np.arange(across), across)
+    shift = width * np.column_stack([*k, np.zeros(across * across)])
+    return (sim.position[None] + shift[:, None]).reshape(-1, 3), across * width
+
+
+def bed(
+    n: int = 10000,
+    ratio: float = 1.0,
+    precision: str = "mixed",
+    rolling: str = "constant_torque",
+    start: tuple[np.ndarray, float] | None = None,
+    stir: float = STIR,
+    threads: int | None = None,
+) -> Simulation:
+    """A box of n grains that have yet to settle; ratio: largest over smallest radius, uniform by
+    number.
+
+    start: (positions (n, 3) [m], width [m]) in place of the lattice; stir: largest speed along an
+    axis [m/s].
+    """
+    rng = np.random.default_rng(2)
+    radius = np.full(n, RADIUS) if ratio == 1.0 else RADIUS * rng.uniform(1.0 / ratio, 1.0, n)
+    position, width = start or (lattice(n), box_width(n))
+    walls = WallSet().body("box", material="salt")
+    for point, normal in (
+        ((0, 0, 0), (1, 0, 0)),
+        ((width, 0, 0), (-1, 0, 0)),
+        ((0, 0, 0), (0, 1, 0)),
+        ((0, width, 0), (0, -1, 0)),
+        ((0, 0, 0), (0, 0, 1)),
+    ):
+        walls.plane(point, normal)
+    dt = TIME_STEP * float(radius.min()) / RADIUS
+    sim = Simulation(
+        {"salt": SALT},
+        {("salt", "salt"): CONTACT},
+        laws=Laws(rolling=rolling),
+        time_step=dt,
+        precision=precision,
+        walls=walls,
+        threads=threads,
+    )
+    # the lattice alone settles into standing columns with half the contacts of a bed
+    sim.add_particles(position, radius, velocity=rng.uniform(-stir, stir, (n, 3)))
+    return sim
+
+
+def timed_bed(
+    n: int = 10000,
+    ratio: float = 1.0,
+    settle: int = SETTLE_STEPS,
+    block: int = BLOCK,
+    blocks: int = BLOCKS,
+    **more: Any,
+) -> dict[str, Any]:
+    """Settle a bed, then time `blocks` stretches of `block` steps by the processor's clock; returns
+    the figures of the fastest."""
+    sim = bed(n, ratio, **more)
+    sim.advance(settle)
+    best, rebuilds = np.inf, sim.rebuilds
+    for _ in range(blocks):
+        begin = time.process_time()
+        sim.advance(block)
+        best = min(best, time.process_time() - begin)
+    pairs = len(sim.contacts()[0])
+    return {
+        "particles": n,
+        "size_ratio": ratio,
+        "particle_steps_per_s": n * block / best,
+        "contact_pairs_per_particle": pairs / n,
+        "candidate_pairs_per_particle": sim.candidate_pairs / n,
+        "rebuilds_per_1000_steps": 1000 * (sim.rebuilds - rebuilds) / (block * blocks),
+        "rebuild_share": sim.rebuild_seconds / max(sim.advance_seconds, 1e-12),
+        "kinetic_energy_J": sim.kinetic_energy(),
+        "peak_memory_MiB": peak_memory(),
+    }
+
+
+def timed_heap(count: int = 10000) -> dict[str, Any]:
+    """The funnel heap of calibrated salt, from start to rest, without measuring the angle."""
+    work = _Tally()
+    begin, spent = time.perf_counter(), time.process_time()
+    sim = heap.pour(_heap_spec(count), work)[0]  # type: ignore[arg-type]
+    wall, spent = time.perf_counter() - begin, time.process_time() - spent
+    return {
+        "particles": count,
+        "wall_time_s": wall,
+        "steps": sim.steps,
+        "particle_steps_per_s": work.particle_steps / spent,
+        "rebuild_share": sim.rebuild_seconds / max(sim.advance_seconds, 1e-12),
+        "peak_memory_MiB": peak_memory(),
+    }
+
+
+def _heap_spec(count):
+    return parse_spec(
+        {
+            "experiment": "heap",
+            "materials": {"particle": {"density_kg_m3": SALT.density}},
+            "contacts": HEAP_CONTACTS,
+            "particles": {"count": count, "diameter_mm": 2.0 * (10000 / count) ** (1 / 3)},
+            "geometry": {"generation_rate_per_s": count},
+        }
+    )
+
+
+def resting_heap(count: int = 10000) -> list[dict[str, Any]]:
+    """What an engine could leave out that lets grains sleep: over the whole pour of the funnel
+    heap, the share of the particle-steps that belong to grains which go less than a share of their
+    radius in WINDOW and whose neighbours do too; and the same of the contacts between two of them.
+    """
+    work = _Stillness()
+    heap.pour(_heap_spec(count), work)  # type: ignore[arg-type]
+    return work.rows()
+
+
+class _Tally:
+    """A run's surroundings that only count the work."""
+
+    def __init__(self):
+        self.particle_steps, self._last = 0, 0
+
+    def progress(self, fraction: float, text: str) -> None:
+        pass
+
+    def resume(self) -> None:
+        return None
+
+    def checkpoint(self, make: Callable[[], object]) -> None:
+        pass
+
+    def frame(self, sim: Simulation) -> None:
+        self.particle_steps += sim.n * (sim.steps - self._last)
+        self._last = sim.steps
+
+
+def resting_case(share: float) -> str:
+    """Name, in the history of speeds, of the grains that go less than that share of their radius in
+    WINDOW."""
+    return f"grains at rest, {share:g} radii in {1000 * WINDOW:g} ms"
+
+
+MILLION = "bed of 1000000 on two threads"
+"""Name, in the history of speeds, of a million grains that come to rest."""
+RESTING = Numerics.model_fields["rest_energy_ratio"].default
+"""Energy of motion below which they are at rest, as `rest_energy` has it."""
+
+
+def peak_memory() -> float:
+    """Largest resident memory of this process so far [MiB]."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+WINDOW = 5e-3
+"""Time over which a grain that may sleep must stay where it is [s]."""
+STILL = (1e-4, 1e-3, 1e-2)
+"""Shares of the radius that it may go in that time."""
+
+
+class _Stillness(_Tally):
+    """A run's surroundings that watch how far the grains go."""
+
+    def __init__(self):
+        super().__init__()
+        self._before, self._found = None, []
+
+    def frame(self, sim: Simulation) -> None:
+        if self._before and sim.time - self._before[0] < WINDOW:
+            return
+        places = np.full((int(sim.tag.max(initial=-1)) + 1, 3), np.nan)
+        places[sim.tag] = sim.position
+        if self._before:
+            self._found.append(self._compare(places))
+        radius = float(sim.radius.mean()) if sim.n else np.inf
+        self._before = sim.time, places, sim.contacts()[0], radius
+
+    def _compare(self, places):
+        """[grains, contacts, (those asleep of both) for each of STILL] of one window."""
+        _, before, pairs, radius = self._before
+        now = np.full_like(before, np.nan)  # where a grain has left
+        common = min(len(now), len(places))
+        now[:common] = places[:common]
+        gone = np.linalg.norm(now - before, axis=1)
+        there, first, second = np.isfinite(before[:, 0]), pairs[:, 0], pairs[:, 1]
+        row = [there.sum(), len(pairs)]
+        for share in STILL:
+            still = there & (gone < share * radius)
+            asleep, stirred = still.copy(), ~(still[first] & still[second])
+            asleep[first[stirred]] = asleep[second[stirred]] = False
+            row += [asleep.sum(), (asleep[first] & asleep[second]).sum()]
+        return row
+
+    def rows(self) -> list[dict[str, Any]]:
+        """A row for each of STILL."""
+        grains, contacts, *asleep = np.sum(self._found, axis=0)
+        return [
+            {
+                "radii_per_window": share,
+                "ratio": float(asleep[2 * k] / grains),
+                "ratio_of_contacts": float(asleep[2 * k + 1] / contacts),
+            }
+            for k, share in enumerate(STILL)
+        ]

