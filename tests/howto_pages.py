@@ -30,8 +30,8 @@ def copy_with(name, folder):
     shutil.copytree(ROOT / "src", folder / "src", symlinks=True,
                     ignore=shutil.ignore_patterns("__pycache__"))  # fmt: skip
     shutil.copytree(ROOT / "workflow", folder / "workflow", symlinks=True)
-    for name in ("Snakefile", "config", "profiles", "data"):
-        (folder / name).symlink_to(ROOT / name)
+    for linked in ("Snakefile", "config", "profiles", "data"):
+        (folder / linked).symlink_to(ROOT / linked)
     files, blocks = EXAMPLES / name, BLOCK.findall(section(name))
     assert files.is_dir() or blocks, f"{name} has neither files nor blocks"
     for path in (p for p in files.rglob("*") if p.is_file()):

@@ -51,8 +51,9 @@ from calibration.study.config.resolution import parse_resolved
 from calibration.study.config.schema import ScreeningConfig
 from calibration.study.factors import read_factors
 from calibration.study.new.answers import read_entries
+from calibration.study.new.laboratory_table import read_filled, write_empty
+from calibration.study.new.methods import methods
 from calibration.study.new.sizes import sieve_curve
-from calibration.study.new.workbook import read_workbook, write_workbook
 from dem.errors import DemError
 from dem.io.checked import DIGEST, sealed, write_checked_arrays
 from dem.io.clump import read_clump
@@ -380,18 +381,18 @@ def _sound():
     return out.getvalue()
 
 
-def _workbook_of_tests():
-    """As `dem new --workbook` writes it, two sheets of it filled in."""
+def _table_of_tests():
+    """As `dem new --table` writes it, with the grain and a drop filled in by their examples."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.xlsx"
-        write_workbook(path)
+        write_empty(path)
         book = openpyxl.load_workbook(path)
-        for name in set(book.sheetnames) - {"grain", "drop"}:
-            del book[name]
-        for sheet in book:
-            *_, (_, *example) = sheet.iter_rows(values_only=True)
-            sheet.append([None, *example])
-        book["drop"].append([None, "80 mm"])  # a second reading
+        for row in book.active.iter_rows(min_row=2):
+            if row[0].value in ("grain", "drop"):
+                q = methods()[row[0].value].question(row[1].value)
+                row[2].value = q.example if q else None
+            if row[1].value == "rebound":
+                row[2].value = "78 mm; 80 mm"
         book.save(path)
         return path.read_bytes()
 
@@ -421,7 +422,7 @@ ENDS = {"workbook": ".xlsx", "workbook of tests": ".xlsx"}
 
 READERS = {
     "workbook": (_workbook(), _numbers),
-    "workbook of tests": (_workbook_of_tests(), lambda p: read_entries(read_workbook(p))),
+    "workbook of tests": (_table_of_tests(), lambda p: read_entries(read_filled(p))),
     "responses": (
         b"run_id,angle_of_repose_deg\nheap-0123456789abcdef,31.5\n",
         lambda p: read_row(p, RUN),

@@ -2,10 +2,8 @@
 what would be right, and nothing is left behind."""
 
 import shlex
-from datetime import date
 from pathlib import Path
 
-import openpyxl
 import pytest
 
 from calibration.interface.commands import main
@@ -113,8 +111,8 @@ OPTIONS = {
     "sizes for a table": (f"new w --density 2.6g/cm3 --sieve 8-16mm {ANGLE}",
                           ["--sieve", "8-16mm", "table of sieves"]),
     "a workbook that is not there": ("new w --from nothere.xlsx", ["nothere.xlsx"]),
-    "a table for a workbook": ("new w --from angles.txt", ["angles.txt", "--workbook"]),
-    "a workbook of another kind": ("new --workbook tests.csv", ["tests.csv", ".xlsx"]),
+    "a table of one test": ("new w --from angles.txt", ["angles.txt", "test", "angle"]),
+    "a table of another kind": ("new --table tests.txt", ["tests.txt", ".xlsx", ".csv"]),
     "readings that are all the same": (f"new w {GRAIN} --measured 27 27 27 {RIG}",
                                        ["27", "sd", "n=3"]),
     "the same in a cylinder": (f"new w {GRAIN} --lifted-cylinder 27 27 27", ["27", "sd", "n=3"]),
@@ -149,9 +147,9 @@ OPTIONS = {
     "less than nothing on a sieve": (f"new w --density 2.65g/cm3 --sieve less.csv {ANGLE}",
                                      ["less.csv, line 3", "-5", "0 or more"]),
     "a sheet of nothing": (f"new w {GRAIN} {ANGLE} --sheet Mai", ["--sheet Mai", "workbook"]),
-    "a workbook that loses what was told": (f"new --workbook x.xlsx {GRAIN} {ANGLE}",
-                                            ["--workbook x.xlsx", "--from x.xlsx"]),
-    "a workbook and a folder": ("new w --workbook x.xlsx", ["--workbook x.xlsx", "--from x.xlsx"]),
+    "a workbook that loses what was told": (f"new --table x.xlsx {GRAIN} {ANGLE}",
+                                            ["--table x.xlsx", "--from x.xlsx"]),
+    "a workbook and a folder": ("new w --table x.xlsx", ["--table x.xlsx", "--from x.xlsx"]),
     "a drop whose rebound is missing": (f"new w {GRAIN} {ANGLE} --drop drops.csv",
                                         ["drops.csv, line 3", "rebound"]),
     "a table of masses": (f"new w {GRAIN} --measured masses.csv {RIG}",
@@ -214,55 +212,9 @@ def refused_words(words, capsys):
 @pytest.mark.parametrize("name", OPTIONS)
 def test_an_option_is_refused_with_its_place_and_what_is_right(here, name, capsys):
     line, facts = OPTIONS[name]
-    pilot = [] if "--workbook" in line else ["--no-pilot"]
+    pilot = [] if "--table" in line else ["--no-pilot"]
     said = refused_words([*shlex.split(line), *pilot], capsys)
     missing = [fact for fact in facts if not holds(said, fact)]
     assert not missing, said
     assert "Traceback" not in said
     assert "w/" not in said  # no file that is gone
-
-
-CELLS = {
-    "a value on the example": ("drop", {"B5": "80 mm"}, ["drop", "line 5", "example"]),
-    "below no heading": ("drop", {"B6": 78, "H6": 3}, ["cell H6", "heading"]),
-    "a unit of another kind": ("drop", {"B6": "78 kg", "C6": 300}, ["cell B6", "78 kg", "mm"]),
-    "a reading without its height": ("drop", {"B6": 78, "B7": 80}, ["drop", "height"]),
-    "a height without a reading": ("drop", {"C6": 300}, ["drop", "line 6", "rebound"]),
-    "one reading": ("lifted-cylinder", {"B6": 52}, ["cell B6", "52", "second reading"]),
-    "a renamed column": ("drop", {"C2": "Fallhöhe [mm]", "B6": 78, "C6": 300},
-                         ["cell C6", "Fallhöhe", "height"]),
-    "a date": ("lifted-cylinder", {"B6": "26. Jan", "B7": 27}, ["cell B6", "26. Jan"]),
-    "a cell that became a date": ("lifted-cylinder", {"B6": date(2026, 1, 26), "B7": 27},
-                                  ["cell B6", "2026-01-26", "26.1"]),
-    "a slope": ("lifted-cylinder", {"B6": "50 %", "B7": 27}, ["cell B6", "26.57"]),
-    "what a formula could not say": ("lifted-cylinder", {"B6": "#DIV/0!", "B7": 27},
-                                     ["cell B6", "#DIV/0!", "number in deg"]),
-    "two columns of one row": ("axes", {"B6": 6.2, "D6": 3.3}, ["axes", "width"]),
-    "a wall that nobody knows": ("drop", {"B6": 78, "B7": 80, "C6": 300, "D6": "Beton"},
-                                 ["cell D6", "Beton", "steel"]),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", CELLS)
-def test_a_workbook_is_refused_by_sheet_and_cell(here, name, capsys):
-    sheet, cells, facts = CELLS[name]
-    assert main(["new", "--workbook", "tests.xlsx"]) == 0
-    book = openpyxl.load_workbook("tests.xlsx")
-    for cell, value in cells.items():
-        book[sheet][cell] = value
-    book.save("tests.xlsx")
-    said = refused_words(["new", "w", "--from", "tests.xlsx", "--no-pilot"], capsys)
-    missing = [fact for fact in facts if not holds(said, fact)]
-    assert not missing, said
-
-
-def test_a_restitution_in_a_column_of_millimetres_is_asked_about(here, capsys):
-    assert main(["new", "--workbook", "tests.xlsx"]) == 0
-    book = openpyxl.load_workbook("tests.xlsx")
-    for cell, value in {"B6": 0.51, "B7": 0.52, "C6": 300}.items():
-        book["drop"][cell] = value
-    book.save("tests.xlsx")
-    rest = shlex.split(f"{GRAIN} {ANGLE}")
-    said = refused_words(["new", "w", "--from", "tests.xlsx", *rest, "--no-pilot"], capsys)
-    assert holds(said, "cell B6")
-    assert holds(said, "78 mm")

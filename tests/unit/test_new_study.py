@@ -4,7 +4,6 @@ computes."""
 import math
 import subprocess
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,9 +15,8 @@ from calibration.interface.commands import main
 from calibration.study.config import parse_config
 from calibration.study.factors import Factor, read_factors
 from calibration.study.new.heap import Heap
-from calibration.study.new.pilot import Trial, advice, coarse, corners, levels_at, pilot, shrunk
+from calibration.study.new.pilot import Trial, advice, beyond, coarse, corners, one_run, shrunk
 from calibration.study.new.ranges import WIDE, factors_of, materials
-from calibration.study.new.reach import changes, reach
 from calibration.study.new.sizes import mean_diameter, sieve_curve
 from calibration.study.new.study import study_name
 from calibration.telling.start_and_end import opening
@@ -286,8 +284,11 @@ def test_a_misspelt_key_is_answered_with_the_nearest(here):
         parse_config(yaml.safe_load(text), files=[here / "peas" / "config.yaml"])
 
 
+ANGLE = "angle_of_repose_deg"
+
+
 def trials(points, stands):
-    return [Trial(tuple(p), 30.0, "" if s else "no heap", 1.0)
+    return [Trial(tuple(p), {ANGLE: 30.0}, "" if s else "no heap", 1.0)
             for p, s in zip(points, stands, strict=True)]  # fmt: skip
 
 
@@ -364,102 +365,84 @@ def test_a_new_study_runs_without_a_warning_of_the_engine_in_all_profiles(here):
 
 def test_the_pilot_proposes_what_its_faults_ask_for():
     points = np.zeros((8, 1))
-    assert any("rim" in s for s in advice(trials(points, [False] * 4 + [True] * 4)))
-    [said] = advice(trials(points, [True] * 8))
-    assert tells(said, "8 of 8")
-    clogged = [Trial((0.5,), 30.0, "clogged: 9 grains left in the funnel", 1.0)]
-    assert any("wider orifice" in s for s in advice(clogged))
+    assert any("rim" in s for s in advice(trials(points, [False] * 4 + [True] * 4), 30.0))
+    stand, _ = advice(trials(points, [True] * 8), 30.0)
+    assert tells(stand, "8 of 8")
+    clogged = [Trial((0.5,), {ANGLE: 30.0}, "clogged: 9 grains left in the funnel", 1.0)]
+    assert any("wider orifice" in s for s in advice(clogged, 30.0))
 
 
-def test_the_pilot_says_whether_its_heaps_reach_the_measured_angle():
-    heaps = [Trial((0.5,), angle, "", 1.0) for angle in (12.0, 28.2)]
-    assert [s for s in advice(heaps, 22.7) if tells(s, "12.0° to 28.2°", "22.7°")]
-    (steep,) = (s for s in advice(heaps, 34.0) if "yours" in s)
-    assert tells(steep, "5.8°", "steeper")
-    (flat,) = (s for s in advice(heaps, 10.0) if "yours" in s)
-    assert tells(flat, "2.0°", "flatter")
-    assert "Less friction" in flat
-
-
-def poured(monkeypatch, angle_of):
-    """Heaps of `angle_of(run spec, levels)` in place of the engine's; returns what was poured."""
+def poured(monkeypatch, metrics_of):
+    """Runs of `metrics_of(spec)` in place of the engine's; returns the specs that were run."""
     seen = []
 
-    def one_heap(config, run_spec, levels, point):
-        seen.append((run_spec, levels))
-        return Trial(point, angle_of(run_spec, levels), "", 1.0)
+    def run(spec, out):
+        seen.append(spec)
+        return {"metrics": {"rest_time_s": 1.0} | metrics_of(spec)}
 
-    monkeypatch.setattr("calibration.study.new.reach.one_heap", one_heap)
+    monkeypatch.setattr("dem.warm.compile_engine", lambda: None)
+    monkeypatch.setattr("dem.run.run", run)
     return seen
 
 
-def corner_trials(config, factors, angle_of):
-    points = corners(config, factors)
-    angles = [angle_of(config.run, levels_at(factors, p)) for p in points]
-    return [Trial(tuple(p), a, "", 1.0) for p, a in zip(points, angles, strict=True)]
+def frictions(spec):
+    pair, wall = spec.contacts.particle_particle, spec.contacts.particle_wall
+    bounce = pair.restitution + wall.restitution
+    rub = pair.static_friction + pair.rolling_friction
+    return rub + wall.static_friction + wall.rolling_friction - bounce
 
 
-ROLLING = "contacts.particle_particle.rolling_friction"
-BOUNCE = "contacts.particle_particle.restitution"
-
-
-def test_a_steeper_angle_is_looked_for_at_the_ends_that_steepen_the_heap(here, monkeypatch):
+def test_an_angle_beyond_all_heaps_is_looked_for_at_the_ends(here, monkeypatch, capsys):
     """Friction steepens, restitution flattens: no point of the screening has the steep ends of all
-    seven."""
-    main(["new", "peas", *ANGLES, *RIG])
-    config = read(here / "peas")
-    factors = read_factors(config.factors)
-
-    def angle_of(run, levels):
-        steep = [1.0 if "friction" in key else -1.0 for key in levels]
-        return 20.0 + 10.0 * sum(s * x for s, x in zip(steep, levels.values(), strict=True))
-
-    found = corner_trials(config, factors, angle_of)
-    seen = poured(monkeypatch, angle_of)
-    highest = max(t.angle_deg for t in found)
-    assert reach(config, factors, found, highest) == []  # within what was poured
-    assert seen == []
-    (said,) = reach(config, factors, found, highest + 0.1)
-    assert tells(said, "ranges reach", "ends")
-    ((_, levels),) = seen
-    assert {f.key: levels[f.key] == f.high for f in factors} == {
-        f.key: "friction" in f.key for f in factors
-    }
-
-
-def test_a_heap_that_grows_into_the_orifice_is_steep_enough(here, monkeypatch):
-    main(["new", "peas", *ANGLES, *RIG])
-    config = read(here / "peas")
-    factors = read_factors(config.factors)
-    found = corner_trials(config, factors, lambda run, levels: 20.0)
-    blocked = Trial((1.0,) * 7, 38.0, "clogged: 1 grains left in the funnel", 1.0)
-    monkeypatch.setattr("calibration.study.new.reach.one_heap", lambda *a: blocked)
-    (said,) = reach(config, factors, found, 34.0)
-    assert tells(said, "ranges reach", "ends")
+    seven. The measured mean is 27.17°."""
+    rig = [x for x in RIG if x != "--no-pilot"]
+    seen = poured(monkeypatch, lambda spec: {ANGLE: 20.0 + frictions(spec)})
+    assert main(["new", "peas", *ANGLES, *rig]) == 0
+    said = capsys.readouterr().out
+    assert len(seen) == 18  # the screening's, and one
+    steepest = seen[-1]
+    ends = {f.key: (f.low, f.high) for f in read_factors("peas/factors.tsv")}
+    place = "contacts.particle_particle"
+    pair = steepest.contacts.particle_particle
+    assert pair.static_friction == ends[f"{place}.static_friction"][1]
+    assert pair.restitution == ends[f"{place}.restitution"][0]
+    assert tells(said, "ranges", "not reach", "yours")
+    # the ends that steepen are one above the best of the screening's points
+    best = max(frictions(spec) for spec in seen[:-1])
+    assert frictions(steepest) > best
+    high = 27.17 - best - 0.5 * (frictions(steepest) - best)
+    seen = poured(monkeypatch, lambda spec: {ANGLE: high + frictions(spec)})
+    assert main(["new", "beans", *ANGLES, *rig]) == 0
+    assert tells(capsys.readouterr().out, "ends", "reaches yours")
+    seen = poured(monkeypatch, lambda spec: {ANGLE: 27.0 + frictions(spec)})
+    assert main(["new", "lentils", *ANGLES, *rig]) == 0
+    assert len(seen) == 17  # within what was poured
 
 
-def test_what_would_reach_a_steeper_angle_is_poured_and_named(here, monkeypatch):
-    main(["new", "peas", *ANGLES, *RIG])
-    config = read(here / "peas")
-    factors = read_factors(config.factors)
+def test_a_heap_that_grows_into_the_orifice_is_steep_enough():
+    heaps = [Trial((0.0,), {ANGLE: 12.0}), Trial((1.0,), {ANGLE: 28.2})]
+    assert beyond(heaps, 22.7) is None
+    assert beyond(heaps, 34.0) == (1.0,)
+    assert beyond(heaps, 10.0) == (0.0,)
+    blocked = Trial((1.0,), {ANGLE: 38.0}, "clogged: 1 grains left in the funnel")
+    assert beyond([*heaps, blocked], 34.0) is None
 
-    def angle_of(run, levels):
-        low = run["geometry"]["discharge_height_mm"] < 40
-        return 20.0 + 10.0 * levels[ROLLING] - levels[BOUNCE] + 10.0 * low
 
-    found = corner_trials(config, factors, angle_of)
-    seen, shown = poured(monkeypatch, angle_of), []
-    (said,) = reach(config, factors, found, 30.0, shown.append)
-    # half of 100 mm times tan 35 degrees is 35.01 mm
-    assert tells(said, "one does", "36 mm", "--height")
-    assert any("rolling_friction 0.7" in s and "quartz sand" in s for s in shown)
-    assert any("elongation" in s for s in shown)
-    assert any(r["geometry"].get("plate_rim_height_mm") == 4 for r, _ in seen)
-    (said,) = reach(config, factors, found, 60.0)
-    assert "in this rig" in said
-    published = [replace(f, description="a paper") for f in factors]
-    words = [c.words for c in changes(config, published, 60.0)]
-    assert not any("friction" in w for w in words)  # a published range is not widened
+def test_a_heap_that_trembles_gets_time_and_then_shorter_steps(here, monkeypatch, capsys):
+    rig = [x for x in RIG if x != "--no-pilot"]
+
+    def calm(spec):
+        n = spec.numerics
+        rests = n.max_time_s > 20.0 and n.rayleigh_fraction < 0.2
+        return {ANGLE: 27.0 + frictions(spec), "rest_time_s": 1.0 if rests else None}
+
+    seen = poured(monkeypatch, calm)
+    assert main(["new", "peas", *ANGLES, *rig]) == 0
+    assert len(seen) == 17 + 2
+    numerics = read(here / "peas").run["numerics"]
+    assert (numerics["max_time_s"], numerics["rayleigh_fraction"]) == (24.0, 0.16)
+    assert tells(capsys.readouterr().out, "heap", "rayleigh_fraction", "0.16", "rest")
+    assert tells((here / "peas/README.md").read_text(), "max_time_s", "24", "rest")
 
 
 def test_coarse_heaps_have_the_same_volume_and_pass_the_orifice():
@@ -482,7 +465,7 @@ def test_a_pilot_that_is_ended_ends(here, monkeypatch):
     monkeypatch.setattr(dem.run, "run", stopped)
     config = read(here / "peas")
     with pytest.raises(StoppedError):
-        pilot(config, read_factors(config.factors), [(0.5,) * 7])
+        one_run(config, config.run, "heap", {})
 
 
 @pytest.mark.slow
@@ -491,7 +474,6 @@ def test_a_pilot_of_a_new_study_and_its_dry_run(here, capsys):
     assert main(["new", "Weizen Prüfung", *ANGLES, *rig]) == 0
     said = capsys.readouterr().out
     assert tells(said, "17", "heaps")
-    assert "heaps, about" in said
     root = __import__("pathlib").Path(__file__).parents[2]
     for name in ("Snakefile", "workflow", "config", "profiles", "src", "data"):
         (here / name).symlink_to(root / name)

@@ -10,6 +10,9 @@ from pathlib import Path
 from calibration.errors import CalibrationError
 from dem.cli import main as engine_main
 
+JOBS = 2
+"""Runs at once, as the default profile has them."""
+
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit status: 0, or 2 with one line on stderr for bad input."""
@@ -34,19 +37,19 @@ def _add_new(commands):
         "folder", type=Path, nargs="?", help="folder to write; its name becomes the study's"
     )
     new.add_argument(
-        "--workbook",
+        "--table",
         type=Path,
-        metavar="XLSX",
-        help="write an empty workbook with a sheet a test, to be filled in, and nothing else",
+        metavar="FILE",
+        help="write an empty table (.csv or .xlsx) with a row a question, and nothing else",
     )
     new.add_argument(
         "--from",
         type=Path,
-        metavar="XLSX",
-        dest="workbook_filled",
-        help="begin the study from such a workbook",
+        metavar="FILE",
+        dest="filled",
+        help="begin the study from such a table, filled in",
     )
-    new.add_argument("--sheet", help="of a workbook with several: the one with the angles")
+    new.add_argument("--sheet", help="of a workbook with several: the one that is meant")
     new.add_argument(
         "--grains",
         type=_whole,
@@ -66,44 +69,41 @@ def _whole(text):
 
 def _new(args):
     from calibration.runs.feasibility import check_ahead  # loads pandas and the schemas
-    from calibration.study.new import options, study
+    from calibration.study.new import laboratory_table, options, study
     from calibration.study.new.answers import read_entries
     from calibration.study.new.laboratory import laboratory_of
 
     words = options.words_given(args)
-    if args.sheet and not any(word.lower().endswith(".xlsx") for word in words):
+    files = [*words, str(args.filled)]
+    if args.sheet and not any(word.lower().endswith(".xlsx") for word in files):
         raise CalibrationError(
             f"--sheet {args.sheet}: no option names a workbook; allowed: beside one, such as "
             "--measured tests.xlsx"
         )
-    if args.workbook:
+    if args.table:
         if args.folder or words:
             raise CalibrationError(
-                f"--workbook {args.workbook}: writes an empty workbook, and what stands beside it "
-                f"would be lost; allowed: by itself, or --from {args.workbook} where it is filled "
-                "in"
+                f"--table {args.table}: writes an empty table, and what stands beside it would be "
+                f"lost; allowed: by itself, or --from {args.table} where it is filled in"
             )
-        from calibration.study.new.workbook import write_workbook  # loads openpyxl
-
-        print(write_workbook(args.workbook))
+        print(laboratory_table.write_empty(args.table))
         return
     if args.folder is None:
-        raise CalibrationError("the folder is missing; allowed: dem new FOLDER, or --workbook XLSX")
-    name, raws = study.check_folder(args.folder), []
-    if args.workbook_filled:
-        from calibration.study.new.workbook import read_workbook
-
-        raws = read_workbook(args.workbook_filled)
+        raise CalibrationError("the folder is missing; allowed: dem new FOLDER, or --table FILE")
+    name = study.check_folder(args.folder)
+    raws = laboratory_table.read_filled(args.filled, args.sheet) if args.filled else []
     entries = read_entries([*raws, *options.raws_of(args)])
     laboratory = laboratory_of(name, args.folder, entries, args.grains)
     for sentence in study.write_study(laboratory, check_ahead):
         print(sentence)
     if not args.no_pilot:
-        from calibration.study.new import trial  # compiles the engine
+        from calibration.runs.progress import progress
+        from calibration.study.new.pilot import try_study
 
-        if laboratory.alone:
-            trial.try_study(args.folder, print)
-        elif without := trial.try_rigs(args.folder, print):
+        def estimate(config):
+            return progress(config).sentence(JOBS)
+
+        if without := try_study(laboratory, print, estimate):
             print(
                 f"wrote {args.folder}; do not start it as it is: {', '.join(without)} gave no value"
             )

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from dem.constants import GRAVITY
+from dem.flow import C_BEVERLOO, beverloo
 from dem.grains import grain_volume, spheres_in
 from dem.spec import RunSpec, parse_spec
 
@@ -102,6 +103,18 @@ def _of_wall_friction(spec):
     return REST_S + spec.geometry.slide_mm / spec.geometry.slide_speed_mm_s
 
 
+def _of_discharge(spec):
+    g = spec.geometry
+    diameter = (6.0 * grain_volume(spec) / math.pi) ** (1 / 3)
+    # of solid volume in a second
+    flow = C_BEVERLOO * beverloo(PACKING, 1e-3 * g.orifice_diameter_mm, diameter)
+    if not flow:
+        return None
+    depth = _depth_mm(spec, g.silo_diameter_mm)
+    # half of the grains on average while they run out
+    return _fall(depth) + REST_S + 0.5 * spec.particles.count * grain_volume(spec) / flow
+
+
 def _depth_mm(spec, across):
     """Depth of a bed of all grains in a cylinder [mm]."""
     bulk = 1e9 * spec.particles.count * grain_volume(spec) / PACKING
@@ -118,6 +131,7 @@ LASTS: dict[tuple[str, ...], tuple[OfRun, OfRun]] = {
     ("drop_height_mm", "drops"): (_of_drops, lambda spec: spec.geometry.drops),
     ("cylinder_diameter_mm", "lift_speed_mm_s"): (_of_lifted_cylinder, _spheres),
     ("vessel_diameter_mm", "taps"): (_of_bulk_density, _spheres),
+    ("orifice_diameter_mm", "silo_diameter_mm"): (_of_discharge, _spheres),
     ("tilt_rate_deg_s", "trials"): (_of_tilt, lambda spec: BONDED),
     ("preshear_displacement_mm", "shear_displacement_mm", "shear_speed_mm_s"): (
         _of_shear, _spheres,

@@ -1,18 +1,16 @@
 """The one reader of tables that people give: measured values, factors, designs, sieve curves.
 
 `read_table` takes what a spreadsheet or an instrument saved: it recognises encoding, separator and
-decimal mark, reads workbooks, and refuses what can be read in two ways. `read_rows` gives the cells
-of a table that is laid out in its own way.
+decimal mark, reads workbooks, and refuses what can be read in two ways.
 """
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from dem.errors import InputError
-from dem.tables.table import Table, read_rows, read_table, table_of
-from dem.tables.workbook import SeveralSheetsError
+from dem.tables.table import Table, read_table, table_of
 
-__all__ = ["SeveralSheetsError", "Table", "named_by", "read_rows", "read_table", "table_of"]
+__all__ = ["Table", "named_by", "read_table", "table_of"]
 
 
 @contextmanager

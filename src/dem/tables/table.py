@@ -97,32 +97,6 @@ def _nearest(name, names):
     return f"; did you mean {near[0]}?" if near else ""
 
 
-def read_rows(
-    path: str | Path, heading: str = "", sheet: str | None = None
-) -> list[tuple[int, list[str]]]:
-    """[(line, cells)] of a file as it is, for a table that is laid out in its own way: numbers have
-    a decimal point, blank lines are left out. heading: how the first line begins that has all
-    columns, in small letters; those before it do not tell the separator; sheet: of a workbook.
-    Raises InputError as `read_table` does."""
-    path = Path(path)
-    data = read_bytes(path)
-    if kind_of(data, path) == WORKBOOK:
-        return [(n, r) for n, r in workbook_rows(data, path, sheet) if any(r)]
-    _refuse_sheet(sheet, path)
-    declared, lines = _lines(decode(data, path)[0])
-    if not lines:
-        raise InputError("is empty", path=path, allowed=NEEDED)
-    first = next((k for k, (_, x) in enumerate(lines) if x.lower().startswith(heading)), 0)
-    separator = dialects.separator_of(lines[first:], path, declared)
-    rows = [(n, dialects.cells_of(x, separator, path, n)) for n, x in lines]
-    decimal = dialects.decimal_of(rows, separator, path)
-    return [(n, [dialects.plain(c, decimal) if _counts(c) else c for c in r]) for n, r in rows]
-
-
-def _counts(cell):
-    return bool(re.fullmatch(r"[+-]?[\d.,]+([eE][+-]?\d+)?", cell))
-
-
 def _refuse_sheet(sheet, path):
     """Raise InputError where a sheet is named of what has none."""
     if sheet is not None:

@@ -20,17 +20,13 @@ if TYPE_CHECKING:
 DATE = "is a date: a spreadsheet turned a number such as 26.1 into one"
 
 
-class SeveralSheetsError(InputError):
-    """A workbook of which it is not said which sheet is meant; `value` names them."""
-
-
 def workbook_rows(
     data: bytes, path: str | Path, sheet: str | None = None
 ) -> list[tuple[int, list[str]]]:
     """[(row number, [text])] of the one sheet that holds anything, or of the one of that name.
 
-    Raises InputError for none, for several of which none is named (SeveralSheetsError), for more
-    cells than a table has, or a file that cannot be read.
+    Raises InputError for none, for several of which none is named, for more cells than a
+    table has, or a file that cannot be read.
     """
     values, formulas = _books(data, path)
     filled = {s.title: found for s in values.worksheets if (found := _filled(s))}
@@ -41,7 +37,7 @@ def workbook_rows(
         raise InputError("has no such sheet with cells", path=path, value=sheet, allowed=names)
     if sheet is None and len(filled) > 1:
         allowed = "one sheet with cells, or the sheet named by --sheet where a command takes it"
-        raise SeveralSheetsError("has several sheets", path=path, value=names, allowed=allowed)
+        raise InputError("has several sheets", path=path, value=names, allowed=allowed)
     name = sheet or next(iter(filled))
     cells = filled[name]
     _check_formulas(formulas[name], cells, path)

@@ -1,5 +1,5 @@
-"""What a laboratory answered, in options, a workbook or a form: checked entries, or every fault at
-once with its place."""
+"""What a laboratory answered, in options or a table: checked entries, or every fault at once
+with its place."""
 
 import difflib
 import re

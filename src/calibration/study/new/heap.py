@@ -17,7 +17,6 @@ FEWEST = 300
 FEED = 0.65
 """Share at which grains are made of what the orifice passes of the quick profile's larger grains.
 From 70 % on a funnel packs in some runs and not in others, and the angles come in two kinds."""
-SETTLING = 1.5  # s after the last grain has left the funnel
 RAYLEIGH = 0.4  # Rayleigh times in a time step, at most
 IMPACT_STEPS = 5.5  # that an impact on the plate lasts at least; the engine warns below 5
 ROOM = 5.0  # deg by which a heap may be steeper than the measured one and not touch the orifice
@@ -125,12 +124,6 @@ class Heap:
         m = self._material
         radius = 0.5e-3 * self.diameter_mm
         return rayleigh_time(radius, m.density, m.shear_modulus, m.poisson_ratio)
-
-    @property
-    def particle_steps(self) -> float:
-        """Work of one heap: grains times steps."""
-        step = self.rayleigh_fraction * self._rayleigh_time
-        return self.count * (self.pouring_s + SETTLING) / step
 
     def of_at_most(self, most: int) -> "Heap":
         """The same heap of fewer, larger grains; an orifice of FREE_FLOW_RATIO grains stays so."""

@@ -115,8 +115,8 @@ def _grains(folder, entries, most):
     own = {e.method.name: e for e in entries if not e.method.becomes}
     if "grain" not in own or not own["grain"].values("density"):
         raise CalibrationError(
-            "the density of a grain is missing; allowed: --density, such as 1.32 g/cm3, or the "
-            "sheet grain"
+            "the density of a grain is missing; allowed: --density, such as 1.32 g/cm3, or in a "
+            "table grain, density"
         )
     grain = own["grain"]
     sized = [n for n in ("axes", "sieve") if n in own] + (
@@ -126,7 +126,7 @@ def _grains(folder, entries, most):
         told = ", ".join(sized) or "none"
         raise CalibrationError(
             f"the size of a grain is told by {told}; allowed: one of its diameter (--grain), its "
-            "three axes (--axes) or a sieve analysis (--sieve), or of the sheets grain, axes, sieve"
+            "axes (--axes) or a sieve analysis (--sieve)"
         )
     density = grain.value("density")
     moist = grain.value("moisture")

@@ -1,27 +1,45 @@
-"""Coarse heaps at the points of a study's screening: which stand, which ranges hold them, what
-the study will take."""
+"""The pilot of a new study: its settings are tried before they are handed out, and what the runs
+give is held against what was measured.
+
+Of a heap alone a coarse one is poured at each point of the screening, and the ends of the ranges
+move in to where all stand. Of several tests each rig is run in the middle of the ranges and at
+their smooth end, where grains come to rest last, and at the rough one where these two do not reach
+the measured value. Grains that do not come to rest get more time, then a shorter time step.
+"""
 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import yaml
 
+from calibration.intake.quantities import quantity_name
 from calibration.statistics.screening_design import screening_design
-from calibration.study.config import overlay, point_spec
-from calibration.study.stages import expected_runs
+from calibration.study.config import machine_run, overlay, parse_config, point_spec, read_target
+from calibration.study.config.joint import read_joint_target
+from calibration.study.new.study import configuration, write_settings
+from calibration.study.parcels import WITH_SIZE, ratios
 from dem.errors import DemError, MeasureError, StoppedError
 from dem.spec import parse_spec
+from dem.units import behind, unit_of
 
 if TYPE_CHECKING:
     from calibration.study.config import Config
     from calibration.study.factors import Factor
+    from calibration.study.new.laboratory import Laboratory
 
-
+Show = Callable[[str], object]
+ANGLE = "angle_of_repose_deg"
+EVERY_S = 5.0  # a run that goes on is told of
+CALMER = 2  # times that a rig's settings are changed so that its grains come to rest
 COARSE = 1250  # grains
 WIDE_ENOUGH = 5.0  # grains across the orifice
 ROUNDS = 2  # of moving ends of ranges
@@ -29,22 +47,317 @@ MOVE = 0.2  # of a range, by which an end moves in a round
 MOST = 0.4  # of a range, that an end moves in all rounds: the middle stays inside
 FURTHER = 2  # rounds more where over a quarter of the heaps still does not stand
 TELLING = 0.25  # more of the heaps at an end than at the other do not stand, where it moves then
+HALVINGS = 5  # of the upper end of how much grains stick
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One coarse heap: its point in the unit cube, and why it does not stand (empty where it
-    does)."""
+    """One run: its point of the ranges' unit cube, its metrics {name: value}, why it has no value
+    (empty where it has), the time [s] of a processor that it took, and whether its grains did not
+    come to rest."""
 
     point: tuple
-    angle_deg: float | None
-    fault: str
-    seconds: float
+    metrics: dict[str, Any] = field(default_factory=dict)
+    fault: str = ""
+    seconds: float = 0.0
+    restless: bool = False
+
+    @property
+    def angle_deg(self) -> float | None:
+        """Angle of repose, None where there is none."""
+        return self.metrics.get(ANGLE)
 
     @property
     def found(self) -> str:
         """The angle, or why there is none, in words."""
-        return self.fault or f"{self.angle_deg:.1f}°"
+        trembles = ", where its grains do not come to rest" if self.restless else ""
+        return self.fault or f"{self.angle_deg:.1f}°{trembles}"
+
+
+def try_study(lab: Laboratory, show: Show, estimate: Callable[[Config], str]) -> list[str]:
+    """Try a study that is written, change its files where that is called for, and say what it will
+    take. Returns the rigs that gave nothing, whose settings are not good.
+
+    estimate: estimate(config) -> a sentence on the runs of a study and their time.
+    """
+    from dem.warm import compile_engine  # loads the engine
+
+    show("pilot: the engine is compiled first, which takes a minute once")
+    with heard("compiling", show):
+        compile_engine()
+    lab, without = _of_one_heap(lab, show) if lab.alone else _of_rigs(lab, show)
+    for resolution in () if without else ("quick", "full"):
+        show(f"{resolution} profile: {estimate(_config(lab, resolution))}")
+    return without
+
+
+@contextmanager
+def heard(what: str, show: Show) -> Iterator[None]:
+    """A block that is told of every few seconds while it lasts."""
+    over, begun = threading.Event(), time.monotonic()
+
+    def tell():
+        while not over.wait(EVERY_S):
+            show(f"{what}: {time.monotonic() - begun:.0f} s so far")
+
+    thread = threading.Thread(target=tell, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
+
+
+def _config(lab, resolution):
+    data = yaml.safe_load(configuration(lab)) | {"resolution": resolution}
+    return parse_config(data, files=[lab.folder / "config.yaml"])
+
+
+def one_run(
+    config: Config, run_spec: dict, experiment: str, levels: dict, point: tuple = ()
+) -> Trial:
+    """`Trial` of a run spec at levels {key: level}. Raises StoppedError: whoever ends the pilot
+    does not ask about this run."""
+    from dem.run import run  # loads the engine
+
+    begun = time.process_time()  # other programs that run beside the pilot do not count
+    metrics, fault, restless = {}, "", False
+    try:
+        spec = parse_spec(point_spec(run_spec, experiment, levels, config.seed))
+        with tempfile.TemporaryDirectory() as work:
+            metrics = run(spec, Path(work) / "run")["metrics"]
+    except StoppedError:
+        raise
+    except DemError as error:
+        fault = str(error)
+        late = isinstance(error, MeasureError) and "max_time_s" in fault
+        restless = late and getattr(error, "kind", "restless") == "restless"
+    if left := metrics.get("in_funnel"):
+        fault = f"clogged: {left} grains left in the funnel"
+    restless = restless or metrics.get("rest_time_s", 0.0) is None
+    return Trial(point, metrics, fault, time.process_time() - begun, restless)
+
+
+def _calmer(lab, k, turn, show):
+    """The study with more time for the grains of its test k, and from the second turn on shorter
+    steps; its files are written."""
+    test = lab.tests[k]
+    run = overlay(test.run, {})
+    numerics = parse_spec(point_spec(run, test.experiment, {}, 1)).numerics
+    more = {"max_time_s": 2.0 * numerics.max_time_s}
+    if turn:
+        more = {"rayleigh_fraction": round(0.5 * numerics.rayleigh_fraction, 4)}
+    key, value = next(iter(more.items()))
+    said = f"{test.rig}: {key} is {value:g}, as its grains did not come to rest in the pilot"
+    show(said)
+    tests = [
+        *lab.tests[:k],
+        replace(test, run=overlay(run, {"numerics": more})),
+        *lab.tests[k + 1 :],
+    ]
+    lab = replace(lab, tests=tests, said=[*lab.said, said])
+    write_settings(lab)
+    return lab
+
+
+def _with_factors(lab, factors, show):
+    """The study with other ranges, which are told; its files are written."""
+    for old, new in zip(lab.factors, factors, strict=True):
+        if old != new:
+            show(f"{new.name}: {old.low:g} to {old.high:g} becomes {new.low:g} to {new.high:g}")
+    lab = replace(lab, factors=list(factors))
+    write_settings(lab)
+    return lab
+
+
+# --- several tests
+
+
+def _of_rigs(lab, show):
+    """(`Laboratory`, rigs that gave nothing) after each rig was run at the ends of the ranges."""
+    lab, without = _eased(lab, show), []
+    for k, test in enumerate(lab.tests):
+        lab, trials = _tried(lab, k, show)
+        for end, trial in trials.items():
+            if trial.fault:
+                show(f"{test.rig}: no value at {end}: {trial.fault}")
+        # at an end there may be no heap, and the study knows what to make of that
+        gone = trials[MIDDLE].fault or any(t.restless for t in trials.values())
+        without += [test.rig] if gone else []
+        for sentence in _beside(_config(lab, "quick"), test.rig, trials):
+            show(f"{test.rig}: {sentence}")
+    return lab, without
+
+
+MIDDLE, SMOOTH, ROUGH = "the middle of the ranges", "their smooth end", "their rough end"
+
+
+def _tried(lab, k, show):
+    """(`Laboratory`, {end: `Trial`}) of a rig; at the rough end only where the others do not reach
+    what was measured."""
+    trials = {}
+    for end in (MIDDLE, SMOOTH, ROUGH):
+        rig = lab.tests[k].rig
+        if end == ROUGH and not _missed(_config(lab, "quick"), rig, trials):
+            break
+        for turn in range(CALMER + 1):
+            config = _config(lab, "quick")
+            machine = config.rigs[rig]
+            run_spec = machine_run(config, machine)
+            with heard(f"{rig} at {end}", show):
+                trial = one_run(
+                    config, run_spec, machine.experiment, _levels(config, lab, rig, end)
+                )
+            if not trial.restless or turn == CALMER:
+                break
+            lab = _calmer(lab, k, turn, show)
+        trials[end] = trial
+        if end == MIDDLE and trial.fault:
+            break
+    return lab, trials
+
+
+def _levels(config, lab, rig, end):
+    """{key: level} of an end of the ranges in a rig: the rough one has all friction and no
+    bounce."""
+    by = ratios(config, rig, [f.key for f in lab.factors])
+    levels = {f.key: f.centre for f in lab.factors}
+    for f in lab.factors if end != MIDDLE else ():
+        if f.key.endswith("friction"):
+            levels[f.key] = f.high if end == ROUGH else f.low
+        elif f.key.endswith("restitution"):
+            levels[f.key] = f.low if end == ROUGH else f.high
+    return {key: level * by.get(key, 1.0) for key, level in levels.items()}
+
+
+def _missed(config, rig, trials):
+    """Metrics of a rig's targets that its runs do not reach."""
+    targets = [t for t in config.targets if t.rig == rig]
+    return [t.metric for t in targets if not _reached(*_measured(config, t), trials, t.metric)]
+
+
+def _measured(config, target):
+    """(measured mean, its standard error) of a target."""
+    found = read_joint_target(config, target)
+    return float(found.mean[0]), float(np.sqrt(found.covariance[0, 0]))
+
+
+def _reached(mean, error, trials, metric):
+    values = [t.metrics[metric] for t in trials.values() if metric in t.metrics]
+    return bool(values) and min(values) - error <= mean <= max(values) + error
+
+
+def _beside(config, rig, trials):
+    """Sentences: what a rig gave beside each of its targets, and whether the ranges reach it."""
+    for target in (t for t in config.targets if t.rig == rig):
+        metric, unit = target.metric, behind(unit_of(target.metric))
+        mean, error = _measured(config, target)
+        told = [f"{t.metrics[metric]:.4g}{unit} at {end}" for end, t in trials.items()
+                if metric in t.metrics]  # fmt: skip
+        if not told:
+            continue
+        judged = "the ranges reach it"
+        if not _reached(mean, error, trials, metric):
+            judged = "these ranges may not reach it"
+            if (
+                metric == ANGLE
+                and "elongation" not in config.run["particles"]
+                and ("clump" not in config.run["particles"])
+            ):
+                judged += ". Longer grains stand steeper (--axes, or particles.elongation)"
+        name = quantity_name(metric).replace("_", " ")
+        yield f"{name} {', '.join(told)}; measured {mean:.4g}{unit}: {judged}"
+
+
+def _eased(lab, show):
+    """The study with the upper end of how much its grains stick moved in to where a heap forms: a
+    heap was measured, so that parameters at which none forms are not the material's."""
+    sticky = [f for f in lab.factors if f.key in WITH_SIZE]
+    config = _config(lab, "quick")
+    if not sticky or config.target.metric != ANGLE:
+        return lab
+
+    def fault(levels):
+        with heard("the stickiest heap that is tried", show):
+            return one_run(config, config.run, config.experiment, levels).fault
+
+    found, why = eased(lab.factors, sticky, fault)
+    if found == lab.factors:
+        return lab
+    show(f"at the upper end of what holds grains together no heap forms ({why})")
+    return _with_factors(lab, found, show)
+
+
+def eased(
+    factors: Sequence[Factor], sticky: Sequence[Factor], fault: Callable[[dict[str, float]], str]
+) -> tuple[list[Factor], str]:
+    """Factors whose `sticky` ones end where a heap forms, and why it did not at their old end;
+    `fault` of levels {key: level} is empty where one does. They end at the half, the quarter and so
+    on of their upper end, as the first of these with a heap says where all frictions are at theirs:
+    there heaps stand steepest. As they were where none has a heap, or the old end has one."""
+    rough = {f.key: f.high if f.key.endswith("friction") else f.centre for f in factors}
+    share, why = 1.0, ""
+    for _ in range(HALVINGS + 1):
+        found = fault(rough | {f.key: share * f.high for f in sticky})
+        if not found:
+            highs = {f.key: float(f"{share * f.high:.3g}") for f in sticky if share < 1.0}
+            return [narrowed(f, f.low, highs[f.key]) if highs.get(f.key, 0.0) > f.low else f
+                    for f in factors], why  # fmt: skip
+        share, why = 0.5 * share, why or found
+    return list(factors), ""
+
+
+# --- a funnel's heap alone
+
+
+def _of_one_heap(lab, show):
+    """(`Laboratory`, []) after a coarse heap was poured at each point of the screening."""
+    points = corners(_config(lab, "full"), lab.factors)
+
+    def pour(factors, points):
+        nonlocal lab
+        trials = []
+        for n, point in enumerate(points, 1):
+            for turn in range(CALMER + 1):
+                config = _config(lab, "full")
+                levels = levels_at(factors, point)
+                with heard(f"heap {n} of {len(points)}", show):
+                    trial = one_run(config, coarse(config.run), "heap", levels, tuple(point))
+                if not trial.restless or turn == CALMER:
+                    break
+                lab = _calmer(lab, 0, turn, show)
+            show(f"heap {n} of {len(points)}: {trial.found} ({trial.seconds:.0f} s)")
+            trials.append(trial)
+        return trials
+
+    def again(factors, points):
+        show(f"{len(points)} do not stand: they are poured again with narrower ranges")
+        return pour(factors, points)
+
+    cut, trials = shrunk(lab.factors, pour(lab.factors, points), again)
+    lab = _with_factors(lab, cut, show)
+    measured = float(read_target(_config(lab, "full")).mean())
+    for sentence in advice(trials, measured):
+        show(sentence)
+    end = beyond(trials, measured)
+    if end is not None:
+        (trial,) = pour(cut, [end])
+        steeper = measured > max(_angles(trials))
+        reached = trial.angle_deg is not None and (trial.angle_deg >= measured) == steeper
+        show(
+            "at the ends that bring it nearest the heap reaches yours"
+            if reached
+            else f"these ranges may not reach yours. {STEEPER if steeper else FLATTER}"
+        )
+    return lab, []
+
+
+STEEPER = (
+    "A lower orifice (--height), a slower pour (--rate), a rim (--rim) and longer grains (--axes) "
+    "stand steeper. Was it measured in this rig, on grains of this shape?"
+)
+FLATTER = "Less friction between grains or a rounder grain would be flatter"
 
 
 def corners(config: Config, factors: Sequence[Factor]) -> np.ndarray:
@@ -52,21 +365,6 @@ def corners(config: Config, factors: Sequence[Factor]) -> np.ndarray:
     for the study to go on."""
     coded = screening_design(factors, config.screening)[[f.code for f in factors]]
     return 0.5 * (coded.drop_duplicates().to_numpy(float) + 1.0)
-
-
-def pilot(
-    config: Config,
-    factors: Sequence[Factor],
-    points: np.ndarray | Sequence[Sequence[float]],
-    show: Callable[[str], object] = lambda text: None,
-) -> list[Trial]:
-    """[Trial] of a coarse heap at each of `points` (n, factors) of the ranges' unit cube."""
-    trials = []
-    for k, point in enumerate(points, 1):
-        trial = one_heap(config, config.run, levels_at(factors, point), tuple(point))
-        show(f"heap {k} of {len(points)}: {trial.found} ({trial.seconds:.0f} s)")
-        trials.append(trial)
-    return trials
 
 
 def levels_at(factors: Sequence[Factor], point: np.ndarray | Sequence[float]) -> dict[str, float]:
@@ -91,33 +389,6 @@ def coarse(run: Mapping[str, Any]) -> dict[str, Any]:
     rate = run["geometry"].get("generation_rate_per_s", count) * fewer / count
     changes = {"particles": {"count": fewer, "diameter_mm": grown}}
     return overlay(run, changes | {"geometry": {"generation_rate_per_s": rate}})
-
-
-def one_heap(
-    config: Config,
-    run_spec: Mapping[str, Any],
-    levels: Mapping[str, float],
-    point: tuple[float, ...],
-) -> Trial:
-    """`Trial` of a coarse heap of a run spec, which may be another than the configuration's, at
-    levels {key: value}."""
-    from dem.run import run  # compiles the engine
-
-    spec = parse_spec(point_spec(coarse(run_spec), config.experiment, levels, config.seed))
-    with tempfile.TemporaryDirectory() as folder:
-        try:
-            result = run(spec, Path(folder) / "run")
-        except StoppedError:
-            raise  # whoever ends the pilot does not ask about this heap
-        except MeasureError:
-            return Trial(point, None, "no heap: the grains roll off", 0.0)
-        except DemError as error:
-            return Trial(point, None, str(error), 0.0)
-    metrics, numerics = result["metrics"], result["numerics"]
-    left = metrics.get("in_funnel", 0)
-    fault = f"clogged: {left} grains left in the funnel" if left else ""
-    angle = metrics.get("angle_of_repose_deg")
-    return Trial(point, angle, fault, numerics["wall_time_s"])
 
 
 def shrunk(
@@ -189,15 +460,16 @@ def narrowed(factor: Factor, low: float, high: float) -> Factor:
     return replace(factor, low=low, high=high, description=note)
 
 
-def advice(trials: Sequence[Trial], measured: float | None = None) -> list[str]:
+def advice(trials: Sequence[Trial], measured: float) -> list[str]:
     """Sentences on what the heaps that do not stand ask for, and on whether those that do reach the
     measured angle [deg]."""
     rolled = sum("no heap" in t.fault for t in trials)
     clogged = sum("clogged" in t.fault for t in trials)
     found = [f"{sum(not t.fault for t in trials)} of {len(trials)} coarse heaps stand"]
-    angles = [t.angle_deg for t in trials if not t.fault and t.angle_deg is not None]
-    if angles and measured is not None:
-        found.append(_reach(min(angles), max(angles), measured))
+    if angles := _angles(trials):
+        found.append(
+            f"their angles are {min(angles):.1f}° to {max(angles):.1f}°; yours is {measured:.1f}°"
+        )
     if rolled > len(trials) / 4:
         found.append(
             f"{rolled} rolled off: a plate with a rim (--rim, geometry.plate_rim_height_mm) or a "
@@ -208,29 +480,23 @@ def advice(trials: Sequence[Trial], measured: float | None = None) -> list[str]:
     return found
 
 
-def _reach(low, high, measured):
-    found = f"their angles are {low:.1f}° to {high:.1f}°; yours is {measured:.1f}°"
-    if low <= measured <= high:
-        return found
-    if measured > high:
-        return f"{found}: {measured - high:.1f}° steeper than all of them"
-    return (
-        f"{found}: {low - measured:.1f}° flatter than all of them. Less friction between grains or "
-        f"a rounder grain (particles.elongation) would be flatter"
-    )
+def _angles(trials):
+    return [t.angle_deg for t in trials if not t.fault and t.angle_deg is not None]
 
 
-def cost(config: Config, trials: Sequence[Trial], cores: int = 2) -> str | None:
-    """'63 heaps, 9 minutes': from the pilot's speed and the study's grains and steps; None where
-    none ran."""
-    ran = [t for t in trials if t.seconds > 0]
-    if not ran:
+def beyond(trials: Sequence[Trial], measured: float) -> tuple[float, ...] | None:
+    """The point of the unit cube at the end of each range that brings heaps nearest to a measured
+    angle [deg] that is beyond all of them; None where one is as steep and one as flat, or none
+    stands. Heaps that have grown into the orifice are as steep as can be; grains that roll off are
+    flat."""
+    angles = _angles(trials)
+    grown = any(t.fault and (t.angle_deg or 0.0) >= measured for t in trials)
+    if not angles or (min(angles) <= measured and (grown or measured <= max(angles))):
         return None
-    full, small = config.run["particles"], coarse(config.run)["particles"]
-    finer = small["diameter_mm"] / full["diameter_mm"] if "diameter_mm" in small else 1.0
-    # the median: the first heap waited for the compiler
-    seconds = np.median([t.seconds for t in ran]) * full["count"] / small["count"] * finer
-    heaps = expected_runs(config)
-    minutes = heaps * seconds / cores / 60
-    said = f"{minutes:.0f} minutes" if minutes >= 1.5 else f"{60 * minutes:.0f} seconds"
-    return f"{heaps} heaps, about {said} on {cores} cores"
+    sign = 1.0 if measured > max(angles) else -1.0
+    points = np.array([t.point for t in trials])
+    all_angles = np.array([0.0 if t.angle_deg is None else t.angle_deg for t in trials])
+    return tuple(
+        float(sign * all_angles[at == 1.0].mean() >= sign * all_angles[at == 0.0].mean())
+        for at in points.T
+    )

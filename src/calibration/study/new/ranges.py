@@ -66,18 +66,6 @@ def factors_of(material: str | None = None) -> list[Factor]:
     ]
 
 
-def most_published(key: str) -> tuple[float, str] | None:
-    """(largest published value of a key, its material), whatever the material; None where none is
-    published."""
-    table = _published()
-    found = [
-        (table.number(line, "high", row["high"]), row["material"])
-        for line, row in table.rows
-        if row["key"] == key
-    ]
-    return max(found, default=None)
-
-
 def _factor(code, name, key, known):
     if known is None:
         return Factor(code, name, key, *WIDE[key], UNPUBLISHED)

@@ -56,11 +56,11 @@ def write_factors(path: str | Path, factors: Sequence[Factor]) -> None:
     write_text(head + "\n".join(["\t".join(COLUMNS), *rows]) + "\n", path)
 
 
-def write_study(laboratory: Laboratory, check: Callable[[Config], None] | None = None) -> list[str]:
+def write_study(lab: Laboratory, check: Callable[[Config], None] | None = None) -> list[str]:
     """Write the study's files into its new folder and check them; check: a further check of the
     configuration. Returns sentences: what was chosen. Raises CalibrationError, with nothing
     left."""
-    folder, lab = laboratory.folder, laboratory
+    folder = lab.folder
     folder.mkdir(parents=True)
     try:
         write_table(_measured(lab.tests), folder / MEASURED)
@@ -68,11 +68,8 @@ def write_study(laboratory: Laboratory, check: Callable[[Config], None] | None =
         if lab.grains.spheres:
             columns = ["x_mm", "y_mm", "z_mm", "radius_mm"]
             write_table(pd.DataFrame(lab.grains.spheres, columns=columns), folder / CLUMP)
-        write_factors(folder / "factors.tsv", lab.factors)
-        text = configuration(lab)
-        write_text(text, folder / "config.yaml")
-        write_text(page(lab), folder / PAGE)
-        config = parse_config(yaml.safe_load(text), files=[folder / "config.yaml"])
+        write_settings(lab)
+        config = parse_config(yaml.safe_load(configuration(lab)), files=[folder / "config.yaml"])
         if check:
             check(config)
     except (CalibrationError, DemError) as error:
@@ -83,6 +80,13 @@ def write_study(laboratory: Laboratory, check: Callable[[Config], None] | None =
         fault = re.sub(rf"^{re.escape(str(folder))}/[\w.]+(, line \d+)?: ", "", str(error))
         raise CalibrationError(f"what was given makes no study that can run: {fault}") from None
     return lab.said
+
+
+def write_settings(lab: Laboratory) -> None:
+    """Write what a pilot may change: the configuration, the factors and the page."""
+    write_factors(lab.folder / "factors.tsv", lab.factors)
+    write_text(configuration(lab), lab.folder / "config.yaml")
+    write_text(page(lab), lab.folder / PAGE)
 
 
 def _measured(tests):

@@ -1,6 +1,6 @@
 """What a test method declares of itself: its questions, and what the answers become in a study.
 
-Each file of this folder holds one `METHOD`. The options of `dem new` and the workbook are made from
+Each file of this folder holds one `METHOD`. The options of `dem new` and its table are made from
 these declarations, and nothing else lists the methods.
 """
 
@@ -26,7 +26,7 @@ NORMAL_STRESS = ("normalspannung", "auflast", "contrainte normale", "normal load
                  "sigma", "σ")  # fmt: skip
 """What tables call the load of a test."""
 
-ANGLES = ("angle", "repose angle", "winkel", "böschungswinkel", "schüttwinkel", "angle de talus",
+ANGLES = ("angle", "winkel", "böschungswinkel", "schüttwinkel", "angle de talus",
           "talus")  # fmt: skip
 """What tables call an angle of repose."""
 
@@ -76,7 +76,7 @@ def _refuse_several(text):
 class Question:
     """One question of a method.
 
-    key: its name in options and its column in a workbook; text: how it is asked; unit: a key whose
+    key: its name in options and its rows in a table; text: how it is asked; unit: a key whose
     ending is the answer's unit and whose plausible values are known (`drop_height_mm`), empty for a
     number without a unit; words: the answers that are allowed, in place of a number; free: any
     text; reading: whether it is what was read, of which there may be several; needed: whether the
@@ -221,14 +221,14 @@ class LaboratoryTest:
 class Method:
     """A way to measure.
 
-    name: its option and its sheet; title: for a heading; about: what is done, in a sentence;
-    questions; becomes: becomes(entry, grains) -> `LaboratoryTest`, None where the answers describe
-    the grain; spread: whether a single reading needs a stated spread; own_options: whether each
-    question is an option of `dem new` by itself; rank: the order in which methods are asked, and
-    the lowest rank that was measured is what the study's chain is calibrated to; leads: whether it
-    can be; under: key of the question whose answers tell several rigs of the method apart, a load
-    or a height, empty where there is one rig; scatter: scatter(conditions (n,), readings (n,)) ->
-    standard deviation (n,) of single readings, one each at several answers of `under`, by
+    name: its option and its name in a table; title: for a heading; about: what is done, in a
+    sentence; questions; becomes: becomes(entry, grains) -> `LaboratoryTest`, None where the answers
+    describe the grain; spread: whether a single reading needs a stated spread; own_options: whether
+    each question is an option of `dem new` by itself; rank: the order in which methods are asked,
+    and the lowest rank that was measured is what the study's chain is calibrated to; leads: whether
+    it can be; under: key of the question whose answers tell several rigs of the method apart, a
+    load or a height, empty where there is one rig; scatter: scatter(conditions (n,), readings (n,))
+    -> standard deviation (n,) of single readings, one each at several answers of `under`, by
     `scatter_about`.
     """
 
@@ -260,7 +260,7 @@ class Method:
 
     @property
     def columns(self) -> tuple[Question, ...]:
-        """The questions of a sheet; a table in place of rows is for options."""
+        """The questions of the table; a table in place of readings is for options."""
         return tuple(q for q in self.asked if not (q.free and q.option and self.readings))
 
     def question(self, key: str) -> Question | None:
