@@ -27,17 +27,9 @@ RUN = (
     "this package, or with that of the current folder where it has one. It shows a line for each "
     "step; --verbose shows what snakemake says besides. calibration --help lists the stages."
 )
-COMPARE = (
-    "Set two studies side by side: parameters with their intervals, effects, surfaces, validation "
-    "and cost."
-)
 ALLOW = (
     "Let a study start what its configuration names: the command of its engine, a folder of "
     "mechanisms. It is remembered for the current folder and for these very values."
-)
-KEEP = (
-    "Add the ranges that a study's measurements bound to materials.csv in the current folder. "
-    "`dem new --material` offers them beside the published ones."
 )
 DECK = (
     "Pour heaps of an exported deck with its program and hold their angle and profile against the "
@@ -99,20 +91,6 @@ def _parser():
         help="folder with config.yaml, or configuration files",
     )
     consent.set_defaults(command=_allow)
-    side = commands.add_parser("compare", help="two studies side by side", description=COMPARE)
-    side.add_argument("first", type=Path, metavar="A", help="folder of results: results/salt")
-    side.add_argument("second", type=Path, metavar="B", help="the other one")
-    side.add_argument(
-        "--out", type=Path, help="page to write (Markdown); the terminal unless given"
-    )
-    side.set_defaults(command=_compare)
-    keep = commands.add_parser("keep", help="keep a study's material", description=KEEP)
-    keep.add_argument("study", type=Path, help="folder with config.yaml, or a configuration file")
-    keep.add_argument(
-        "--results", type=Path, help="of the study, where a profile made them: results/wheat-quick"
-    )
-    keep.add_argument("--as", dest="name", help="name of the material; the study's unless given")
-    keep.set_defaults(command=_keep)
     deck = commands.add_parser("deck", help="check or correct a deck", description=DECK)
     deck.add_argument("folder", type=Path, help="of the deck: results/salt/exports/lammps")
     deck.add_argument("--correct", action="store_true", help="search the number in that program")
@@ -152,27 +130,6 @@ def _allow(args):
         print(f"{study.name}: {key} = {value} is allowed in {Path.cwd()}")
     if not found:
         print(f"{study.name}: names nothing that starts code")
-    return 0
-
-
-def _compare(args):
-    from calibration.files import write_text
-    from calibration.telling.compare import compare  # loads pandas
-
-    text = compare(args.first, args.second)
-    if args.out is None:
-        print(text, end="")
-    else:
-        write_text(text, args.out)
-    return 0
-
-
-def _keep(args):
-    from calibration.interface.api import Study  # loads pandas
-    from calibration.telling.own_material import keep_material
-
-    for sentence in keep_material(Study(args.study, root="."), args.results, args.name):
-        print(sentence)
     return 0
 
 

@@ -3,10 +3,9 @@ has."""
 
 import difflib
 from importlib.resources import files
-from pathlib import Path
 
 from calibration.errors import CalibrationError
-from calibration.intake.tables import read_table, table_of
+from calibration.intake.tables import table_of
 from calibration.study.factors import Factor
 
 WIDE = {
@@ -28,16 +27,13 @@ NAMES = (
     "grain_grain_rolling_friction",
     "grain_poisson_ratio",
 )
-OWN = Path("materials.csv")
-"""Library of one's own materials in the current folder: what `calibration keep` wrote there, with
-the columns of the published table."""
 BAND = 0.3  # of a single published value, to either side
 UNPUBLISHED = "wide: holds most dry grains"
 
 
 def materials() -> list[str]:
-    """Names of the materials with published ranges, and of one's own."""
-    return sorted({row["material"] for table in _tables() for _, row in table.rows})
+    """Names of the materials with published ranges."""
+    return sorted({row["material"] for _, row in _published().rows})
 
 
 def factors_of(material: str | None = None) -> list[Factor]:
@@ -54,11 +50,9 @@ def factors_of(material: str | None = None) -> list[Factor]:
         raise CalibrationError(
             f"no values of {material!r}{hint}; allowed: {', '.join(known)}, or none"
         )
+    table = _published()
     found = {
-        row["key"]: (table, line, row)
-        for table in _tables()
-        for line, row in table.rows
-        if row["material"] == material
+        row["key"]: (table, line, row) for line, row in table.rows if row["material"] == material
     }
     return [
         _factor(code, name, key, found.get(key))
@@ -74,15 +68,6 @@ def _factor(code, name, key, known):
     if low == high:
         low, high = round((1 - BAND) * low, 4), round((1 + BAND) * high, 4)
     return Factor(code, name, key, low, high, row["source"])
-
-
-def _tables():
-    """The published table, and one's own where the folder has one. Raises ConfigError for one
-    whose headings are others."""
-    own = [read_table(OWN)] if OWN.is_file() else []
-    for table in own:
-        table.require("material", "key", "low", "high", "source")
-    return [_published(), *own]
 
 
 def _published():

@@ -98,20 +98,6 @@ def _parameters(optimum, region, verdict, posterior):
     return rows
 
 
-def intervals(results: Results) -> dict[str, str]:
-    """{parameter: words of its 95 % interval}: that of the posterior, or before it has run the one
-    that holds if the others are right. Of a folder's `Results` with an optimum."""
-    optimum, posterior = results.summary("optimise", "optimum"), posterior_of(results)
-    region = results.summary("response_surface", "region") or []
-    borders = {f["name"]: (f["low"], f["high"]) for f in region}
-    if posterior:
-        return {name: _of_posterior(posterior, name) for name in optimum["optimum"]}
-    return {
-        name: f"{_interval(ends, borders[name])} if the others are right"
-        for name, ends in optimum.get(OTHERS_HELD, {}).items()
-    }
-
-
 def _of_posterior(posterior, name):
     """Words for the interval of a parameter, whatever the others are."""
     found = posterior["parameters"].get(name)

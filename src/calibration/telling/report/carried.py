@@ -1,5 +1,4 @@
-"""The answer of a study as files for an office: a workbook and a Word page, with the parameters,
-their intervals and how to cite them."""
+"""The answer of a study as a workbook: the parameters, intervals and how to cite them."""
 
 from __future__ import annotations
 
@@ -8,7 +7,6 @@ import re
 import zipfile
 from collections.abc import Mapping, Sequence
 from typing import Any
-from xml.sax.saxutils import escape
 
 from calibration.telling.optional_packages import program
 from calibration.telling.report.embed import packed
@@ -16,9 +14,6 @@ from dem.fingerprint import engine_fingerprint
 
 WRITTEN = (1980, 1, 1, 0, 0, 0)
 """Time of a file within these: the same study makes the same bytes."""
-WORDS = "http://schemas.openxmlformats.org/wordprocessingml/2006/main"
-PACKAGE = "http://schemas.openxmlformats.org/package/2006"
-OFFICE = "application/vnd.openxmlformats-officedocument.wordprocessingml"
 
 
 def citation(name: str) -> str:
@@ -35,14 +30,11 @@ def carried(
     rows: Sequence[Mapping[str, str]],
     findings: Sequence[tuple[str, str]],
 ) -> list[dict[str, str]]:
-    """Downloads of the page: the answer as a workbook and as a Word page.
+    """Downloads of the page: the answer as a workbook.
 
     answer: as the page has it; rows: the whole block; findings: (heading, text).
     """
-    return [
-        packed(f"{name}.xlsx", workbook(name, answer, rows, findings)),
-        packed(f"{name}.docx", word_page(name, answer, rows, findings)),
-    ]
+    return [packed(f"{name}.xlsx", workbook(name, answer, rows, findings))]
 
 
 def workbook(
@@ -110,60 +102,3 @@ def _at_one_time(package):
 
 def _put(package, name, content):
     package.writestr(zipfile.ZipInfo(name, WRITTEN), content, zipfile.ZIP_DEFLATED)
-
-
-def word_page(
-    name: str,
-    answer: Mapping[str, Any],
-    rows: Sequence[Mapping[str, str]],
-    findings: Sequence[tuple[str, str]],
-) -> bytes:
-    """A page of Word (ECMA-376, WordprocessingML): paragraphs and tables, nothing else."""
-    body = [_paragraph(f"Calibration of {name}", 32)]
-    body += [_paragraph(f"{title}: {text}") for title, text in (*_told(answer), *findings)]
-    for title, table in (("Calibrated", answer["parameters"]), ("All parameters", rows)):
-        if table:
-            body += [_paragraph(title, 26), _table(table), _paragraph("")]
-    body += [_paragraph(note) for note in answer["notes"]] + [_paragraph(citation(name))]
-    kept = io.BytesIO()
-    with zipfile.ZipFile(kept, "w") as package:
-        _put(package, "[Content_Types].xml", _XML + (
-            f'<Types xmlns="{PACKAGE}/content-types"><Default Extension="rels" ContentType='
-            f'"application/vnd.openxmlformats-package.relationships+xml"/><Override PartName='
-            f'"/word/document.xml" ContentType="{OFFICE}.document.main+xml"/></Types>'
-        ))  # fmt: skip
-        _put(package, "_rels/.rels", _XML + (
-            f'<Relationships xmlns="{PACKAGE}/relationships"><Relationship Id="r1" Type='
-            '"http://schemas.openxmlformats.org/officeDocument/2006/relationships/officeDocument" '
-            'Target="word/document.xml"/></Relationships>'
-        ))  # fmt: skip
-        _put(package, "word/document.xml", _XML + (
-            f'<w:document xmlns:w="{WORDS}"><w:body>{"".join(body)}</w:body></w:document>'
-        ))  # fmt: skip
-    return kept.getvalue()
-
-
-_XML = '<?xml version="1.0" encoding="UTF-8" standalone="yes"?>\n'
-
-
-def _paragraph(text, half_points=0):
-    size = f'<w:rPr><w:b/><w:sz w:val="{half_points}"/></w:rPr>' if half_points else ""
-    said = f'<w:t xml:space="preserve">{escape(text)}</w:t>'
-    return f"<w:p><w:r>{size}{said}</w:r></w:p>"
-
-
-def _table(rows):
-    edges = "".join(
-        f'<w:{side} w:val="single" w:sz="4"/>'
-        for side in ("top", "left", "bottom", "right", "insideH", "insideV")
-    )
-    lines = [rows[0].keys(), *(row.values() for row in rows)]
-    cells = "".join(
-        f"<w:tr>{''.join(f'<w:tc><w:tcPr/>{_paragraph(text)}</w:tc>' for text in line)}</w:tr>"
-        for line in lines
-    )
-    grid = "<w:gridCol/>" * len(rows[0])
-    return (
-        f"<w:tbl><w:tblPr><w:tblBorders>{edges}</w:tblBorders></w:tblPr>"
-        f"<w:tblGrid>{grid}</w:tblGrid>{cells}</w:tbl>"
-    )

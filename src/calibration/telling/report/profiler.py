@@ -1,5 +1,5 @@
 """Data of the page's profiler: the response surfaces with their covariance, so that the page itself
-can evaluate them, and templates of the other codes' blocks."""
+can evaluate them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from calibration.errors import CalibrationError
 from calibration.figures import label, response_of
 from calibration.intake.tables import read_written
 from calibration.statistics.surface import fit_surface
-from calibration.telling.report.decks import decks
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def profiler(study: Path, response: Response) -> str | None:
-    """JSON of factors, responses and decks, or None where no surface was fitted.
+    """JSON of factors and responses, or None where no surface was fitted.
 
     Each response has terms, coefficients and their covariance, the calibrated one first. The
     surfaces are the stage's own, of the runs in its table; the optimum's has more runs.
@@ -43,7 +42,6 @@ def profiler(study: Path, response: Response) -> str | None:
     data = {
         "factors": factors,
         "responses": [main, *_further(study, runs, codes)],
-        "decks": decks(study, factors),
     }
     return json.dumps(data).replace("<", "\\u003c")  # nothing in a name ends the script
 
