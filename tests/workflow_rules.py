@@ -29,8 +29,13 @@ ROOT = Path(__file__).parents[1]
 
 
 def planned_jobs(folder, *arguments, environment=None):
-    """{rule: number of jobs} of a dry run in a folder, from the table that snakemake prints where
-    commands are asked for."""
+    """{rule: number of jobs} of a dry run in a folder; see `dry_run`."""
+    return dry_run(folder, *arguments, environment=environment)[0]
+
+
+def dry_run(folder, *arguments, environment=None):
+    """({rule: number of jobs}, all that is said) of a dry run in a folder, from the table that
+    snakemake prints where commands are asked for."""
     command = [sys.executable, "-m", "snakemake", "-n", "-j2", "--printshellcmds", *arguments]
     done = subprocess.run(
         command, cwd=folder, env=environment, text=True, check=False,
@@ -41,7 +46,7 @@ def planned_jobs(folder, *arguments, environment=None):
     # a table that is not read must not pass for a plan without a job
     assert jobs.pop("total", 0) == sum(jobs.values()), done.stdout
     assert jobs or "Nothing to be" in done.stdout, done.stdout
-    return jobs
+    return jobs, done.stdout
 
 
 @dataclass(frozen=True)

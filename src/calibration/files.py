@@ -81,6 +81,16 @@ def read_json(path: str | Path) -> Any:
         raise DamagedError("is damaged: no JSON", path=path, line=line, allowed=again) from None
 
 
+def set_aside(path: Path) -> None:
+    """Rename a file to FILE.damaged, or FILE.damaged.2 and so on: what was set aside before stays.
+    Raises OSError."""
+    taken, number = path.with_name(f"{path.name}.damaged"), 1
+    while os.path.lexists(taken):
+        number += 1
+        taken = path.with_name(f"{path.name}.damaged.{number}")
+    os.replace(path, taken)
+
+
 def write_text(text: str, path: str | Path) -> None:
     """Write a text file."""
     with replacing(path) as partial:

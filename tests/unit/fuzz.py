@@ -44,7 +44,7 @@ from calibration.runs.all_runs import planned
 from calibration.runs.plans import read_metric
 from calibration.runs.records import FOLDER, altered, changed_inputs, made_again, recorded
 from calibration.runs.store import RunStore
-from calibration.runs.verify import faults_of, forget_batches, plan_faults
+from calibration.runs.verify import faults_of, plan_faults, short_batches
 from calibration.statistics.screening_design import screening_design
 from calibration.study.config.as_data import data_of
 from calibration.study.config.resolution import parse_resolved
@@ -260,6 +260,7 @@ def _plan(path):
     """A plan, as the start of the workflow and `verify` read it."""
     folder = path.parent / "study" / "screening"
     folder.mkdir(parents=True, exist_ok=True)
+    (folder.parent / FOLDER).mkdir(exist_ok=True)
     (folder / "plan.json").write_bytes(path.read_bytes())
     list(plan_faults(folder))
     for fault in faults_of(path.parent):
@@ -284,7 +285,7 @@ def _batch(path):
     folder = path.parent / "study" / "screening"
     (folder / "batches").mkdir(parents=True, exist_ok=True)
     (folder / "batches" / "0.json").write_bytes(path.read_bytes())
-    forget_batches(folder, RunStore(path.parent / "runs"))
+    short_batches(folder, [RUN])
 
 
 def _consents(path):

@@ -112,6 +112,7 @@ def _run(path, file):
 def _plan(path):
     folder = path.parent / "study" / "screening"
     folder.mkdir(parents=True, exist_ok=True)
+    (folder.parent / FOLDER).mkdir(exist_ok=True)
     (folder / "plan.json").write_bytes(path.read_bytes())
     if faults := [str(f) for f in faults_of(path.parent) if "what it was planned" not in str(f)]:
         raise LeftError(" ".join(faults))
@@ -129,9 +130,9 @@ def _record(path):
     (folder / FOLDER).mkdir(parents=True, exist_ok=True)
     (folder / "x.csv").write_text("a\n1\n")
     (folder / FOLDER / "screening.json").write_bytes(path.read_bytes())
-    note = folder / made_again(folder, "screening", [folder / "x.csv"], "abc")
-    if note.exists() and read_record(folder / FOLDER / "screening.json") is None:
-        raise LeftError(note.read_text())
+    reason = made_again(folder, "screening", [folder / "x.csv"], "abc")
+    if reason and read_record(folder / FOLDER / "screening.json") is None:
+        raise LeftError(reason)
 
 
 KINDS = {

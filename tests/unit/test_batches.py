@@ -21,7 +21,7 @@ from calibration.runs.batches import (
 )
 from calibration.runs.plans import run_id
 from calibration.runs.store import RunStore
-from calibration.runs.verify import before_planning
+from calibration.runs.verify import lost_runs, short_batches
 from calibration.study.config import parse_config
 from calibration.study.cost import LEAST_JOBS, RUN_S, START_S, run_seconds
 from dem.errors import BlowUpError, StoppedError
@@ -214,15 +214,16 @@ def test_the_mark_of_a_batch_falls_with_one_of_its_runs(study, damage):
     run_told_batch(
         folder / "plan.json", 0, 1, mark, "batch.log", config.model_dump(mode="json")
     )  # fmt: skip
-    before_planning(config, dry_run=True)
-    assert mark.exists()
+    assert short_batches(folder, lost_runs(folder.parent, RunStore())["screening"]) == []
     result = Path("results/runs") / sorted(specs)[2] / "result.json"
     if damage == "removed":
         result.unlink()
     else:
         result.write_text(result.read_text().replace("seed", "sead", 1))
-    before_planning(config, dry_run=True)
-    assert not mark.exists()
+    lost = lost_runs(folder.parent, RunStore())["screening"]
+    assert lost == [result.parent.name]
+    assert short_batches(folder, lost) == [mark.name]
+    assert short_batches(folder, ["another"]) == []
 
 
 def test_what_a_batch_did_is_packed_and_unpacked_as_it_was(tmp_path):

@@ -187,6 +187,17 @@ def test_a_factor_that_the_run_spec_refuses_is_named(data, tmp_path, key, low, w
         assert word in str(error.value)
 
 
+@pytest.mark.parametrize("name", ["=cmd|calc", "+1", "@sum", "-x", "x;=1", "x/y", "1x", 'a"b'])
+@pytest.mark.parametrize("column", ["code", "name"])
+def test_a_factor_whose_name_a_spreadsheet_would_compute_is_refused(tmp_path, column, name):
+    row = {"code": "A", "name": "x", "key": "contacts.particle_wall.restitution"}
+    row |= {"low": "0.4", "high": "0.6"}
+    path = tmp_path / "factors.tsv"
+    path.write_text("\t".join(row) + "\n" + "\t".join((row | {column: name}).values()) + "\n")
+    with refused(ConfigError, str(path), "line 2", column, name):
+        read_factors(path)
+
+
 def factors(k):
     return [Factor(chr(65 + i), f"f{i}", f"k{i}", 0.0, 1.0) for i in range(k)]
 

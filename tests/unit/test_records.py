@@ -1,20 +1,27 @@
 """What a rule has left, as it is written down: an edited file is found, and a record that is
 missing or damaged means that the files are made again."""
 
+import json
 from pathlib import Path
 
 import pytest
 
+from calibration.errors import ConfigError
+from calibration.files import set_aside
 from calibration.runs.records import (
     FOLDER,
     altered,
     changed_inputs,
     made_again,
-    note,
     read_record,
     record,
     recorded,
+    refuse_others,
+    refuse_outside,
 )
+from calibration.runs.verify import faults_of, repair
+from dem.io.checked import sealed
+from facts import refused
 
 NAME = "screening"
 
@@ -42,8 +49,7 @@ def record_of(folder):
 
 def why(folder, content=None):
     """The reason to make the files again, or None."""
-    path = folder / made_again(folder, NAME, [table_of(folder)], content)
-    return path.read_text().splitlines()[1] if path.exists() else None
+    return made_again(folder, NAME, [table_of(folder)], content)
 
 
 def test_files_are_as_they_were_left(left):
@@ -57,6 +63,7 @@ def test_files_are_as_they_were_left(left):
 def test_an_edited_file_and_an_edited_table_are_found(left):
     table_of(left).write_text("2")
     assert list(altered(left)) == [(NAME, table_of(left))]
+    assert why(left).startswith(str(table_of(left)))
     table = left.parents[1] / "factors.tsv"
     table.write_text("b")
     assert list(changed_inputs(left)) == [(NAME, table)]
@@ -85,19 +92,77 @@ def test_a_record_that_is_missing_or_damaged_makes_the_files_again(left, damage)
     damage(record_of(left))
     assert list(altered(left)) == []
     assert "nothing says" in why(left)
-    assert (left / FOLDER / f"{NAME}.txt").stat().st_mtime >= table_of(left).stat().st_mtime
 
 
-def test_what_is_not_there_is_not_made_again(left):
-    record_of(left).unlink()
+def test_what_is_missing_is_made_again_where_a_record_has_it(left):
     table_of(left).unlink()
+    assert list(altered(left)) == [(NAME, table_of(left))]
+    assert why(left).startswith(str(table_of(left)))
+    record_of(left).unlink()
     assert why(left) is None
 
 
-def test_a_folder_that_can_only_be_read_stays_as_it_is(left, monkeypatch):
-    def refuse(*_, **__):
-        raise PermissionError
+OUTSIDE = {
+    "above": lambda study: "../../thesis.txt",
+    "absolute": lambda study: str(study.parents[1] / "thesis.txt"),
+    "behind a link": lambda study: "link/thesis.txt",
+    "a link itself": lambda study: "thesis.txt",
+}
 
-    monkeypatch.setattr(Path, "write_text", refuse)
-    note(left, NAME, "a reason")
-    assert [path.name for path in (left / FOLDER).iterdir()] == [f"{NAME}.json"]
+
+@pytest.mark.parametrize("name", OUTSIDE.values(), ids=OUTSIDE)
+def test_a_record_that_names_a_file_outside_of_the_study_is_none(left, name):
+    """Its checksum fits: whoever sends a study can compute it."""
+    outside = left.parents[1] / "thesis.txt"
+    outside.write_text("years of work")
+    (left / "link").symlink_to(outside.parent)
+    (left / "thesis.txt").symlink_to(outside)
+    found = read_record(record_of(left)) | {"files": {name(left): "0" * 64}}
+    record_of(left).write_text(json.dumps(sealed(found)))
+    assert read_record(record_of(left)) is None
+    assert [fault.file for fault in faults_of(left.parent)] == [record_of(left)]
+    repair(faults_of(left.parent), left.parent, tell=lambda text: None)
+    assert outside.read_text() == "years of work"
+    assert list(outside.parent.glob("thesis*")) == [outside]
+
+
+def test_a_table_of_the_user_is_never_renamed(left):
+    """Though a record says that a rule read it, and it has changed since."""
+    outside = left.parents[1] / "factors.tsv"
+    record(left, NAME, "abc", [table_of(left)], [left / "../../factors.tsv"])
+    outside.write_text("b")
+    [fault] = faults_of(left.parent)
+    assert "factors.tsv" in str(fault)
+    repair([fault], left.parent, tell=lambda text: None)
+    assert outside.read_text() == "b"
+
+
+def test_a_second_setting_aside_keeps_the_first(tmp_path):
+    file = tmp_path / "table.csv"
+    for text in ("first", "second", "third"):
+        file.write_text(text)
+        set_aside(file)
+    assert not file.exists()
+    kept = [tmp_path / f"table.csv.damaged{end}" for end in ("", ".2", ".3")]
+    assert [path.read_text() for path in kept] == ["first", "second", "third"]
+
+
+def test_a_folder_of_somebody_else_is_refused(tmp_path):
+    folder = tmp_path / "projects"
+    refuse_others(folder)
+    (folder / "logs").mkdir(parents=True)
+    refuse_others(folder)
+    (folder / "plan.json").write_text("{}")
+    with refused(ConfigError, str(folder), FOLDER):
+        refuse_others(folder)
+    (folder / FOLDER).mkdir()
+    refuse_others(folder)
+
+
+@pytest.mark.parametrize("results", ["../home", "/scratch/me", "a/../../home"])
+def test_results_elsewhere_are_asked_for_on_the_command_line(results, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with refused(ConfigError, "results", results, f"--config results={results}"):
+        refuse_outside(results, {"name": "projects"})
+    refuse_outside(results, {"results": results})
+    refuse_outside("kept/here", None)

@@ -12,6 +12,7 @@ from calibration import engines
 from calibration.errors import ConfigError
 from calibration.intake import started_code
 from calibration.intake.started_code import OWN, SETTINGS, STARTS, allow, permit, refuse_unasked
+from calibration.runs.records import FOLDER
 from calibration.runs.verify import Fault, repair
 from calibration.study.config.schema import Config
 from dem.spec import parse_spec
@@ -171,6 +172,7 @@ def test_repairing_results_from_elsewhere_starts_no_command_of_theirs(settings):
     name = f"drop-{'0' * 16}"
     plan = Path("results/theirs/screening/plan.json")
     plan.parent.mkdir(parents=True)
+    Path("results/theirs", FOLDER).mkdir()
     plan.write_text(json.dumps({name: spec}))
     Path("results/runs", name).mkdir(parents=True)
     said = []

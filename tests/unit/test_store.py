@@ -17,14 +17,23 @@ import pytest
 
 from calibration.chain.screening import plan_screening
 from calibration.chain.study import Study
-from calibration.errors import CalibrationError
+from calibration.errors import CalibrationError, ConfigError
 from calibration.interface.cli import main
 from calibration.runs import store as store_module
 from calibration.runs.plans import read_metric, read_plan, run_id, write_plan
-from calibration.runs.records import FOLDER, record
+from calibration.runs.records import FOLDER, made_again, record
 from calibration.runs.simulated import simulate, untested
 from calibration.runs.store import RunStore
-from calibration.runs.verify import MISSING, before_planning, faults_of, hold, plan_faults
+from calibration.runs.verify import (
+    date_back,
+    faults_of,
+    hold,
+    is_held,
+    lost_runs,
+    plan_faults,
+    set_faults_aside,
+    untrusted,
+)
 from calibration.study.config import parse_config
 from dem.errors import BlowUpError, MeasureError, RefusedStateError
 from dem.experiments import heap, phases
@@ -32,11 +41,12 @@ from dem.io.checked import sealed
 from dem.io.stl import write_stl
 from dem.results import write_failure, write_result
 from dem.spec import parse_spec
-from facts import tells
+from facts import refused, tells
 from stage_files import PlanFiles
 
 ROOT = Path(__file__).parents[2]
-NO_STUDY = SimpleNamespace(name="none")  # settings of a study that has planned nothing
+NO_STUDY = SimpleNamespace(name="none", results="results")
+"""Settings of a study that has planned nothing."""
 
 
 def drop(seed):
@@ -131,19 +141,32 @@ DAMAGE = {
 }
 
 
-@pytest.mark.parametrize("dry_run", [True, False])
+def tree(folder="."):
+    """{path: its time and content} of all below a folder."""
+    found = sorted(Path(folder).rglob("*"))
+    return {p: (p.lstat().st_mtime_ns, p.read_bytes() if p.is_file() else None) for p in found}
+
+
+def told(config):
+    """What a start says; it looks, and writes nothing."""
+    before = tree()
+    said = untrusted(config, RunStore(looks_only=True))
+    assert tree() == before
+    return said
+
+
 @pytest.mark.parametrize("damage", DAMAGE.values(), ids=DAMAGE)
-def test_a_damaged_run_is_never_read_and_counts_as_missing(names, damage, dry_run):
+def test_a_damaged_run_is_never_read_and_counts_as_missing(names, damage):
     damage(result_of(names[1]))
     with pytest.raises(CalibrationError, match=names[1]):
         read_metric(names, "rebound_height_mm")
     assert [f.run for f in faults_of()] == [names[1]]
-    said = before_planning(NO_STUDY, dry_run)
-    assert len(said) == 1
-    assert names[1] in said[0]
+    [said] = told(NO_STUDY)
+    assert names[1] in said
+    set_faults_aside(NO_STUDY)
     assert not result_of(names[1]).exists()
     assert result_of(names[0]).exists()
-    assert before_planning(NO_STUDY, True) == []
+    assert told(NO_STUDY) == []
 
 
 def test_layout_and_order_of_keys_are_no_damage(names):
@@ -309,8 +332,8 @@ def test_a_mesh_halved_in_place_is_another_run(study):
     write_stl("plate.stl", corners, np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]))
     assert run_id(spec) != name
     assert "is now" in str(next(plan_faults(folder)))
-    said = before_planning(study, dry_run=True)
-    assert tells(said[0], "planned again")
+    assert f"{folder}/plan.json: {name} is now" in told(study)[0]
+    set_faults_aside(study)
     assert not (folder / "plan.json").exists()
 
 
@@ -332,28 +355,31 @@ def edited(path):
     path.write_text(path.read_text().replace("-1", "1", 1))
 
 
-def note_of(name, study="meshed"):
-    """The note why the files of a rule are to be made again."""
-    return Path("results", study, FOLDER, f"{name}.txt").read_text()
+def again(study, name="plan_screening"):
+    """Why the files of a rule are made again, or None."""
+    return made_again(Path("results", study.name), name, [])
 
 
-def test_an_edited_design_is_set_aside_and_planned_again(study):
-    file = "results/meshed/screening/design.csv"
-    assert list(faults_of()) == []
-    edited(Path(file))
-    assert [file in str(fault) for fault in faults_of()] == [True]
-    assert file in before_planning(study, dry_run=True)[0]
-    assert not Path(file).exists()
+@pytest.mark.parametrize("table", ["design.csv", "plan.json"])
+def test_an_edited_or_deleted_design_is_planned_again(study, table):
+    file = Path("results/meshed/screening", table)
+    assert faults_of() == []
+    assert again(study) is None
+    edited(file)
+    assert {fault.file for fault in faults_of()} == {file}
+    assert told(study)[-1].startswith(str(file))
+    set_faults_aside(study)
+    assert not file.exists()
     assert Path(f"{file}.damaged").exists()
-    assert file in note_of("plan_screening")
-    assert before_planning(study, dry_run=True) == []
+    [said] = told(study)
+    assert tells(said, str(file), "missing")
+    assert str(file) in again(study)
 
 
 def test_a_table_that_was_edited_since_is_told_of(study, capsys):
     edited(Path("table.csv"))
     assert main(["verify", "--repair"]) == 0
     assert tells(capsys.readouterr().out, "table.csv", "plan_screening")
-    assert "table.csv" in note_of("plan_screening")
     assert Path("table.csv").exists()
 
 
@@ -361,7 +387,7 @@ def test_a_plan_without_a_record_is_a_fault(study):
     Path("results/meshed", FOLDER, "plan_screening.json").unlink()
     [fault] = faults_of()
     assert tells(str(fault), "planned from")
-    assert fault.plan == Path("results/meshed/screening")
+    assert fault.file == Path("results/meshed/screening/plan.json")
 
 
 @pytest.mark.parametrize("content", ["[]", "3", '{"heap-1": 4}', "", "{", b"\xff\xfe"])
@@ -370,10 +396,10 @@ def test_a_plan_that_is_none_is_planned_again(study, content):
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
     [fault] = plan_faults(path.parent)
     assert "is damaged" in str(fault)
-    [said] = before_planning(study, dry_run=True)
-    assert tells(said, "planned again")
+    assert all(said.startswith(str(path)) for said in told(study))
+    set_faults_aside(study)
     assert not path.exists()
-    assert str(path) in note_of("plan_screening")
+    assert str(path) in again(study)
 
 
 def test_a_plan_that_was_edited_is_found(study):
@@ -414,7 +440,7 @@ def test_verify_says_which_file_of_a_stage_was_changed(names, capsys):
     assert tells(capsys.readouterr().out, "effects.csv", "screening")
     assert main(["verify", "--repair"]) == 0
     assert not table.exists()
-    assert main(["verify"]) == 0
+    assert [tells(str(fault), "missing") for fault in faults_of()] == [True]  # until snakemake
 
 
 def test_verify_refuses_a_folder_that_is_not_there(tmp_path, capsys):
@@ -426,7 +452,8 @@ def test_two_calls_do_not_work_in_one_folder(names):
     from filelock import FileLock
 
     with FileLock("results/.lock"), pytest.raises(CalibrationError, match="--config results="):
-        before_planning(NO_STUDY, dry_run=False)
+        set_faults_aside(NO_STUDY)
+    assert told(NO_STUDY) == []
 
 
 def test_a_job_of_the_call_that_holds_a_folder_works_there(tmp_path, monkeypatch):
@@ -438,21 +465,24 @@ def test_a_job_of_the_call_that_holds_a_folder_works_there(tmp_path, monkeypatch
         f"from calibration.runs.verify import hold; hold({str(tmp_path)!r})",
     ]
     subprocess.run(call, check=True)
+    assert not is_held(tmp_path)
     stranger = {k: v for k, v in os.environ.items() if k != "CALIBRATION_HELD"}
     refused = subprocess.run(call, env=stranger, capture_output=True, text=True)
     assert tells(refused.stderr, str(tmp_path), "another call")
 
 
-def test_a_run_that_is_missing_is_noted_beside_its_plan(names):
+def lost():
+    return lost_runs("results/none", RunStore(looks_only=True))
+
+
+def test_a_run_that_is_missing_is_known_by_its_plan(names):
     """snakemake makes nothing again that is missing while what was made from it is there."""
     folder = Path("results/none/screening")
     specs = {run_id(drop(n)): drop(n) for n in range(3)}
     write_plan(folder, pd.DataFrame({"run_id": names}), specs)
-    before_planning(NO_STUDY, dry_run=True)
-    assert not (folder / MISSING).exists()
+    assert lost() == {"screening": []}
     other_digit(result_of(names[1]))
-    before_planning(NO_STUDY, dry_run=True)
-    assert (folder / MISSING).read_text().splitlines()[1:] == [names[1]]
+    assert lost() == {"screening": [names[1]]}
 
 
 def test_a_failure_of_another_engine_is_missing(tmp_path, monkeypatch):
@@ -461,16 +491,43 @@ def test_a_failure_of_another_engine_is_missing(tmp_path, monkeypatch):
     (Path("results/runs") / name).mkdir(parents=True)
     write_failure(Path("results/runs") / name, parse_spec(drop(0)), MeasureError("no heap"))
     write_plan(folder, pd.DataFrame({"run_id": [name]}), {name: drop(0)})
-    before_planning(NO_STUDY, dry_run=True)
-    assert not (folder / MISSING).exists()
+    assert lost() == {"screening": []}
     monkeypatch.setattr("dem.results.engine_fingerprint", lambda: "f" * 16)
-    before_planning(NO_STUDY, dry_run=True)
-    assert (folder / MISSING).exists()
+    assert lost() == {"screening": [name]}
 
 
 def test_what_is_dated_in_the_future_gets_the_present_time(names):
     tomorrow = time.time() + 86_400
     os.utime(result_of(names[0]), (tomorrow, tomorrow))
-    before_planning(NO_STUDY, dry_run=False)
+    set_faults_aside(NO_STUDY)
     assert result_of(names[0]).stat().st_mtime <= time.time()
     assert read_metric(names, "rebound_height_mm") == [1.5, 2.5, 3.5]
+
+
+def test_a_table_dated_in_the_future_that_is_another_s_is_named(tmp_path, monkeypatch):
+    table = tmp_path / "factors.tsv"
+    table.write_text("a")
+    os.utime(table, (time.time() + 86_400,) * 2)
+
+    def refuse(*_):
+        raise PermissionError
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "utime", refuse)
+        with refused(ConfigError, str(table)):
+            date_back(table)
+    date_back(table)
+    assert table.stat().st_mtime <= time.time()
+
+
+def test_only_what_this_project_made_is_dated_back_and_set_aside(names):
+    """Beside the studies of a folder of results others may lie, with a plan.json of their own."""
+    other = Path("results/projects/plan.json")
+    other.parent.mkdir()
+    other.write_text("mine")
+    tomorrow = time.time() + 86_400
+    os.utime(other, (tomorrow, tomorrow))
+    before = tree(other.parent)
+    assert faults_of() == []
+    set_faults_aside(NO_STUDY)
+    assert tree(other.parent) == before

@@ -18,7 +18,7 @@ from calibration.intake.started_code import allow
 from calibration.study.config.schema import Config
 from dem.io.stl import write_stl
 from facts import tells
-from workflow_rules import planned_jobs
+from workflow_rules import dry_run
 
 pytestmark = pytest.mark.slow
 
@@ -81,9 +81,24 @@ def snakemake(folder, *arguments):
     return done.stdout
 
 
+def tree(folder):
+    """{path: its time and content} of all in a folder but snakemake's own and compiled Python."""
+    places = (folder / name for name in ("results", "study.yaml", "factors.tsv", "measured.csv"))
+    found = {p for place in places for p in (place, *place.rglob("*"))}
+    return {p: (p.lstat().st_mtime_ns, p.read_bytes() if p.is_file() else None) for p in found}
+
+
+def planned(folder):
+    """({rule: number}, what is said) of what a dry run would make; it changes nothing."""
+    before = tree(folder)
+    found = dry_run(folder, *WANTED, environment=own_sources(folder))
+    assert tree(folder) == before
+    return found
+
+
 def jobs(folder):
     """{rule: number} of what a dry run would make."""
-    return planned_jobs(folder, *WANTED, environment=own_sources(folder))
+    return planned(folder)[0]
 
 
 @pytest.fixture(scope="module")
@@ -215,6 +230,14 @@ OTHER = {
         lambda s: without_record(s, "screening", "screening/effects.csv"),
         {"screening": 1},
     ),
+    "a plan that is gone": (
+        lambda s: (s / "results/heaps/screening/plan.json").unlink(),
+        PLAN,
+    ),
+    "a design that is gone": (
+        lambda s: (s / "results/heaps/screening/design.csv").unlink(),
+        PLAN,
+    ),
     "a plan that is no text": (lambda s: no_text(s, "screening/plan.json"), PLAN),
     "the measured values": (lambda s: edited(s / "measured.csv", "36", "39"), {"screening": 1}),
     "a setting of the analysis": (
@@ -224,10 +247,26 @@ OTHER = {
 }
 
 
-@pytest.mark.parametrize(("change", "expected"), OTHER.values(), ids=OTHER)
-def test_what_changes_a_number_makes_again_what_follows_from_it(study, change, expected):
+TOLD = {
+    "a digit of a metric": "result.json",
+    "a state that is gone": "final.npz",
+    "a mesh halved in place": "plan.json",
+    "the design as it was planned": "design.csv",
+    "a digit of a stage's table": "effects.csv",
+    "a plan that is gone": "plan.json",
+    "a design that is gone": "design.csv",
+    "a plan that is no text": "plan.json",
+}
+"""The file that a dry run names."""
+
+
+@pytest.mark.parametrize("what", OTHER)
+def test_what_changes_a_number_makes_again_what_follows_from_it(study, what):
+    change, expected = OTHER[what]
     change(study)
-    assert jobs(study) == expected
+    found, said = planned(study)
+    assert found == expected
+    assert f"/{TOLD.get(what, '')}" in said
 
 
 def test_the_reason_is_that_the_digest_has_changed(study):

@@ -15,7 +15,8 @@ from calibration.study.config.resolution import parse_resolved
 from calibration.errors import REFUSALS, in_words
 from calibration.intake.started_code import refuse_unasked
 from calibration.digests import digest, digest_with
-from calibration.runs.records import made_again
+from calibration.runs.records import made_again, refuse_outside
+from calibration.runs.verify import date_back, plan_faults
 from calibration.study.stages import load_stages
 from calibration.chain.study import Study
 from dem.experiments import experiments
@@ -49,6 +50,8 @@ try:
     if workflow.is_main_process:
         asked = workflow.config_settings.config
         refuse_unasked(STUDY_OBJECT.config, asked, CONFIG_FILES)
+        if not workflow.modifier.skip_configfile:  # a module is told by who uses it
+            refuse_outside(RESULTS, asked)
 except REFUSALS as error:
     raise WorkflowError(in_words(error))
 
@@ -65,7 +68,13 @@ wildcard_constraints:
 
 def user_file(path):
     """An input: a file of the user, which no prefix moves; [] where the study names none. Its time
-    says nothing; what is in it counts, see `made_from`."""
+    says nothing; what is in it counts, see `made_from`. Only a time in the future is mended.
+    """
+    if path and workflow.is_main_process and not workflow.output_settings.dryrun:
+        try:
+            date_back(path)
+        except REFUSALS as error:
+            raise WorkflowError(in_words(error))
     return ancient(local(str(path))) if path else []
 
 
@@ -96,28 +105,30 @@ def made_from(rule, reads=None, modules=None):
 
 
 def again(rule):
-    """Input function: a note of this start that a rule's files are to be made again, see
-    `calibration.runs.records`. It answers a fault of snakemake that no documented means mends:
-    files of which .snakemake has no record count as current, whatever has changed.
+    """Input function without files: a rule's files are made again where they are not as its record
+    says, see `calibration.runs.records`. It answers a fault of snakemake that no documented means
+    mends: files of which .snakemake has no record count as current, whatever has changed.
     """
 
-    def note(wildcards):
-        if not workflow.is_main_process or STORED:
-            return []
+    @cache
+    def reason(name, files):
         declared = getattr(rules, rule)
-        output, _ = declared.rule.expand_output(wildcards)
-        name = Path(declared.log[0].format(**dict(wildcards.items()))).stem
-        known = all(workflow.persistence.params(file) is not None for file in output)
-        content = None if known else declared.params.made_from(wildcards)
-        return beside(made_again(STUDY_OBJECT.folder, name, output, content))
+        known = all(workflow.persistence.params(file) is not None for file in files)
+        content = None if known else declared.params.made_from({})
+        plans = [Path(file).parent for file in files if file.endswith("/plan.json")]
+        stale = next((fault for plan in plans for fault in plan_faults(plan)), None)
+        return stale or made_again(STUDY_OBJECT.folder, name, files, content)
 
-    return note
+    def check(wildcards):
+        if workflow.is_main_process and not STORED:
+            declared = getattr(rules, rule).rule
+            files, _ = declared.expand_output(wildcards)
+            name = Path(declared.log[0].format(**dict(wildcards.items()))).stem
+            if reason(name, tuple(files)):
+                workflow.dag.forcefiles.update(files)
+        return []
 
-
-def beside(name):
-    """A file of the study that no job makes, for an input; [] where there is none."""
-    path = STUDY_OBJECT.folder / name
-    return local(str(path)) if path.exists() else []
+    return check
 
 
 def needs(key, stage):

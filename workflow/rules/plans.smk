@@ -7,8 +7,14 @@ from math import ceil
 from calibration.study.cost import memory_mb
 from calibration.runs.batches import batch_count
 from calibration.runs.plans import planned_spec, read_plan
-from calibration.runs.verify import MISSING
+from calibration.runs.store import RunStore
+from calibration.runs.verify import short_batches
 from dem.spec import parse_spec
+
+# {plan: its runs that were missing, or not to be trusted, when this process began}; see start.smk
+LOST = {}
+STORE = RunStore(SETTINGS.runs, looks_only=True)
+MODIFIER = workflow.modifier
 
 
 def spec_of(name):
@@ -31,8 +37,11 @@ def memory_of(specs):
 
 
 def plan_of(plan):
-    """{name: spec} of the runs of a plan."""
-    return read_plan(STUDY_OBJECT.folder / plan / "plan.json")
+    """{name: spec} of the runs of a plan; none of one that is damaged, which is planned again."""
+    try:
+        return read_plan(STUDY_OBJECT.folder / plan / "plan.json")
+    except ValueError:
+        return {}
 
 
 def batches_of(plan):
@@ -56,17 +65,23 @@ def marks_of(plan):
 
 
 def runs_of(plan):
-    """Input function: what shows that all runs of a plan are done, and a note of those that were
-    missing at a start (snakemake makes nothing again that is missing while what was made from it is
-    there). Where the number of jobs depends on the plan, its rule plan_<plan> is a checkpoint.
+    """Input function: what shows that all runs of a plan are done. Those that were lost are asked
+    for by name: snakemake makes nothing again that is missing while what was made from it is there.
+    Where the number of jobs depends on the plan, its rule plan_<plan> is a checkpoint.
     """
 
     def done(wildcards):
         if PLANS[plan].batches is None:
             getattr(checkpoints, f"plan_{plan}").get()
         marks = marks_of(plan) if batches_of(plan) else None
-        found = marks or [f"{RUNS}/{name}/result.json" for name in plan_of(plan)]
-        note = beside(f"{plan}/{MISSING}")
-        return [*found, note] if note else found
+        lost = LOST.get(plan, ())
+        again = [f"{RUNS}/{name}/result.json" for name in lost]
+        if marks:
+            short = short_batches(STUDY_OBJECT.folder / plan, lost)
+            again = [f"{STUDY}/{plan}/batches/{mark}" for mark in short]
+        workflow.dag.forcefiles.update(
+            str(MODIFIER.modify_path(file)) for file in again
+        )
+        return marks or [f"{RUNS}/{name}/result.json" for name in plan_of(plan)]
 
     return done

@@ -1,11 +1,13 @@
 """What happens before the first job and after the last one: the study is checked, what cannot be
-trusted is set aside, and how far the study is, is said. In a dry run too."""
+trusted is told and set aside, and how far the study is, is said. A dry run sets nothing aside.
+"""
 
 import sys
 
 from calibration.telling.start_and_end import closing, opening
 from calibration.runs.runner import begin, watch
 from calibration.runs.runner import report as report_progress
+from calibration.runs.verify import lost_runs
 
 # the runs' progress divides the work by this; it is no parameter of any run. A cluster's profile
 # names jobs at once, and so does -j in a dry run
@@ -20,7 +22,8 @@ if STORED:
 if workflow.is_main_process:
     try:
         print(*opening(SETTINGS), sep="\n", file=sys.stderr)
-        begin(SETTINGS, dry_run=workflow.output_settings.dryrun)
+        begin(SETTINGS, STORE, dry_run=workflow.output_settings.dryrun)
+        LOST.update(lost_runs(STUDY_OBJECT.folder, STORE))
     except REFUSALS as error:
         raise WorkflowError(in_words(error))
 

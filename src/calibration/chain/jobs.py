@@ -14,7 +14,7 @@ from calibration.chain.files import each_file
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError, in_words, of_the_machine
 from calibration.intake.started_code import permit
-from calibration.runs.records import record
+from calibration.runs.records import FOLDER, record
 from calibration.runs.store import keep_runs_in
 from calibration.study.config import Config, with_engine
 from calibration.study.stages import resolve
@@ -51,9 +51,10 @@ def study_of(data: Mapping[str, Any]) -> Study:
 
 
 def work_for(config: Mapping[str, Any]) -> Study:
-    """Let this process work for the study of a checked configuration (a mapping); returns the
-    study."""
+    """Let this process work for the study of a checked configuration (a mapping), in whose folder
+    the mark of this project stands from now on; returns the study."""
     study = study_of(config)
+    Path(study.folder, FOLDER).mkdir(parents=True, exist_ok=True)
     permit(study.config)
     keep_runs_in(study.config.runs)
     return study

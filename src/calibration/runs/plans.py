@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -124,9 +125,11 @@ def planned_spec(study: str | Path, name: str) -> dict[str, Any] | None:
 
 
 def plans_of(study: str | Path) -> Iterator[tuple[str, dict[str, dict[str, Any]]]]:
-    """(stage's folder, {run_id: spec}) of each plan in a study's folder."""
+    """(stage's folder, {run_id: spec}) of each plan in a study's folder. One that is damaged, which
+    is planned again, counts as none."""
     for path in sorted(Path(study).glob("*/plan.json")):
-        yield path.parent.name, read_plan(path)
+        with suppress(DamagedError):
+            yield path.parent.name, read_plan(path)
 
 
 def _sorted(data):

@@ -198,20 +198,29 @@ def _stands(spec, position):
     return furthest < SPREAD_FROM * 0.5e-3 * width
 
 
-def begin(config: Config, dry_run: bool) -> None:
+def begin(config: Config, store: RunStore, dry_run: bool) -> None:
     """Before the workflow plans its jobs: try every spec that the configuration decides, and say
-    which results count as missing, what a run costs and how far the campaign is.
+    what cannot be trusted, what a run costs and how far the campaign is. store: one that only
+    looks, as a dry run writes nothing.
 
-    Raises CalibrationError where a spec cannot be run or another call works in the same folder.
+    Raises CalibrationError where a spec cannot be run, where the study's folder is another's, or
+    where another call works there.
     """
     # what only the start of a campaign needs takes a second to load
     from calibration.runs.feasibility import check_ahead, cost_ahead
-    from calibration.runs.verify import before_planning
+    from calibration.runs.records import refuse_others
+    from calibration.runs.verify import is_held, set_faults_aside, untrusted
 
     check_ahead(config)
-    for sentence in [*before_planning(config, dry_run, config.results), cost_ahead(config)]:
+    refuse_others(Path(config.results, config.name))
+    if dry_run and is_held(config.results):
+        text = "another call works here; what it is making now looks changed or missing"
+        print(f"{config.results}: {text}", file=sys.stderr)
+    for sentence in [*untrusted(config, store), cost_ahead(config)]:
         print(sentence, file=sys.stderr)
-    report(config)
+    if not dry_run:
+        set_faults_aside(config)
+    report(config, store)
 
 
 def report_sometimes(config: Config, store: RunStore, stream: TextIO | None = None) -> None:

@@ -12,6 +12,8 @@ import stat
 from pathlib import Path
 from typing import Any
 
+from calibration import engines
+from calibration.files import set_aside
 from dem.errors import ResultError
 from dem.results import FAILED, RESULT, RUN_NAME, is_current, read_failure, read_result
 from dem.tables.limits import KINDS
@@ -30,10 +32,11 @@ def keep_runs_in(root: str | Path) -> None:
 
 class RunStore:
     """Runs below a folder, that of `keep_runs_in` unless given. One that is missing, damaged or of
-    another run raises ResultError wherever it is read."""
+    another run raises ResultError wherever it is read. looks_only: what is found is not added to
+    the index."""
 
-    def __init__(self, root: str | Path | None = None) -> None:
-        self.root = Path(root or _place["root"])
+    def __init__(self, root: str | Path | None = None, looks_only: bool = False) -> None:
+        self.root, self.looks_only = Path(root or _place["root"]), looks_only
         self._index = self.root / "index.jsonl"
         self._known, self._read_to = {}, 0  # type: ignore[var-annotated]
 
@@ -100,7 +103,15 @@ class RunStore:
         for file in (RESULT, FAILED):
             path = self.folder(name) / file
             if path.exists():
-                os.replace(path, path.with_name(f"{file}.damaged"))
+                set_aside(path)
+
+    def has(self, name: str) -> bool:
+        """Whether a run is finished by this engine, or kept as failed, and can be trusted."""
+        try:
+            engine = self.entry(name)["engine"]
+        except ResultError:
+            return self.failure(name) is not None
+        return is_current(engine) and not engines.changed(engine, name, self)
 
     def _unchanged(self, name):
         """The index's entry of a run whose files are as they were when it was made, else None."""
@@ -124,6 +135,8 @@ class RunStore:
         if REFUSED in result["numerics"]:
             entry[REFUSED] = True
         self._known[name] = entry
+        if self.looks_only:
+            return entry
         line = json.dumps(entry, separators=(",", ":")) + "\n"
         try:
             # one short write to the end: lines of several processes do not mix

@@ -7,10 +7,11 @@ written down when it was planned. Nothing is deleted: what cannot be trusted is 
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,13 +20,12 @@ from typing import TYPE_CHECKING
 from filelock import FileLock, Timeout
 
 from calibration import engines
-from calibration.errors import CalibrationError
-from calibration.files import read_json, sweep_abandoned, write_text
+from calibration.errors import CalibrationError, ConfigError
+from calibration.files import read_json, set_aside, sweep_abandoned
 from calibration.runs.plans import read_plan, run_id
-from calibration.runs.records import FOLDER, altered, changed_inputs, note, recorded
+from calibration.runs.records import FOLDER, altered, changed_inputs, inside, read_record, recorded
 from calibration.runs.store import RunStore
 from dem.errors import DemError, ResultError
-from dem.io.files import sweep_partial
 from dem.results import FAILED, RESULT, is_current
 
 if TYPE_CHECKING:
@@ -37,21 +37,15 @@ HELD = "CALIBRATION_HELD"
 """Environment variable: the folders of results, a line each, that this process holds, or one that
 waits for it."""
 
-MISSING = "missing_runs.txt"
-"""In the folder of a plan: the runs that were missing at the last start that missed any, or the
-plan itself. What was made before is older than this file and so stale: snakemake makes nothing
-again that is missing while what was made from it is there."""
-
 
 @dataclass(frozen=True)
 class Fault:
-    """What is wrong with a run (`run`, its name), with the plan in a stage's folder (`plan`), or
-    with a file that a rule wrote (`made`: study's folder, name of the rule, the file)."""
+    """What is wrong with a run (`run`, its name), with a plan or another file that a rule wrote
+    (`file`), or with a table of the user (neither)."""
 
     text: str
     run: str | None = None
-    plan: Path | None = None
-    made: tuple[Path, str, Path] | None = None
+    file: Path | None = None
     stale: bool = False
 
     def __str__(self):
@@ -62,13 +56,11 @@ def faults_of(results: str | Path = "results", full: bool = True) -> list[Fault]
     """`Fault`s of all runs, plans and files of stages below a folder of results; `full` reads all
     files, else only those runs that the store's index does not know as unchanged."""
     store = RunStore(Path(results) / "runs")
-    plans = sorted(Path(results).glob("*/**/plan.json"))
     studies = sorted(p.parent for p in Path(results).glob(f"*/{FOLDER}"))
     return [
         *_run_faults(store, full),
-        *(f for p in plans for f in plan_faults(p.parent)),
-        *(f for p in plans for f in _unknown(results, p)),
-        *(f for s in studies for f in _file_faults(s)),
+        *(f for s in studies for f in _study_faults(s)),
+        *(f for s in studies for p in _plans(s) for f in _unknown(s, p)),
         *(f for s in studies for f in _table_faults(s)),
     ]
 
@@ -99,49 +91,34 @@ def _run_faults(store, full):
 def plan_faults(folder: str | Path) -> Iterator[Fault]:
     """`Fault`s of the plan in a stage's folder: it cannot be read, or its runs have other names
     now, since it was edited or a mesh or a table that they read has changed."""
-    folder = Path(folder)
+    plan = Path(folder, "plan.json")
     try:
-        specs = read_plan(folder / "plan.json")
+        specs = read_plan(plan)
     except ValueError:
-        yield Fault(f"{folder / 'plan.json'}: is damaged: it holds no plan", plan=folder)
+        yield Fault(f"{plan}: is damaged: it holds no plan", file=plan)
         return
     for name, spec in _one_of_each_rig(specs):
         try:
             found = run_id(spec)
         except (DemError, ArithmeticError) as error:  # a number so large that its cube is none
-            yield Fault(f"{folder / 'plan.json'}: {name} cannot be run: {error}", plan=folder)
+            yield Fault(f"{plan}: {name} cannot be run: {error}", file=plan)
             continue
         if found != name:
             text = "what it reads has changed since it was planned, or it was edited"
-            yield Fault(f"{folder / 'plan.json'}: {name} is now {found}: {text}", plan=folder)
+            yield Fault(f"{plan}: {name} is now {found}: {text}", file=plan)
 
 
-def _unknown(results, plan):
+def _unknown(study, plan):
     """`Fault` of a plan of which no record says what it was made from."""
-    study = Path(results, plan.relative_to(results).parts[0])
     if recorded(study, plan) is None:
-        yield Fault(f"{plan}: nothing says what it was planned from", plan=plan.parent)
-
-
-def _file_faults(study):
-    """`Fault`s of the files that the rules of a study's folder wrote."""
-    for name, file in altered(study):
-        yield Fault(f"{file}: has changed since {name} wrote it", made=(study, name, file))
+        yield Fault(f"{plan}: nothing says what it was planned from", file=plan)
 
 
 def _table_faults(study):
     """`Fault`s of files of a study that were made from a table which has changed since. Its digest
     makes the workflow make them again; here they are told of."""
     for name, file in changed_inputs(study):
-        yield Fault(f"{file}: has changed since {name} read it", made=(study, name, file))
-
-
-def _set_file_aside(fault):
-    """Let a rule make its files again, of which one that is not as it was left is renamed."""
-    study, name, file = fault.made
-    if Path(study) in file.parents:
-        os.replace(file, f"{file}.damaged")
-    note(study, name, fault)
+        yield Fault(f"{file}: has changed since {name} read it")
 
 
 def _one_of_each_rig(specs):
@@ -165,26 +142,21 @@ def repair(
     Returns the number of faults that are left.
     """
     store, left = RunStore(Path(results) / "runs"), 0
-    known = {n: s for p in Path(results).glob("*/**/*plan.json") for n, s in _specs(p).items()}
+    studies = [mark.parent for mark in Path(results).glob(f"*/{FOLDER}")]
+    known = {n: s for study in studies for p in _plans(study) for n, s in _specs(p).items()}
     for fault in faults:
-        if fault.plan:
-            with suppress(FileNotFoundError):  # it had two faults
-                _set_plan_aside(fault.plan)
-            tell(f"{fault.plan}: set aside; `snakemake` plans it again")
+        if fault.run is None:
+            _set_aside(fault)
+            tell(f"{fault}; `snakemake` makes again what is made from it")
             continue
-        if fault.made:
-            with suppress(FileNotFoundError):
-                _set_file_aside(fault)
-            tell(f"{fault.made[2]}: `snakemake` makes again what {fault.made[1]} left")
-            continue
-        spec = known.get(fault.run) or _own_spec(store.folder(fault.run))  # type: ignore[arg-type]
-        store.set_aside(fault.run)  # type: ignore[arg-type]
+        spec = known.get(fault.run) or _own_spec(store.folder(fault.run))
+        store.set_aside(fault.run)
         if spec is None:
             tell(f"{fault.run}: set aside; no plan knows its spec")
             continue
         try:
-            engines.make(spec, store.folder(fault.run))  # type: ignore[arg-type]
-            store.entry(fault.run)  # type: ignore[arg-type]
+            engines.make(spec, store.folder(fault.run))
+            store.entry(fault.run)
             tell(f"{fault.run}: made again")
         except DemError as error:
             tell(f"{fault.run}: could not be made again: {error}")
@@ -208,99 +180,128 @@ def _own_spec(folder):
         return None
 
 
-def before_planning(config: Config, dry_run: bool, results: str | Path = "results") -> list[str]:
-    """Before the workflow looks at what is there: set aside what cannot be trusted. Returns
-    sentences that say so.
-
-    A dry run does so too, since it would take these files for finished ones; only what another
-    engine made stays where it is until a real run begins. That one holds the folder of results
-    until it ends: raises CalibrationError where another has it.
-    """
-    if not dry_run:
-        hold(results)
-        sweep_abandoned(Path(results) / config.name)
-        _date_back(results)
-    store, said = RunStore(Path(results) / "runs"), []
-    planned, stale = set(), 0
-    for plan in sorted((Path(results) / config.name).glob("**/plan.json")):
+def untrusted(config: Config, store: RunStore) -> list[str]:
+    """Return sentences on what of a study and of the store cannot be trusted; nothing is written.
+    Runs of another engine are told of by their number."""
+    folder, planned = Path(config.results, config.name), set()
+    found = [f"{fault}; it is made again" for fault in _study_faults(folder)]
+    for plan in _plans(folder):
         planned |= set(_specs(plan))
-        faults = list(plan_faults(plan.parent))
-        said += [f"{fault}; it is planned again" for fault in faults]
-        if faults:
-            _set_plan_aside(plan.parent)
-    for fault in _file_faults(Path(results) / config.name):
-        _set_file_aside(fault)
-        said.append(f"{fault}; it is made again")
-    for fault in _run_faults(store, full=False):
-        if not fault.stale:
-            store.set_aside(fault.run)
-            said.append(f"{fault}; the run counts as missing")
-        elif fault.run in planned:
-            stale += 1
-            if not dry_run:
-                store.set_aside(fault.run)
-    for plan in (Path(results) / config.name).glob("**/plan.json"):
-        forget_batches(plan.parent, store)
-        missing = [name for name in _specs(plan) if not _there(store, name)]
-        if missing:
-            _note(plan.with_name(MISSING), missing)
+    faults = list(_run_faults(store, full=False))
+    found += [f"{fault}; the run counts as missing" for fault in faults if not fault.stale]
+    stale = sum(fault.stale and fault.run in planned for fault in faults)
     if stale:
-        said.append(
+        found.append(
             f"{stale} runs of {config.name} were made by another engine; they are made again"
         )
-    return said
+    return found
 
 
-def _set_plan_aside(folder):
-    """Rename a plan, so that its rule plans again: without it the rule's other files are no longer
-    what its record says."""
-    study, plan = _study_of(folder), folder / "plan.json"
-    name = recorded(study, plan)
-    os.replace(plan, f"{plan}.damaged")
-    _note(folder / MISSING, [plan.name])
-    if name:
-        note(study, name, f"{plan} was set aside")
+def lost_runs(folder: str | Path, store: RunStore) -> dict[str, list[str]]:
+    """Return {folder of a plan in a study's: its runs that are missing or cannot be trusted}."""
+    found = {}
+    for plan in _plans(folder):
+        name = plan.parent.relative_to(folder).as_posix()
+        found[name] = [run for run in _specs(plan) if not store.has(run)]
+    return found
 
 
-def _study_of(folder):
-    """The study's folder that the folder of a plan lies in."""
-    return next((p for p in folder.parents if (p / FOLDER).is_dir()), folder.parent)
+def short_batches(folder: str | Path, lost: Iterable[str]) -> list[str]:
+    """Return the names of those marks of batches in the folder of a plan that name one of the lost
+    runs, or cannot be read."""
+    found = []
+    for mark in sorted(Path(folder).glob("batches/*.json")):
+        try:
+            short = not set(lost).isdisjoint(read_json(mark)["runs"])
+        except (OSError, ValueError, KeyError, TypeError):
+            short = True
+        if short:
+            found.append(mark.name)
+    return found
 
 
-def _note(path, lines):
-    """Write lines and the present time to a file, in a folder that can be written."""
-    with suppress(OSError):
-        write_text("\n".join([time.strftime("%Y-%m-%d %H:%M:%S"), *map(str, lines), ""]), path)
+def set_faults_aside(config: Config) -> None:
+    """Before a study's jobs: hold its folder of results until this process ends, and rename there
+    what cannot be trusted, so that no job writes over it. Raises CalibrationError where another
+    call works there."""
+    results, folder = Path(config.results), Path(config.results, config.name)
+    hold(results)
+    sweep_abandoned(folder)
+    _date_back(results)
+    planned = {name for plan in _plans(folder) for name in _specs(plan)}
+    for fault in _study_faults(folder):
+        _set_aside(fault)
+    store = RunStore(results / "runs")
+    for fault in _run_faults(store, full=False):
+        if not fault.stale or fault.run in planned:
+            store.set_aside(fault.run)
+
+
+def _plans(folder):
+    """Files of the plans in a study's folder."""
+    return sorted(p for p in Path(folder).glob("**/plan.json") if inside(Path(folder), p))
+
+
+def _study_faults(folder):
+    """`Fault`s of the plans, the records and the files that rules have left in a study's folder."""
+    found = [fault for plan in _plans(folder) for fault in plan_faults(plan.parent)]
+    for path in sorted(Path(folder, FOLDER).glob("*.json")):
+        if read_record(path) is None:
+            text = "is damaged, or names a file that is not in its study's folder"
+            found.append(Fault(f"{path}: {text}", file=path))
+    for name, file in altered(folder):
+        text = "has changed" if file.is_file() else "is missing"
+        found.append(Fault(f"{file}: {text} since {name} wrote it", file=file))
+    return found
+
+
+def _set_aside(fault):
+    """Rename the file of a fault, if it is there."""
+    if fault.file and fault.file.is_file():
+        set_aside(fault.file)
 
 
 def _date_back(results):
-    """Give files that are dated in the future the present time: after a clock went back snakemake
-    would refuse all that is made from them."""
+    """Give files of the project that are dated in the future the present time: after a clock went
+    back snakemake would refuse all that is made from them."""
+    own = [results / "runs", *(mark.parent for mark in results.glob(f"*/{FOLDER}"))]
+    for file in (file for folder in own for file in folder.rglob("*")):
+        with suppress(OSError, ConfigError):  # a writer has just replaced it
+            date_back(file)
+
+
+def date_back(file: str | Path) -> None:
+    """Give a file that is dated in the future the present time. Raises ConfigError where only its
+    owner may."""
     now = time.time()
-    for path in Path(results).rglob("*"):
-        with suppress(OSError):  # a writer has just replaced it
-            if path.stat().st_mtime > now:
-                os.utime(path, (now, now))
+    with suppress(FileNotFoundError):
+        if os.stat(file).st_mtime > now:
+            try:
+                os.utime(file, (now, now))
+            except PermissionError:
+                reason = "is dated in the future, and only its owner may change that"
+                raise ConfigError(
+                    reason, path=file, allowed="the present time, or a copy"
+                ) from None
 
 
-def forget_batches(folder: Path, store: RunStore) -> None:
-    """Delete the marks of batches in a stage's folder that lack a run which they name."""
-    for mark in sorted(folder.glob("batches/*.json")):
-        try:
-            named = read_json(mark)["runs"]
-        except (OSError, ValueError, KeyError, TypeError):
-            named = None
-        names = isinstance(named, list) and all(isinstance(n, str) for n in named)
-        if not (names and all(_there(store, name) for name in named)):  # type: ignore[union-attr]
-            mark.unlink()
-
-
-def _there(store, name):
-    """Whether a run is finished, or kept as failed by this engine, undamaged."""
+def is_held(results: str | Path) -> bool:
+    """Return whether another call works in a folder of results."""
+    if _holds(results):
+        return False
     try:
-        return bool(store.entry(name))
-    except ResultError:
-        return store.failure(name) is not None
+        with open(Path(results, ".lock")) as lock:  # FileLock would write to it
+            fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:  # nobody has worked there, or a file system without locks
+        return False
+    return False
+
+
+def _holds(results):
+    """Return whether this process holds a folder of results, or one that waits for this one."""
+    return str(Path(results).resolve()) in os.environ.get(HELD, "").splitlines()
 
 
 def hold(results: str | Path) -> None:
@@ -308,13 +309,12 @@ def hold(results: str | Path) -> None:
     CalibrationError where another does; a call that is a job of the one that holds the folder works
     there too."""
     results = Path(results)
-    held = os.environ.get(HELD, "").splitlines()
-    if str(results.resolve()) in held:  # by this process, or by one that waits for this one
+    if _holds(results):
         return
     lock = FileLock(results / ".lock")
     try:
         results.mkdir(parents=True, exist_ok=True)
-        lock.acquire(timeout=0)
+        lock.acquire(timeout=1)  # a dry run looks at it for a moment
     except Timeout:
         raise CalibrationError(
             f"{results.resolve()}: another study, or another call of this one, works here; wait "
@@ -326,5 +326,4 @@ def hold(results: str | Path) -> None:
             "give the right to write, or work in another folder"
         ) from None
     _held[results.resolve()] = lock
-    os.environ[HELD] = "\n".join([*held, str(results.resolve())])
-    sweep_partial(results)
+    os.environ[HELD] = "\n".join([os.environ.get(HELD, ""), str(results.resolve())])

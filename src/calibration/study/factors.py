@@ -14,6 +14,9 @@ from calibration.intake.tables import read_table
 
 COLUMNS = ("code", "name", "key", "low", "high", "description")
 
+NAME = r"[^\W\d_][\w .()-]*"
+"""Code or name of a factor: headings of tables, in which a spreadsheet sees no formula."""
+
 WORD = r"(?!nan$|inf$)[a-z][a-z_]*"
 """A word of a run spec, such as the name of a law."""
 
@@ -165,6 +168,16 @@ def _factor(table, line, row):
     for column in ("code", "name", "key"):
         if not row[column]:
             raise ConfigError("is empty", path=table.path, line=line, column=column)
+    for column in ("code", "name"):
+        if not re.fullmatch(NAME, row[column]):
+            raise ConfigError(
+                f"is no {column} of a factor",
+                path=table.path,
+                line=line,
+                column=column,
+                value=row[column],
+                allowed="a letter, then letters, digits, blanks, _, -, . and brackets",
+            )
     given = row["code"], row["name"], row["key"]
     words = tuple(row[c].strip() for c in ("low", "high"))
     if all(re.fullmatch(WORD, word) for word in words) and words[0] != words[1]:
