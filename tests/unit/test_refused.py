@@ -1,5 +1,8 @@
 """A run that cannot be measured: kept without a value, told, and no end of the study."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -10,8 +13,10 @@ from calibration.errors import CalibrationError
 from calibration.runs import runner
 from calibration.runs.progress import Plan, Progress
 from calibration.runs.store import RunStore
+from calibration.study.stages.screening import STAGES
+from calibration.telling import kept_results
 from dem.errors import BlowUpError, MeasureError, RefusedStateError
-from dem.results import run_name
+from dem.results import run_name, write_result
 from dem.spec import parse_spec
 from facts import refused, tells
 
@@ -86,6 +91,38 @@ def test_what_is_left_out_is_named_with_its_reason(runs):
     assert [row["run"] for row in rows] == [2, 3]
     [said] = responses.without_value(rows)
     assert tells(said, "run 2, 3", "no heap", "5 grains")
+
+
+def finished(tmp_path, monkeypatch, **notes):
+    """A stage's table of three heaps of 30 degrees, with the notes {run: sentence} of some."""
+    monkeypatch.chdir(tmp_path)
+    names = []
+    for number in (1, 2, 3):
+        spec = parse_spec(SPEC | {"seed": number})
+        names.append(run_name(spec))
+        said = {"notes": [notes[f"run{number}"]]} if f"run{number}" in notes else {}
+        metrics = {"angle_of_repose_deg": 30.0}
+        write_result(RunStore().folder(names[-1]), spec, metrics, said, files=())
+    design = pd.DataFrame({"run": [1, 2, 3], "run_id": names})
+    target = SimpleNamespace(metric="angle_of_repose_deg")
+    return responses.with_responses(design, SimpleNamespace(target=target, further_targets=[]))
+
+
+def test_a_note_of_a_run_is_in_the_stages_table_and_sentences(tmp_path, monkeypatch):
+    table = finished(tmp_path, monkeypatch, run2="some grains still spin")
+    assert list(table["note"]) == ["", "some grains still spin", ""]
+    summary = responses.told(table)
+    assert summary["noted"] == [{"run": 2, "note": "some grains still spin"}]
+    stage = next(s for s in STAGES if s.name == "screening")
+    quiet = replace(stage, sentences=None)
+    [said] = kept_results.sentences_of(quiet, summary, None)
+    assert tells(said, "Run 2", "still spin")
+
+
+def test_a_study_without_notes_has_no_column_of_them(tmp_path, monkeypatch):
+    table = finished(tmp_path, monkeypatch)
+    assert "note" not in table
+    assert responses.told(table) == {"left_out": []}
 
 
 def test_a_design_with_too_few_values_says_why(runs):

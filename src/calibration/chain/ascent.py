@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 from calibration import figures
 from calibration.chain.responses import (
     judge,
-    left_out,
     naming_left_out,
     nearest,
+    told,
     with_responses,
     with_value,
 )
@@ -74,7 +74,7 @@ def ascent(study: Study, source: NamedFiles, output: NamedFiles) -> None:
             "path": str(best["path"]),
             "responses": [float(v) for v in runs["response"]],
             "centre_named": sorted(config.response_surface.centre),
-            "left_out": left_out(every),
+            **told(every),
         },
     )
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from calibration import figures
 from calibration.chain.files import further_files, read_region
-from calibration.chain.responses import left_out, naming_left_out, with_responses, with_value
+from calibration.chain.responses import naming_left_out, told, with_responses, with_value
 from calibration.errors import CalibrationError
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
@@ -83,8 +83,7 @@ def response_surface(study: Study, source: NamedFiles, output: NamedFiles) -> No
     figures.save(figures.perturbation(surface, region, response), output.perturbation)
     figures.save(figures.surfaces(surface, region, response), output.surfaces)
     beside = _beside(runs, [f.code for f in region], "response", surface)
-    without = {"left_out": left_out(every)}
-    write_json(output.summary, _description(surface, region) | beside | without)
+    write_json(output.summary, _description(surface, region) | beside | told(every))
     for target, path, figure in further_files(config, output):
         here = with_value(every, target.metric)
         try:

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from calibration.errors import CalibrationError
-from calibration.runs.plans import read_values, reason_without
+from calibration.runs.plans import notes_of, read_values, reason_without
 from calibration.statistics.goals import combined_desirability
 from calibration.study.config import Config, goals, read_target
 
@@ -27,7 +27,8 @@ def columns(config: Config) -> dict[str, str]:
 
 def with_responses(design: pd.DataFrame, config: Config) -> pd.DataFrame:
     """The design table (pandas) with the metrics of its finished runs in `columns`. `response_sd`
-    has the spread within a run, if the target's metric has one.
+    has the spread within a run, if the target's metric has one, and `note` what runs say beside
+    their numbers, if any does.
 
     A run that finished without the metric, as a heap that is no heap does, has NaN there.
     """
@@ -37,7 +38,8 @@ def with_responses(design: pd.DataFrame, config: Config) -> pd.DataFrame:
     spread = read_values(design["run_id"], spread_of(config.target.metric))
     if np.isfinite(spread).all():
         design["response_sd"] = spread
-    return design
+    notes = [notes_of(name) for name in design["run_id"]]
+    return design.assign(note=notes) if any(notes) else design
 
 
 def with_value(runs: pd.DataFrame, column: str) -> pd.DataFrame:
@@ -72,6 +74,17 @@ def left_out(runs: pd.DataFrame, column: str = "response") -> list[dict[str, Any
         {"run": int(number), "reason": reason_without(name)}
         for number, name in zip(without["run"], without["run_id"], strict=True)
     ]
+
+
+def told(runs: pd.DataFrame) -> dict[str, Any]:
+    """What a stage's summary says of single runs: `left_out`, and where a run has a note `noted`,
+    [{run, note}]."""
+    found: dict[str, Any] = {"left_out": left_out(runs)}
+    if "note" in runs:
+        noted = runs[runs["note"] != ""]
+        rows = zip(noted["run"], noted["note"], strict=True)
+        found["noted"] = [{"run": int(number), "note": note} for number, note in rows]
+    return found
 
 
 def without_value(left_out: Iterable[dict[str, Any]]) -> list[str]:

@@ -13,9 +13,9 @@ from calibration import figures
 from calibration.chain.files import further_files
 from calibration.chain.responses import (
     columns,
-    left_out,
     naming_left_out,
     strongest,
+    told,
     with_responses,
     with_value,
 )
@@ -95,7 +95,7 @@ def screening(study: Study, source: NamedFiles, output: NamedFiles) -> None:
         "method": result.method,
         **aliasing(runs, [f.code for f in factors]),
         "alpha": rules.alpha,
-        "left_out": left_out(every),
+        **told(every),
     }
     if rules.foldover and rules.design and runs is every:
         summary["halves"] = {"runs": len(with_value(every, "response"))}

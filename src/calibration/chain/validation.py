@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from calibration import figures
-from calibration.chain.responses import left_out, naming_left_out, with_responses, with_value
+from calibration.chain.responses import naming_left_out, told, with_responses, with_value
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
@@ -48,7 +48,7 @@ def validation(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     write_table(runs, output.runs)
     groups = _groups(runs, "response")
     found = _compare(groups, config, config.target, rules.margin, output.figure)
-    found["left_out"] = left_out(runs)
+    found |= told(runs)
     found["group_means"] = [float(v) for v in groups.mean(axis=1)]
     measured = [t for t in config.further_targets if is_measured(config, t)]
     drawn = dict(zip([t.metric for t in measured], output.get("further_figures", []), strict=True))

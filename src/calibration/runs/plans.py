@@ -164,6 +164,12 @@ def _metrics(run_ids):
     return [_result(store, name)["metrics"] for name in run_ids]
 
 
+def notes_of(name: str) -> str:
+    """What a finished run says beside its numbers, as sentences; empty for most. Errors as
+    `read_metric`."""
+    return "; ".join(_result(RunStore(), name)["numerics"].get("notes", ()))
+
+
 def reason_without(name: str) -> str:
     """Why a finished run has no value of a metric, in its own words; errors as `read_metric`."""
     refused = _result(RunStore(), name)["numerics"].get(REFUSED)

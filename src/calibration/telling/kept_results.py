@@ -61,11 +61,13 @@ def found(folder: str | Path, metric: str) -> str:
 
 
 def sentences_of(stage: Stage, summary: Mapping[str, Any] | None, response: Response) -> list[str]:
-    """What a stage says of its summary (a mapping, or None), and which of its runs it left out."""
+    """What a stage says of its summary (a mapping, or None), which of its runs it left out, and
+    what its runs say themselves."""
     if not summary:
         return []
     texts = resolve(stage.sentences)(summary, response) if stage.sentences else []
-    return [*texts, *without_value(summary.get("left_out", []))]
+    noted = [f"Run {row['run']}: {row['note']}." for row in summary.get("noted", [])]
+    return [*texts, *without_value(summary.get("left_out", [])), *noted]
 
 
 def put(page: str | Path, text: str, begin: str = BEGIN, end: str = END) -> None:
