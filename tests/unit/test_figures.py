@@ -55,6 +55,12 @@ def surface():
     return fit_surface(runs, list("GEC"), runs["angle_deg"])
 
 
+@pytest.fixture(autouse=True)
+def close():
+    yield
+    plt.close("all")
+
+
 def overlapping(figure):
     """Pairs of texts drawn over each other, of all panels without depth."""
     figure.canvas.draw()
