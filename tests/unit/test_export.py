@@ -869,7 +869,7 @@ def test_a_deck_is_whole_and_says_how_it_is_checked(files, code):
         text = (deck / "README.md").read_text()
         assert "python check.py" in text
         first = text.split("\n\n")[1]
-        for name in ("NOT CORRECTED", "deg", "--correct"):
+        for name in ("NOT CORRECTED", "deg"):
             assert name in " ".join(first.split())
         # no heaps with the numbers of this study's search were tried
         assert ("MISSES" in first) == (folder == "exports")

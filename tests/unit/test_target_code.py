@@ -8,16 +8,15 @@ import pytest
 from test_measure import PLATE, cone
 
 from calibration.engines import lammps, program
-from calibration.engines.blocks.conversion import Conversion, Correction
-from calibration.engines.blocks.lammps import block
-from calibration.engines.blocks.material import granulate
+from calibration.engines.blocks.conversion import Conversion
 from calibration.interface.cli import main
 from calibration.study.config import overlay
 from calibration.telling.export import target_code, trial_heaps, trials
 from calibration.telling.export.decks import write_decks
+from calibration.telling.export.heap_comparison import margins_of
 from calibration.telling.export.heap_profile import READERS, profile
-from calibration.telling.export.target_code import Deck, find_factor, heaps_there, judge
-from dem.errors import DemError, InputError
+from calibration.telling.export.target_code import Deck, heaps_there, judge
+from dem.errors import InputError
 from dem.spec import parse_spec
 from facts import tells
 from small_heap import SPEC
@@ -78,9 +77,9 @@ def test_margins_come_from_the_scatter_and_never_fall_below_a_grain(deck):
     """Two standard deviations of 1.5 are 3; half a grain of 5.8 mm is 2.9 mm, and the study's
     margin is 2 degrees."""
     wide = heaps(NUMBERS, sd=1.5, count=4000, seed=1)
-    allowed = target_code.margins(deck, wide)
+    allowed = margins_of(deck.spec, deck.expected["margin"], wide)
     assert allowed["radial_angle_deg"] == pytest.approx(3.0, rel=0.05)
-    narrow = target_code.margins(deck, heaps(NUMBERS, sd=0.1))
+    narrow = margins_of(deck.spec, deck.expected["margin"], heaps(NUMBERS, sd=0.1))
     assert narrow["radial_angle_deg"] == 2.0
     assert narrow["height_mm"] == pytest.approx(2.9)
     assert narrow["foot_mm"] == pytest.approx(5.8)
@@ -191,50 +190,6 @@ def test_the_kept_trials_are_of_eight_heaps_a_trial_and_code():
             assert all(set(profile) == set(READERS) for profile in profiles)
 
 
-@pytest.mark.parametrize("true", [0.7, 1.4, 2.6])
-def test_the_search_finds_the_factor_of_a_made_up_code(deck, true):
-    """Its quantities rise and fall with the factor's logarithm, and level off above."""
-    here, rng = heaps(NUMBERS, sd=0.5), np.random.default_rng(5)
-    slope = np.array([8.0, 10.0, 6.0, 20.0, 9.0, 6.0, -1.0])
-
-    def pour(factor, seeds):
-        shift = slope * np.tanh(np.log(factor / true))
-        return [heap(NUMBERS + shift + rng.normal(0.0, 0.5, len(READERS))) for _ in seeds]
-
-    assert find_factor(deck, here, pour) == pytest.approx(true, rel=0.08)
-
-
-def test_a_search_without_any_heap_says_so(deck):
-    with pytest.raises(DemError, match="LAMMPS"):
-        find_factor(deck, heaps(NUMBERS), lambda factor, seeds: [])
-
-
-def numbers(spec, found=None, corrected=None):
-    """(rolling friction, static friction) of both pairs as LAMMPS' block states them."""
-    conversion = Conversion(spec, found, corrected)
-    return [
-        (p.contact.rolling_friction, p.contact.static_friction)
-        for p in conversion.pairs(granulate(spec))
-    ]
-
-
-def test_a_correction_multiplies_rolling_friction_of_both_pairs():
-    spec = parse_spec(SPEC)
-    assert numbers(spec) == [(0.2, 0.6)] * 2
-    corrected = Correction("LAMMPS", 1.5)
-    assert numbers(spec, None, corrected) == [(pytest.approx(0.3), 0.6)] * 2
-    text = " ".join(block(granulate(spec), Conversion(spec, None, corrected), []).split())
-    assert "CORRECTED" in text
-    assert "1.5 times" in text
-
-
-def test_a_correction_multiplies_static_friction_where_grains_do_not_turn():
-    spec = parse_spec(overlay(SPEC, {"laws": {"rolling": "constant_torque"}}))
-    corrected = Correction("LAMMPS", 1.5)
-    assert numbers(spec, NO_ROTATION) == [(0.0, 0.3), (0.0, 0.6)]
-    assert numbers(spec, NO_ROTATION, corrected) == [(0.0, pytest.approx(0.45)), (0.0, 0.6)]
-
-
 def test_a_missing_program_and_a_folder_without_a_deck_are_a_sentence(
     deck, tmp_path, monkeypatch, capsys
 ):
@@ -276,35 +231,11 @@ def test_heaps_are_kept_and_a_heap_without_a_profile_is_told(deck, monkeypatch, 
     monkeypatch.setattr(lammps, "version", lambda: "1")
     monkeypatch.setattr(lammps, "start", start)
     for _ in range(2):
-        found = heaps_there(deck, 1.0, range(1, 6), 60.0)
+        found = heaps_there(deck, range(1, 6), 60.0)
         assert len(found) == 4
         assert "seed 3" in capsys.readouterr().err
     assert started == [1, 2, 3, 4, 5]
     kept = next((deck.folder / "heaps").glob("*.json"))
     kept.write_text(kept.read_text()[:20])  # cut off
-    heaps_there(deck, 1.0, range(1, 6), 60.0)
+    heaps_there(deck, range(1, 6), 60.0)
     assert len(started) == 6
-
-
-def test_a_corrected_deck_says_first_whether_it_holds(deck, monkeypatch):
-    """A code in which the number must be twice as large, and one in which nothing helps."""
-    for level, first in ((0.0, "It holds"), (30.0, "IT MISSES")):
-
-        def pour(deck, factor, seeds, timeout_s, level=level):
-            return heaps(NUMBERS + level + 10.0 * np.log(factor / 2.0), len(seeds), seed=3)
-
-        monkeypatch.setattr(target_code, "heaps_there", pour)
-        status = target_code.correct(deck.folder)
-        place = deck.folder.parent / "corrected" / "lammps"
-        text = (place / "README.md").read_text()
-        assert text.split("\n\n")[2].count("\n") == len(READERS) + 1  # the table, a line a row
-        state = " ".join(text.split("\n\n")[1].split())
-        assert state.split()[0] == "**CORRECTED"
-        assert "rolling friction" in state
-        assert first in state
-        assert status == (1 if level else 0)
-        found = json.loads((place / "expected.json").read_text())["corrected"]
-        assert {row["quantity"] for row in found["rows"]} == set(READERS)
-        with pytest.raises(InputError):
-            target_code.correct(place)
-    assert "NOT CORRECTED" in (deck.folder / "README.md").read_text()

@@ -33,8 +33,7 @@ ALLOW = (
 )
 DECK = (
     "Pour heaps of an exported deck with its program and hold their angle and profile against the "
-    "calibrated model's. --correct searches the number that gives the calibrated heap in that "
-    "program and writes the deck that has it."
+    "calibrated model's."
 )
 COPY = "Copy a study's folder under another name. Its runs are shared until something is changed."
 
@@ -91,9 +90,8 @@ def _parser():
         help="folder with config.yaml, or configuration files",
     )
     consent.set_defaults(command=_allow)
-    deck = commands.add_parser("deck", help="check or correct a deck", description=DECK)
+    deck = commands.add_parser("deck", help="check a deck", description=DECK)
     deck.add_argument("folder", type=Path, help="of the deck: results/salt/exports/lammps")
-    deck.add_argument("--correct", action="store_true", help="search the number in that program")
     deck.add_argument("--seeds", type=int, default=8, help="heaps of the check; 8 by default")
     deck.add_argument("--timeout", type=float, default=1e6, help="of one heap [s]")
     deck.set_defaults(command=_deck)
@@ -134,9 +132,9 @@ def _allow(args):
 
 
 def _deck(args):
-    from calibration.telling.export.target_code import check, correct  # loads pandas
+    from calibration.telling.export.target_code import check  # loads pandas
 
-    return (correct if args.correct else check)(args.folder, args.seeds, args.timeout)
+    return check(args.folder, args.seeds, args.timeout)
 
 
 def _copy(args):

@@ -41,29 +41,12 @@ class Equivalent:
     damping_ratio: float
 
 
-@dataclass(frozen=True)
-class Correction:
-    """A number that was searched in the target code itself."""
-
-    name: str
-    """Of the target code, for sentences."""
-    factor: float
-    """What rolling friction, of both pairs, is multiplied by; static friction of grain on grain
-    where grains do not turn or roll freely."""
-
-
 class Conversion:
     """What rolling.json says, as the exports need it."""
 
-    def __init__(
-        self,
-        spec: RunSpec,
-        found: Mapping[str, Any] | None = None,
-        corrected: Correction | None = None,
-    ) -> None:
-        """spec: calibrated `RunSpec`; found: content of rolling.json, or None before the search;
-        corrected: `Correction` of the numbers in the target code, or None without one."""
-        self.spec, self.corrected = spec, corrected
+    def __init__(self, spec: RunSpec, found: Mapping[str, Any] | None = None) -> None:
+        """spec: calibrated `RunSpec`; found: content of rolling.json, or None before the search."""
+        self.spec = spec
         self.found = found if found and found["path"] else None
 
     @property
@@ -109,11 +92,7 @@ class Conversion:
         both = {"rolling_stiffness": e.stiffness_factor, "rolling_damping": e.damping_ratio}
         grains = {"static_friction": e.static_friction, "rolling_friction": e.rolling_friction}
         wall = {"rolling_friction": material.grain_wall.contact.rolling_friction}  # type: ignore[attr-defined]
-        factor = self.corrected.factor if self.corrected else 1.0
-        if self.rolls:
-            grains, wall = _times(grains, factor), _times(wall, factor)
-        else:
-            grains["static_friction"] *= factor
+        if not self.rolls:
             both["rolling_friction"] = 0.0
         return tuple(
             replace(pair, contact=replace(pair.contact, **changes | both))  # type: ignore[type-var]
@@ -128,21 +107,9 @@ class Conversion:
         resisted = max(e.rolling_friction, on_wall) > 0.0
         return e.rotates and self.spec.laws.rolling != "none" and resisted  # type: ignore[attr-defined]  # a field for each law
 
-    @property
-    def searched(self) -> str:
-        """The number that a `Correction` multiplies, in words."""
-        return "rolling friction" if self.rolls else "static friction of grain on grain"
-
     def sentences(self, name: str) -> list[str]:
         """What was done about rolling friction, for the head of a file; `name`: the law in that
         code's words."""
-        if self.corrected:
-            c = self.corrected
-            return [
-                f"CORRECTED IN {c.name.upper()}: {self.searched} below is {c.factor:.4g} times the "
-                f"number of the deck before, which heaps of {c.name} itself ask for; it holds for "
-                "heaps of this rig and these grains."
-            ]
         if self.found is None:
             return [self._without_search(name)]
         f, pair = self.found, self.spec.contacts.particle_particle
@@ -186,7 +153,8 @@ class Conversion:
             )
         if first := f.get("searched"):
             wanted = "static_friction" if f["path"] == NO_ROTATION else "rolling_friction"
-            out.append(f"The search gave {self.searched} of {first[wanted]:.4g} first.")
+            number = "rolling friction" if self.rolls else "static friction of grain on grain"
+            out.append(f"The search gave {number} of {first[wanted]:.4g} first.")
             out += _checks(first, unit)
             out.append(
                 "The number is moved along the path by what is missed at the study's own grains, "
@@ -220,11 +188,6 @@ class Conversion:
                 "writes exports/converted/; it makes some fifty heaps."
             )
         return f"{not_converted} Without a heap there is no angle to keep."
-
-
-def _times(numbers, factor):
-    """Numbers of a contact with rolling friction multiplied."""
-    return numbers | {"rolling_friction": factor * numbers["rolling_friction"]}
 
 
 SCALES = {"coarse": "on the scale of the search", "full": "on the scale of the study"}

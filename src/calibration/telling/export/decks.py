@@ -45,8 +45,7 @@ sys.exit(main(["deck", str(Path(__file__).parent), *sys.argv[1:]]))
 '''
 STATE = """\
 **{known}** No heap of this study was poured in {name}: its numbers come from this project's engine,
-and whether the margin of {margin:g} {unit} is met there is not known before you run the check.
-`python check.py --correct` searches the number in {name} and writes the deck that has it."""
+and whether the margin of {margin:g} {unit} is met there is not known before you run the check."""
 README = """\
 # The calibrated heap for {name}
 

@@ -1,12 +1,8 @@
-"""A deck in the code that it was made for: several heaps of it beside the calibrated model's, and
-the search for the number that gives the calibrated heap there.
+"""A deck in the code that it was made for: several heaps of it beside the calibrated model's.
 
 A law of the same name is not the same law: LAMMPS' rolling spring is a constant, and its heaps are
-flatter with the same numbers. No formula gives the number, so the target code is asked. Rolling
-friction of both pairs (static friction of grain on grain where grains do not turn or roll freely)
-is multiplied by a factor. First a few heaps over the whole range of factors say where angle and
-profile are nearest to the calibrated ones, then more heaps around it. Heaps with other seeds, which
-the search has not seen, say what became of it.
+flatter with the same numbers. Who wants the numbers that LAMMPS or LIGGGHTS asks for calibrates in
+it (`engine`).
 """
 
 from __future__ import annotations
@@ -14,8 +10,8 @@ from __future__ import annotations
 import hashlib
 import json
 import sys
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -23,18 +19,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from calibration import engines
-from calibration.engines.blocks.conversion import Conversion, Correction
+from calibration.engines.blocks.conversion import Conversion
 from calibration.files import DamagedError, read_json
 from calibration.study.config import overlay
 from calibration.telling.export.decks import (
     DECKS,
     NAMES,
-    emptied,
     engine_of,
     pour_file,
-    write_deck,
 )
-from calibration.telling.export.heap_comparison import Row, margins_of, rows_of
+from calibration.telling.export.heap_comparison import Row, rows_of
 from calibration.telling.export.heap_profile import READERS, profile
 from dem.errors import DemError, InputError, MeasureError
 from dem.experiments.heap import Rig
@@ -50,16 +44,6 @@ SEEDS = 8
 """Heaps of a check, in each code."""
 FEWEST = 4
 """Heaps of a code with which a difference can be tested."""
-FACTORS = (0.5, 0.8, 1.25, 2.0, 3.2, 5.0)
-"""Of the number, in the first round of a search."""
-AROUND = (0.75, 0.9, 1.1, 1.33)
-"""Of what the first round found, in the second."""
-ROUND_SEEDS = 2, 3
-"""Heaps at each factor of the two rounds."""
-NEAR = 1.6
-"""Heaps within this ratio of the first round's factor make the lines of the second."""
-SEARCH_SEED = 1000
-"""Seeds of the search lie so far above those of the check."""
 
 
 @dataclass(frozen=True)
@@ -93,14 +77,9 @@ class Deck:
         return NAMES[self.code]
 
     @property
-    def factor(self) -> float:
-        """What the number of this deck is multiplied by already."""
-        return self.expected.get("corrected", {}).get("factor", 1.0)
-
-    def conversion(self, factor: float) -> Conversion:
-        """`Conversion` with the number multiplied by a factor."""
-        corrected = None if factor == 1.0 else Correction(self.name, factor)
-        return Conversion(self.spec, self.expected["rolling"], corrected)
+    def conversion(self) -> Conversion:
+        """`Conversion` of its rolling friction."""
+        return Conversion(self.spec, self.expected["rolling"])
 
     def with_seed(self, seed: int) -> dict[str, Any]:
         """Run spec (a mapping) of this heap with another seed."""
@@ -126,17 +105,14 @@ def _check(expected, path):
             raise InputError("is no profile", path=path, key=f"heaps[{n}]", allowed=again)
 
 
-def heaps_there(
-    deck: Deck, factor: float, seeds: Sequence[int], timeout_s: float
-) -> list[dict[str, float]]:
+def heaps_there(deck: Deck, seeds: Sequence[int], timeout_s: float) -> list[dict[str, float]]:
     """Profiles of heaps in the target code; a heap without one is told and left out. Raises
     EngineError where the program is missing."""
     engine = engine_of(deck.code)
     version = engine.version()
-    conversion = deck.conversion(factor)
 
     def pour(spec, place):
-        pour_file(deck.code, spec, conversion, ["a heap of a check"], place)
+        pour_file(deck.code, spec, deck.conversion, ["a heap of a check"], place)
         read = [path.read_bytes() for path in sorted(place.iterdir())]
 
         def start():
@@ -144,7 +120,7 @@ def heaps_there(
 
         return [version.encode(), *read], start
 
-    return _heaps(deck, seeds, pour, f"{deck.name}, factor {factor:g}")
+    return _heaps(deck, seeds, pour, deck.name)
 
 
 def heaps_here(deck: Deck, seeds: Sequence[int]) -> list[dict[str, float]]:
@@ -206,11 +182,6 @@ def _kept(deck, parts, start):
     return kept
 
 
-def margins(deck: Deck, here: Sequence[Mapping[str, float]]) -> dict[str, float]:
-    """{quantity: margin} from the scatter of heaps of the calibrated model."""
-    return margins_of(deck.spec, deck.expected["margin"], here)
-
-
 def judge(
     deck: Deck, there: Sequence[Mapping[str, float]], here: Sequence[Mapping[str, float]]
 ) -> list[Row]:
@@ -218,87 +189,14 @@ def judge(
     return rows_of(deck.spec, deck.expected["margin"], there, here)
 
 
-def find_factor(
-    deck: Deck,
-    here: Sequence[Mapping[str, float]],
-    pour: Callable[[float, Sequence[int]], list[dict[str, float]]],
-) -> float:
-    """The factor whose heaps in the target code are nearest to those of the calibrated model.
-
-    pour(factor, seeds) -> profiles. Distance: the sum over the quantities of the squared difference
-    of the means over the margin."""
-    allowed = margins(deck, here)
-    wanted = np.array([np.mean([h[name] for h in here]) for name in READERS])
-    scale = np.array([allowed[name] for name in READERS])
-    runs: list[tuple[float, np.ndarray]] = []
-    first = deck.spec.seed + SEARCH_SEED
-
-    def add(factors, count):
-        for factor in factors:
-            rows = pour(round(float(factor), 4), range(first, first + count))
-            runs.extend((float(np.log(factor)), np.array([h[n] for n in READERS])) for h in rows)
-
-    add(FACTORS, ROUND_SEEDS[0])
-    if not runs:
-        raise DemError(f"{deck.name}: no heap of the search has a profile")
-    start = _nearest(_between(runs), runs, wanted, scale)
-    add(np.exp(start) * np.array(AROUND), ROUND_SEEDS[1])
-    near = [(x, y) for x, y in runs if abs(x - start) <= np.log(NEAR)]
-    at = _nearest(_line(near), near, wanted, scale)
-    return round(float(np.exp(at)), 3)
-
-
-def _between(runs):
-    """Profile over the factor's logarithm: straight between the means at each factor."""
-    places = sorted({x for x, _ in runs})
-    means = np.array([np.mean([y for x, y in runs if x == place], axis=0) for place in places])
-    return lambda x: np.array([np.interp(x, places, column) for column in means.T])
-
-
-def _line(runs):
-    """Profile over the factor's logarithm: one straight line by least squares."""
-    slope, start = np.polyfit([x for x, _ in runs], np.array([y for _, y in runs]), 1)
-    return lambda x: start + slope * x
-
-
-def _nearest(model, runs, wanted, scale):
-    """Logarithm of the factor, within those of the runs, where the model is nearest to `wanted`."""
-    grid = np.linspace(min(x for x, _ in runs), max(x for x, _ in runs), 201)
-    distance = [float((((model(x) - wanted) / scale) ** 2).sum()) for x in grid]
-    return float(grid[int(np.argmin(distance))])
-
-
 def check(folder: str | Path, seeds: int = SEEDS, timeout_s: float = 1e6) -> int:
     """Pour `seeds` heaps of a deck in its code, hold them against the calibrated model's and say
     how they compare; returns 0 where all quantities hold, 1 where one does not."""
     deck = Deck.read(folder)
-    there = heaps_there(deck, deck.factor, _seeds(deck, seeds), timeout_s)
+    there = heaps_there(deck, _seeds(deck, seeds), timeout_s)
     rows = judge(deck, there, heaps_here(deck, _seeds(deck, seeds)))
     print(_table(deck, rows), end="")
     print(_verdict(deck, rows, len(there)))
-    return int(any(row.verdict != "holds" for row in rows))
-
-
-def correct(folder: str | Path, seeds: int = SEEDS, timeout_s: float = 1e6) -> int:
-    """Search the number of a deck in its code, write the deck that has it into
-    `corrected`/<code> beside it, and check that; returns as `check` does. Raises InputError for a
-    deck that is corrected already."""
-    deck = Deck.read(folder)
-    if "corrected" in deck.expected:
-        raise InputError("is corrected already", path=deck.folder, allowed="the deck as exported")
-    here = heaps_here(deck, _seeds(deck, seeds))
-    factor = find_factor(deck, here, lambda f, s: heaps_there(deck, f, s, timeout_s))
-    there = heaps_there(deck, factor, _seeds(deck, seeds), timeout_s)
-    rows = judge(deck, there, here)
-    place = emptied(deck.folder.parent / "corrected" / deck.code)
-    found = {"factor": factor, "rows": [asdict(row) for row in rows], "heaps": len(there)}
-    state = f"**{_verdict(deck, rows, len(there), factor)}**\n\n{_table(deck, rows)}"
-    expected = dict(deck.expected) | {"heaps": here, "corrected": found}
-    conversion, lines = deck.conversion(factor), deck.expected["about"]
-    write_deck(deck.code, deck.spec, conversion, lines, expected, place, state)
-    print(_table(deck, rows), end="")
-    print(_verdict(deck, rows, len(there), factor))
-    print(f"written: {place}")
     return int(any(row.verdict != "holds" for row in rows))
 
 
@@ -306,10 +204,9 @@ def _seeds(deck, count):
     return range(deck.spec.seed, deck.spec.seed + count)
 
 
-def _verdict(deck, rows, heaps, factor=None):
+def _verdict(deck, rows, heaps):
     """The first line of a deck that was checked."""
-    what = deck.conversion(2.0).searched
-    head = f"CORRECTED IN {deck.name.upper()}: {what} x {factor:g}" if factor else deck.name
+    head = deck.name
     missed = [row for row in rows if row.verdict == "misses"]
     still = [row for row in rows if row.verdict == "open"]
     if missed:

@@ -90,7 +90,7 @@ def poured(name: str, folder: str | Path, seeds: int = SEEDS) -> dict[str, Any]:
     wanted, heaps = range(spec.seed, spec.seed + seeds), {}
     for code in kind.codes:
         deck = deck_in(place, code, spec, found)
-        heaps[code] = heaps_there(deck, 1.0, wanted, 3600.0)
+        heaps[code] = heaps_there(deck, wanted, 3600.0)
         if OWN not in heaps:
             heaps[OWN] = heaps_here(deck, wanted)
     return {"changes": kind.changes, "rolling": found, "heaps": heaps}
