@@ -36,7 +36,7 @@ ALL_TERMS = {_key(term_name(term)): term for term in quadratic_terms(CODES)}
 TERMS = tuple(term for term in ALL_TERMS if term != "1")
 
 
-def _fit(levels: np.ndarray, response: np.ndarray, terms=tuple(ALL_TERMS)) -> Surface:
+def _fit(levels, response, terms=tuple(ALL_TERMS)):
     """Regression of `response` (n,) on coded `levels` (n, 3) with `terms`."""
     table = pd.DataFrame(levels, columns=CODES)
     return fit_surface(table, CODES, response, [ALL_TERMS[t] for t in terms])
