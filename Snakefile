@@ -32,8 +32,6 @@ rule reference:
         compared=f"{RESULTS}/comparison/summary.csv",
     log:
         f"{RESULTS}/comparison/reference.log",
-    conda:
-        "workflow/envs/calibration.yaml"
     threads: workflow.resource_settings.cores or 1
     params:
         configuration=CONFIG_FILES,

@@ -17,6 +17,8 @@ SCALED = (
     or (STUDY_OBJECT.folder / "scaling" / "scaling.json").exists()
     else []
 )
+# its simulated values, as tables of another code's runs
+SIMULATED = [f"{STUDY}/disagreement/{table}.csv" for table in paper.stages.SIMULATED]
 # what may differ between the paper's simulations and this study's
 CAUSES = user_file(paper.stages.causes(STUDY_OBJECT))
 
@@ -24,7 +26,6 @@ CAUSES = user_file(paper.stages.causes(STUDY_OBJECT))
 rule audit:
     input:
         tables=TABLES,
-        again=again("audit"),
     output:
         table=f"{STUDY}/audit/audit.csv",
         page=report(
@@ -34,17 +35,9 @@ rule audit:
         ),
     log:
         f"{STUDY}/logs/audit.log",
-    localrule: True
-    conda:
-        "envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="paper.tasks:audit",
         reads=[],
-        made_from=made_from("audit"),
     message:
         "audit: recompute every printed figure of the paper"
     script:
@@ -63,7 +56,6 @@ rule reproduction:
         shear=f"{STUDY}/shear/shear.json",
         scaling=SCALED,
         factors=FACTORS,
-        again=again("reproduction"),
     output:
         table=report(
             f"{STUDY}/reproduction/reproduction.csv",
@@ -73,51 +65,29 @@ rule reproduction:
         summary=f"{STUDY}/reproduction/reproduction.json",
     log:
         f"{STUDY}/logs/reproduction.log",
-    localrule: True
-    conda:
-        "envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="paper.tasks:reproduction",
         reads=["run", "factors"],
-        made_from=made_from("reproduction"),
     message:
         "reproduction: every table and equation of the paper beside this study's values"
     script:
         "scripts/task.py"
 
 
-# the tables of simulated values of the paper, read as tables of another code's runs
 checkpoint plan_disagreement:
     input:
         tables=TABLES,
         causes=CAUSES,
         factors=FACTORS,
-        again=again("plan_disagreement"),
     output:
         design=f"{STUDY}/disagreement/design.csv",
         plan=f"{STUDY}/disagreement/plan.json",
-        table_6=f"{STUDY}/disagreement/table_6.csv",
-        table_8=f"{STUDY}/disagreement/table_8.csv",
-        table_9=f"{STUDY}/disagreement/table_9.csv",
-        table_10=f"{STUDY}/disagreement/table_10.csv",
-        table_11=f"{STUDY}/disagreement/table_11.csv",
+        simulated=SIMULATED,
     log:
         f"{STUDY}/logs/plan_disagreement.log",
-    localrule: True
-    conda:
-        "envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="paper.disagreement:plan_disagreement",
-        reads=["seed", "experiment", "fixed", "run", "factors", "bench"],
-        made_from=made_from("plan_disagreement"),
+        reads=[*PLANNING, "bench"],
     message:
         "disagreement: read the paper's tables as runs, plan what may differ at each"
     script:
@@ -137,13 +107,8 @@ rule disagreement:
         response_surface=f"{STUDY}/response_surface/runs.csv",
         beside=BESIDE,
         repeats=REPEATS,
-        table_6=f"{STUDY}/disagreement/table_6.csv",
-        table_8=f"{STUDY}/disagreement/table_8.csv",
-        table_9=f"{STUDY}/disagreement/table_9.csv",
-        table_10=f"{STUDY}/disagreement/table_10.csv",
-        table_11=f"{STUDY}/disagreement/table_11.csv",
+        simulated=SIMULATED,
         factors=FACTORS,
-        again=again("disagreement"),
     output:
         summary=f"{STUDY}/disagreement/disagreement.json",
         page=report(
@@ -153,18 +118,13 @@ rule disagreement:
         ),
     log:
         f"{STUDY}/logs/disagreement.log",
-    localrule: True
-    conda:
-        "envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="paper.disagreement:disagreement",
         reads=["experiment", "fixed", "run", "factors", "diagnosis"],
-        made_from=made_from("disagreement"),
     message:
         "disagreement: the cause of each table's, or that none tried explains it"
     script:
         "scripts/task.py"
+
+
+complete()

@@ -314,13 +314,15 @@ def _stages(setup):
     )
     stages.plan_runs(setup, files)
     stages.emulate(setup, files, files)
+    files.designs, files.plans, files.left = [files.design], [files.plan], []
     for wave in range(1, WAVES + 1):
-        more = {f"{n}_{wave}": f"{n}_{wave}.json" for n in ("design", "plan", "left")}
-        vars(files).update(more)
         own = SimpleNamespace(**{n: f"{n}_{wave}.json" for n in ("design", "plan", "left")})
         stages.plan_refinement(setup, files, own, wave)
+        files.designs.append(own.design)
+        files.plans.append(own.plan)
+        files.left.append(own.left)
         refined = SimpleNamespace(refined_emulators=f"e{wave}.npz", refined_errors=f"e{wave}.json")
-        stages.refine(setup, files, refined, wave)
+        stages.refine(setup, files, refined)
         files.emulators, files.errors = refined.refined_emulators, refined.refined_errors
     last = SimpleNamespace(
         findings="findings.json", extension="extension.json", plan="last.json", gain="g.svg",

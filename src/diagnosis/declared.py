@@ -12,8 +12,7 @@ if TYPE_CHECKING:
 
 
 WAVES = 2
-"""Times that the emulators of a diagnosis are refined: each is a plan and a training, two rules of
-workflow/rules/diagnosis.smk."""
+"""Times that the emulators of a diagnosis are refined: each is a plan and a training."""
 
 
 def batches(study: Study) -> int:
@@ -25,18 +24,18 @@ def batches(study: Study) -> int:
     return study_settings(study.config.diagnosis).batches if asked else 1
 
 
-def trained(config: Config, file: str) -> str | list[str]:
-    """A file that the emulators or their waves leave, as an input; none where single contacts are
-    integrated, so that none of the rules that train them is run."""
+def trained(config: Config, files: str | list[str]) -> str | list[str]:
+    """A file, or some, that the emulators or their waves leave, as an input; none where single
+    contacts are integrated, so that none of the rules that train them is run."""
     from diagnosis.measurements import need_emulators
 
-    return file if need_emulators(config.measurements) else []
+    return files if need_emulators(config.measurements) else []
 
 
 def _rules(config):
-    """Rules of a diagnosis before the one that ends it; those that train nothing are not run."""
-    waves = (f"diagnosis_wave_{k}" for k in range(1, WAVES + 1))
-    plans = ("diagnosis_plan", *waves) if trained(config, "emulators.npz") else ()
+    """Rules of a diagnosis before the one that ends it, without its waves; one that trains nothing
+    plans nothing."""
+    plans = ("diagnosis_plan",) if trained(config, "emulators.npz") else ()
     return (*plans, "diagnosis_calibrate", "diagnosis_identify")
 
 

@@ -28,7 +28,6 @@ from diagnosis import (
     remarks,
     time_step,
 )
-from diagnosis.declared import WAVES
 from diagnosis.derived import WRITTEN, announced, as_file
 from diagnosis.design import left_of, plan
 from diagnosis.emulator import train
@@ -119,17 +118,17 @@ def plan_refinement(setup: Setup, source: NamedFiles, output: NamedFiles, wave: 
     write_json(output.left, {"wave": wave, "runs": len(specs), "left": found})
 
 
-def refine(setup: Setup, source: NamedFiles, output: NamedFiles, wave: int) -> None:
+def refine(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     """Train the emulators by the runs of all waves so far; a wave without runs leaves them as they
     are."""
-    if not read_json(getattr(source, f"plan_{wave}")):
+    if not read_json(source.plans[-1]):
         shutil.copyfile(source.emulators, output.refined_emulators)
         shutil.copyfile(source.errors, output.refined_errors)
         return
-    design, specs = read_json(source.design), read_json(source.plan)
-    for k in range(1, wave + 1):
-        design += read_json(getattr(source, f"design_{k}"))
-        specs |= read_json(getattr(source, f"plan_{k}"))
+    design, specs = [], {}  # type: ignore[var-annotated]
+    for rows, plan_file in zip(source.designs, source.plans, strict=True):
+        design += read_json(rows)
+        specs |= read_json(plan_file)
     files = output.refined_emulators, output.refined_errors
     _train(setup.settings, setup.rig.factors, design, specs, *files)
 
@@ -174,7 +173,7 @@ def name_causes(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     verdict = findings(emulated, measurements, found) | {"emulators": errors}
     verdict["refinement"] = {
         "share": emulator_waves.SHARE,
-        "waves": [read_json(getattr(source, f"left_{k}")) for k in range(1, WAVES + 1)],
+        "waves": [read_json(file) for file in source.left],
         "left": emulator_waves.left(emulated, setup.tested),
     }
     verdict = with_single(as_laws(verdict, setup.lever_laws), found, measurements)
@@ -291,24 +290,15 @@ def diagnosis_emulate(study: Study, source: NamedFiles, output: NamedFiles) -> N
     emulate(_setup(study), source, output)
 
 
-def diagnosis_wave_1(study: Study, source: NamedFiles, output: NamedFiles) -> None:
-    """See `plan_refinement`."""
-    plan_refinement(_setup(study), source, output, 1)
+def diagnosis_wave(study: Study, source: NamedFiles, output: NamedFiles) -> None:
+    """See `plan_refinement`; the wave's folder bears its number."""
+    wave = int(Path(output.plan).parent.name.removeprefix("wave_"))
+    plan_refinement(_setup(study), source, output, wave)
 
 
-def diagnosis_refine_1(study: Study, source: NamedFiles, output: NamedFiles) -> None:
+def diagnosis_refine(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """See `refine`."""
-    refine(_setup(study), source, output, 1)
-
-
-def diagnosis_wave_2(study: Study, source: NamedFiles, output: NamedFiles) -> None:
-    """See `plan_refinement`."""
-    plan_refinement(_setup(study), source, output, 2)
-
-
-def diagnosis_refine_2(study: Study, source: NamedFiles, output: NamedFiles) -> None:
-    """See `refine`."""
-    refine(_setup(study), source, output, 2)
+    refine(_setup(study), source, output)
 
 
 def diagnosis_calibrate(study: Study, source: NamedFiles, output: NamedFiles) -> None:

@@ -33,7 +33,6 @@ from paper.audit.paper import Paper
 from paper.reproduction.chain import NAMES
 from paper.reproduction.measured import simulated_sd
 from paper.reproduction.study import Study
-from paper.stages import SIMULATED
 
 if TYPE_CHECKING:
     from calibration.chain.handed_over import NamedFiles
@@ -166,8 +165,7 @@ def plan_disagreement(study: CalibratedStudy, source: NamedFiles, output: NamedF
     """Write the paper's tables as tables of runs, and plan every cause at each of their rows."""
     paper, causes = Paper(Path(source.tables[0]).parent), read_switched(source.causes)
     rows, specs = [], {}  # type: ignore[var-annotated]
-    for name, file in zip(TABLES, SIMULATED, strict=True):
-        path = getattr(output, file)
+    for name, path in zip(TABLES, output.simulated, strict=True):
         write_table(runs_table(paper, name, study.config.fixed), path)
         runs = other_code.read_runs(path, study.factors)
         more, own = plan(name, runs, causes.get(runs[0].experiment, {}), spec_of(study))
@@ -184,8 +182,8 @@ def disagreement(study: CalibratedStudy, source: NamedFiles, output: NamedFiles)
     ]
     rows, metrics = read_written(source.design), simulate(read_json(source.plan))
     found = {}
-    for name, file in zip(TABLES, SIMULATED, strict=True):
-        runs = other_code.read_runs(getattr(source, file), study.factors)
+    for name, path in zip(TABLES, source.simulated, strict=True):
+        runs = other_code.read_runs(path, study.factors)
         own = rows[rows["table"] == name].to_dict("records")
         found[name] = of_table(study, paper, runs, groups, own, causes, metrics)
     write_json(output.summary, found)

@@ -92,20 +92,16 @@ def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypa
     stages.plan_runs(own, plan)
     trained = files(emulators="e.npz", errors="e.json")
     stages.emulate(own, plan, trained)
-    so_far = {"design": "design.json", "plan": "plan.json"}
     for k in (1, 2):
         wave = files(design=f"design_{k}.json", plan=f"plan_{k}.json", left=f"left_{k}.json")
         stages.plan_refinement(own, trained, wave, k)
-        so_far |= {f"design_{k}": f"design_{k}.json", f"plan_{k}": f"plan_{k}.json"}
-        source = files(**so_far, emulators=Path(trained.emulators).name, errors="e.json")
+        source = files(emulators=Path(trained.emulators).name, errors="e.json")
+        source.designs = [at("design.json"), *(at(f"design_{n}.json") for n in range(1, k + 1))]
+        source.plans = [at("plan.json"), *(at(f"plan_{n}.json") for n in range(1, k + 1))]
         refined = files(refined_emulators=f"e_{k}.npz", refined_errors=f"errors_{k}.json")
-        stages.refine(own, source, refined, k)
-        trained = files(
-            emulators=f"e_{k}.npz",
-            errors=f"errors_{k}.json",
-            left_1="left_1.json",
-            left_2="left_2.json",
-        )
+        stages.refine(own, source, refined)
+        trained = files(emulators=f"e_{k}.npz", errors=f"errors_{k}.json")
+    trained.left = [at("left_1.json"), at("left_2.json")]
     shown = files(summary="calibration.json", table="residuals.csv", residuals="residuals.svg")
     stages.calibrate(own, trained, shown)
     named = files(

@@ -7,7 +7,6 @@ import re
 import shutil
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
 
 import pandas as pd
@@ -18,6 +17,7 @@ from deployed import ROOT, copied, done, write_study
 from calibration.chain.jobs import study_of
 from calibration.errors import ConfigError
 from calibration.study.config import parse_config
+from workflow_rules import read_workflow
 
 SNAKEMAKE = [sys.executable, "-m", "snakemake"]
 NO_PROFILE = ("--workflow-profile", "none")
@@ -204,26 +204,11 @@ def test_a_job_makes_its_runs_with_the_study_s_engine(monkeypatch, tmp_path):
         study_of(yaml.safe_load(study.read_text()) | {"engine": engine})
 
 
-def locked(name):
-    """The version that requirements.lock pins a package to."""
-    text = (ROOT / "requirements.lock").read_text().lower().replace("_", "-")
-    [version] = re.findall(rf"^{re.escape(name.lower())}==(\S+)", text, re.M)
-    return version
-
-
-def test_the_conda_environment_needs_no_clone():
-    """The package by its name, what it imports by the versions of the lock, and no path."""
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    names = [re.match(r"[\w.-]+", text)[0] for text in project["dependencies"]]
-    wanted = [f"{project['name']}=={project['version']}"]
-    wanted += [f"{name}=={locked(name)}" for name in names]
-    env = yaml.safe_load((ROOT / "workflow/envs/calibration.yaml").read_text())
-    assert env["dependencies"] == ["python =3.11", "pip", {"pip": wanted}]
-
-
 def test_the_catalogue_s_entry_promises_what_there_is():
-    """No environment, since no index has the package; a page that says what to do instead, and the
-    study that the catalogue tries."""
+    """No environment, in no rule either, since no index has the package; a page that says what to
+    do instead, and the study that the catalogue tries."""
+    rules = read_workflow(ROOT / "config/config.yaml", ROOT / "Snakefile", ROOT).rules
+    assert not [rule.name for rule in rules if rule.conda_env]
     usage = yaml.safe_load((ROOT / ".snakemake-workflow-catalog.yml").read_text())["usage"]
     assert usage["software-stack-deployment"] == {"conda": False, "apptainer": False}
     [page] = re.findall(r"docs/[\w-]+\.md", usage["mandatory-flags"]["desc"])

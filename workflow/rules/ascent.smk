@@ -6,24 +6,15 @@ checkpoint plan_ascent:
         screening=f"{STUDY}/screening/screening.json",
         factors=FACTORS,
         fixed=BENCH_VALUES,
-        again=again("plan_ascent"),
     output:
         design=f"{STUDY}/ascent/design.csv",
         plan=f"{STUDY}/ascent/plan.json",
     log:
         f"{STUDY}/logs/plan_ascent.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.ascent:plan_ascent",
-        reads=["seed", "experiment", "fixed", "run", "factors", "ascent"],
+        reads=[*PLANNING, "ascent"],
         seeds=1,
-        made_from=made_from("plan_ascent"),
     message:
         "plan the steepest ascent"
     script:
@@ -36,7 +27,6 @@ rule ascent:
         runs=runs_of("ascent"),
         factors=FACTORS,
         measurements=measured,
-        again=again("ascent"),
     output:
         runs=f"{STUDY}/ascent/runs.csv",
         summary=f"{STUDY}/ascent/ascent.json",
@@ -47,25 +37,9 @@ rule ascent:
         ),
     log:
         f"{STUDY}/logs/ascent.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.ascent:ascent",
-        reads=[
-            "factors",
-            "response_surface",
-            "target",
-            "further_targets",
-            "measurements",
-            "experiment",
-            "run",
-        ],
-        made_from=made_from("ascent"),
+        reads=[*RESPONSES, "factors", "response_surface"],
     message:
         "steepest ascent: the region's centre"
     script:

@@ -7,23 +7,14 @@ checkpoint plan_tilt:
     input:
         needs=needs("bench.tilt", "plan_tilt"),
         factors=FACTORS,
-        again=again("plan_tilt"),
     output:
         design=f"{STUDY}/tilt/design.csv",
         plan=f"{STUDY}/tilt/plan.json",
     log:
         f"{STUDY}/logs/plan_tilt.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.bench_tests.sweep:plan_tilt",
-        reads=["seed", "experiment", "fixed", "run", "factors", "bench"],
-        made_from=made_from("plan_tilt"),
+        reads=[*PLANNING, "bench"],
     message:
         "plan the tilt test: sweep"
     script:
@@ -37,31 +28,14 @@ checkpoint plan_tilt_confirmation:
         runs=runs_of("tilt"),
         factors=FACTORS,
         measurements=MEASUREMENTS,
-        again=again("plan_tilt_confirmation"),
     output:
         design=f"{STUDY}/tilt_confirmation/design.csv",
         plan=f"{STUDY}/tilt_confirmation/plan.json",
     log:
         f"{STUDY}/logs/plan_tilt_confirmation.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.bench_tests.sweep:plan_tilt_confirmation",
-        reads=[
-            "seed",
-            "experiment",
-            "fixed",
-            "run",
-            "factors",
-            "bench",
-            "measurements",
-        ],
-        made_from=made_from("plan_tilt_confirmation"),
+        reads=[*PLANNING, "bench", "measurements"],
     message:
         "plan the tilt test: runs at the inverse of the fit"
     script:
@@ -76,7 +50,6 @@ rule tilt:
         runs=runs_of("tilt_confirmation"),
         factors=FACTORS,
         measurements=MEASUREMENTS,
-        again=again("tilt"),
     output:
         summary=f"{STUDY}/tilt/tilt.json",
         runs=f"{STUDY}/tilt/runs.csv",
@@ -87,25 +60,9 @@ rule tilt:
         ),
     log:
         f"{STUDY}/logs/tilt.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.bench_tests.sweep:tilt",
-        reads=[
-            "seed",
-            "experiment",
-            "fixed",
-            "run",
-            "factors",
-            "bench",
-            "measurements",
-        ],
-        made_from=made_from("tilt"),
+        reads=[*PLANNING, "bench", "measurements"],
     message:
         "tilt test: fit, inverse and confirmation"
     script:
@@ -116,23 +73,14 @@ checkpoint plan_drop:
     input:
         needs=needs("bench.drop", "plan_drop"),
         factors=FACTORS,
-        again=again("plan_drop"),
     output:
         design=f"{STUDY}/drop/design.csv",
         plan=f"{STUDY}/drop/plan.json",
     log:
         f"{STUDY}/logs/plan_drop.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.bench_tests.sweep:plan_drop",
-        reads=["seed", "experiment", "fixed", "run", "factors", "bench"],
-        made_from=made_from("plan_drop"),
+        reads=[*PLANNING, "bench"],
     message:
         "plan the drop test: sweep"
     script:
@@ -146,31 +94,14 @@ checkpoint plan_drop_confirmation:
         runs=runs_of("drop"),
         factors=FACTORS,
         measurements=MEASUREMENTS,
-        again=again("plan_drop_confirmation"),
     output:
         design=f"{STUDY}/drop_confirmation/design.csv",
         plan=f"{STUDY}/drop_confirmation/plan.json",
     log:
         f"{STUDY}/logs/plan_drop_confirmation.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.bench_tests.sweep:plan_drop_confirmation",
-        reads=[
-            "seed",
-            "experiment",
-            "fixed",
-            "run",
-            "factors",
-            "bench",
-            "measurements",
-        ],
-        made_from=made_from("plan_drop_confirmation"),
+        reads=[*PLANNING, "bench", "measurements"],
     message:
         "plan the drop test: runs at the inverse of the fit"
     script:
@@ -185,7 +116,6 @@ rule drop:
         runs=runs_of("drop_confirmation"),
         factors=FACTORS,
         measurements=MEASUREMENTS,
-        again=again("drop"),
     output:
         summary=f"{STUDY}/drop/drop.json",
         runs=f"{STUDY}/drop/runs.csv",
@@ -196,25 +126,9 @@ rule drop:
         ),
     log:
         f"{STUDY}/logs/drop.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.bench_tests.sweep:drop",
-        reads=[
-            "seed",
-            "experiment",
-            "fixed",
-            "run",
-            "factors",
-            "bench",
-            "measurements",
-        ],
-        made_from=made_from("drop"),
+        reads=[*PLANNING, "bench", "measurements"],
     message:
         "drop test: fit, inverse and confirmation"
     script:
@@ -225,23 +139,14 @@ checkpoint plan_shear:
     input:
         needs=needs("bench.shear", "plan_shear"),
         factors=FACTORS,
-        again=again("plan_shear"),
     output:
         design=f"{STUDY}/shear/design.csv",
         plan=f"{STUDY}/shear/plan.json",
     log:
         f"{STUDY}/logs/plan_shear.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.bench_tests.shear:plan_shear",
-        reads=["seed", "experiment", "fixed", "run", "factors", "bench"],
-        made_from=made_from("plan_shear"),
+        reads=[*PLANNING, "bench"],
     message:
         "plan the shear test"
     script:
@@ -255,7 +160,6 @@ rule shear:
         runs=runs_of("shear"),
         factors=FACTORS,
         measurements=MEASUREMENTS,
-        again=again("shear"),
     output:
         summary=f"{STUDY}/shear/shear.json",
         runs=f"{STUDY}/shear/runs.csv",
@@ -266,17 +170,9 @@ rule shear:
         ),
     log:
         f"{STUDY}/logs/shear.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.bench_tests.shear:shear",
         reads=["factors", "fixed", "bench", "run", "measurements"],
-        made_from=made_from("shear"),
     message:
         "shear test: yield locus"
     script:
@@ -289,22 +185,13 @@ rule bench_parameters:
         tilt=f"{STUDY}/tilt/tilt.json",
         drop=f"{STUDY}/drop/drop.json",
         shear=f"{STUDY}/shear/shear.json",
-        again=again("bench_parameters"),
     output:
         fixed=f"{STUDY}/bench/fixed.json",
     log:
         f"{STUDY}/logs/bench_parameters.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.bench_tests.sweep:bench_parameters",
         reads=[],
-        made_from=made_from("bench_parameters"),
     message:
         "collect what the bench tests found"
     script:

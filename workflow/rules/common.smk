@@ -1,8 +1,8 @@
 """The study that the rules are for, and what they share: its folders (STUDY, RUNS), the tables of
 the user, and a few functions that rules name in `input`, `output` and `params`.
 
-In `params`, `function` is what the script calls, `reads` the sections of the configuration that it
-may read, and `seeds` which thousand of seeds the runs have that it plans."""
+In a rule's `params`, `function` is what the script calls, `reads` the sections of the configuration
+that it may read, and `seeds` which thousand of seeds the runs have that it plans."""
 
 import os
 from functools import cache
@@ -64,6 +64,7 @@ wildcard_constraints:
     digest="[0-9a-f]{16}",
     batch=r"\d+",
     shard=r"\d+",
+    wave=r"\d+",
 
 
 def user_file(path):
@@ -78,6 +79,10 @@ def user_file(path):
     return ancient(local(str(path))) if path else []
 
 
+# sections that whoever plans runs reads, and whoever reads what came out of them
+PLANNING = ["seed", "experiment", "fixed", "run", "factors"]
+RESPONSES = ["target", "further_targets", "measurements", "experiment", "run"]
+
 # An edit of the factor table makes again the rules that have FACTORS among their input, and what
 # follows (`snakemake -n` shows it); a run whose spec stays is kept. The same for MEASUREMENTS
 FACTORS = user_file(SETTINGS.factors)
@@ -86,25 +91,39 @@ MEASUREMENTS = user_file(SETTINGS.measurements)
 BENCH_VALUES = [f"{STUDY}/bench/fixed.json"] if SETTINGS.fixed_from == "bench" else []
 
 
-def made_from(rule, reads=None, modules=None):
+def complete():
+    """Give each rule that calls a function of the packages the param `made_from` and the input
+    `again`. One without a benchmark takes seconds and so runs where snakemake does. Called after
+    the last rule of a Snakefile."""
+    for each in workflow.rules:
+        named = set(each.params.keys())
+        if "reads" in named and "made_from" not in named:
+            each.set_input(again=again(each))
+            each.set_params(made_from=made_from(each))
+            if not each.benchmark:
+                workflow.localrules(each.name)
+
+
+def made_from(each):
     """Param of a rule, a function of the wildcards: a digest of the sections of the configuration
-    that the rule reads, of the code that its function imports, and of the user's files among its
-    input. Snakemake makes the rule's files again when it changes. Sections and code are those that
-    the rule's params name, unless given."""
+    that the rule reads, of the code that its function and what it has `declared` import, and of the
+    user's files among its input. Snakemake makes the rule's files again when it changes.
+    """
 
     @cache
     def content():
-        params = getattr(rules, rule).params
-        read = params.reads if reads is None else reads
-        code = modules or [params.function.split(":")[0], "calibration.chain.study"]
-        files = [str(f) for f in getattr(rules, rule).input if is_flagged(f, "local")]
-        files += [SETTINGS.measurements] if "measurements" in read else []
-        return digest_with(digest(SETTINGS, read, code), sorted(set(files)))
+        params = each.params
+        own = params.get("code") or params.function.split(":")[0]
+        code = [own, "calibration.chain.study", *params.get("declared", ())]
+        files = [str(f) for f in each.input if is_flagged(f, "local")]
+        files += [SETTINGS.measurements] if "measurements" in params.reads else []
+        content = digest(SETTINGS, params.reads, code)
+        return digest_with(content, sorted(set(files)))
 
     return lambda wildcards: content()
 
 
-def again(rule):
+def again(each):
     """Input function without files: a rule's files are made again where they are not as its record
     says, see `calibration.runs.records`. It answers a fault of snakemake that no documented means
     mends: files of which .snakemake has no record count as current, whatever has changed.
@@ -112,51 +131,18 @@ def again(rule):
 
     @cache
     def reason(name, files):
-        declared = getattr(rules, rule)
         known = all(workflow.persistence.params(file) is not None for file in files)
-        content = None if known else declared.params.made_from({})
+        content = None if known else each.params.made_from({})
         plans = [Path(file).parent for file in files if file.endswith("/plan.json")]
         stale = next((fault for plan in plans for fault in plan_faults(plan)), None)
         return stale or made_again(STUDY_OBJECT.folder, name, files, content)
 
     def check(wildcards):
         if workflow.is_main_process and not STORED:
-            declared = getattr(rules, rule).rule
-            files, _ = declared.expand_output(wildcards)
-            name = Path(declared.log[0].format(**dict(wildcards.items()))).stem
+            files, _ = each.expand_output(wildcards)
+            name = Path(each.expand_log(wildcards)[0]).stem
             if reason(name, tuple(files)):
                 workflow.dag.forcefiles.update(files)
         return []
 
     return check
-
-
-def needs(key, stage):
-    """Input function without files: refuses a stage whose key the configuration does not give."""
-
-    def check(wildcards):
-        try:
-            given(SETTINGS, key, stage)
-        except REFUSALS as error:
-            raise WorkflowError(in_words(error))
-        return []
-
-    return check
-
-
-def measured(wildcards):
-    """The table of measurements, as an input; refuses one that has no values of the target."""
-    try:
-        STUDY_OBJECT.measured()
-    except REFUSALS as error:
-        raise WorkflowError(in_words(error))
-    return MEASUREMENTS
-
-
-def each_further(pattern, measured=False):
-    """Files of the study, one for each further target, `{}` standing for its metric; of those alone
-    that have a measured value if so."""
-    targets = SETTINGS.further_targets
-    if measured:
-        targets = filter(STUDY_OBJECT.is_measured, targets)
-    return [f"{STUDY}/{pattern}".format(t.metric) for t in targets]

@@ -2,7 +2,7 @@
 # metrics, two waves of runs refine them near the posterior mode, one rule names the cause and plans
 # the runs that measure the gain, and the last one gives the verdict
 
-from diagnosis.declared import trained
+from diagnosis.declared import WAVES, trained
 from diagnosis.measurements import read_measurements
 
 DIAGNOSIS_SETTINGS = user_file(SETTINGS.diagnosis.get("settings"))
@@ -20,13 +20,7 @@ DIAGNOSIS_READS = [
 ]
 
 
-def diagnosed(wildcards):
-    """The table of measurements, as an input; refuses one that no diagnosis can be made of."""
-    try:
-        read_measurements(SETTINGS.measurements)
-    except REFUSALS as error:
-        raise WorkflowError(in_words(error))
-    return MEASUREMENTS
+EACH_WAVE = [f"{STUDY}/diagnosis/wave_{k}" for k in range(1, WAVES + 1)]
 
 
 checkpoint diagnosis_plan:
@@ -34,24 +28,15 @@ checkpoint diagnosis_plan:
         settings=DIAGNOSIS_SETTINGS,
         factors=FACTORS,
         measurements=diagnosed,
-        again=again("diagnosis_plan"),
     output:
         design=f"{STUDY}/diagnosis/design.json",
         plan=f"{STUDY}/diagnosis/plan.json",
         written=f"{STUDY}/diagnosis/settings.yaml",
     log:
         f"{STUDY}/logs/diagnosis_plan.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="diagnosis.stages:diagnosis_plan",
         reads=DIAGNOSIS_READS,
-        made_from=made_from("diagnosis_plan"),
     message:
         "diagnosis: plan the runs that train the emulators"
     script:
@@ -66,7 +51,6 @@ rule diagnosis_emulate:
         design=f"{STUDY}/diagnosis/design.json",
         plan=f"{STUDY}/diagnosis/plan.json",
         runs=runs_of("diagnosis"),
-        again=again("diagnosis_emulate"),
     output:
         emulators=f"{STUDY}/diagnosis/emulators.npz",
         errors=f"{STUDY}/diagnosis/emulators.json",
@@ -74,154 +58,60 @@ rule diagnosis_emulate:
         f"{STUDY}/logs/diagnosis_emulate.log",
     benchmark:
         f"{STUDY}/logs/diagnosis_emulate.tsv"
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=2000,
-        runtime=60,
     params:
         function="diagnosis.stages:diagnosis_emulate",
         reads=DIAGNOSIS_READS,
-        made_from=made_from("diagnosis_emulate"),
     message:
         "diagnosis: train the emulators"
     script:
         "../scripts/task.py"
 
 
-checkpoint diagnosis_wave_1:
+checkpoint diagnosis_wave:
     input:
         settings=DIAGNOSIS_SETTINGS,
         factors=FACTORS,
         measurements=MEASUREMENTS,
-        emulators=f"{STUDY}/diagnosis/emulators.npz",
-        again=again("diagnosis_wave_1"),
+        emulators=lambda w: wave_before(w, "emulators.npz"),
     output:
-        design=f"{STUDY}/diagnosis/wave_1/design.json",
-        plan=f"{STUDY}/diagnosis/wave_1/plan.json",
-        left=f"{STUDY}/diagnosis/wave_1/left.json",
+        design=f"{STUDY}/diagnosis/wave_{{wave}}/design.json",
+        plan=f"{STUDY}/diagnosis/wave_{{wave}}/plan.json",
+        left=f"{STUDY}/diagnosis/wave_{{wave}}/left.json",
     log:
-        f"{STUDY}/logs/diagnosis_wave_1.log",
+        f"{STUDY}/logs/diagnosis_wave_{{wave}}.log",
     benchmark:
-        f"{STUDY}/logs/diagnosis_wave_1.tsv"
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=2000,
-        runtime=60,
+        f"{STUDY}/logs/diagnosis_wave_{{wave}}.tsv"
     params:
-        function="diagnosis.stages:diagnosis_wave_1",
+        function="diagnosis.stages:diagnosis_wave",
         reads=DIAGNOSIS_READS,
-        made_from=made_from("diagnosis_wave_1"),
     message:
-        "diagnosis: plan wave 1 of the emulators' runs, near the posterior mode"
+        "diagnosis: plan wave {wildcards.wave} of the emulators' runs, near the posterior mode"
     script:
         "../scripts/task.py"
 
 
-rule diagnosis_refine_1:
+rule diagnosis_refine:
     input:
         settings=DIAGNOSIS_SETTINGS,
         factors=FACTORS,
         measurements=MEASUREMENTS,
-        emulators=f"{STUDY}/diagnosis/emulators.npz",
-        errors=f"{STUDY}/diagnosis/emulators.json",
-        design=f"{STUDY}/diagnosis/design.json",
-        plan=f"{STUDY}/diagnosis/plan.json",
-        design_1=f"{STUDY}/diagnosis/wave_1/design.json",
-        plan_1=f"{STUDY}/diagnosis/wave_1/plan.json",
-        runs=runs_of("diagnosis/wave_1"),
-        again=again("diagnosis_refine_1"),
+        emulators=lambda w: wave_before(w, "emulators.npz"),
+        errors=lambda w: wave_before(w, "emulators.json"),
+        designs=lambda w: waves_until(w, "design.json"),
+        plans=lambda w: waves_until(w, "plan.json"),
+        runs=lambda w: runs_of(f"diagnosis/wave_{w.wave}")(w),
     output:
-        refined_emulators=f"{STUDY}/diagnosis/wave_1/emulators.npz",
-        refined_errors=f"{STUDY}/diagnosis/wave_1/emulators.json",
+        refined_emulators=f"{STUDY}/diagnosis/wave_{{wave}}/emulators.npz",
+        refined_errors=f"{STUDY}/diagnosis/wave_{{wave}}/emulators.json",
     log:
-        f"{STUDY}/logs/diagnosis_refine_1.log",
+        f"{STUDY}/logs/diagnosis_refine_{{wave}}.log",
     benchmark:
-        f"{STUDY}/logs/diagnosis_refine_1.tsv"
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=2000,
-        runtime=60,
+        f"{STUDY}/logs/diagnosis_refine_{{wave}}.tsv"
     params:
-        function="diagnosis.stages:diagnosis_refine_1",
+        function="diagnosis.stages:diagnosis_refine",
         reads=DIAGNOSIS_READS,
-        made_from=made_from("diagnosis_refine_1"),
     message:
-        "diagnosis: train the emulators anew with wave 1"
-    script:
-        "../scripts/task.py"
-
-
-checkpoint diagnosis_wave_2:
-    input:
-        settings=DIAGNOSIS_SETTINGS,
-        factors=FACTORS,
-        measurements=MEASUREMENTS,
-        emulators=f"{STUDY}/diagnosis/wave_1/emulators.npz",
-        again=again("diagnosis_wave_2"),
-    output:
-        design=f"{STUDY}/diagnosis/wave_2/design.json",
-        plan=f"{STUDY}/diagnosis/wave_2/plan.json",
-        left=f"{STUDY}/diagnosis/wave_2/left.json",
-    log:
-        f"{STUDY}/logs/diagnosis_wave_2.log",
-    benchmark:
-        f"{STUDY}/logs/diagnosis_wave_2.tsv"
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=2000,
-        runtime=60,
-    params:
-        function="diagnosis.stages:diagnosis_wave_2",
-        reads=DIAGNOSIS_READS,
-        made_from=made_from("diagnosis_wave_2"),
-    message:
-        "diagnosis: plan wave 2 of the emulators' runs, near the posterior mode"
-    script:
-        "../scripts/task.py"
-
-
-rule diagnosis_refine_2:
-    input:
-        settings=DIAGNOSIS_SETTINGS,
-        factors=FACTORS,
-        measurements=MEASUREMENTS,
-        emulators=f"{STUDY}/diagnosis/wave_1/emulators.npz",
-        errors=f"{STUDY}/diagnosis/wave_1/emulators.json",
-        design=f"{STUDY}/diagnosis/design.json",
-        plan=f"{STUDY}/diagnosis/plan.json",
-        design_1=f"{STUDY}/diagnosis/wave_1/design.json",
-        plan_1=f"{STUDY}/diagnosis/wave_1/plan.json",
-        design_2=f"{STUDY}/diagnosis/wave_2/design.json",
-        plan_2=f"{STUDY}/diagnosis/wave_2/plan.json",
-        runs=runs_of("diagnosis/wave_2"),
-        again=again("diagnosis_refine_2"),
-    output:
-        refined_emulators=f"{STUDY}/diagnosis/wave_2/emulators.npz",
-        refined_errors=f"{STUDY}/diagnosis/wave_2/emulators.json",
-    log:
-        f"{STUDY}/logs/diagnosis_refine_2.log",
-    benchmark:
-        f"{STUDY}/logs/diagnosis_refine_2.tsv"
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=2000,
-        runtime=60,
-    params:
-        function="diagnosis.stages:diagnosis_refine_2",
-        reads=DIAGNOSIS_READS,
-        made_from=made_from("diagnosis_refine_2"),
-    message:
-        "diagnosis: train the emulators anew with wave 2"
+        "diagnosis: train the emulators anew with wave {wildcards.wave}"
     script:
         "../scripts/task.py"
 
@@ -231,8 +121,7 @@ rule diagnosis_calibrate:
         settings=DIAGNOSIS_SETTINGS,
         factors=FACTORS,
         measurements=diagnosed,
-        emulators=lambda w: trained(SETTINGS, f"{STUDY}/diagnosis/wave_2/emulators.npz"),
-        again=again("diagnosis_calibrate"),
+        emulators=lambda w: trained(SETTINGS, f"{EACH_WAVE[-1]}/emulators.npz"),
     output:
         summary=f"{STUDY}/diagnosis/calibration.json",
         table=f"{STUDY}/diagnosis/residuals.csv",
@@ -245,16 +134,9 @@ rule diagnosis_calibrate:
         f"{STUDY}/logs/diagnosis_calibrate.log",
     benchmark:
         f"{STUDY}/logs/diagnosis_calibrate.tsv"
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=2000,
-        runtime=60,
     params:
         function="diagnosis.stages:diagnosis_calibrate",
         reads=DIAGNOSIS_READS,
-        made_from=made_from("diagnosis_calibrate"),
     message:
         "diagnosis: calibrate the base model and show where it fails"
     script:
@@ -266,11 +148,9 @@ checkpoint diagnosis_identify:
         settings=DIAGNOSIS_SETTINGS,
         factors=FACTORS,
         measurements=MEASUREMENTS,
-        emulators=lambda w: trained(SETTINGS, f"{STUDY}/diagnosis/wave_2/emulators.npz"),
-        errors=lambda w: trained(SETTINGS, f"{STUDY}/diagnosis/wave_2/emulators.json"),
-        left_1=lambda w: trained(SETTINGS, f"{STUDY}/diagnosis/wave_1/left.json"),
-        left_2=lambda w: trained(SETTINGS, f"{STUDY}/diagnosis/wave_2/left.json"),
-        again=again("diagnosis_identify"),
+        emulators=lambda w: trained(SETTINGS, f"{EACH_WAVE[-1]}/emulators.npz"),
+        errors=lambda w: trained(SETTINGS, f"{EACH_WAVE[-1]}/emulators.json"),
+        left=lambda w: trained(SETTINGS, [f"{wave}/left.json" for wave in EACH_WAVE]),
     output:
         plan=f"{STUDY}/diagnosis/extension/plan.json",
         findings=f"{STUDY}/diagnosis/findings.json",
@@ -289,16 +169,9 @@ checkpoint diagnosis_identify:
         f"{STUDY}/logs/diagnosis_identify.log",
     benchmark:
         f"{STUDY}/logs/diagnosis_identify.tsv"
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=2000,
-        runtime=60,
     params:
         function="diagnosis.stages:diagnosis_identify",
         reads=DIAGNOSIS_READS,
-        made_from=made_from("diagnosis_identify"),
     message:
         "diagnosis: name the cause"
     script:
@@ -315,7 +188,6 @@ rule diagnose:
         extension=f"{STUDY}/diagnosis/extension.json",
         plan=f"{STUDY}/diagnosis/extension/plan.json",
         runs=runs_of("diagnosis/extension"),
-        again=again("diagnose"),
     output:
         verdict=f"{STUDY}/diagnosis/verdict.json",
         page=report(
@@ -331,17 +203,9 @@ rule diagnose:
         ),
     log:
         f"{STUDY}/logs/diagnose.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="diagnosis.stages:diagnose",
         reads=DIAGNOSIS_READS,
-        made_from=made_from("diagnose"),
     message:
         "diagnosis: the gain of the extended model, and the verdict"
     script:
@@ -355,7 +219,6 @@ rule diagnosis_power:
         factors=FACTORS,
         measurements=MEASUREMENTS,
         emulators=lambda w: trained(SETTINGS, f"{STUDY}/diagnosis/emulators.npz"),
-        again=again("diagnosis_power"),
     output:
         power=f"{STUDY}/diagnosis/power.json",
         page=f"{STUDY}/diagnosis/power.md",
@@ -363,16 +226,9 @@ rule diagnosis_power:
         f"{STUDY}/logs/diagnosis_power.log",
     benchmark:
         f"{STUDY}/logs/diagnosis_power.tsv"
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=2000,
-        runtime=60,
     params:
         function="diagnosis.stages:diagnosis_power",
         reads=DIAGNOSIS_READS,
-        made_from=made_from("diagnosis_power"),
     message:
         "diagnosis: how strong a law must be for this plan to show it"
     script:

@@ -8,24 +8,15 @@ checkpoint plan_joint_first:
         targets=needs("targets", "plan_joint_first"),
         factors=FACTORS,
         fixed=BENCH_VALUES,
-        again=again("plan_joint_first"),
     output:
         design=f"{STUDY}/joint_first/design.csv",
         plan=f"{STUDY}/joint_first/plan.json",
     log:
         f"{STUDY}/logs/plan_joint_first.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.joint.plans:plan_joint_first",
-        reads=["seed", "experiment", "fixed", "run", "factors", "joint", "rigs"],
+        reads=[*PLANNING, "joint", "rigs"],
         seeds=7,
-        made_from=made_from("plan_joint_first"),
     message:
         "plan a common design for all rigs of the laboratory"
     script:
@@ -41,33 +32,17 @@ checkpoint plan_joint:
         curves=[user_file(t.curve) for t in SETTINGS.targets if t.curve],
         first=f"{STUDY}/joint_first/design.csv",
         runs=runs_of("joint_first"),
-        again=again("plan_joint"),
     output:
         design=f"{STUDY}/joint/design.csv",
         plan=f"{STUDY}/joint/plan.json",
     log:
         f"{STUDY}/logs/plan_joint.log",
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=2000,
-        runtime=60,
+    benchmark:
+        f"{STUDY}/logs/plan_joint.tsv"
     params:
         function="calibration.chain.joint.plans:plan_joint",
-        reads=[
-            "seed",
-            "experiment",
-            "fixed",
-            "run",
-            "factors",
-            "joint",
-            "rigs",
-            "targets",
-            "measurements",
-        ],
+        reads=[*PLANNING, "joint", "rigs", "targets", "measurements"],
         seeds=7,
-        made_from=made_from("plan_joint"),
     message:
         "plan runs where the joint posterior is wide"
     script:
@@ -82,7 +57,6 @@ rule joint:
         design=f"{STUDY}/joint/design.csv",
         runs=runs_of("joint"),
         first_runs=runs_of("joint_first"),
-        again=again("joint"),
     output:
         summary=f"{STUDY}/joint/joint.json",
         draws=f"{STUDY}/joint/draws.csv",
@@ -99,12 +73,6 @@ rule joint:
         f"{STUDY}/logs/joint.log",
     benchmark:
         f"{STUDY}/logs/joint.tsv"
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=2000,
-        runtime=60,
     params:
         function="calibration.chain.joint.analysis:joint",
         reads=[
@@ -117,7 +85,6 @@ rule joint:
             "targets",
             "measurements",
         ],
-        made_from=made_from("joint"),
     message:
         "joint: one posterior over all tests"
     script:
@@ -131,24 +98,15 @@ checkpoint plan_joint_push_through:
         draws=f"{STUDY}/joint/draws.csv",
         factors=FACTORS,
         fixed=BENCH_VALUES,
-        again=again("plan_joint_push_through"),
     output:
         design=f"{STUDY}/joint_push_through/design.csv",
         plan=f"{STUDY}/joint_push_through/plan.json",
     log:
         f"{STUDY}/logs/plan_joint_push_through.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.joint.machines:plan_joint_push_through",
-        reads=["seed", "experiment", "fixed", "run", "factors", "push_through"],
+        reads=[*PLANNING, "push_through"],
         seeds=8,
-        made_from=made_from("plan_joint_push_through"),
     message:
         "plan the draws of the joint posterior in other machines"
     script:
@@ -162,7 +120,6 @@ rule joint_push_through:
         runs=runs_of("joint_push_through"),
         measurements=MEASUREMENTS,
         factors=FACTORS,
-        again=again("joint_push_through"),
     output:
         summary=f"{STUDY}/joint_push_through/joint_push_through.json",
         metrics=f"{STUDY}/joint_push_through/metrics.csv",
@@ -175,17 +132,9 @@ rule joint_push_through:
         ),
     log:
         f"{STUDY}/logs/joint_push_through.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.joint.machines:joint_push_through",
         reads=["experiment", "run", "factors", "measurements", "push_through"],
-        made_from=made_from("joint_push_through"),
     message:
         "what the joint posterior leaves open in other machines"
     script:

@@ -7,23 +7,14 @@ checkpoint plan_numerics:
         variants=user_file(SETTINGS.numerics),
         factors=FACTORS,
         fixed=BENCH_VALUES,
-        again=again("plan_numerics"),
     output:
         design=f"{STUDY}/numerics/design.csv",
         plan=f"{STUDY}/numerics/plan.json",
     log:
         f"{STUDY}/logs/plan_numerics.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.numerics:plan_numerics",
-        reads=["seed", "experiment", "fixed", "run", "factors", "numerics"],
-        made_from=made_from("plan_numerics"),
+        reads=[*PLANNING, "numerics"],
     message:
         "plan the study of resolution, time step, modulus and rolling law"
     script:
@@ -34,7 +25,6 @@ rule numerics:
     input:
         design=f"{STUDY}/numerics/design.csv",
         runs=runs_of("numerics"),
-        again=again("numerics"),
     output:
         table=f"{STUDY}/numerics/numerics.csv",
         figure=report(
@@ -44,17 +34,9 @@ rule numerics:
         ),
     log:
         f"{STUDY}/logs/numerics.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.numerics:numerics",
         reads=["target"],
-        made_from=made_from("numerics"),
     message:
         "numerics: what the numerical choices cost"
     script:

@@ -7,33 +7,15 @@ rule candidate:
         runs=f"{STUDY}/response_surface/runs.csv",
         region=f"{STUDY}/response_surface/region.json",
         measurements=measured,
-        again=again("candidate"),
     output:
         summary=f"{STUDY}/candidate/optimum.json",
         solutions=f"{STUDY}/candidate/solution_set.csv",
         contours=f"{STUDY}/candidate/contours.svg",
     log:
         f"{STUDY}/logs/candidate.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.optimum:candidate",
-        reads=[
-            "seed",
-            "optimise",
-            "validation",
-            "target",
-            "further_targets",
-            "measurements",
-            "experiment",
-            "run",
-        ],
-        made_from=made_from("candidate"),
+        reads=[*RESPONSES, "seed", "optimise", "validation"],
     message:
         "candidate: the optimum of the response surface alone"
     script:
@@ -45,32 +27,15 @@ checkpoint plan_candidate_first:
         optimum=f"{STUDY}/candidate/optimum.json",
         factors=FACTORS,
         fixed=BENCH_VALUES,
-        again=again("plan_candidate_first"),
     output:
         design=f"{STUDY}/candidate_first/design.csv",
         plan=f"{STUDY}/candidate_first/plan.json",
     log:
         f"{STUDY}/logs/plan_candidate_first.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.optimum:plan_candidate_first",
-        reads=[
-            "seed",
-            "experiment",
-            "fixed",
-            "run",
-            "factors",
-            "optimise",
-            "response_surface",
-        ],
+        reads=[*PLANNING, "optimise", "response_surface"],
         seeds=3,
-        made_from=made_from("plan_candidate_first"),
     message:
         "plan the first runs at the candidate"
     script:
@@ -85,35 +50,16 @@ checkpoint plan_candidate:
         fixed=BENCH_VALUES,
         first=f"{STUDY}/candidate_first/design.csv",
         runs=runs_of("candidate_first"),
-        again=again("plan_candidate"),
     output:
         design=f"{STUDY}/candidate/design.csv",
         plan=f"{STUDY}/candidate/plan.json",
         region=f"{STUDY}/candidate/region.json",
     log:
         f"{STUDY}/logs/plan_candidate.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.optimum:plan_candidate",
-        reads=[
-            "seed",
-            "experiment",
-            "fixed",
-            "run",
-            "factors",
-            "optimise",
-            "response_surface",
-            "target",
-            "further_targets",
-        ],
+        reads=[*PLANNING, "optimise", "response_surface", "target", "further_targets"],
         seeds=3,
-        made_from=made_from("plan_candidate"),
     message:
         "plan as many more runs at the candidate as the scatter of the first asks for"
     script:
@@ -127,7 +73,6 @@ rule optimise:
         candidate_region=f"{STUDY}/candidate/region.json",
         candidate_runs=runs_of("candidate"),
         measurements=measured,
-        again=again("optimise"),
     output:
         summary=f"{STUDY}/optimise/optimum.json",
         solutions=f"{STUDY}/optimise/solution_set.csv",
@@ -140,26 +85,9 @@ rule optimise:
         front_figures=each_further("optimise/front_{}.svg"),
     log:
         f"{STUDY}/logs/optimise.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.optimum:optimise",
-        reads=[
-            "seed",
-            "optimise",
-            "validation",
-            "target",
-            "further_targets",
-            "measurements",
-            "experiment",
-            "run",
-        ],
-        made_from=made_from("optimise"),
+        reads=[*RESPONSES, "seed", "optimise", "validation"],
     message:
         "optimum: all points that give the measured value, and the chosen one"
     script:

@@ -13,7 +13,6 @@ rule posterior:
         validation=f"{STUDY}/validation/validation.json",
         runs=runs_of("validation"),
         measurements=measured,
-        again=again("posterior"),
     output:
         summary=f"{STUDY}/posterior/posterior.json",
         draws=f"{STUDY}/posterior/draws.csv",
@@ -38,24 +37,9 @@ rule posterior:
         f"{STUDY}/logs/posterior.log",
     benchmark:
         f"{STUDY}/logs/posterior.tsv"
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=2000,
-        runtime=60,
     params:
         function="calibration.chain.posterior:posterior",
-        reads=[
-            "seed",
-            "posterior",
-            "target",
-            "further_targets",
-            "measurements",
-            "experiment",
-            "run",
-        ],
-        made_from=made_from("posterior"),
+        reads=[*RESPONSES, "seed", "posterior"],
     message:
         "posterior: the parameters as a distribution"
     script:

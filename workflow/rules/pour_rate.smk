@@ -7,24 +7,15 @@ checkpoint plan_pour_rate:
         optimum=f"{STUDY}/optimise/optimum.json",
         factors=FACTORS,
         fixed=BENCH_VALUES,
-        again=again("plan_pour_rate"),
     output:
         design=f"{STUDY}/pour_rate/design.csv",
         plan=f"{STUDY}/pour_rate/plan.json",
     log:
         f"{STUDY}/logs/plan_pour_rate.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.pour_rate:plan_pour_rate",
-        reads=["seed", "experiment", "fixed", "run", "factors", "pour_rate"],
+        reads=[*PLANNING, "pour_rate"],
         seeds=6,
-        made_from=made_from("plan_pour_rate"),
     message:
         "plan heaps at other pour rates"
     script:
@@ -36,7 +27,6 @@ rule pour_rate:
         needs=needs("pour_rate", "pour_rate"),
         design=f"{STUDY}/pour_rate/design.csv",
         runs=runs_of("pour_rate"),
-        again=again("pour_rate"),
     output:
         summary=f"{STUDY}/pour_rate/pour_rate.json",
         table=f"{STUDY}/pour_rate/rates.csv",
@@ -48,17 +38,9 @@ rule pour_rate:
         ),
     log:
         f"{STUDY}/logs/pour_rate.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.pour_rate:pour_rate",
         reads=["target", "experiment", "run", "pour_rate"],
-        made_from=made_from("pour_rate"),
     message:
         "the response over the pour rate"
     script:

@@ -9,23 +9,18 @@ rule provenance:
         also=also_shown,
         factors=FACTORS,
         measurements=measured,
-        again=again("provenance"),
     output:
         crate=f"{STUDY}/provenance/ro-crate-metadata.json",
         runs=f"{STUDY}/provenance/runs.nc",
+        copies=[
+            directory(f"{STUDY}/provenance/{copied}")
+            for copied in ("inputs", "results")
+        ],
     log:
         f"{STUDY}/logs/provenance.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=2000,
-        runtime=10,
     params:
         function="calibration.telling.provenance:provenance",
         reads=["factors", "measurements", "target"],
-        made_from=made_from("provenance"),
     message:
         "provenance: an RO-Crate of the study, and all runs in one file"
     script:

@@ -7,24 +7,15 @@ checkpoint plan_push_through:
         draws=f"{STUDY}/posterior/draws.csv",
         factors=FACTORS,
         fixed=BENCH_VALUES,
-        again=again("plan_push_through"),
     output:
         design=f"{STUDY}/push_through/design.csv",
         plan=f"{STUDY}/push_through/plan.json",
     log:
         f"{STUDY}/logs/plan_push_through.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.push_through:plan_push_through",
-        reads=["seed", "experiment", "fixed", "run", "factors", "push_through"],
+        reads=[*PLANNING, "push_through"],
         seeds=5,
-        made_from=made_from("plan_push_through"),
     message:
         "plan the draws of the posterior in other machines"
     script:
@@ -37,7 +28,6 @@ rule push_through:
         design=f"{STUDY}/push_through/design.csv",
         runs=runs_of("push_through"),
         measurements=MEASUREMENTS,
-        again=again("push_through"),
     output:
         summary=f"{STUDY}/push_through/push_through.json",
         metrics=f"{STUDY}/push_through/metrics.csv",
@@ -49,17 +39,9 @@ rule push_through:
         ),
     log:
         f"{STUDY}/logs/push_through.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.push_through:push_through",
         reads=["experiment", "run", "measurements", "push_through"],
-        made_from=made_from("push_through"),
     message:
         "what the posterior leaves open in other machines"
     script:

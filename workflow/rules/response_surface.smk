@@ -9,32 +9,16 @@ checkpoint plan_response_surface:
         ascent=f"{STUDY}/ascent/ascent.json",
         factors=FACTORS,
         fixed=BENCH_VALUES,
-        again=again("plan_response_surface"),
     output:
         design=f"{STUDY}/response_surface/design.csv",
         plan=f"{STUDY}/response_surface/plan.json",
         region=f"{STUDY}/response_surface/region.json",
     log:
         f"{STUDY}/logs/plan_response_surface.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.response_surface:plan_response_surface",
-        reads=[
-            "seed",
-            "experiment",
-            "fixed",
-            "run",
-            "factors",
-            "response_surface",
-        ],
+        reads=[*PLANNING, "response_surface"],
         seeds=2,
-        made_from=made_from("plan_response_surface"),
     message:
         "plan the response surface: Box-Behnken design"
     script:
@@ -47,7 +31,6 @@ rule response_surface:
         region=f"{STUDY}/response_surface/region.json",
         runs=runs_of("response_surface"),
         measurements=measured,
-        again=again("response_surface"),
     output:
         runs=f"{STUDY}/response_surface/runs.csv",
         coefficients=f"{STUDY}/response_surface/coefficients.csv",
@@ -78,23 +61,9 @@ rule response_surface:
         ),
     log:
         f"{STUDY}/logs/response_surface.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.response_surface:response_surface",
-        reads=[
-            "target",
-            "further_targets",
-            "measurements",
-            "experiment",
-            "run",
-        ],
-        made_from=made_from("response_surface"),
+        reads=RESPONSES,
     message:
         "response surface: quadratic model and its ANOVA"
     script:

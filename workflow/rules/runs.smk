@@ -17,12 +17,6 @@ rule compile_engine:
         touch(COMPILED),
     log:
         f"{RUNS}/compile.log",
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=2000,
-        runtime=30,
     message:
         "compile the engine: about two minutes, once after each change of it"
     script:
@@ -40,9 +34,6 @@ rule dem_run:
         f"{RUNS}/{{experiment}}-{{digest}}/run.log",
     benchmark:
         f"{RUNS}/{{experiment}}-{{digest}}/benchmark.tsv"
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
     resources:
         mem_mb=lambda w: memory_of([spec_of(f"{w.experiment}-{w.digest}")]),
         runtime=60,
@@ -68,9 +59,6 @@ rule run_batch:
         f"{STUDY}/logs/{{plan}}_batch_{{batch}}.log",
     wildcard_constraints:
         plan="|".join(PLANS),
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
     resources:
         mem_mb=lambda w: memory_of(plan_of(w.plan).values()),
         runtime=240,

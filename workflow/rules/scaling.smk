@@ -5,23 +5,14 @@ checkpoint plan_scaling:
     input:
         needs=needs("scaling", "plan_scaling"),
         factors=FACTORS,
-        again=again("plan_scaling"),
     output:
         design=f"{STUDY}/scaling/design.csv",
         plan=f"{STUDY}/scaling/plan.json",
     log:
         f"{STUDY}/logs/plan_scaling.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.scaling.plan:plan_scaling",
-        reads=["seed", "experiment", "fixed", "run", "factors", "scaling"],
-        made_from=made_from("plan_scaling"),
+        reads=[*PLANNING, "scaling"],
     message:
         "plan the scaling test: heap and drop, enlarged by two rules"
     script:
@@ -33,7 +24,6 @@ rule scaling:
         needs=needs("scaling", "scaling"),
         design=f"{STUDY}/scaling/design.csv",
         runs=runs_of("scaling"),
-        again=again("scaling"),
     output:
         summary=f"{STUDY}/scaling/scaling.json",
         runs=f"{STUDY}/scaling/runs.csv",
@@ -45,17 +35,9 @@ rule scaling:
         ),
     log:
         f"{STUDY}/logs/scaling.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.scaling.study:scaling",
         reads=["run", "scaling"],
-        made_from=made_from("scaling"),
     message:
         "scaling test: angle and rebound against scale, and what is said of them"
     script:

@@ -7,24 +7,15 @@ checkpoint plan_screening:
         factors=FACTORS,
         table=user_file(SETTINGS.screening.design),
         fixed=BENCH_VALUES,
-        again=again("plan_screening"),
     output:
         design=f"{STUDY}/screening/design.csv",
         plan=f"{STUDY}/screening/plan.json",
     log:
         f"{STUDY}/logs/plan_screening.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.screening:plan_screening",
-        reads=["seed", "experiment", "fixed", "run", "factors", "screening"],
+        reads=[*PLANNING, "screening"],
         seeds=0,
-        made_from=made_from("plan_screening"),
     message:
         "plan the screening"
     script:
@@ -37,7 +28,6 @@ rule screening:
         runs=runs_of("screening"),
         factors=FACTORS,
         measurements=measured,
-        again=again("screening"),
     output:
         effects=f"{STUDY}/screening/effects.csv",
         anova=f"{STUDY}/screening/anova.csv",
@@ -57,26 +47,9 @@ rule screening:
         ),
     log:
         f"{STUDY}/logs/screening.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.screening:screening",
-        reads=[
-            "factors",
-            "screening",
-            "ascent",
-            "target",
-            "further_targets",
-            "measurements",
-            "experiment",
-            "run",
-        ],
-        made_from=made_from("screening"),
+        reads=[*RESPONSES, "factors", "screening", "ascent"],
     message:
         "screening: effects, ANOVA and the factors that go on"
     script:

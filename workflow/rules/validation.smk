@@ -9,24 +9,15 @@ checkpoint plan_validation:
         optimum=f"{STUDY}/optimise/optimum.json",
         factors=FACTORS,
         fixed=BENCH_VALUES,
-        again=again("plan_validation"),
     output:
         design=f"{STUDY}/validation/design.csv",
         plan=f"{STUDY}/validation/plan.json",
     log:
         f"{STUDY}/logs/plan_validation.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.validation:plan_validation",
-        reads=["seed", "experiment", "fixed", "run", "factors", "validation"],
+        reads=[*PLANNING, "validation"],
         seeds=4,
-        made_from=made_from("plan_validation"),
     message:
         "plan the validation: replicates at the optimum"
     script:
@@ -38,7 +29,6 @@ rule validation:
         design=f"{STUDY}/validation/design.csv",
         runs=runs_of("validation"),
         measurements=measured,
-        again=again("validation"),
     output:
         summary=f"{STUDY}/validation/validation.json",
         runs=f"{STUDY}/validation/runs.csv",
@@ -50,24 +40,9 @@ rule validation:
         ),
     log:
         f"{STUDY}/logs/validation.log",
-    localrule: True
-    conda:
-        "../envs/calibration.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
     params:
         function="calibration.chain.validation:validation",
-        reads=[
-            "validation",
-            "target",
-            "further_targets",
-            "measurements",
-            "experiment",
-            "run",
-        ],
-        made_from=made_from("validation"),
+        reads=[*RESPONSES, "validation"],
     message:
         "validation: replicates at the optimum against the measurement"
     script:

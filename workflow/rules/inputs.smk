@@ -1,0 +1,76 @@
+"""Functions that give a rule its input files."""
+
+CHAIN = ["screening", "ascent", "response_surface", "optimise", "validation", "export"]
+
+
+def needs(key, stage):
+    """Input function without files: refuses a stage whose key the configuration does not give."""
+
+    def check(wildcards):
+        try:
+            given(SETTINGS, key, stage)
+        except REFUSALS as error:
+            raise WorkflowError(in_words(error))
+        return []
+
+    return check
+
+
+def measured(wildcards):
+    """The table of measurements, as an input; refuses one that has no values of the target."""
+    try:
+        STUDY_OBJECT.measured()
+    except REFUSALS as error:
+        raise WorkflowError(in_words(error))
+    return MEASUREMENTS
+
+
+def each_further(pattern, measured=False):
+    """Files of the study, one for each further target, `{}` standing for its metric; of those alone
+    that have a measured value if so."""
+    targets = SETTINGS.further_targets
+    if measured:
+        targets = filter(STUDY_OBJECT.is_measured, targets)
+    return [f"{STUDY}/{pattern}".format(t.metric) for t in targets]
+
+
+def shown(wildcards):
+    """What the page waits for and shows: what the rules of the chain and of the supplements leave,
+    plans among it."""
+    stages = [STAGES[name] for name in (*CHAIN, *SETTINGS.supplements)]
+    names = [rule for stage in stages for rule in stage.rules(SETTINGS)]
+    files = [file for name in names for file in getattr(rules, name).output]
+    if "diagnosis" in SETTINGS.supplements:
+        files += trained(SETTINGS, [f"{wave}/plan.json" for wave in EACH_WAVE])
+    return files
+
+
+def also_shown(wildcards):
+    """What the page shows too where it has been made: the files of the other stages, by absolute
+    paths, of which snakemake knows no rule. It makes nothing that nobody asked for."""
+    if STORED:
+        return []
+    others = set(STAGES) - {*CHAIN, *SETTINGS.supplements, "provenance"}
+    folders = {folder for name in others for folder in STAGES[name].folders}
+    found = (STUDY_OBJECT.folder.joinpath(f).glob("*.*") for f in sorted(folders))
+    return [local(str(path.resolve())) for paths in found for path in sorted(paths)]
+
+
+def waves_until(wildcards, file):
+    """A file of the emulators' first runs and of each wave up to that of the wildcards."""
+    first, waves = f"{STUDY}/diagnosis", EACH_WAVE[: int(wildcards.wave)]
+    return [f"{folder}/{file}" for folder in (first, *waves)]
+
+
+def wave_before(wildcards, file):
+    """The same file of the wave before that of the wildcards."""
+    return waves_until(wildcards, file)[-2]
+
+
+def diagnosed(wildcards):
+    """The table of measurements, as an input; refuses one that no diagnosis can be made of."""
+    try:
+        read_measurements(SETTINGS.measurements)
+    except REFUSALS as error:
+        raise WorkflowError(in_words(error))
+    return MEASUREMENTS
