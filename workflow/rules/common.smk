@@ -133,7 +133,7 @@ def again(each):
     def reason(name, files):
         known = all(workflow.persistence.params(file) is not None for file in files)
         content = None if known else each.params.made_from({})
-        plans = [Path(file).parent for file in files if file.endswith("/plan.json")]
+        plans = [p.parent for p in map(Path, files) if p.name == "plan.json"]
         stale = next((fault for plan in plans for fault in plan_faults(plan)), None)
         return stale or made_again(STUDY_OBJECT.folder, name, files, content)
 
