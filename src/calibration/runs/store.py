@@ -12,7 +12,6 @@ import stat
 from pathlib import Path
 from typing import Any
 
-from calibration import engines
 from calibration.files import set_aside
 from dem.errors import ResultError
 from dem.results import FAILED, RESULT, RUN_NAME, is_current, read_failure, read_result
@@ -104,14 +103,6 @@ class RunStore:
             path = self.folder(name) / file
             if path.exists():
                 set_aside(path)
-
-    def has(self, name: str) -> bool:
-        """Whether a run is finished by this engine, or kept as failed, and can be trusted."""
-        try:
-            engine = self.entry(name)["engine"]
-        except ResultError:
-            return self.failure(name) is not None
-        return is_current(engine) and not engines.changed(engine, name, self)
 
     def _unchanged(self, name):
         """The index's entry of a run whose files are as they were when it was made, else None."""

@@ -202,8 +202,17 @@ def lost_runs(folder: str | Path, store: RunStore) -> dict[str, list[str]]:
     found = {}
     for plan in _plans(folder):
         name = plan.parent.relative_to(folder).as_posix()
-        found[name] = [run for run in _specs(plan) if not store.has(run)]
+        found[name] = [run for run in _specs(plan) if not _has(store, run)]
     return found
+
+
+def _has(store, run):
+    """Whether a run is finished by this engine, or kept as failed, and can be trusted."""
+    try:
+        engine = store.entry(run)["engine"]
+    except ResultError:
+        return store.failure(run) is not None
+    return is_current(engine) and not engines.changed(engine, run, store)
 
 
 def short_batches(folder: str | Path, lost: Iterable[str]) -> list[str]:
