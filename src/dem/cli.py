@@ -108,13 +108,9 @@ def _add_render(commands):
     render.add_argument(
         "--out",
         type=Path,
-        help="file to write; RUNDIR/heap.webp, pour.gif or final.vtp unless given",
+        help="file to write; RUNDIR/heap.webp or final.vtp unless given",
     )
-    kind = render.add_mutually_exclusive_group()
-    kind.add_argument(
-        "--animate", action="store_true", help="the pour, from the frames of `dem run --frames`"
-    )
-    kind.add_argument("--vtk", action="store_true", help="the last state, for ParaView")
+    render.add_argument("--vtk", action="store_true", help="the last state, for ParaView")
     render.add_argument("--colour", choices=COLOURS, default="auto", help="what the colour tells")
     render.add_argument("--width", type=_pixels, default=800, help="of the image [px]")
     render.add_argument(
@@ -166,11 +162,6 @@ def _render(args):
     run = render.read_run(args.run)
     if args.vtk:
         out, *_ = render.export_vtk(run, args.out)
-    elif args.animate:
-        out = args.out or args.run / "pour.gif"
-        with tqdm(total=100, unit="%", bar_format="{l_bar}{bar}| {elapsed}<{remaining}") as bar:
-            show = lambda share: bar.update(100 * share - bar.n)  # noqa: E731
-            render.animate(run, out, args.width, args.colour, progress=show)
     else:
         out = args.out or args.run / "heap.webp"
         image = render.draw_run(run, args.width, args.colour, args.azimuth, args.elevation)

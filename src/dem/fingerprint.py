@@ -16,7 +16,6 @@ OUTSIDE = {
     "cli.py",
     "template.py",
     "advice.py",
-    "energy.py",
     "fingerprint.py",
     "kernel_cache.py",
     "source_readings.py",

@@ -8,8 +8,7 @@ import pytest
 
 from calibration.errors import CalibrationError
 from calibration.statistics.goals import RULES, Goal, overall_desirability
-from calibration.statistics.isosurface import isosurface
-from calibration.statistics.optimise import most_desirable, pareto_front, solution_mesh, solve
+from calibration.statistics.optimise import most_desirable, pareto_front, solve
 from facts import refused
 
 
@@ -112,32 +111,6 @@ def test_wrong_rules_are_refused():
         solve(PLANE, 1.0, "best")
     with refused(CalibrationError, "closest_to_point"):
         solve(PLANE, 1.0, "closest_to_point")
-
-
-def area(vertices, triangles):
-    a, b, c = vertices[triangles].transpose(1, 0, 2)
-    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
-
-
-def test_the_mesh_of_a_sphere_has_its_area():
-    vertices, triangles = solution_mesh(BALL, 0.64, resolution=61)
-    assert np.linalg.norm(vertices, axis=1) == pytest.approx(0.8, abs=1e-3)
-    assert area(vertices, triangles) == pytest.approx(4 * np.pi * 0.64, rel=5e-3)
-    assert not len(solution_mesh(BALL, 9.0)[0])
-    with pytest.raises(CalibrationError, match="three factors"):
-        solution_mesh(PLANE, 1.0)
-
-
-def test_a_mesh_reaches_the_cube_s_faces():
-    """A plane from face to face, and a sphere of which the faces cut caps."""
-    slope = np.array([1.0, 0.3, -0.2])
-    vertices, triangles = isosurface(lambda x: x @ slope, 0.3)
-    assert vertices @ slope == pytest.approx(0.3, abs=1e-12)
-    assert area(vertices, triangles) == pytest.approx(4.0 * np.linalg.norm(slope), rel=5e-3)
-    vertices, triangles = isosurface(lambda x: (x**2).sum(1), 1.21)
-    assert np.linalg.norm(vertices, axis=1) == pytest.approx(1.1, abs=1e-4)
-    caps = 6 * 2 * np.pi * 1.1 * 0.1
-    assert area(vertices, triangles) == pytest.approx(4 * np.pi * 1.21 - caps, rel=1e-2)
 
 
 def test_desirability_has_derringer_and_suichs_values():

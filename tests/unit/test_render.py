@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import pyvista as pv
-from PIL import Image
 
 from dem.cli import main
 from dem.errors import DemError
@@ -139,18 +138,6 @@ def test_heights_stand_where_they_are():
     assert pixel(turned, 0.0, 0.0, toward=0.004) == pytest.approx((100.0, 100.0))
 
 
-def test_the_pour_is_animated_from_its_frames(run, tmp_path):
-    out = tmp_path / "pour.gif"
-    assert main(["render", str(run), "--animate", "--width", "120", "--out", str(out)]) == 0
-    with Image.open(out) as movie:
-        assert movie.n_frames == 3  # two frames and the heap at rest
-        covered = []
-        for k in range(3):
-            movie.seek(k)
-            covered.append(len(np.unique(np.asarray(movie.convert("RGB")).reshape(-1, 3), axis=0)))
-    assert covered[0] < covered[2]
-
-
 def test_the_last_state_opens_as_vtk(run):
     assert main(["render", str(run), "--vtk"]) == 0
     points, state = pv.read(run / "final.vtp"), np.load(run / "final.npz")
@@ -161,25 +148,14 @@ def test_the_last_state_opens_as_vtk(run):
     assert walls.bounds[5] > 0.075  # the funnel's orifice
 
 
-@pytest.mark.parametrize(
-    ("arguments", "text"),
-    [
-        (["--out", "heap.bmp"], ".webp, .png, .jpg"),
-        (["--animate", "--out", "pour.mp4"], ".gif, .webp, .png"),
-    ],
-)
-def test_another_format_is_refused(run, capsys, arguments, text):
-    assert main(["render", str(run), *arguments]) == 2
-    assert f"allowed: {text}" in capsys.readouterr().err
+def test_another_format_is_refused(run, capsys):
+    assert main(["render", str(run), "--out", "heap.bmp"]) == 2
+    assert "allowed: .webp, .png, .jpg" in capsys.readouterr().err
 
 
 def test_a_run_that_cannot_be_drawn_says_why(run, tmp_path, capsys):
     assert main(["render", str(tmp_path)]) == 2
     assert "no result.json" in capsys.readouterr().err
-    for frame in (run / "frames").iterdir():
-        frame.unlink()
-    assert main(["render", str(run), "--animate"]) == 2
-    assert "--frames" in capsys.readouterr().err
     (run / "final.npz").write_bytes(b"cut off")
     with refused(DemError, file="final.npz"):
         read_run(run)

@@ -5,9 +5,9 @@ import math
 
 import numpy as np
 import pytest
+from ledger import Ledger
 
 from dem.contact.registry import ContactParameters, Laws, Material
-from dem.energy import Ledger
 from dem.simulation import Air, Simulation
 from dem.timescales import rayleigh_time
 from dem.walls.builder import WallSet

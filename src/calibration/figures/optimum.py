@@ -9,10 +9,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from calibration.figures.labels import ANGLE, label, response_of
-from calibration.figures.planes import label_3d, pairs_of, plane
+from calibration.figures.planes import pairs_of, plane
 from calibration.figures.style import BLUE, ORANGE, STYLE, panel_grid, subplots
 from calibration.statistics.goals import overall_desirability
-from calibration.statistics.optimise import solution_mesh
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -31,21 +30,13 @@ LINES = ("#d1711f", "#2f6db5", "#7b4fa3", "#b5363f", "#5b7a1f")  # of the target
 def contours(
     surface: Surface, region: Sequence[CodedFactor], solution: Solution, response: Response = ANGLE
 ) -> Figure:
-    """Contours through the chosen point with the solution set drawn in; for three factors also the
-    set itself."""
+    """Contours through the chosen point with the solution set drawn in."""
     pairs = pairs_of(region)
-    whole = len(region) == 3 and solution.attainable
     with plt.rc_context(STYLE):  # type: ignore[arg-type]  # names of matplotlib
-        if whole:
-            figure, rows, columns = plt.figure(figsize=(8.2, 7.0), layout="constrained"), 2, 2
-        else:
-            figure, rows, columns = panel_grid(len(pairs), (4.1, 3.5))
+        figure, rows, columns = panel_grid(len(pairs), (4.1, 3.5))
         for n, (i, j) in enumerate(pairs):
             ax = figure.add_subplot(rows, columns, n + 1)
             _contour(ax, surface, region, i, j, solution, response)
-        if whole:
-            ax = figure.add_subplot(2, 2, 4, projection="3d")
-            _solution_set(ax, surface, region, solution, response)
     return figure
 
 
@@ -61,23 +52,6 @@ def _contour(ax, surface, region, i, j, solution, response):
     ax.plot(x, z, "o", color="white", mec="black", ms=9, clip_on=False, zorder=4)
     ax.set(xlabel=label(region[i].name), ylabel=label(region[j].name))
     ax.grid(False)
-
-
-def _solution_set(ax, surface, region, solution, response):
-    """The surface of all points that give the target, in natural levels."""
-    vertices, triangles = solution_mesh(surface, solution.target)
-    if len(triangles):
-        natural = [f.natural(vertices[:, k]) for k, f in enumerate(region)]
-        # some thousand faces: as an image they weigh a tenth, and the words stay words
-        ax.plot_trisurf(
-            natural[0], natural[1], triangles, natural[2], color=ORANGE, alpha=0.55, linewidth=0,
-            rasterized=True,
-        )  # fmt: skip
-    chosen = [[f.natural(float(x))] for f, x in zip(region, solution.chosen, strict=True)]
-    ax.plot(*chosen, "o", color="white", mec="black", ms=9, zorder=10)
-    ax.set(**{f"{axis}lim": (f.low, f.high) for axis, f in zip("xyz", region, strict=True)})
-    label_3d(ax, *(label(f.name) for f in region))
-    ax.set_title(f"all points that give {response.value(solution.target)}", fontsize=9)
 
 
 def desirability_contours(

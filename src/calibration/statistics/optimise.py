@@ -11,7 +11,6 @@ from scipy.stats import qmc
 
 from calibration.errors import CalibrationError
 from calibration.statistics.goals import RULES, Goal, overall_desirability
-from calibration.statistics.isosurface import isosurface
 from calibration.statistics.surface import Surface
 from calibration.statistics.ties import first_least, largest_first
 
@@ -156,20 +155,6 @@ def _nearest(surface, target, seed):
         for s in best
     ]
     return fits[first_least([f.fun for f in fits])].x
-
-
-def solution_mesh(
-    surface: Surface, target: float, resolution: int = 41
-) -> tuple[np.ndarray, np.ndarray]:
-    """Solution set of a model of three factors as a triangle mesh: vertices (n, 3) in coded levels,
-    triangles (m, 3).
-
-    Empty arrays where the target is out of reach. Raises CalibrationError for another number of
-    factors.
-    """
-    if len(surface.codes) != 3:
-        raise CalibrationError("only the solution set of three factors is a mesh")
-    return isosurface(surface.predict, target, resolution)
 
 
 def most_desirable(

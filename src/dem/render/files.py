@@ -33,11 +33,6 @@ class FinishedRun:
     tag: np.ndarray
     walls: tuple = ()
 
-    @property
-    def frames(self) -> list[Path]:
-        """Paths of the frames that `dem run --frames` wrote, in order of time."""
-        return sorted((self.folder / "frames").glob("grains_*.vtp"))
-
 
 def read_run(folder: str | Path) -> FinishedRun:
     """`FinishedRun` of a folder that `dem run` wrote. Raises DemError when the run is not finished
