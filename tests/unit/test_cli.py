@@ -22,7 +22,7 @@ def test_help_names_every_command(capsys):
         main(["--help"])
     assert done.value.code == 0
     text = capsys.readouterr().out
-    assert all(word in text for word in ("run", "check", "init", "benchmark"))
+    assert all(word in text for word in ("run", "check", "init", "render"))
 
 
 @pytest.mark.parametrize("experiment", list(experiments()))

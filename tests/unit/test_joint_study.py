@@ -134,7 +134,7 @@ def test_the_time_left_is_of_each_rig_s_own_runs(tmp_path, monkeypatch):
         "discharge"
     ]
     assert flow.left == config.joint.runs + config.joint.repeated
-    assert flow.each_s == of_hopper
+    assert flow.each_s == pytest.approx(of_hopper)
     rigs = [x for x in (60.0, 1.0, of_hopper) if x]
     assert each["joint"] == pytest.approx(sum(rigs) / len(rigs))
     chain = sum(ceil(p.left / 2) * 60.0 for p in found.chain if not p.name.startswith("joint"))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from paper.audit.evaluate import Found, cells, check
+from paper.audit.evaluate import Cells, Found, Given, cells, check
 from paper.audit.materials import SIEVES_MM, intrinsic
 from paper.audit.paper import Claim, Paper, Printed, propagate
 
@@ -75,25 +75,25 @@ def _points(paper: Paper, claim: Claim) -> tuple[np.ndarray, np.ndarray]:
 
 
 @check("table08.groups", "table09.groups")
-def group_count(paper, claim):
+def group_count(paper: Paper, claim: Claim) -> Given:
     return len(_points(paper, claim)[0])
 
 
 @check("table08.low", "table09.low", "table08.high", "table09.high")
-def range_ends(paper, claim):
+def range_ends(paper: Paper, claim: Claim) -> Given:
     x = _points(paper, claim)[0]
     return Found(float(x.min() if claim.part == "low" else x.max()), exact=True)
 
 
 @check("table08.step", "table09.step")
-def increment(paper, claim):
+def increment(paper: Paper, claim: Claim) -> Given:
     steps = np.diff(_points(paper, claim)[0])
     even = np.ptp(steps) < 1e-9
     return Found(float(np.median(steps)), exact=True, holds=None if even else False)
 
 
 @check("table08.range", "table09.range")
-def implied_count(paper, claim):
+def implied_count(paper: Paper, claim: Claim) -> Given:
     low, high, step = (
         paper.claims[f"{claim.group}.{end}"].number().value for end in ("low", "high", "step")
     )
@@ -101,7 +101,7 @@ def implied_count(paper, claim):
 
 
 @cells
-def coefficients(paper):
+def coefficients(paper: Paper) -> Cells:
     for sweep in (TILT, DROP):
         x, y = sweep.points(paper)
         printed = sweep.curve(paper)
@@ -114,7 +114,7 @@ def coefficients(paper):
 
 
 @check("tilt.r2", "drop.r2")
-def fit_r2(paper, claim):
+def fit_r2(paper: Paper, claim: Claim) -> Given:
     x, y = _points(paper, claim)
     printed = [p.value for p in SWEEPS[claim.group].curve(paper)]
     best, curve = (r_squared(y, np.polyval(c, x)) for c in (np.polyfit(x, y, 2), printed))
@@ -122,7 +122,7 @@ def fit_r2(paper, claim):
 
 
 @check("tilt.inverse", "drop.inverse")
-def inverse_of_print(paper, claim):
+def inverse_of_print(paper: Paper, claim: Claim) -> Given:
     sweep = SWEEPS[claim.group]
     x, _ = sweep.points(paper)
     inputs = [*sweep.curve(paper), paper.scalar(sweep.measured)]
@@ -137,14 +137,14 @@ def inverse_of_print(paper, claim):
 
 
 @check("tilt.refit", "drop.refit")
-def inverse_of_fit(paper, claim):
+def inverse_of_fit(paper: Paper, claim: Claim) -> Given:
     x, y = _points(paper, claim)
     measured = paper.value(SWEEPS[claim.group].measured)
     return inverse_quadratic(np.polyfit(x, y, 2), measured, x.min(), x.max())
 
 
 @check("tilt.direct", "drop.direct")
-def direct(paper, claim):
+def direct(paper: Paper, claim: Claim) -> Given:
     measured = paper.value(SWEEPS[claim.group].measured)
     if claim.group == "tilt":
         return Found(float(np.tan(np.radians(measured))), names={"law": "tan(angle)"})
@@ -153,14 +153,14 @@ def direct(paper, claim):
 
 
 @check("tilt.error", "drop.error")
-def confirmation_error(paper, claim):
+def confirmation_error(paper: Paper, claim: Claim) -> Given:
     sweep = SWEEPS[claim.group]
     measured = paper.value(sweep.measured)
     return 100 * abs(paper.value(sweep.confirmed) - measured) / measured
 
 
 @check("tilt.between", "drop.between")
-def between_neighbours(paper, claim):
+def between_neighbours(paper: Paper, claim: Claim) -> Given:
     x, y = _points(paper, claim)
     at = paper.value(SWEEPS[claim.group].parameter)
     low, high = y[x <= at].max(initial=-np.inf), y[x >= at].min(initial=np.inf)
@@ -169,19 +169,19 @@ def between_neighbours(paper, claim):
 
 
 @check("tilt.bench", "tilt.simulated", "drop.bench", "drop.simulated")
-def mean_of_readings(paper, claim):
+def mean_of_readings(paper: Paper, claim: Claim) -> Given:
     return readings(paper, claim.id.replace(".", "_"))
 
 
 @check("tilt.reach")
-def tilt_reach(paper, claim):
+def tilt_reach(paper: Paper, claim: Claim) -> Given:
     angles = TILT.points(paper)[1]
     needed = paper.value("tilt_start") + angles.max() / paper.value("inclined_plane_tilt_rate")
     return Found(float(needed), holds=claim.number().value >= needed)
 
 
 @check("drop.duration")
-def drop_duration(paper, claim):
+def drop_duration(paper: Paper, claim: Claim) -> Given:
     """Fall, then rise to the highest printed rebound."""
     heights, g = DROP.points(paper)[1], paper.value("gravity")
     needed = sum(np.sqrt(2e-3 * h / g) for h in (paper.value("drop_height"), heights.max()))
@@ -189,7 +189,7 @@ def drop_duration(paper, claim):
 
 
 @cells
-def tangents(paper):
+def tangents(paper: Paper) -> Cells:
     printed = paper.printed(TILT.table, TILT.parameter)
     for row, (cell, angle) in enumerate(zip(printed, TILT.points(paper)[1], strict=True), start=1):
         late = angle - np.degrees(np.arctan(cell.value))
@@ -199,13 +199,13 @@ def tangents(paper):
 
 
 @check("shear.slope", "shear.intercept")
-def yield_locus(paper, claim):
+def yield_locus(paper: Paper, claim: Claim) -> Given:
     """Slope or intercept of readings_yield_locus.csv; the intercept's share of the frictional
     strength at the depth of a conical heap that covers the base plate."""
     value = None
     if paper.has("readings_yield_locus"):
-        columns = ("normal_stress_kPa", "shear_stress_kPa")
-        line = np.polyfit(*paper.numbers("readings_yield_locus", *columns).to_numpy().T, 1)
+        points = paper.numbers("readings_yield_locus", "normal_stress_kPa", "shear_stress_kPa")
+        line = np.polyfit(points.normal_stress_kPa, points.shear_stress_kPa, 1)
         value = float(line[int(claim.part == "intercept")])
     slope = np.tan(np.radians(paper.value("measured_angle_of_repose")))
     height_m = 0.5e-3 * paper.value("base_plate_diameter") * slope
@@ -215,13 +215,13 @@ def yield_locus(paper, claim):
 
 
 @check("shear.friction")
-def yield_friction(paper, claim):
+def yield_friction(paper: Paper, claim: Claim) -> Given:
     slope = paper.scalar("yield_locus_slope")
     return Found(slope.value, half_width=slope.half_unit)
 
 
 @check("shear.particle")
-def particle_friction(paper, claim):
+def particle_friction(paper: Paper, claim: Claim) -> Given:
     return readings(paper, "particle_shear_slope")
 
 
@@ -305,7 +305,7 @@ def _by_diameter(paper, judged):
 
 
 @check("tilt.time_step", "drop.time_step")
-def below_rayleigh(paper, claim):
+def below_rayleigh(paper: Paper, claim: Claim) -> Given:
     def judged(radius, density, constants):
         limit = rayleigh_time(radius, density, *constants)
         share = claim.number().value / limit
@@ -315,7 +315,7 @@ def below_rayleigh(paper, claim):
 
 
 @check("drop.contact")
-def shorter_than_contact(paper, claim):
+def shorter_than_contact(paper: Paper, claim: Claim) -> Given:
     plate = [intrinsic(paper, f"steel_{n}").value for n in ("shear_modulus", "poisson_ratio")]
     speed = np.sqrt(2e-3 * paper.value("drop_height") * paper.value("gravity"))
 
@@ -341,7 +341,7 @@ def _stepped_heights(paper, steps):
 
 
 @check("table09.law")
-def heights_on_law(paper, claim):
+def heights_on_law(paper: Paper, claim: Claim) -> Given:
     heights = zip(paper.printed(DROP.table, DROP.response), _law_heights(paper), strict=True)
     on = sum(abs(cell.value - h) <= cell.half_unit * (1 + 1e-9) for cell, h in heights)
     counts = []
@@ -353,7 +353,7 @@ def heights_on_law(paper, claim):
 
 
 @cells
-def heights(paper):
+def heights(paper: Paper) -> Cells:
     within = {f"{s:g}": _stepped_heights(paper, s)[2] for s in FEW_STEPS}
     found = zip(
         DROP.points(paper)[0],
@@ -369,6 +369,6 @@ def heights(paper):
 
 
 @check("heap.generation")
-def generation(paper, claim):
+def generation(paper: Paper, claim: Claim) -> Given:
     needed = paper.value("particle_count") / paper.value("generation_rate")
     return Found(needed, holds=needed <= claim.number().value)

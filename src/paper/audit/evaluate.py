@@ -36,11 +36,15 @@ class Found:
     names: Mapping[str, Any] = field(default_factory=dict)
 
 
-Check = Callable[[Paper, Claim], Any]
-Cells = Callable[[Paper], Iterator[tuple[str, str, Found]]]
+Given = Found | dict[str, Found] | float | str | None
+"""What a check of a claim gives."""
+Cells = Iterator[tuple[str, str, Found]]
+"""What a check of the cells of a table yields."""
+Check = Callable[[Paper, Claim], Given]
+CellCheck = Callable[[Paper], Cells]
 CHECKS: dict[str, Check] = {}
 """Checks of the claims of claims.csv by id."""
-CELLS: list[Cells] = []
+CELLS: list[CellCheck] = []
 """Checks of the cells of tables."""
 
 
@@ -54,13 +58,13 @@ def check(*ids: str) -> Callable[[Check], Check]:
     return register
 
 
-def cells(function: Cells) -> Cells:
+def cells(function: CellCheck) -> CellCheck:
     """Register a check of a table's cells."""
     CELLS.append(function)
     return function
 
 
-def cell_claims(paper: Paper, function: Cells) -> Iterator[tuple[Claim, Found]]:
+def cell_claims(paper: Paper, function: CellCheck) -> Iterator[tuple[Claim, Found]]:
     """Yield the claims of a check of a table's cells, with what it found."""
     rows = paper.text("cell_claims", "id", "where", "claim", "unit", *SENTENCES[:2]).set_index("id")
     for key, printed, found in function(paper):

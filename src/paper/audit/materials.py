@@ -2,8 +2,8 @@
 what each citation shows."""
 
 from calibration.chain.scaling.dimensions import DIMENSIONS
-from paper.audit.evaluate import Found, cells, check
-from paper.audit.paper import Paper, Printed
+from paper.audit.evaluate import Cells, Found, Given, cells, check
+from paper.audit.paper import Claim, Paper, Printed
 
 UNITS = {
     "kg": (1, 0, 0), "m": (0, 1, 0), "s": (0, 0, 1), "Pa": (1, -1, -2), "N": (1, 1, -2),
@@ -28,23 +28,23 @@ def intrinsic(paper: Paper, parameter: str) -> Printed:
 
 
 @check("table01.mean")
-def measured_mean(paper, claim):
+def measured_mean(paper: Paper, claim: Claim) -> Given:
     return float(paper.angles().angle_deg.mean())
 
 
 @check("table01.groups")
-def measured_groups(paper, claim):
+def measured_groups(paper: Paper, claim: Claim) -> Given:
     return int(paper.angles().group.nunique())
 
 
 @check("table01.readings")
-def measured_readings(paper, claim):
+def measured_readings(paper: Paper, claim: Claim) -> Given:
     sizes = paper.angles().groupby("group").size()
     return int(sizes.iloc[0]) if sizes.nunique() == 1 else ", ".join(map(str, sizes))
 
 
 @cells
-def group_means(paper):
+def group_means(paper: Paper) -> Cells:
     tables = {"table01": paper.angles(), "table13": paper.numbers("table13_validation")}
     for table, readings in tables.items():
         means = readings.groupby("group").angle_deg.mean()
@@ -55,7 +55,7 @@ def group_means(paper):
 
 
 @check("table02.sum")
-def sieve_sums(paper, claim):
+def sieve_sums(paper: Paper, claim: Claim) -> Given:
     name = "table02_sieve_fractions"
     rows = zip(*(paper.printed(name, sieve) for sieve in SIEVES_MM), strict=True)
     found = {}
@@ -68,7 +68,7 @@ def sieve_sums(paper, claim):
 
 
 @cells
-def sieve_means(paper):
+def sieve_means(paper: Paper) -> Cells:
     fractions = paper.numbers("table02_sieve_fractions", *SIEVES_MM)
     printed = paper.text("table02_printed_means", "sieve_mm", "mean")
     for sieve, text in zip(printed.sieve_mm, printed["mean"], strict=True):
@@ -77,7 +77,7 @@ def sieve_means(paper):
 
 
 @cells
-def densities(paper):
+def densities(paper: Paper) -> Cells:
     name = "table03_density"
     table = paper.numbers(name, "number", "mass_g", "volume_cm3")
     printed = paper.printed(name, "density_printed_kg_m3")
@@ -94,23 +94,24 @@ def densities(paper):
 
 
 @check("table03.mean")
-def density_mean(paper, claim):
+def density_mean(paper: Paper, claim: Claim) -> Given:
     return float(paper.numbers("table03_density", "density_printed_kg_m3").mean().iloc[0])
 
 
 @check("table03.particle")
-def particle_density(paper, claim):
+def particle_density(paper: Paper, claim: Claim) -> Given:
     crystal, brine = salt_crystal_density(paper), paper.value("brine_density")
     low, high = paper.value("loosest_packing"), paper.value("densest_packing")
     printed = float(claim.printed)
     share = printed / crystal
-    names = {"share": share, "low": low, "high": high, "light": 1 / share, "number": printed}
-    names |= {"is_not": "a" if low <= share <= high else "not a"}
-    return Found(crystal, names=names | {"brine": brine, "apart": abs(printed / brine - 1)})
+    numbers = {"share": share, "low": low, "high": high, "light": 1 / share, "number": printed}
+    numbers |= {"brine": brine, "apart": abs(printed / brine - 1)}
+    is_not = "a" if low <= share <= high else "not a"
+    return Found(crystal, names={**numbers, "is_not": is_not})
 
 
 @check("table03.brine")
-def brine_volume(paper, claim):
+def brine_volume(paper: Paper, claim: Claim) -> Given:
     """The least liquid that fills the voids of the sample at its densest packing."""
     mass_g = paper.numbers("table03_density", "mass_g").mass_g.max()
     solid = 1000 * mass_g / salt_crystal_density(paper)
@@ -119,7 +120,7 @@ def brine_volume(paper, claim):
 
 
 @cells
-def units(paper):
+def units(paper: Paper) -> Cells:
     table = paper.text("table04_printed_units", "parameter", "printed_unit")
     for parameter, unit in zip(table.parameter, table.printed_unit, strict=True):
         quantity = next((q for q in ("density", "modulus") if parameter.endswith(q)), "angle")
@@ -143,7 +144,7 @@ def unit_dimension(unit: str) -> tuple[int, ...] | None:
 
 
 @check("section11.density", "section11.poisson", "section11.shear")
-def steel(paper, claim):
+def steel(paper: Paper, claim: Claim) -> Given:
     names = {"density": "density", "poisson": "poisson_ratio", "shear": "shear_modulus"}
     given, scale = intrinsic(paper, f"steel_{names[claim.part]}"), 1.0
     if claim.part == "shear":
@@ -158,12 +159,12 @@ def steel(paper, claim):
 
 
 @check("section235.poisson")
-def salt_poisson_ratio(paper, claim):
+def salt_poisson_ratio(paper: Paper, claim: Claim) -> Given:
     return None if paper.optional("salt_poisson_ratio") is None else "calibrated"
 
 
 @cells
-def citations(paper):
+def citations(paper: Paper) -> Cells:
     labels = paper.text("labels", "label", "shows")
     cited = paper.text("cross_references", "id", "where", "cites", "about")
     for row in cited.itertuples(index=False):
@@ -176,7 +177,7 @@ def citations(paper):
 
 
 @check("labels.unique")
-def unique_labels(paper, claim):
+def unique_labels(paper: Paper, claim: Claim) -> Given:
     counts = paper.text("labels", "label").label.value_counts()
     twice = sorted(counts.index[counts > 1])
     return Found(len(twice), names={"twice": ", ".join(twice)})

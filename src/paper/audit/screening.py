@@ -3,8 +3,8 @@
 import numpy as np
 
 from calibration.statistics.screening import screen
-from paper.audit.evaluate import Found, cells, check
-from paper.audit.paper import Printed
+from paper.audit.evaluate import Cells, Found, Given, cells, check
+from paper.audit.paper import Claim, Paper, Printed
 
 FACTORS = tuple("ABCDEFG")
 ANOVA = ("sum_sq", "df", "mean_sq", "F", "p")
@@ -41,20 +41,20 @@ def _letter(paper, name):
 
 
 @check("table05.twice")
-def twice(paper, claim):
+def twice(paper: Paper, claim: Claim) -> Given:
     ratios = (_ranges(paper).high / _ranges(paper).low).round(6)
     return Found(int((ratios == 2).sum()), names={"ratios": ", ".join(f"{r:.2f}" for r in ratios)})
 
 
 @check("table06.orthogonal")
-def orthogonal(paper, claim):
+def orthogonal(paper: Paper, claim: Claim) -> Given:
     terms = _design(paper)[list(FACTORS)].assign(mean=1.0).to_numpy()
     products = terms.T @ terms
     return Found(float(np.abs(products - np.diag(np.diag(products))).max()), exact=True)
 
 
 @check("table06.coded")
-def coded(paper, claim):
+def coded(paper: Paper, claim: Claim) -> Given:
     odd = [x.value for x in paper.printed("table06_printed_levels", "E_printed")]
     odd = [c for c in odd if c not in (-1, 1)]
     natural = sorted(set(odd)) == [_ranges(paper).high["salt_salt_restitution"]]
@@ -68,7 +68,7 @@ def coded(paper, claim):
 
 
 @cells
-def anova_cells(paper):
+def anova_cells(paper: Paper) -> Cells:
     anova, name = _anova(paper), "table07_plackett_burman_anova"
     for row in paper.text(name, "source", *ANOVA).to_dict("records"):
         for column in ANOVA:
@@ -78,7 +78,7 @@ def anova_cells(paper):
 
 
 @check("table07.highly", "table07.others")
-def significant(paper, claim):
+def significant(paper: Paper, claim: Claim) -> Given:
     p = _anova(paper).p[list(FACTORS)]
     chosen = p < 0.01 if claim.part == "highly" else p > 0.05
     found = [f for f in FACTORS if chosen[f]]
@@ -87,7 +87,7 @@ def significant(paper, claim):
 
 
 @check("table07.first")
-def largest_p(paper, claim):
+def largest_p(paper: Paper, claim: Claim) -> Given:
     return float(_anova(paper).p[[_letter(paper, name) for name in ASCENT.values()]].max())
 
 
@@ -96,7 +96,7 @@ def _path(paper):
 
 
 @cells
-def ascent_errors(paper):
+def ascent_errors(paper: Paper) -> Cells:
     target = paper.value("measured_angle_of_repose")
     printed = paper.printed(PATH, "relative_error_printed")
     for row, cell in zip(_path(paper).itertuples(), printed, strict=True):
@@ -105,7 +105,7 @@ def ascent_errors(paper):
 
 
 @check("ascent.start")
-def ascent_start(paper, claim):
+def ascent_start(paper: Paper, claim: Claim) -> Given:
     centres = _ranges(paper).mean(axis=1)
     return {
         axis: Found(float(centres[name]), exact=True, printed=paper.printed(PATH, axis)[0].text)
@@ -114,7 +114,7 @@ def ascent_start(paper, claim):
 
 
 @check("ascent.step_y", "ascent.step_z")
-def ascent_step(paper, claim):
+def ascent_step(paper: Paper, claim: Claim) -> Given:
     """The step of an axis that goes with X's when both follow the screening's coefficients per
     coded unit."""
     axis = claim.id[-1].upper()
@@ -135,7 +135,7 @@ def _first_step(cells: list[Printed]) -> str:
 
 
 @check("ascent.best")
-def ascent_best(paper, claim):
+def ascent_best(paper: Paper, claim: Claim) -> Given:
     table, target = _path(paper), paper.value("measured_angle_of_repose")
     printed_gap, gap = (
         np.diff(np.sort((table.angle_deg - t).abs()))[0]
@@ -146,7 +146,7 @@ def ascent_best(paper, claim):
 
 
 @check("ascent.low", "ascent.high")
-def ascent_levels(paper, claim):
+def ascent_levels(paper: Paper, claim: Claim) -> Given:
     """The level of Table 10 whose values the coding of Table 11 uses. X gives the direction (Y
     falls as X rises)."""
     coding = paper.numbers("table11_coding", "low", "high")

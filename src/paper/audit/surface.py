@@ -16,8 +16,8 @@ from calibration.statistics.surface import (
     quadratic_terms,
     term_name,
 )
-from paper.audit.evaluate import AGREES, Found, cell_claims, cells, check, judge
-from paper.audit.paper import AuditInputError, Paper, Printed, propagate
+from paper.audit.evaluate import AGREES, Cells, Found, Given, cell_claims, cells, check, judge
+from paper.audit.paper import AuditInputError, Claim, Paper, Printed, propagate
 from paper.audit.screening import ANOVA, ASCENT
 
 DESIGN, RUNS = "table11_box_behnken", "table13_validation"
@@ -93,7 +93,7 @@ def _anova(paper):
 
 
 @check("table11.rank")
-def design_rank(paper, claim):
+def design_rank(paper: Paper, claim: Claim) -> Given:
     terms = model_matrix(_printed_levels(paper), CODES, list(ALL_TERMS.values()))
     verdicts = [judge(*one)["verdict"] for one in cell_claims(paper, anova_cells)]
     names = {"terms": terms.shape[1], "right": verdicts.count(AGREES), "cells": len(verdicts)}
@@ -101,21 +101,21 @@ def design_rank(paper, claim):
 
 
 @check("table11.misprints")
-def misprints(paper, claim):
+def misprints(paper: Paper, claim: Claim) -> Given:
     wrong = np.any(_printed_levels(paper) != restored_levels(paper), axis=1)
     runs = paper.text(DESIGN, "run").run[wrong]
     return Found(int(wrong.sum()), names={"runs": ", ".join(runs)})
 
 
 @check("table11.rotatable")
-def rotatable(paper, claim):
+def rotatable(paper: Paper, claim: Claim) -> Given:
     levels = restored_levels(paper)
     ratio = (levels[:, 0] ** 4).sum() / (levels[:, 0] ** 2 * levels[:, 1] ** 2).sum()
     return Found(float(ratio), exact=True)
 
 
 @cells
-def anova_cells(paper):
+def anova_cells(paper: Paper) -> Cells:
     anova, name = _anova(paper), "table12_box_behnken_anova"
     for row in paper.text(name, "source", *ANOVA).to_dict("records"):
         if row["source"] not in anova.index:
@@ -130,7 +130,7 @@ def anova_cells(paper):
 
 
 @cells
-def headings(paper):
+def headings(paper: Paper) -> Cells:
     """Which of two columns is df times the other, by the majority of the rows with more than one
     df."""
     rows = [
@@ -158,7 +158,7 @@ def _is_product(total, df, mean):
 
 
 @cells
-def summary_cells(paper):
+def summary_cells(paper: Paper) -> Cells:
     found = _model(paper).summary
     table = paper.text("table12_summary", "statistic", "value")
     for name, text in zip(table.statistic, table.value, strict=True):
@@ -167,7 +167,7 @@ def summary_cells(paper):
 
 
 @check(*(f"model.{s}" for s in "cv r2 r2_adj r2_pred precision p lack_of_fit".split()))
-def text_statistics(paper, claim):
+def text_statistics(paper: Paper, claim: Claim) -> Given:
     sources = {"p": "Model", "lack_of_fit": "Lack of Fit"}
     if claim.part in sources:
         return float(_anova(paper).loc[sources[claim.part], "p"])
@@ -180,7 +180,7 @@ def text_statistics(paper, claim):
     "model.highly", "model.significant", "interaction.highly", "interaction.significant",
     "conclusion.highly",
 )  # fmt: skip
-def significant_terms(paper, claim):
+def significant_terms(paper: Paper, claim: Claim) -> Given:
     terms = TERMS if claim.group == "model" else INTERACTIONS
     p = _anova(paper).p[list(terms)]
     low, high = (0.0, 0.01) if claim.part == "highly" else (0.01, 0.05)
@@ -191,7 +191,7 @@ def significant_terms(paper, claim):
 
 
 @check("fig9a.trend", "fig9b.trend")
-def trend(paper, claim):
+def trend(paper: Paper, claim: Claim) -> Given:
     """Sign of the slope along one axis over the square of X and that axis, the other axis at its
     centre."""
     b = _coefficients(_model(paper))
@@ -207,7 +207,7 @@ def trend(paper, claim):
 
 
 @check("fig9b.growth")
-def growth(paper, claim):
+def growth(paper: Paper, claim: Claim) -> Given:
     return float(_anova(paper).loc["C2", "p"])
 
 
@@ -228,7 +228,7 @@ def _printed_equation(paper):
 
 
 @cells
-def equation_coefficients(paper):
+def equation_coefficients(paper: Paper) -> Cells:
     """Against the full model and the model of the printed terms alone; the one that comes nearer
     counts."""
     printed = _printed_equation(paper)
@@ -243,7 +243,7 @@ def equation_coefficients(paper):
 
 
 @check("eq28.terms")
-def equation_terms(paper, claim):
+def equation_terms(paper: Paper, claim: Claim) -> Given:
     p = _anova(paper).p[list(TERMS)]
     significant, kept = {t for t in TERMS if p[t] < 0.05}, set(_printed_equation(paper)) - {"1"}
     lost, idle = sorted(significant - kept), sorted(kept - significant)
@@ -277,7 +277,7 @@ def _setting_rounding(paper, equation):
 
 
 @check("optimum.eq28")
-def optimum_of_equation(paper, claim):
+def optimum_of_equation(paper: Paper, claim: Claim) -> Given:
     printed, at = _printed_equation(paper), [s.value for s in _optimum(paper)]
     values = {term: cell.value for term, cell in printed.items()}
 
@@ -290,7 +290,7 @@ def optimum_of_equation(paper, claim):
 
 
 @check("optimum.regression")
-def optimum_of_regression(paper, claim):
+def optimum_of_regression(paper: Paper, claim: Claim) -> Given:
     equation, grid = _coefficients(_model(paper)), np.linspace(-1, 1, 41)
     cube = np.stack(np.meshgrid(grid, grid, grid, indexing="ij"), axis=-1).reshape(-1, 3)
     target = paper.value("measured_angle_of_repose")
@@ -314,17 +314,17 @@ def _runs(paper):
 
 
 @check("validation.mean")
-def total_mean(paper, claim):
+def total_mean(paper: Paper, claim: Claim) -> Given:
     return float(_runs(paper).angle_deg.mean())
 
 
 @check("validation.replicates")
-def replicates(paper, claim):
+def replicates(paper: Paper, claim: Claim) -> Given:
     return len(_runs(paper))
 
 
 @check("validation.repeats")
-def repeats(paper, claim):
+def repeats(paper: Paper, claim: Claim) -> Given:
     """Chance of at least the printed number of equal neighbours in a group, for independent normal
     angles."""
     runs = _runs(paper)
@@ -340,13 +340,13 @@ def repeats(paper, claim):
 
 
 @check("validation.error")
-def relative_error(paper, claim):
+def relative_error(paper: Paper, claim: Claim) -> Given:
     measured = paper.value("measured_angle_of_repose")
     return 100 * abs(paper.value("validated_angle_of_repose") - measured) / measured
 
 
 @check("validation.t_test")
-def t_test(paper, claim):
+def t_test(paper: Paper, claim: Claim) -> Given:
     tables = _runs(paper), paper.angles()
     welch = stats.ttest_ind(*(t.angle_deg for t in tables), equal_var=False)
     means = (t.groupby("group").angle_deg.mean() for t in tables)

@@ -6,38 +6,39 @@ from itertools import product
 import numpy as np
 
 from calibration.chain.scaling import dimensions
-from paper.audit.evaluate import Found, cells, check
+from paper.audit.evaluate import Cells, Found, Given, cells, check
+from paper.audit.paper import Claim, Paper
 
 RULE = dimensions.PAPER_RULE.held
 REAL_GRAVITY = dimensions.GRAVITY_RULE.held
 
 
 @check("eq4.independent")
-def independent(paper, claim):
+def independent(paper: Paper, claim: Claim) -> Given:
     return dimensions.independent(["length", "mass", "density"])
 
 
 @check("eq4.mass", "eq5.mass")
-def mass(paper, claim):
+def mass(paper: Paper, claim: Claim) -> Given:
     return int(dimensions.exponent("mass", {"length": 1, "density": 0}))
 
 
 @check("eq6.force", "eq8.modulus", "section121.stiffness")
-def exponent(paper, claim):
+def exponent(paper: Paper, claim: Claim) -> Given:
     return int(dimensions.exponent(claim.part, RULE))
 
 
 @check("eq2.weight")
-def weight(paper, claim):
+def weight(paper: Paper, claim: Claim) -> Given:
     settings = dimensions.settings_of(dimensions.PAPER_RULE, ("acceleration",))
     table = dimensions.group_exponents(settings)
-    names = {"broken": ", ".join(table.group[~table.kept])}
-    names["needed"] = dimensions.exponent("acceleration", RULE)
+    needed = dimensions.exponent("acceleration", RULE)
+    names = {"broken": ", ".join(table.group[~table.kept]), "needed": needed}
     return Found(int(dimensions.exponent("force", REAL_GRAVITY)), names=names)
 
 
 @check("section121.modulus")
-def modulus_adapts(paper, claim):
+def modulus_adapts(paper: Paper, claim: Claim) -> Given:
     value = "adapts" if dimensions.exponent("modulus", RULE) else "is unchanged"
     return Found(value, names={"power": dimensions.exponent("modulus", REAL_GRAVITY)})
 
@@ -58,7 +59,7 @@ def _needed_exponent(powers, quantity):
 
 
 @cells
-def dimensionless(paper):
+def dimensionless(paper: Paper) -> Cells:
     for group, powers in _groups(paper).items():
         total = [sum(p * dimensions.DIMENSIONS[q][i] for q, p in powers.items()) for i in range(3)]
         value = " ".join(f"{t:g}" for t in total)
@@ -66,7 +67,7 @@ def dimensionless(paper):
 
 
 @check("section122.stiffness", "section122.damping")
-def invariant_ratio(paper, claim):
+def invariant_ratio(paper: Paper, claim: Claim) -> Given:
     group, quantity = {
         "stiffness": ("pi2", "stiffness"),
         "damping": ("pi3", "damping_coefficient"),
@@ -77,7 +78,7 @@ def invariant_ratio(paper, claim):
 
 
 @check("section122.restitution")
-def restitution(paper, claim):
+def restitution(paper: Paper, claim: Claim) -> Given:
     groups = _groups(paper)
     k = _needed_exponent(groups["pi2"], "stiffness")
     c = _needed_exponent(groups["pi3"], "damping_coefficient")
@@ -86,7 +87,7 @@ def restitution(paper, claim):
 
 
 @check("eq9.signs")
-def contact_signs(paper, claim):
+def contact_signs(paper: Paper, claim: Claim) -> Given:
     """The signs with which m x'' = +-k x +-c x' oscillates and decays (m = k = 1, weak damping)."""
     signs = {1: "+", -1: "-"}
     return " ".join(
