@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from calibration.errors import ConfigError
 from calibration.intake.measurements import ROLES, raise_faults, read_measured
-from calibration.intake.quantities import LEVERS, QUANTITIES, levers_of
+from calibration.intake.quantities import LEVERS, QUANTITIES
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -94,8 +94,7 @@ def _enough(measurements, path):
             value=len(measurements),
             allowed=f"at least {LEAST_CONDITIONS} rows",
         )
-    kinds = list(dict.fromkeys(m.experiment for m in measurements))
-    for kind in kinds:
+    for kind in {m.experiment for m in measurements}:
         for lever in LEVERS:
             if len({m.levers.get(lever) for m in measurements if m.experiment == kind}) > 1:
                 return
@@ -103,12 +102,5 @@ def _enough(measurements, path):
         "has no experiment at two settings of a lever: a single setting is met by the parameters "
         "alone",
         path=path,
-        allowed="another row of one of its experiments at another setting: "
-        + "; ".join(_other_setting(kind) for kind in kinds),
+        allowed="two rows or more of an experiment that differ in a lever column",
     )
-
-
-def _other_setting(kind):
-    """What of an experiment can be set otherwise, as its columns."""
-    columns = [name for name in LEVERS if name in levers_of(kind)]
-    return f"{kind} at another {' or '.join(columns)}" if columns else f"{kind} has none"

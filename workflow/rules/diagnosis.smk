@@ -2,7 +2,7 @@
 # metrics, two waves of runs refine them near the posterior mode, one rule names the cause and plans
 # the runs that measure the gain, and the last one gives the verdict
 
-from diagnosis.declared import WAVES, trained
+from diagnosis.declared import WAVES, other_settings, trained
 from diagnosis.measurements import read_measurements
 
 DIAGNOSIS_SETTINGS = user_file(SETTINGS.diagnosis.get("settings"))

@@ -21,7 +21,7 @@ def measured(wildcards):
     try:
         STUDY_OBJECT.measured()
     except REFUSALS as error:
-        raise WorkflowError(in_words(error))
+        raise WorkflowError(in_words(error) + other_settings(SETTINGS.measurements))
     return MEASUREMENTS
 
 
@@ -72,5 +72,5 @@ def diagnosed(wildcards):
     try:
         read_measurements(SETTINGS.measurements)
     except REFUSALS as error:
-        raise WorkflowError(in_words(error))
+        raise WorkflowError(in_words(error) + other_settings(SETTINGS.measurements))
     return MEASUREMENTS

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import gammaln
 
-from calibration.statistics.ties import first_largest, largest_first
 from diagnosis.chance import CLOSE, share_above
 from diagnosis.table_model.block import Block
 from diagnosis.table_model.log_sum import log_sum
@@ -162,7 +161,7 @@ def _best(blocks):
         free = {k: float(v[0]) for k, v in values.items() if k not in block.held}
         if not free:
             continue
-        key = list(free)[first_largest(list(free.values()))]
+        key = max(free, key=free.get)
         own = (kind, [key], free[key])
         together = _rows_together(block)
         if together and together[1] > own[2] + CLEAR:
@@ -241,7 +240,7 @@ def _swept(block):
             rest = block.without(key)
             values = {k: float(v[0]) for k, v in evidences(rest, y[None]).items()
                       if k not in rest.held}  # fmt: skip
-            best = list(values)[first_largest(list(values.values()))]
+            best = max(values, key=values.get)
             if values[best] < LEAST:
                 block = rest
                 continue
@@ -316,8 +315,7 @@ def _pair(block, single, least):
 
 def _most(values, keys, count):
     """The keys of the largest values, at most so many."""
-    own = [k for k in keys if k in values]
-    return [own[i] for i in largest_first([values[k] for k in own])[:count]]
+    return sorted((k for k in keys if k in values), key=lambda k: -values[k])[:count]
 
 
 def _rows_together(block):
