@@ -284,7 +284,7 @@ def test_so_does_it_in_copied_results_without_the_records(study):
 
 @pytest.mark.xfail(
     strict=True,
-    reason="a fault: a run that is damaged beside its damaged plan is made by the second start only",
+    reason="a fault: a run damaged beside its damaged plan is made by the second start only",
 )
 def test_after_it_was_made_again_nothing_is_left_to_be_made(study):
     tables = {p: p.read_text() for p in study.glob("results/heaps/screening/*.csv")}
