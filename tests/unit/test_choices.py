@@ -3,20 +3,17 @@
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 import yaml
 
 from calibration.chain.screening import _going_on
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError, ConfigError
-from calibration.runs.batches import simulate
 from calibration.runs.feasibility import check_ahead
 from calibration.statistics.screening import screen
 from calibration.statistics.screening_design import screening_design
 from calibration.study.config import parse_config
 from calibration.study.factors import Choice, read_factors
-from dem.contact.catalogue import LAWS
 from facts import refused
 
 ROOT = Path(__file__).parents[2]
@@ -89,22 +86,17 @@ def test_each_run_has_one_of_the_two_laws(study, kind):
 
 
 def test_its_effect_is_that_of_the_runs_and_it_does_not_go_on(study):
-    """Real drops: the two laws agree on the restitution at impact speeds near the one they were
-    set at, so that the choice is far smaller than the restitution itself; and it has no
-    direction."""
+    """A law has no direction to go in, however large its effect."""
     config = study()
     factors = read_factors(config.factors)
-    table, specs = Study(config).plan(screening_design(factors, config.screening))
-    rebound = {n: m["rebound_height_mm"] for n, m in simulate(specs).items()}
-    response = pd.Series([rebound[n] for n in table["run_id"]])
+    table, _ = Study(config).plan(screening_design(factors, config.screening))
+    scatter = np.random.default_rng(3).normal(0, 0.1, len(table))
+    response = 40.0 + 4.0 * table["A"] + 6.0 * table["C"] + scatter
     found = screen(table, ["A", "B", "C"], response, 0.05)
-    effects = found.table.set_index("code")["effect"]
-    low, high = (response[table["C"] == s] for s in (-1.0, 1.0))
+    # the runs at the centre have the first law
     corners = table["A"] != 0.0
-    expected = high.mean() - response[(table["C"] == -1.0) & corners].mean()
-    assert effects["C"] == pytest.approx(expected, abs=0.05 * abs(effects["A"]))
-    assert effects["A"] > 5.0 * abs(effects["C"])
-    assert len(low) == len(high) + 2
+    low, high = (response[corners & (table["C"] == s)].mean() for s in (-1.0, 1.0))
+    assert found.table.set_index("code")["effect"]["C"] == pytest.approx(high - low, abs=1.0)
     codes, _ = _going_on(config, factors, found)
     assert "C" not in codes
     assert "A" in codes
@@ -123,12 +115,7 @@ def test_a_law_that_does_not_exist_is_refused(study, tmp_path):
             {"fixed": {"restitution": 0.6, "modulus": 1e7, "damping_law": 1.0}},
             {"key": "fixed.damping_law", "value": 1.0, "allowed": "tsuji or thornton"},
         ),
-        (
-            {"fixed": {"restitution": "high", "modulus": 1e7}},
-            {"key": "fixed.restitution", "value": "high", "allowed": "a number"},
-        ),
         ({"screening": {"go_on": ["damping_law", "restitution"]}}, {"key": "damping_law"}),
-        ({"response_surface": {"centre": {"damping_law": 0.0}}}, {"key": "damping_law"}),
     ],
 )
 def test_a_choice_where_a_number_is_needed_is_refused(study, changes, facts):
@@ -146,13 +133,3 @@ def test_a_choice_needs_a_word_for_the_stages_after_the_screening(study):
     config = study(fixed={"restitution": 0.6, "modulus": 1e7}, screening={"at_least": 1})
     with refused(ConfigError, key="fixed.damping_law", allowed="a level of it: tsuji or thornton"):
         check_ahead(config)
-
-
-def test_every_law_is_a_word():
-    from calibration.study.factors import WORD
-
-    names = [name for laws in LAWS.values() for name in laws]
-    assert all(np.char.isalpha(name.replace("_", "")) for name in names)
-    import re
-
-    assert all(re.fullmatch(WORD, name) for name in names)

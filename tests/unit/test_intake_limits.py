@@ -2,9 +2,10 @@
 
 import errno
 import io
-import json
 import os
+import struct
 import zipfile
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -13,31 +14,22 @@ import pytest
 from PIL import Image
 
 from calibration.errors import CalibrationError, ConfigError
-from calibration.files import csv_text
 from calibration.intake.guard import decoding
 from calibration.intake.photo import measure_photo
 from calibration.intake.tables import read_table
 from calibration.interface.commands import main
-from calibration.runs.store import RunStore
-from calibration.runs.verify import faults_of
 from calibration.study.config.as_data import data_of
 from calibration.study.new.answers import read_entries, words_of
 from calibration.study.new.methods import methods
 from calibration.study.new.reading_tables import raws_of_tables
 from calibration.study.new.sizes import sieve_curve
-from dem.errors import SpecError
-from dem.io.checked import sealed
-from dem.spec import load_spec
 from dem.tables.limits import (
     KINDS,
     MOST_CELLS,
     MOST_PIXELS,
     MOST_UNPACKED,
 )
-from diagnosis.settings import read_settings
 from facts import holds, refused, tells
-
-RUN = "heap-0123456789abcdef"
 
 
 def book(path, *sheets, merge=()):
@@ -52,15 +44,6 @@ def book(path, *sheets, merge=()):
             sheet.merge_cells(area)
     made.save(path)
     return path
-
-
-def test_a_cell_in_the_last_column_of_all_is_told(tmp_path):
-    path = book(tmp_path / "far.xlsx", [["value"], [1.0]])
-    made = openpyxl.load_workbook(path)
-    made.active["XFD1048576"] = 3.0
-    made.save(path)
-    with refused(ConfigError, "1048576 rows", "16384 columns", line=1048576):
-        read_table(path)
 
 
 def test_a_workbook_that_unpacks_to_more_than_a_table_is_not_unpacked(tmp_path):
@@ -82,84 +65,27 @@ def test_a_table_of_more_cells_than_any_is_refused(tmp_path):
         read_table(path)
 
 
-@pytest.mark.parametrize("kind", ["fifo", "large", "device"])
-def test_what_is_no_plain_file_of_a_readable_size_is_refused(tmp_path, kind):
-    path = tmp_path / "a.csv"
-    if kind == "fifo":
-        os.mkfifo(path)
-    elif kind == "device":
-        path = "/dev/zero"
-    else:
-        with open(path, "wb") as stream:
-            stream.truncate(KINDS["table"].most + 1)
-    with refused(ConfigError, "16 MB" if kind == "large" else "no plain file"):
-        read_table(path)
-
-
-OWN = {
-    "result": f"runs/{RUN}/result.json",
-    "failure": f"runs/{RUN}/failed.json",
-    "plan": "study/screening/plan.json",
-    "stamp": "study/.made_from/screening.json",
-    "index": "runs/index.jsonl",
-}
-
-
-@pytest.mark.parametrize("odd", ["fifo", "device", "large", "folder"])
-@pytest.mark.parametrize("kind", OWN)
-def test_what_stands_in_place_of_a_file_of_our_own_is_told(tmp_path, kind, odd):
-    path = tmp_path / OWN[kind]
-    path.parent.mkdir(parents=True)
-    (tmp_path / "study/.made_from").mkdir(parents=True, exist_ok=True)  # the mark of a study
-    if odd == "fifo":
-        os.mkfifo(path)
-    elif odd == "device":
-        path.symlink_to("/dev/zero")
-    elif odd == "folder":
-        path.mkdir()
-    else:
-        with open(path, "wb") as stream:
-            stream.truncate(KINDS["record"].most + 1)
-    faults = [str(fault) for fault in faults_of(tmp_path)]
-    # a plan that is a link out of the study is no file of the study
-    if kind != "index" and (kind, odd) != ("plan", "device"):
-        assert any(path.name in fault for fault in faults)
-    else:  # as if it were not there
-        assert faults == []
-        assert RunStore(tmp_path / "runs").known(RUN) is None
-
-
-def test_a_pipe_beside_a_result_is_not_waited_for(tmp_path):
-    folder = tmp_path / "runs" / RUN
-    folder.mkdir(parents=True)
-    os.mkfifo(folder / "final.npz")
-    manifest = {"run": RUN, "inputs": {}, "software": {}, "files": {"final.npz": "0"}}
-    result = {"experiment": "heap", "seed": 1, "spec": {}, "engine": "a", "metrics": {},
-              "numerics": {}, "manifest": manifest}  # fmt: skip
-    (folder / "result.json").write_text(json.dumps(sealed(result)))
-    assert [tells(str(fault), "final.npz") for fault in faults_of(tmp_path)] == [True]
-
-
-@pytest.mark.parametrize("number", ["0x" + "f" * 5000, "1" + ":59" * 3000, "9" * 5000])
-def test_a_number_that_cannot_be_written_out_is_refused(tmp_path, number):
-    path = tmp_path / "a.yaml"
-    path.write_text(f"experiment: heap\nseed: {number}\n")
-    for read in (load_spec, read_settings):
-        with refused((ConfigError, SpecError), "1,000 digits", "line 2"):
-            read(path)
-    with refused(ConfigError, "1,000 digits", "line 2"), path.open() as stream:
-        data_of(stream)
+def test_a_file_larger_than_its_kind_is_refused(tmp_path):
+    with open(tmp_path / "a.csv", "wb") as stream:
+        stream.truncate(KINDS["table"].most + 1)
+    with refused(ConfigError, "16 MB", path="a.csv"):
+        read_table(tmp_path / "a.csv")
 
 
 def test_a_picture_of_more_pixels_than_are_read_is_not_decoded(tmp_path):
     for name, side in (("a.png", 9000), ("b.png", 20000)):  # the second one stops the library
         assert side * side > MOST_PIXELS
-        Image.new("1", (side, side)).save(tmp_path / name)
+        parts = (b"IHDR", struct.pack(">IIBBBBB", side, side, 8, 2, 0, 0, 0)), (b"IDAT", b"")
+        chunks = [
+            struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+            for kind, data in parts
+        ]
+        (tmp_path / name).write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(chunks))
         with refused(ConfigError, "64 million", path=name):
             measure_photo(tmp_path / name)
 
 
-@pytest.mark.parametrize(("angle", "roll"), [(2.0, 3.0), (3.0, 8.0), (6.0, 8.0), (12.0, 9.0)])
+@pytest.mark.parametrize(("angle", "roll"), [(3.0, 8.0), (12.0, 9.0)])
 def test_a_flat_heap_on_a_rolled_photograph_is_read_or_refused_in_a_sentence(tmp_path, angle, roll):
     y, x = np.mgrid[0:600, 0:900].astype(float)
     t = np.radians(roll)
@@ -251,16 +177,3 @@ def test_a_decimal_comma_is_one_rule_for_options_too():
     assert measured_angles(["26,1", "27,4;", "28"]) == [26.1, 27.4, 28.0]
     with refused(CalibrationError, "26.125", "26125"):
         measured_angles(["26,125", "27,4"])
-
-
-def test_no_cell_is_a_formula_behind_a_semicolon():
-    import pandas as pd
-
-    text = csv_text(pd.DataFrame({"note": ["a;=1+1", "b;\t@x", "c; -0.5", "=2"]}))
-    assert text.splitlines()[1:] == ["a;'=1+1", "b;\t'@x", "c; -0.5", "'=2"]
-    # as a spreadsheet reads it that takes no comma for a separator
-    rows = csv_text(pd.DataFrame({"a": ["x"] * 3, "b": ["a, b\n=1;2", "\uff1d1", "\ufeff@x"]}))
-    cells = [
-        cell for row in rows.splitlines() for part in row.split(";") for cell in part.split(",")
-    ]
-    assert not [cell for cell in cells if cell.strip('" \ufeff')[:1] in ("=", "@", "\uff1d")]

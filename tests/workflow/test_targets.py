@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 
 from calibration.chain.study import Study
-from calibration.errors import CalibrationError, ConfigError
+from calibration.errors import CalibrationError
 from calibration.runs.plans import read_plan, result_path
 from calibration.study.config import parse_config
 from dem.results import write_result
@@ -240,30 +240,3 @@ def test_targets_that_exclude_each_other_end_with_a_sentence(tmp_path, monkeypat
     config = study(tmp_path, monkeypatch, 4, measured, **both_targets())
     with refused(CalibrationError, "acceptable", "targets"):
         run_chain(config, 4, {"angle_of_repose_deg": angle, "height_mm": lambda a, b, c, d: 90.0})
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (
-            {"target": {"metric": "angle"}},
-            ["target.metric", "angle_of_repose_deg", "heap"],
-        ),
-        ({"further_targets": [FURTHER]}, ["target.low", "must be given"]),
-        (both_targets(metric="angle_of_repose_deg"), ["further_targets.0.metric", "twice"]),
-        (both_targets(goal="best"), ["further_targets.0.goal", "maximise"]),
-        (both_targets(file="heights.csv"), ["further_targets.0.file", "`measurements`"]),
-        (both_targets(metric="spilled"), ["measured.csv", "quantity spilled"]),
-        (both_targets(margin=None), ["further_targets.0.margin"]),
-        (both_targets(low=20.0), ["further_targets.0", "below high"]),
-        (both_targets(low=14.0), ["further_targets.0", "between 14 and 18"]),
-        (both_targets(wieght=2), ["further_targets.0.wieght", "weight"]),
-        ({"experiment": "tilt"}, ["target.metric", "sliding_angle_deg"]),
-    ],
-)
-def test_a_wrong_target_is_refused(tmp_path, monkeypatch, change, words):
-    measured = {"angle_of_repose_deg": 36.0, "height_mm": 13.0}
-    with pytest.raises(ConfigError) as error:
-        study(tmp_path, monkeypatch, 4, measured, **change)
-    for word in words:
-        assert word in str(error.value)
