@@ -19,7 +19,7 @@ from benchmarks.ways.truths import (
 )
 from benchmarks.ways.ways import CUBE, CUT, GRID, WAYS, _implausible, answer
 from calibration.inference.posterior_sampling import ScatterEmulator
-from paper.release.comparison import runs_needed
+from paper.release.values import runs_needed
 
 
 @pytest.mark.parametrize("name", TRUTHS)

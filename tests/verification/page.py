@@ -9,8 +9,8 @@ from pathlib import Path
 import page_figures
 import pandas as pd
 
-from paper.release.record import made, read_record
-from paper.release.softening import STIFFER, softening
+from paper.release.pages import made, read_record
+from paper.release.values import STIFFER, softening
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"

@@ -92,7 +92,6 @@ OWN = {
     "dem/lazy.py": "a module of an installed package, when it is first used",
     "workflow/scripts/reference.py": "snakemake, for each study of the paper's reference",
     "paper/release/command.py": "the release's own commands",
-    "paper/release/code_studies.py": "snakemake, for the study in three codes",
 }
 """Sources that start code of this project alone, and which; below src, or of the workflow."""
 

@@ -7,21 +7,26 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from calibration.errors import CalibrationError
 from calibration.runs.progress import duration
 from dem.fingerprint import engine_fingerprint
+from dem.io.files import write_json
 from paper.reference import keep_study
-from paper.release.pages import write_pages
+from paper.release.pages import KEPT, RECORD, read_record, write_pages
 from paper.release.parts import PARTS
-from paper.release.record import KEPT, Made, due, read_record, write_record
 
 if TYPE_CHECKING:
     from paper.release.parts import Part
+
+
+def due(names: Iterable[str], record: Mapping[str, Any], engine: str) -> list[str]:
+    """Of these parts, those that another engine than this one made, or that nobody recorded."""
+    return [name for name in names if name not in record or record[name]["engine"] != engine]
 
 
 PLANNED = ("design.csv", "plan.json")  # which runs there were is told by what they gave
@@ -57,7 +62,7 @@ def _release(args):
     old = due([p.name for p in chosen], record, engine)
     for part in chosen:
         made = record.get(part.name)
-        took = f"; took {duration(made.wall_time_s)}" if made and made.wall_time_s else ""
+        took = f"; took {duration(made['wall_time_s'])}" if made and made["wall_time_s"] else ""
         print(f"{part.name}: {part.about if part.name in old else 'made'}{took}")
     print(f"{len(old)} of {len(chosen)} parts are not of the present engine, {engine}")
     left = [p for p in chosen if args.again or p.name in old]
@@ -85,7 +90,8 @@ def _make(part, engine, cores):
     took = round(time.monotonic() - begin, 1)
     known = {p.name for p in PARTS}
     record = {name: made for name, made in read_record().items() if name in known}
-    write_record(record | {part.name: Made(engine, date.today().isoformat(), took, cores)})
+    own = {"engine": engine, "date": date.today().isoformat(), "wall_time_s": took, "cores": cores}
+    write_json(RECORD, record | {part.name: own})
     write_pages()
     return True
 

@@ -1,89 +1,106 @@
 """Writes the pages from the kept results: docs/results.md, the README's rows and what it says of
-them, and the tables of docs/evidence.md and docs/other-codes.md."""
+them, and the tables of docs/evidence.md and docs/other-codes.md. The templates beside this file
+have the words and read what is kept; `values` has what must be computed."""
 
 import textwrap
+from collections.abc import Iterable, Mapping
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import jinja2
+import yaml
 
-from calibration.files import write_text
+from calibration.chain import validation
+from calibration.figures import label
+from calibration.files import read_json, write_text
 from calibration.intake.tables import read_written
+from calibration.statistics.numbers import fixed
 from calibration.telling.kept_results import put
-from paper.reference import BEGIN, END, PAGE, README, blocks
-from paper.release import (
-    bulk_processes,
-    code_studies,
-    comparison,
-    deck_trials,
-    first_screen,
-    joint,
-    profiles,
-    simulations,
-)
-from paper.release import told as values
-from paper.release.record import KEPT, made, read_record
-from paper.release.softening import softening
+from paper.audit import run_audit
+from paper.reference import BEGIN, END, PAGE, README, TABLE, blocks
+from paper.release import values
 
-TEMPLATES = Path(__file__).parent
-STUDIES = ("salt", "opened rig", "rigs", "screening at other seeds", "numerics")
-EVIDENCE = Path("docs/evidence.md")
-CODES = Path("docs/other-codes.md")
-SAID, WAYS, BULK, STUDIES_IN_CODES, TRIALS = (
-    (f"<!-- {name}: begin -->", f"<!-- {name}: end -->")
-    for name in ("said", "ways", "bulk", "codes", "trials")
-)
+KEPT = Path("results/reference")
+RECORD = KEPT / "release.json"
+"""{part of a release: the engine that made it, the date of its end, what its commands took in the
+call that ended it [s; null where nobody recorded it] and the cores that they had}."""
+EVIDENCE, CODES = Path("docs/evidence.md"), Path("docs/other-codes.md")
+PIECES = {
+    "readme": (README, "said"),
+    "comparison": (EVIDENCE, "ways"),
+    "bulk_processes": (EVIDENCE, "bulk"),
+    "code_studies": (EVIDENCE, "codes"),
+    "deck_trials": (CODES, "trials"),
+}
+"""{template: (page, name of the marks between which it stands)}."""
 WIDTH = 100
 ASIS = ("#", "|", "<!--", "```", "![", "`salt", "All tables")
+
+
+def read_record(path: str | Path = RECORD) -> dict[str, Any]:
+    """The content of a record; empty where there is none."""
+    return read_json(path) if Path(path).is_file() else {}
+
+
+def made(parts: Iterable[str], record: Mapping[str, Any]) -> str:
+    """A sentence: which engine made these parts, and when; each further engine with its parts."""
+    by_engine = {}  # type: ignore[var-annotated]
+    for name in parts:
+        if name in record:
+            by_engine.setdefault(record[name]["engine"], []).append(name)
+    sentences = []
+    for engine, names in by_engine.items():
+        dates = sorted({record[name]["date"] for name in names})
+        when = dates[0] if len(dates) == 1 else f"{dates[0]} to {dates[-1]}"
+        what = "The data" if len(by_engine) == 1 else ", ".join(f"`{n}`" for n in names)
+        were = "were" if what == "The data" or len(names) > 1 else "was"
+        sentences.append(f"{what} {were} made by engine `{engine}`, {when}.")
+    return " ".join(sentences)
+
+
+def listed(items: Iterable[str]) -> str:
+    """'A', 'A and B', 'A, B and C'."""
+    items = list(items)
+    return " and ".join(part for part in (", ".join(items[:-1]), *items[-1:]) if part)
+
+
+def filled(template: str, kept: Path) -> str:
+    """Text of a template, from the folder of kept results, wrapped."""
+    environment = jinja2.Environment(
+        undefined=jinja2.StrictUndefined, autoescape=False,
+        loader=jinja2.FileSystemLoader(Path(__file__).parent),
+    )  # fmt: skip
+    environment.filters |= {
+        "num": fixed,
+        "signed": partial(fixed, sign="+"),
+        "sig": lambda value, digits: f"{value:.{digits}g}",
+        "minus": lambda text: text.replace("-", "−"),
+        "label": label,
+        "listed": listed,
+        "differs": values.differs,
+    }
+    environment.globals |= {
+        "kept": kept,
+        "values": values,
+        "json": lambda path: read_json(kept / path),
+        "history": read_written(KEPT / "speed" / "history.csv").to_dict("records"),
+        "table": lambda path, key: read_written(kept / path).set_index(key),
+        "there": lambda path: (kept / path).exists(),
+        "config": lambda path: yaml.safe_load(Path(path).read_text("utf-8")),
+        "printed": lambda name: read_written(values.PAPER / f"{name}.csv", comment="#"),
+        "made": lambda *parts: made(parts, read_record(kept / "release.json")),
+        "judged": lambda found: validation.judged(found, "°"),
+        "audited": lambda: len(run_audit(values.PAPER)),
+        "reproduction": read_written(kept / "salt" / TABLE, dtype={"paper": str}).set_index("id"),
+    }
+    return wrapped(environment.get_template(f"{template}.md.j2").render())
 
 
 def results_page(kept: str | Path = KEPT) -> str:
     """Text of docs/results.md, from the folder of kept results."""
     kept = Path(kept)
-    salt, printed, opened = (kept / name for name in ("salt", "salt-printed", "salt-opened"))
-    found = {
-        "made": made(STUDIES, read_record(kept / "release.json")),
-        "table": "@table@",
-        "funnels": values.funnels(salt),
-        "printed_funnels": values.funnels(printed),
-        "screen": values.screening(salt),
-        "printed_screen": values.screening(printed),
-        "validated": values.validated(salt),
-        "printed_validated": values.validated(printed),
-        "surface": values.surface(salt),
-        "printed_surface": values.surface(printed),
-        "opened": {
-            "lost": values.lost(opened),
-            "validated": values.validated(opened),
-            "surface": values.surface(opened),
-            "posterior": values.posterior(opened),
-        },
-        "fit": values.printed_fit(),
-        "posterior": values.posterior(salt),
-        "printed_posterior": values.posterior(printed),
-        "locus": values.locus(salt),
-        "scaling": values.scaling(salt),
-        "simulations": simulations.values(salt),
-        "joint": joint.study(kept, "salt"),
-        "maize": joint.study(kept, "maize") if (kept / "maize").is_dir() else {"tests": ()},
-        "profiles": profiles.values(salt),
-        "trials": values.trials(kept),
-        "rigs": values.rigs(kept / "rigs"),
-        "table_13": values.table_13(),
-        "softening": softening(read_written(salt / "numerics" / "numerics.csv")),
-        "audited": values.audited(),
-        "seeds": values.other_seeds(kept),
-        "speed": values.speeds(),
-    }
-    text = _filled("results.md.j2", found)
-    return text.replace("@table@", blocks(salt)[PAGE])
-
-
-def _filled(template, found):
-    """Text of a template with its values, wrapped."""
-    environment = jinja2.Environment(undefined=jinja2.StrictUndefined, autoescape=False)
-    environment.globals["listed"] = first_screen.listed
-    words = (TEMPLATES / template).read_text(encoding="utf-8")
-    return wrapped(environment.from_string(words).render(found))
+    return filled("results", kept).replace("@table@", blocks(kept / "salt")[PAGE])
 
 
 def pieces(kept: str | Path = KEPT) -> dict[tuple[Path, str, str], str]:
@@ -91,15 +108,10 @@ def pieces(kept: str | Path = KEPT) -> dict[tuple[Path, str, str], str]:
     the README's table and what it says, and what is known of ways to calibrate, bulk processes
     and other codes."""
     kept = Path(kept)
-    return {
-        (README, BEGIN, END): blocks(kept / "salt")[README],
-        (README, *SAID): _filled("readme.md.j2", first_screen.values(kept)).strip(),
-        (EVIDENCE, *WAYS): _filled("comparison.md.j2", comparison.values(kept)).strip(),
-        (EVIDENCE, *BULK): _filled("bulk_processes.md.j2", bulk_processes.values(kept)).strip(),
-        (EVIDENCE, *STUDIES_IN_CODES): _filled(
-            "code_studies.md.j2", code_studies.values(kept)
-        ).strip(),
-        (CODES, *TRIALS): _filled("deck_trials.md.j2", deck_trials.values()).strip(),
+    table = {(README, BEGIN, END): blocks(kept / "salt")[README]}
+    return table | {
+        (page, f"<!-- {mark}: begin -->", f"<!-- {mark}: end -->"): filled(template, kept).strip()
+        for template, (page, mark) in PIECES.items()
     }
 
 

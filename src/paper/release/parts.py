@@ -178,6 +178,6 @@ PARTS = (
     Part(
         "other codes",
         "one study in LIGGGHTS, LAMMPS and this engine; needs both programs",
-        ((PYTHON, "-m", "paper.release.code_studies", CORES),),
+        ((PYTHON, "-m", "benchmarks.code_studies", CORES),),
     ),
 )  # fmt: skip

@@ -1,48 +1,36 @@
 """One study of heaps in three codes, for `docs/evidence.md`: what each took and found, and how
-heaps of the other codes differ from this engine's at the same parameters. `code_studies.md.j2` has
-the words.
+heaps of the other codes differ from this engine's at the same parameters.
 
-python -m paper.release.code_studies CORES makes the three studies and the runs of the comparison. A
+python -m benchmarks.code_studies CORES makes the three studies and the runs of the comparison. A
 study that ends without an answer is told as that.
 """
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
-from collections.abc import Mapping
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 import pandas as pd
-import yaml
 
 from calibration.chain.study import Results
-from calibration.figures import label
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_plan
 from calibration.runs.simulated import named, simulate
 from calibration.runs.store import RunStore
-from calibration.statistics.numbers import fixed
 from calibration.study.config import numbers_of, overlay
 from calibration.study.factors import read_factors
 from calibration.telling import kept_results
-from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
 from diagnosis.compared import compare
 from diagnosis.other_code import Cause, conventions, read_runs
-from paper.release import record
 
-PART = "other codes"
-"""Of a release."""
-KEPT = "code-studies"
-OWN = "this engine"
-STUDIES = {"in-liggghts": "LIGGGHTS", "in-lammps": "LAMMPS", "in-dem": OWN}
-"""{study: code that made its runs}."""
+KEPT = "results/reference/code-studies"
+OWN = "in-dem"
+STUDIES = ("in-liggghts", "in-lammps", OWN)
 CONFIG = "examples/other-codes/config.yaml"
 """It holds each factor at the level with which the heaps were made that count as measured."""
 LAID_OVER = ((), ("examples/other-codes/lammps.yaml",), ("examples/other-codes/dem.yaml",))
@@ -54,8 +42,6 @@ TABLES = (
 )  # fmt: skip
 POINTS = ("screening", "response_surface")
 """Stages whose points are compared."""
-TIMED = "ascent"
-"""Stage whose heaps are poured again, for their processor time."""
 CHAIN = ("screening", "ascent", "response_surface", "optimise", "validation")
 ROLLING = tuple(
     f"contacts.{pair}.rolling_friction" for pair in ("particle_particle", "particle_wall")
@@ -68,35 +54,25 @@ SEEDS_APART = 5000
 """Our heaps of the comparison have seeds of their own."""
 
 
-def collect(results: str | Path, kept: str | Path) -> None:
-    """Keep what `docs/evidence.md` shows of the studies in a folder of results."""
-    for name in STUDIES:
-        collect_study(Path(results) / name, Path(kept) / KEPT / name)
-
-
 def collect_study(study: Path, target: Path) -> None:
-    """Keep the tables of one study in a folder, pour some of its heaps again for their time, and
-    compare another code's heaps with ours, which are poured now."""
+    """Keep the tables of one study in a folder, and compare another code's heaps with ours, which
+    are poured now."""
     kept_results.keep(study, target, TABLES)
     write_json(target / "times.json", times(study))
-    if STUDIES[study.name] != OWN:
+    if study.name != OWN:
         write_json(target / "comparison.json", compared(study, target / "heaps.csv"))
 
 
 def times(study: Path) -> dict[str, Any]:
-    """How many runs a study had, without a value too, of which version, the processor time [s] of
-    a heap of its ascent, and why it ended before its validation, if it did."""
+    """How many runs a study had, without a value too, and why it ended before its validation, if it
+    did."""
     store, specs = RunStore(study.parent / "runs"), {}  # type: ignore[var-annotated]
     for plan in sorted(study.rglob("plan.json")):  # the diagnosis has some a level further down
         specs |= read_plan(plan)
     results = [r for name in specs if (r := store.current(name))]
-    others = {r["spec"]["engine"]["identity"]["version"] for r in results if r["spec"]["engine"]}
-    heaps = list(read_plan(study / TIMED / "plan.json").values())
     return {
-        "made_by": ", ".join(sorted(others)) or engine_fingerprint(),
         "runs": len(specs),
         "without_value": len(specs) - sum(METRIC in r["metrics"] for r in results),
-        "heap_s": processor_s(heaps),
         "ended": ended(study),
     }
 
@@ -110,16 +86,6 @@ def ended(study: Path) -> dict[str, str] | None:
             log = (study / "logs" / f"{stage}.log").read_text("utf-8").strip()
             return {"stage": stage.replace("_", " "), "reason": log.split("\n")[-1]}
     return None
-
-
-def processor_s(specs: list[dict[str, Any]]) -> float:
-    """Processor time [s] of one of these run specs, made one after the other; other programs' too.
-    The first is made once before, so that nothing is compiled or loaded in this time."""
-    with TemporaryDirectory() as folder:
-        simulate(named(specs[:1]), Path(folder) / "before")
-        begin = sum(os.times()[:4])
-        simulate(named(specs), Path(folder) / "timed")
-        return (sum(os.times()[:4]) - begin) / len(specs)
 
 
 def compared(study: Path, heaps: Path) -> dict[str, Any]:
@@ -187,76 +153,9 @@ def _mean(runs, ours):
     return {"difference": float(off.mean()), "se": float(off.std(ddof=1) / np.sqrt(len(off)))}
 
 
-def values(kept: str | Path) -> dict[str, Any]:
-    """{name: value} of `code_studies.md.j2`, from the folder of kept results."""
-    place = Path(kept) / KEPT
-    found = {n: code for n, code in STUDIES.items() if (place / n / "times.json").is_file()}
-    return {
-        "made": record.made([PART], record.read_record(Path(kept) / "release.json")),
-        "studies": [study(place / name, code) for name, code in found.items()],
-    }
-
-
-def study(kept: Path, code: str) -> dict[str, Any]:
-    """What one kept study says."""
-    made, results = read_json(kept / "times.json"), Results(kept)
-    answer = {} if made["ended"] else _answer(kept, results)
-    return {
-        "code": code,
-        "made_by": made["made_by"],
-        "runs": made["runs"],
-        "without_value": made["without_value"],
-        "heap_s": fixed(made["heap_s"], 1),
-        "ended": made["ended"],
-        "answer": answer,
-        "verdict": read_json(kept / "diagnosis" / "verdict.json"),
-        "comparison": _comparison(kept / "comparison.json"),
-    }
-
-
-def _answer(kept, results):
-    """What a study found that was validated."""
-    optimum, validation = (results.summary(name) for name in ("optimise", "validation"))
-    return {
-        "optimum": ", ".join(f"{label(k)} {v:.3g}" for k, v in optimum["optimum"].items()),
-        "attainable": "yes" if optimum["attainable"] else "no: the nearest point",
-        "validated": f"{validation['simulated_mean']:.1f}° (sd {validation['simulated_sd']:.1f}, "
-        f"{validation['simulated_n']} heaps)",
-        "difference": _difference(validation),
-        "intervals": "; ".join(intervals(kept / "posterior" / "parameters.csv")),
-    }
-
-
-def intervals(path: Path) -> list[str]:
-    """Each parameter's interval, and whether the value lies in it with which the heaps were made
-    that count as measured."""
-    found, made_with = [], yaml.safe_load(Path(CONFIG).read_text("utf-8"))["fixed"]
-    for row in read_written(path).to_dict("records"):
-        name, low, high = row["parameter"], row["low"], row["high"]
-        where = "inside" if low <= made_with[name] <= high else "outside"
-        found.append(f"{label(name)} {low:.3g} to {high:.3g} ({made_with[name]:.3g} {where})")
-    return found
-
-
-def _difference(validation: Mapping[str, Any]) -> str:
-    low, high = (fixed(validation[f"difference_{end}"], 1, "+") for end in ("low", "high"))
-    return f"{fixed(validation['difference'], 1, '+')}° ({low} to {high})".replace("-", "−")
-
-
-def _comparison(path):
-    if not path.is_file():
-        return None
-    found = read_json(path)
-    mean, se = (found["mean"][key] for key in ("difference", "se"))
-    return {
-        "sentence": found["sentence"],
-        "mean": f"{fixed(mean, 1, '+')}° ± {fixed(se, 1)}°".replace("-", "−"),
-        "without_value": found["without_value"],
-    }
-
-
 if __name__ == "__main__":
     SNAKEMAKE = (sys.executable, "-m", "snakemake", f"-j{sys.argv[1]}", "--configfile", CONFIG)
     for files in LAID_OVER:
         subprocess.run([*SNAKEMAKE, *files], check=False)
-    collect("results", record.KEPT)
+    for name in STUDIES:
+        collect_study(Path("results") / name, Path(KEPT) / name)
