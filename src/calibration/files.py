@@ -81,13 +81,14 @@ def read_json(path: str | Path) -> Any:
         raise DamagedError("is damaged: no JSON", path=path, line=line, allowed=again) from None
 
 
-def set_aside(path: Path) -> None:
+def set_aside(path: Path, folder: Path | None = None) -> None:
     """Rename a file to FILE.damaged, or FILE.damaged.2 and so on: what was set aside before stays.
-    Raises OSError."""
-    taken, number = path.with_name(f"{path.name}.damaged"), 1
+    folder: to put it into, unless beside the file. Raises OSError."""
+    name, number = f"{path.name}.damaged", 1
+    taken = (folder or path.parent) / name
     while os.path.lexists(taken):
         number += 1
-        taken = path.with_name(f"{path.name}.damaged.{number}")
+        taken = taken.with_name(f"{name}.{number}")
     os.replace(path, taken)
 
 

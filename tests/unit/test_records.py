@@ -147,6 +147,18 @@ def test_a_second_setting_aside_keeps_the_first(tmp_path):
     assert [path.read_text() for path in kept] == ["first", "second", "third"]
 
 
+def test_what_is_set_aside_leaves_a_folder_that_is_made_again(left):
+    """snakemake deletes a deck, a folder that is a rule's output, before it makes it again."""
+    deck = left / "exports/lammps/in.lammps"
+    deck.parent.mkdir(parents=True)
+    deck.write_text("as written")
+    record(left, "export", "abc", [deck])
+    deck.write_text("as edited")
+    repair(faults_of(left.parent), left.parent, tell=lambda text: None)
+    assert not deck.exists()
+    assert (left / "exports/in.lammps.damaged").read_text() == "as edited"
+
+
 def test_a_folder_of_somebody_else_is_refused(tmp_path):
     folder = tmp_path / "projects"
     refuse_others(folder)

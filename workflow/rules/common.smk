@@ -5,6 +5,7 @@ In a rule's `params`, `function` is what the script calls, `reads` the sections 
 that it may read, and `seeds` which thousand of seeds the runs have that it plans."""
 
 import os
+import sys
 from functools import cache
 from pathlib import Path
 
@@ -20,6 +21,23 @@ from calibration.runs.verify import date_back, plan_faults
 from calibration.study.stages import load_stages
 from calibration.chain.study import Study
 from dem.experiments import experiments
+
+# options that ask something and make nothing; of a dry run alone snakemake tells the workflow
+ASKS = {
+    *("--lint", "--rulegraph", "--dag", "--filegraph", "--d3dag", "--summary", "-S"),
+    *(
+        "--detailed-summary",
+        "-D",
+        "--list-rules",
+        "--list",
+        "-l",
+        "--list-target-rules",
+    ),
+}
+# this call is no job of another, and makes something
+STARTS = workflow.is_main_process and not (
+    ASKS & {word.partition("=")[0] for word in sys.argv}
+)
 
 CONFIG_FILES = list(workflow.overwrite_configfiles)
 
@@ -71,7 +89,7 @@ def user_file(path):
     """An input: a file of the user, which no prefix moves; [] where the study names none. Its time
     says nothing; what is in it counts, see `made_from`. Only a time in the future is mended.
     """
-    if path and workflow.is_main_process and not workflow.output_settings.dryrun:
+    if path and STARTS and not workflow.output_settings.dryrun:
         try:
             date_back(path)
         except REFUSALS as error:
@@ -138,7 +156,7 @@ def again(each):
         return stale or made_again(STUDY_OBJECT.folder, name, files, content)
 
     def check(wildcards):
-        if workflow.is_main_process and not STORED:
+        if STARTS and not STORED:
             files, _ = each.expand_output(wildcards)
             name = Path(each.expand_log(wildcards)[0]).stem
             if reason(name, tuple(files)):

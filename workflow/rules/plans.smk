@@ -8,11 +8,9 @@ from calibration.study.cost import memory_mb
 from calibration.runs.batches import batch_count
 from calibration.runs.plans import planned_spec, read_plan
 from calibration.runs.store import RunStore
-from calibration.runs.verify import short_batches
+from calibration.runs.verify import lost_runs, short_batches
 from dem.spec import parse_spec
 
-# {plan: its runs that were missing, or not to be trusted, when this process began}; see start.smk
-LOST = {}
 STORE = RunStore(SETTINGS.runs, looks_only=True)
 MODIFIER = workflow.modifier
 
@@ -65,23 +63,30 @@ def marks_of(plan):
 
 
 def runs_of(plan):
-    """Input function: what shows that all runs of a plan are done. Those that were lost are asked
-    for by name: snakemake makes nothing again that is missing while what was made from it is there.
-    Where the number of jobs depends on the plan, its rule plan_<plan> is a checkpoint.
+    """Input function: what shows that all runs of a plan are done. Where the number of jobs depends
+    on the plan, its rule plan_<plan> is a checkpoint.
     """
 
     def done(wildcards):
         if PLANS[plan].batches is None:
             getattr(checkpoints, f"plan_{plan}").get()
         marks = marks_of(plan) if batches_of(plan) else None
-        lost = LOST.get(plan, ())
-        again = [f"{RUNS}/{name}/result.json" for name in lost]
-        if marks:
-            short = short_batches(STUDY_OBJECT.folder / plan, lost)
-            again = [f"{STUDY}/{plan}/batches/{mark}" for mark in short]
-        workflow.dag.forcefiles.update(
-            str(MODIFIER.modify_path(file)) for file in again
-        )
+        if STARTS:
+            workflow.dag.forcefiles.update(lost(plan, bool(marks)))
         return marks or [f"{RUNS}/{name}/result.json" for name in plan_of(plan)]
 
     return done
+
+
+@cache
+def lost(plan, in_batches):
+    """What shows that runs of a plan are done which are not, as this process found them: snakemake
+    makes nothing again that is missing while what was made from it is there."""
+    folder = STUDY_OBJECT.folder / plan
+    if in_batches:
+        files = [
+            f"{STUDY}/{plan}/batches/{mark}" for mark in short_batches(folder, STORE)
+        ]
+    else:
+        files = [f"{RUNS}/{name}/result.json" for name in lost_runs(folder, STORE)]
+    return [str(MODIFIER.modify_path(file)) for file in files]

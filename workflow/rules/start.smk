@@ -1,13 +1,11 @@
 """What happens before the first job and after the last one: the study is checked, what cannot be
-trusted is told and set aside, and how far the study is, is said. A dry run sets nothing aside.
+trusted is told and set aside, and how far the study is, is said. A dry run sets nothing aside, and
+a call that only asks, as `--lint`, looks at nothing.
 """
-
-import sys
 
 from calibration.telling.start_and_end import closing, opening
 from calibration.runs.runner import begin, watch
 from calibration.runs.runner import report as report_progress
-from calibration.runs.verify import lost_runs
 
 # the runs' progress divides the work by this; it is no parameter of any run. A cluster's profile
 # names jobs at once, and so does -j in a dry run
@@ -19,11 +17,10 @@ os.environ.update(CAMPAIGN_CORES=str(SHARED_BY))
 if STORED:
     fetch_study()
 
-if workflow.is_main_process:
+if STARTS:
     try:
         print(*opening(SETTINGS), sep="\n", file=sys.stderr)
         begin(SETTINGS, STORE, dry_run=workflow.output_settings.dryrun)
-        LOST.update(lost_runs(STUDY_OBJECT.folder, STORE))
     except REFUSALS as error:
         raise WorkflowError(in_words(error))
 

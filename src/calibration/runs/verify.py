@@ -11,7 +11,7 @@ import fcntl
 import json
 import os
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -197,13 +197,10 @@ def untrusted(config: Config, store: RunStore) -> list[str]:
     return found
 
 
-def lost_runs(folder: str | Path, store: RunStore) -> dict[str, list[str]]:
-    """Return {folder of a plan in a study's: its runs that are missing or cannot be trusted}."""
-    found = {}
-    for plan in _plans(folder):
-        name = plan.parent.relative_to(folder).as_posix()
-        found[name] = [run for run in _specs(plan) if not _has(store, run)]
-    return found
+def lost_runs(folder: str | Path, store: RunStore) -> list[str]:
+    """Return the names of those runs of the plan in a stage's folder that are missing or cannot be
+    trusted."""
+    return [run for run in _specs(Path(folder, "plan.json")) if not _has(store, run)]
 
 
 def _has(store, run):
@@ -215,16 +212,16 @@ def _has(store, run):
     return is_current(engine) and not engines.changed(engine, run, store)
 
 
-def short_batches(folder: str | Path, lost: Iterable[str]) -> list[str]:
-    """Return the names of those marks of batches in the folder of a plan that name one of the lost
-    runs, or cannot be read."""
+def short_batches(folder: str | Path, store: RunStore) -> list[str]:
+    """Return the names of those marks of batches in the folder of a plan that name a run which is
+    missing or cannot be trusted, or that cannot be read."""
     found = []
     for mark in sorted(Path(folder).glob("batches/*.json")):
         try:
-            short = not set(lost).isdisjoint(read_json(mark)["runs"])
+            whole = all(_has(store, run) for run in read_json(mark)["runs"])
         except (OSError, ValueError, KeyError, TypeError):
-            short = True
-        if short:
+            whole = False
+        if not whole:
             found.append(mark.name)
     return found
 
@@ -265,9 +262,13 @@ def _study_faults(folder):
 
 
 def _set_aside(fault):
-    """Rename the file of a fault, if it is there."""
-    if fault.file and fault.file.is_file():
-        set_aside(fault.file)
+    """Rename the file of a fault, if it is there. One of a folder below that of its stage, as a
+    deck's, goes to the stage's: snakemake deletes a folder that is a rule's output before it makes
+    it again."""
+    file = fault.file
+    if file and file.is_file():
+        above = [folder for folder in file.parents if (folder.parent / FOLDER).is_dir()]
+        set_aside(file, above[0] if above else None)
 
 
 def _date_back(results):
