@@ -14,14 +14,13 @@ import yaml
 
 from calibration.chain.files import read_region
 from calibration.chain.study import Study
-from calibration.engines.blocks import by_hand, edem, lammps, liggghts, mercurydpm, rocky, yade
-from calibration.engines.blocks.conversion import Conversion
-from calibration.engines.blocks.material import granulate
+from calibration.engines import lammps, liggghts, yade
+from calibration.engines.conversion import Conversion, granulate
 from calibration.errors import CalibrationError
 from calibration.statistics.surface import fit_surface
 from calibration.study.config import overlay, parse_config
+from calibration.telling.export import by_hand, mercurydpm, rolling, stage
 from calibration.telling.export import parameters as sources
-from calibration.telling.export import rolling, stage
 from calibration.telling.export.decks import DECKS, scatter_of_one, write_decks
 from calibration.telling.export.parameters import parameter_interval, to_yaml
 from dem.constants import GRAVITY
@@ -297,7 +296,7 @@ def test_mercury_block_is_well_formed(material, mapping):
 
 
 def test_edem_takes_the_calibrated_numbers_as_they_are(material, mapping):
-    text = edem.block(material, conversion(mapping), ["where from"])
+    text = by_hand.block("edem", material, conversion(mapping), ["where from"])
     assert "standard rolling friction" in text
     assert tells(text, "rolling friction", f"{OPTIMUM['salt_salt_rolling_friction']:.6g}")
     assert tells(text, "Shear modulus", "3e+06", "Pa")
@@ -311,7 +310,7 @@ def test_edem_type_c_prints_the_spring_and_its_damping(mapping):
     for parameters, stiffness, eta in (({}, 2.25, 0.3), (chosen, 1.5, 0.2)):
         changes = {"laws": {"rolling": "elastic_plastic"}, "law_parameters": parameters}
         spec = overlay(mapping, changes)
-        text = edem.block(granulate(parse_spec(spec)), Conversion(parse_spec(spec)), [])
+        text = by_hand.block("edem", granulate(parse_spec(spec)), Conversion(parse_spec(spec)), [])
         assert tells(text, "viscous damping", str(eta))
         assert tells(text, "rolling stiffness", str(stiffness))
         assert ("NOT CONVERTED" in text) == (stiffness != 2.25)
@@ -338,10 +337,10 @@ def rows_of(text):
 
 @pytest.mark.parametrize(
     ("code", "name"),
-    [(edem, "Coefficient of rolling friction"), (rocky, "Rolling resistance")],
+    [("edem", "Coefficient of rolling friction"), ("rocky", "Rolling resistance")],
 )
 def test_a_page_to_type_in_has_interval_mark_source_and_the_angle(code, name, material, mapping):
-    text = code.block(material, conversion(mapping), [], KNOWN, HEAP)
+    text = by_hand.block(code, material, conversion(mapping), [], KNOWN, HEAP)
     assert tells(text, "45.14", "10")
     assert tells(text, "42.30", "48.00")
     line = next(row for row in text.splitlines() if row.startswith(f"| {name} |") and "0.19" in row)
@@ -354,7 +353,7 @@ def test_edem_states_the_whole_rig(mapping):
     spec = overlay(mapping, {"particles": {"count": 500, "sizes": SIEVED},
                              "geometry": {"funnel_half_angle_deg": 45}})  # fmt: skip
     spec = parse_spec(spec)
-    text = edem.block(granulate(spec), Conversion(spec), [])
+    text = by_hand.block("edem", granulate(spec), Conversion(spec), [])
     rows, g = rows_of(text), spec.geometry
     up = 0.5 * (g.funnel_top_diameter_mm - g.orifice_diameter_mm)
     assert float(rows["Funnel: mouth, z"][0]) == pytest.approx(g.discharge_height_mm + up)
@@ -367,7 +366,7 @@ def test_edem_states_the_whole_rig(mapping):
 
 def test_another_rig_is_told_key_by_key():
     spec = parse_spec({"experiment": "lifted_cylinder", "particles": {"count": 300}})
-    text = edem.block(granulate(spec), Conversion(spec), [])
+    text = by_hand.block("edem", granulate(spec), Conversion(spec), [])
     for key in type(spec.geometry).model_fields:
         if getattr(spec.geometry, key) is not None:
             assert tells(text, f"`{key}`")
@@ -377,7 +376,7 @@ def test_rocky_says_what_it_cannot_take(mapping):
     """Its manual has one rolling resistance for a particle, and no type C with a dashpot."""
     for law, lost in (("none", 0), ("constant_torque", 1), ("elastic_plastic", 2)):
         spec = parse_spec(overlay(mapping, {"laws": {"rolling": law}}))
-        text = rocky.block(granulate(spec), Conversion(spec), [])
+        text = by_hand.block("rocky", granulate(spec), Conversion(spec), [])
         assert text.count("NOT CONVERTED") == lost
         assert (f"{spec.contacts.particle_wall.rolling_friction:.6g}" in text) == (lost > 0)
 
@@ -391,7 +390,9 @@ def test_lammps_alone_takes_the_torsion_along(mapping):
             told = " ".join(re.sub(r"^(#|//)", "", text, flags=re.M).split())
             assert ("twisting marshall" in text) == (keeps and spec is twisting)
             assert ("NOT CONVERTED: torsion" in told) == (not keeps and spec is twisting)
-    text = edem.block(granulate(parse_spec(twisting)), Conversion(parse_spec(twisting)), [])
+    text = by_hand.block(
+        "edem", granulate(parse_spec(twisting)), Conversion(parse_spec(twisting)), []
+    )
     assert "NOT CONVERTED: torsion" in text
 
 

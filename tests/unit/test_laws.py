@@ -175,10 +175,8 @@ def test_a_law_added_as_the_page_says_is_known(with_the_law):
 
 
 EXPORTED = """
-from calibration.engines.blocks import lammps, liggghts
-from calibration.engines.blocks.conversion import Conversion
-from calibration.engines.blocks.header import left_out
-from calibration.engines.blocks.material import granulate
+from calibration.engines import lammps, liggghts
+from calibration.engines.conversion import Conversion, granulate, left_out
 
 for code in (lammps, liggghts):
     told = left_out(spec, code.CODE)

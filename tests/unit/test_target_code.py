@@ -7,15 +7,14 @@ import numpy as np
 import pytest
 from test_measure import PLATE, cone
 
+from benchmarks import decks as trial_heaps
 from calibration.engines import lammps, program
-from calibration.engines.blocks.conversion import Conversion
+from calibration.engines.conversion import Conversion
 from calibration.interface.cli import main
 from calibration.study.config import overlay
-from calibration.telling.export import target_code, trial_heaps, trials
-from calibration.telling.export.decks import write_decks
-from calibration.telling.export.heap_comparison import margins_of
-from calibration.telling.export.heap_profile import READERS, profile
-from calibration.telling.export.target_code import Deck, heaps_there, judge
+from calibration.telling.export import decks, trials
+from calibration.telling.export.decks import Deck, heaps_there, judge, write_decks
+from calibration.telling.export.heap_comparison import READERS, margins_of, profile
 from dem.errors import InputError
 from dem.spec import parse_spec
 from facts import tells
@@ -185,8 +184,8 @@ def test_the_kept_trials_are_of_eight_heaps_a_trial_and_code():
         assert bool(found["rolling"]) == kind.converted
         assert set(found["heaps"]) == {*kind.codes, trials.OWN} <= set(kept["poured_by"])
         for code, profiles in found["heaps"].items():
-            least = target_code.FEWEST if code == "yade" else target_code.SEEDS
-            assert least <= len(profiles) <= target_code.SEEDS
+            least = decks.FEWEST if code == "yade" else decks.SEEDS
+            assert least <= len(profiles) <= decks.SEEDS
             assert all(set(profile) == set(READERS) for profile in profiles)
 
 

@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from calibration.engines.blocks.conversion import Conversion
-from calibration.engines.blocks.material import granulate
+from calibration.engines.conversion import Conversion, granulate
 from calibration.study.config import overlay, parse_config
 from calibration.study.factors import read_factors
 from calibration.telling.export.rolling import calibrated_spec

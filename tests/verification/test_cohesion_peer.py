@@ -6,9 +6,8 @@ import pytest
 from export_peers import liggghts as run_liggghts
 from export_peers import read_dump
 
-from calibration.engines.blocks import liggghts
-from calibration.engines.blocks.conversion import Conversion
-from calibration.engines.blocks.material import granulate
+from calibration.engines import liggghts
+from calibration.engines.conversion import Conversion, granulate
 from calibration.study.config import overlay
 from dem.spec import parse_spec
 from small_heap import SPEC

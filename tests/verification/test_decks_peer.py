@@ -15,19 +15,20 @@ import sys
 import numpy as np
 import pytest
 
+from benchmarks.decks import SIZES
 from calibration import engines
 from calibration.engines import liggghts
-from calibration.engines.blocks.conversion import Conversion
+from calibration.engines.conversion import Conversion
 from calibration.interface.cli import main
 from calibration.study.config import overlay
-from calibration.telling.export.decks import DECKS, write_decks
-from calibration.telling.export.target_code import (
+from calibration.telling.export.decks import (
+    DECKS,
     Deck,
     heaps_here,
     heaps_there,
     judge,
+    write_decks,
 )
-from calibration.telling.export.trial_heaps import SIZES
 from dem.grains import number_fractions
 from dem.spec import parse_spec
 from other_codes import entry_or_skip

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from calibration.engines import bed, liggghts, rig
-from calibration.engines.blocks import liggghts as block
 from calibration.engines.program import find, read_frames, state_of
 from calibration.engines.program import run as start
 from dem.experiments import drum
@@ -86,7 +85,7 @@ def in_liggghts(spec, folder):
         reading=every * drum.LOOKS,
     )
     (folder / "in.liggghts").write_text(text)
-    (folder / "material.in").write_text(rig.block_of(block, spec))
+    (folder / "material.in").write_text(rig.block_of(liggghts.block, spec))
     command = [*liggghts.launcher(), find("liggghts", liggghts.INSTALL), "-in", "in.liggghts"]
     start(command, folder, 3600)
     looks = [

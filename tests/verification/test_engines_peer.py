@@ -13,7 +13,6 @@ import pytest
 
 from calibration import engines
 from calibration.engines import bed, lammps, rig
-from calibration.engines.blocks import lammps as block
 from calibration.engines.program import find
 from calibration.engines.program import run as start
 from calibration.engines.rigs import Lid
@@ -218,7 +217,7 @@ def test_a_lid_of_lammps_falls_as_a_mass_with_a_drag(tmp_path):
     text += dialect.walls(cell.walls, tmp_path, lid=lid)
     text += 'run 1000\nvariable fallen equal v_lid_up\nprint "at ${fallen}"\n'
     (tmp_path / "in.lammps").write_text(text)
-    (tmp_path / "material.lammps").write_text(rig.block_of(block, run))
+    (tmp_path / "material.lammps").write_text(rig.block_of(lammps.block, run))
     command = [find("lmp", lammps.INSTALL), "-in", "in.lammps", "-log", "none"]
     said = start(command, tmp_path, chosen["settings"]["timeout_s"], lammps.environment())
     t = 1000 * time_step_of(run)

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from export_peers import exported, lammps, liggghts, read_dump, reference_spec, yade
 
-from calibration.engines.blocks import lammps as to_lammps
-from calibration.engines.blocks import liggghts as to_liggghts
-from calibration.engines.blocks import yade as to_yade
+from calibration.engines import lammps as to_lammps
+from calibration.engines import liggghts as to_liggghts
+from calibration.engines import yade as to_yade
 from calibration.study.config import overlay
 from dem.spec import parse_spec
 

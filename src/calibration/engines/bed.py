@@ -4,11 +4,11 @@ commands that run until they rest."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from calibration.engines.rig import DUMP, until
+from calibration.engines.templates import macros
 from dem.constants import GRAVITY
 from dem.experiments import bed, phases
 from dem.experiments.setup import time_step_of
@@ -25,14 +25,6 @@ SETTLED = 1e-4
 """Energy of motion at which `dem.experiments.phases.rest` takes the grains to rest."""
 ROOM = 0.01
 """Free height of the box above the highest wall or grain [m]."""
-ENERGY = """\
-compute kinetic all ke
-variable energy equal c_kinetic
-thermo_style custom step atoms c_kinetic
-thermo 100000
-thermo_modify lost ignore norm no
-"""
-"""What `until` looks at."""
 
 
 class Grains:
@@ -116,8 +108,13 @@ def settle(spec: RunSpec, grains: Grains) -> str:
     """Commands that run until the grains rest, as `phases.rest` does, and dump them."""
     step = steps(spec, phases.look(spec))
     looks = max(round(spec.numerics.max_time_s / phases.look(spec)), 1)
-    calm = SETTLED * grains.lift_energy
-    return ENERGY + until("settled", step, looks, calm, least=5) + DUMP.format(name="settled")
+    text = words().energy() + words().until("settled", step, looks, SETTLED * grains.lift_energy, 5)
+    return text + words().dump("settled")
+
+
+def words() -> Any:
+    """Commands that LIGGGHTS and LAMMPS have in common."""
+    return macros("calibration.engines", "family")
 
 
 def steps(spec: RunSpec, duration: float) -> int:

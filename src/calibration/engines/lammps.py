@@ -1,100 +1,83 @@
-"""LAMMPS (package GRANULAR) as the engine, with the exported material block and region walls."""
+"""LAMMPS, package GRANULAR (22 July 2025): variables for `pair_coeff` and `fix wall/gran granular`,
+decks with walls of regions, and the program as the engine.
+
+Its conventions, from the manual's page `pair_style granular` and the sources
+(github.com/lammps/lammps, src/GRANULAR/):
+
+gran_sub_mod_normal.cpp
+    `hertz k e`: F = k sqrt(R*) overlap^1.5, so k = (4/3) E*. `hertz/material E e nu` makes E* of E
+    and nu by itself, as if both bodies were of one material, at a wall too. A pair of two materials
+    is therefore given by k.
+gran_sub_mod_damping.cpp, `coeff_restitution`
+    sqrt(3/2) 2 sqrt(5/6) beta sqrt(m* F/overlap), F/overlap = (2/3) S_n. This is the dashpot of
+    Tsuji et al. as here: e is e.
+gran_sub_mod_tangential.cpp, `mindlin_rescale/force k_t x mu`
+    The spring force grows by k_t a v_t dt and is scaled on unloading, as here: k_t = 8 G*. Its
+    dashpot is x times the normal one. Here it is factor sqrt(S_t m*), so
+    x = sqrt(S_t/S_n) = 2 sqrt(G*/E*).
+gran_sub_mod_rolling.cpp, `rolling sds k gamma mu`
+    A force along v = R* (omega_i - omega_j) x n with the lever R*: k = k_r/R*^2, gamma = C_r/R*^2,
+    limit mu F_n R*, so mu is mu_r of `elastic_plastic`. k is a constant; there k_r grows with the
+    load.
+gran_sub_mod_twisting.cpp, `twisting marshall`
+    Spring, dashpot and limit from those of the tangential law. This is `marshall` here without its
+    scaling on unloading.
+"""
 
 from __future__ import annotations
 
 import math
 import os
 import re
-from functools import cache
+from collections.abc import Sequence
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from calibration.engines import EngineError, rig
-from calibration.engines.blocks import lammps as block
-from calibration.engines.lammps_family import Code
+from calibration.engines.family import Code, head, pour_box, words
 from calibration.engines.program import engine_of, find, prime_seed, run, stated_version
 from calibration.engines.rigs import Dialect
 from dem.walls.geometry import RECTANGLE, REVOLVED
 
 if TYPE_CHECKING:
+    from calibration.engines.conversion import Conversion, Granulate
     from dem.spec import RunSpec
 
 
+CODE = "lammps"
 INSTALL = "the packages lammps and mpich bring it: pip install lammps mpich"
-
 THICK = 0.01
 """Thickness of a plate, which is solid [m]."""
 FLAT = 1e-6
 """Rise of the cone that stands for a flat ring [m]."""
+ORDER = ("normal", "tangential", "friction", "rolling", "torsion", "damping")
+"""Slots in the order of a `pair_coeff`."""
 
-HEAD = """\
-# {experiment} of LAMMPS; SI units; type 1: grains, 2: walls. Start: lmp -in in.lammps
-atom_style sphere
-units si
-boundary f f f
-newton off
-comm_modify vel yes
-{space}
-neighbor {skin:.6g} bin
-neigh_modify delay 0 every 1
-include material.lammps
-fix move all ${{integrator}}
-fix pull all gravity {gravity} vector 0 0 -1
-"""
 
-BOX = """\
-region box block {box}
-create_box 2 box"""
+def block(material: Granulate, conversion: Conversion, about: Sequence[str]) -> str:
+    """Text of the include file. material: `Granulate`; conversion: `Conversion`; about: lines of
+    provenance."""
+    exports, pairs = conversion.exports(CODE), conversion.pairs(material)
+    head = conversion.head(
+        "#",
+        "LAMMPS, package GRANULAR: include this after `create_box`; atom_style sphere, units si, "
+        "newton off, comm_modify vel yes. Move the grains with `fix move all ${integrator}`.",
+        about,
+        CODE,
+        *[note for export in exports.values() for note in export.notes(pairs[0])],
+    )
+    laws, rotates = [_law(exports, pair) for pair in pairs], conversion.equivalent.rotates
+    return words(CODE).material(head, laws, rotates, material.time_step, material.grain.density)
 
-HEAP = """\
-region plate cylinder z 0 0 {plate:.6g} {below:.6g} 0 side out
-region funnel cone z 0 0 {orifice:.6g} {mouth:.6g} {low:.6g} {rim:.6g} open 1 open 2
-region collar cylinder z 0 0 {mouth:.6g} {rim:.6g} {top:.6g} open 1 open 2
-fix plate all wall/gran/region granular ${{grain_wall}} region plate
-fix funnel all wall/gran/region granular ${{grain_wall}} region funnel
-fix collar all wall/gran/region granular ${{grain_wall}} region collar
-molecule grain {grains}
-region source cylinder z 0 0 {inner:.6g} {source_low:.6g} {source_high:.6g}
-fix source all deposit {count} 0 {every} {seed} mol grain region source near {apart:.6g} &
-    attempt 1000 vz -{speed:.6g} -{speed:.6g}{shares}
-compute kinetic all ke
-thermo_style custom step atoms c_kinetic f_source
-"""
 
-GRAIN = """\
-# one grain
-
-1 atoms
-
-Coords
-
-1 0 0 0
-
-Types
-
-1 1
-
-Diameters
-
-1 {diameter:.9g}
-
-Masses
-
-1 {mass:.9g}
-"""
-
-DROP = """\
-fix floor all wall/gran granular ${{grain_wall}} zplane 0.0 NULL
-{grains}
-set group all diameter {diameter:.9g} density {density:.9g}
-thermo 100000
-run {first}
-dump trace all custom {every} trace.dump id z vz
-dump_modify trace format line "%d %.12g %.12g"
-run {more}
-"""
+def _law(exports, pair):
+    parts = []
+    for export in (exports[slot] for slot in ORDER if slot in exports):
+        parts += [export.words, *(f"{x:.6g}" for x in export.numbers(pair).values())]
+    return " ".join(filter(None, parts))
 
 
 def environment() -> dict[str, str]:
@@ -113,7 +96,7 @@ def version() -> str:
 
 def refuse(spec: RunSpec) -> None:
     """Raise EngineError for what LAMMPS cannot represent of a `RunSpec`."""
-    rig.refuse(spec, "LAMMPS", block.CODE)
+    rig.refuse(spec, "LAMMPS", CODE)
     meshes = [key for key, value in spec.geometry if key.endswith("_stl") and value]
     if meshes:
         raise EngineError(
@@ -125,7 +108,7 @@ def start(spec: RunSpec, folder: Path, timeout_s: float) -> tuple[dict[str, Any]
     """Start the program on the deck of a `RunSpec` in `folder`; returns metrics and the last state.
     Raises EngineError."""
     command = [find("lmp", INSTALL), "-in", "in.lammps", "-log", "none"]
-    return CODE.read(spec, folder, run(command, folder, timeout_s, environment()))
+    return OF_FAMILY.read(spec, folder, run(command, folder, timeout_s, environment()))
 
 
 def _made(output):
@@ -134,74 +117,19 @@ def _made(output):
     return int(rows[-1]) if rows else 0
 
 
-def _head(spec, space, radius):
-    return HEAD.format(
-        experiment=spec.experiment, space=space, skin=0.2 * radius, gravity=rig.GRAVITY
-    )
-
-
 def _heap(spec, folder):
     pour = rig.Pour.of(spec)
-    r, g = pour.largest, pour.rig
-    grains = _grains(pour, folder)
-    side = 1.5 * max(g.plate_radius, g.mouth_radius)
-    text = HEAP.format(
-        grains=" ".join(grains),
-        shares=f" molfrac {' '.join(f'{s:.9g}' for s in pour.shares)}" if grains[1:] else "",
-        plate=g.plate_radius,
-        below=0.5 * pour.bottom,
-        orifice=g.orifice_radius,
-        mouth=g.mouth_radius,
-        low=g.orifice_height,
-        rim=g.rim_height,
-        top=pour.top,
-        inner=g.mouth_radius - 1.2 * r,
-        source_low=g.source_height,
-        source_high=g.source_height + 2.2 * r,
-        count=pour.count,
-        every=max(round(1.0 / pour.rate / pour.dt), 1),
-        seed=prime_seed(spec.seed),
-        apart=2.0 * r,
-        speed=pour.speed,
+    names = (
+        ["grain.molecule"]
+        if len(pour.radii) == 1
+        else [f"grain{k}.molecule" for k in range(len(pour.radii))]
     )
-    box = f"{-side:.6g} {side:.6g} {-side:.6g} {side:.6g} {pour.bottom:.6g} {pour.top + r:.6g}"
-    return _head(spec, BOX.format(box=box), r) + text + pour.end
-
-
-def _grains(pour, folder):
-    """Names of the files of one grain of each size, written into `folder`."""
-    names = []
-    for k, radius in enumerate(pour.radii):
-        names.append("grain.molecule" if len(pour.radii) == 1 else f"grain{k}.molecule")
+    for name, radius in zip(names, pour.radii, strict=True):
         mass = 4 / 3 * np.pi * radius**3 * pour.density
-        (folder / names[-1]).write_text(GRAIN.format(diameter=2 * radius, mass=mass))
-    return names
-
-
-def _drop(spec, folder):
-    return rig.Drop.of(spec).deck(spec, _head, BOX, DROP)
-
-
-LID = """\
-variable {name}_wanted equal {force:.9g}
-variable {name}_force equal -({pushed})
-variable {name}_net equal v_{name}_force-v_{name}_wanted
-variable {name}_up equal f_{name}_path*f_{name}_count*dt
-variable {name}_speed equal &
-    f_{name}_impulse*(f_{name}_count+1)*dt/{mass:.9g}-{drag:.9g}*v_{name}_up
-variable {name}_tick equal 2*step+1
-variable {name}_twist atom {twists}
-variable {name}_torque equal -c_{name}_torque
-compute {name} all reduce sum {forces}
-compute {name}_torque all reduce sum v_{name}_twist
-fix {name}_impulse all ave/time 1 1 1 v_{name}_net ave running
-fix {name}_path all ave/time 1 1 1 v_{name}_speed ave running
-fix {name}_count all ave/time 1 1 1 v_{name}_tick ave running
-"""
-"""A lid of a mass under a load, with a drag: m v = integral of the force on it - m drag path.
-
-A running mean times its number is a sum: so `fix ave/time` integrates force and speed. The mean of
-2 step + 1 from the step 0 on is that number itself. It is one behind while the speed is found."""
+        (folder / name).write_text(words(CODE).grain(2 * radius, mass))
+    every = max(round(1.0 / pour.rate / pour.dt), 1)
+    text = words(CODE).heap(pour, names, every, prime_seed(spec.seed))
+    return head(CODE, spec, words(CODE).box(pour_box(pour)), pour.largest) + text + pour.end
 
 
 def _walls(walls, folder, moves=None, lid=None):
@@ -224,22 +152,7 @@ def _walls(walls, folder, moves=None, lid=None):
             + (" contacts" if pressed else ""),
         ]
     text = "\n".join(lines) + "\n"
-    return text + _lid(lid, count[lid.name] + 1) if lid else text
-
-
-def _lid(lid, parts):
-    """Commands that let a lid of so many parts move. Columns of a wall's contacts: 2 to 4 the force
-    on the grain, 5 to 7 the place."""
-    fixes = [f"f_{lid.name}{k}" for k in range(parts)]
-    return LID.format(
-        name=lid.name,
-        force=lid.force,
-        mass=lid.mass,
-        drag=lid.force / (lid.mass * lid.speed),
-        forces=" ".join(f"{fix}[4]" for fix in fixes),
-        pushed="+".join(f"c_{lid.name}[{k + 1}]" for k in range(parts)),
-        twists="+".join(f"{fix}[5]*{fix}[3]-{fix}[6]*{fix}[2]" for fix in fixes),
-    )
+    return text + words(CODE).lid(lid, count[lid.name] + 1) if lid else text
 
 
 def _region(kind, numbers, height=0.0):
@@ -271,30 +184,18 @@ def _upright(rectangle, height):
     return f"block {' '.join(f'{side:.9g}' for side in sides)} side out", turn
 
 
-TURN = """\
-variable now equal step
-variable begun equal ${{now}}
-variable stays equal ${{{name}_turn}}
-variable {name}_turn equal ${{stays}}+{rate:.9g}*dt*(step-${{begun}})"""
-WATCH = """\
-fix {label} all ave/time 1 {steps} {steps} v_{name}_force v_{name}_torque file {label}.txt"""
-HOLD = "variable stays equal ${{{0}}}\nvariable {0} equal ${{stays}}"
-LIFT = """\
-variable now equal step
-variable begun equal ${{now}}
-variable {name}_up equal {speed:.9g}*dt*(step-${{begun}})"""
 DIALECT = Dialect(
-    _head,
+    partial(head, CODE),
     _walls,
-    lift=lambda name, speed: LIFT.format(name=name, speed=speed),
-    hold=lambda name: HOLD.format(f"{name}_up"),
+    lift=lambda name, speed: words(CODE).lift(name, speed),
+    hold=lambda name: words(CODE).hold(f"{name}_up"),
     remove=lambda walls, name: f"unfix {name}0\n",
     load=lambda lid: f"variable {lid.name}_wanted equal ${{force}}",
     height=lambda lid: f"{lid.height:.9g}+v_{lid.name}_up",
-    turn=lambda name, rate: TURN.format(name=name, rate=rate),
-    stop=lambda name: HOLD.format(f"{name}_turn"),
-    watch=lambda label, name, steps: WATCH.format(label=label, name=name, steps=steps),
+    turn=lambda name, rate: words(CODE).turn(name, rate),
+    stop=lambda name: words(CODE).hold(f"{name}_turn"),
+    watch=lambda label, name, steps: words(CODE).watch(label, name, steps),
 )
-CODE = Code(block, "material.lammps", "in.lammps", DIALECT, {"heap": _heap, "drop": _drop}, _made)
-deck = CODE.write
-ENGINE = engine_of("lammps", CODE.experiments, version, refuse, deck, start)
+OF_FAMILY = Code(CODE, block, "material.lammps", DIALECT, _heap, _made)
+deck = OF_FAMILY.write
+ENGINE = engine_of(CODE, OF_FAMILY.experiments, version, refuse, deck, start)

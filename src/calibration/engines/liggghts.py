@@ -1,73 +1,88 @@
-"""LIGGGHTS (3.8, public version) as the engine, with the exported material block and its own
-walls."""
+"""LIGGGHTS (3.8, public version): commands to include after `create_box 2 ...`, decks with walls of
+meshes, and the program as the engine.
+
+Its conventions, from the sources of version 3.8.0 (github.com/CFDEMproject/LIGGGHTS-PUBLIC, src/):
+
+normal_model_hertz.h, global_properties.cpp
+    E*, G* from Young's modulus and Poisson's ratio of each atom type, Hertz force and the dashpot
+    of Tsuji et al. The tangential dashpot is alike, and the force may attract. This is the law
+    `hertz` with `tsuji` here, with the same numbers.
+tangential_model_history.h
+    It keeps the displacement and multiplies it by the stiffness of the moment. Here the force is
+    kept and reduced on unloading. There is nothing to convert. The difference shows in oblique
+    impacts only.
+rolling_model_epsd3.h
+    k_r = rollingStiffness k_n (mu_r R*)^2 with k_n = (4/3) E* a the secant of the Hertz force,
+    where `elastic_plastic` has the tangent 2 E* a: the factor is 3/2 of ours.
+    Dashpot 2 eta sqrt(I k_r) with I = 1.4 m R^2 about the contact point, reduced for two grains,
+    as here: eta is eta. Limit mu_r |F_n| R*; R* = R at a wall.
+rolling_model_cdt.h
+    Not used. The torque is mu_r k_n overlap R* times the part of the relative spin in the contact
+    plane over the whole of it. Nothing stops it from turning a spin around within a step, so grains
+    at rest shake.
+cohesion_model_sjkr2.h
+    F = k A with A = 2 pi overlap 2R* of two grains and 2 pi overlap R at a wall. `sjkr` has
+    pi R* overlap for both, R* = R at a wall, so k is a fourth of ours, at a wall half. It does not
+    change what friction is limited by, as here.
+"""
 
 from __future__ import annotations
 
 import math
 import re
-from functools import cache
+from collections.abc import Sequence
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from calibration.engines import EngineError, rig
-from calibration.engines.blocks import liggghts as block
-from calibration.engines.lammps_family import Code
+from calibration.engines.conversion import dispensed
+from calibration.engines.family import Code, head, pour_box, words
 from calibration.engines.mesh import body, disc, frustum, write_mesh
 from calibration.engines.program import engine_of, find, prime_seed, run, stated_version
 from calibration.engines.rigs import Dialect
 from dem.contact.rolling.elastic_plastic import SECANT
 
 if TYPE_CHECKING:
+    from calibration.engines.conversion import Conversion, Granulate
     from dem.spec import RunSpec
 
 
+CODE = "liggghts"
 LEAST_STIFFNESS = 1.0 / SECANT
 """Factor of the rolling stiffness that is 1 in its words, the least that it takes."""
 INSTALL = "Debian and Ubuntu have it: apt-get install liggghts"
+MIN_YOUNG = 5.0e6
+MAX_YOUNG = 1.0e9
+"""Outside these LIGGGHTS asks for `soft_particles yes` or `hard_particles yes`."""
+ORDER = ("normal", "tangential", "cohesion", "rolling")
+"""Slots in the order of a `pair_style`."""
 
-HEAD = """\
-# {experiment} of LIGGGHTS 3.8; SI units; type 1: grains, 2: walls. Start: liggghts -in in.liggghts
-atom_style granular
-atom_modify map array
-boundary f f f
-newton off
-communicate single vel yes
-units si
-{space}
-neighbor {skin:.6g} bin
-neigh_modify delay 0
-include material.in
-fix move all ${{integrator}}
-fix pull all gravity {gravity} vector 0 0 -1
-"""
 
-BOX = """\
-region box block {box} units box
-create_box 2 box"""
-
-HEAP = """\
-fix plate all mesh/surface file plate.stl type 2
-fix funnel all mesh/surface file funnel.stl type 2
-fix rig all wall/gran ${{law}} mesh n_meshes 2 meshes plate funnel
-{sizes}
-region mouth cylinder z 0 0 {mouth:.6g} {low:.6g} {high:.6g} units box
-fix source all insert/rate/region seed {seed} distributiontemplate sizes nparticles {count} &
-    particlerate {rate:.6g} insert_every {every} overlapcheck yes all_in yes &
-    vel constant 0 0 -{speed:.6g} region mouth ntry_mc 10000
-compute kinetic all ke
-thermo_style custom step atoms c_kinetic
-"""
-
-DROP = """\
-fix floor all wall/gran ${{law}} primitive type 2 zplane 0.0
-{grains}
-set group all diameter {diameter:.9g} density {density:.9g}
-thermo 100000
-run {first}
-dump trace all custom {every} trace.dump id z vz
-dump_modify trace format "%d %.12g %.12g"
-run {more}
-"""
+def block(material: Granulate, conversion: Conversion, about: Sequence[str]) -> str:
+    """Text of the include file. material: `Granulate`; conversion: `Conversion`; about: lines of
+    provenance."""
+    exports, pairs = conversion.exports(CODE), conversion.pairs(material)
+    head = conversion.head(
+        "#",
+        "LIGGGHTS 3.8: include this after `create_box 2 ...`; atom type 1 is the grain, 2 the "
+        "wall. Move the grains with `fix move all ${integrator}`.",
+        about,
+        CODE,
+        *dispensed(material.spec, CODE),
+    )
+    young = material.grain.young_modulus, material.wall.young_modulus
+    laws = [exports[slot].words for slot in ORDER if slot in exports]
+    numbers = [
+        (name, value, export.numbers(pairs[1])[name])
+        for export in exports.values()
+        for name, value in export.numbers(pairs[0]).items()
+    ]
+    return words(CODE).material(
+        head, max(young) > MAX_YOUNG, min(young) < MIN_YOUNG, material, numbers,
+        {name for export in exports.values() for name in export.alone},
+        " ".join(filter(None, laws)), conversion.equivalent.rotates,
+    )  # fmt: skip
 
 
 @cache
@@ -84,7 +99,7 @@ def launcher() -> list[str]:
 
 def refuse(spec: RunSpec) -> None:
     """Raise EngineError for what LIGGGHTS cannot represent of a `RunSpec`."""
-    rig.refuse(spec, "LIGGGHTS", block.CODE)
+    rig.refuse(spec, "LIGGGHTS", CODE)
     factor = spec.law_parameters.rolling_stiffness_factor  # type: ignore[attr-defined]  # a field for each law
     if factor is not None and factor < LEAST_STIFFNESS:
         key, allowed = "law_parameters.rolling_stiffness_factor", f"at least {LEAST_STIFFNESS:.3g}"
@@ -98,7 +113,7 @@ def start(spec: RunSpec, folder: Path, timeout_s: float) -> tuple[dict[str, Any]
     """Start the program on the deck of a `RunSpec` in `folder`; returns metrics and the last state.
     Raises EngineError."""
     command = [*launcher(), find("liggghts", INSTALL), "-in", "in.liggghts"]
-    return CODE.read(spec, folder, run(command, folder, timeout_s))
+    return OF_FAMILY.read(spec, folder, run(command, folder, timeout_s))
 
 
 def _made(output):
@@ -107,48 +122,17 @@ def _made(output):
     return int(totals[-1]) if totals else 0
 
 
-def _head(spec, space, radius):
-    return HEAD.format(
-        experiment=spec.experiment, space=space, skin=0.2 * radius, gravity=rig.GRAVITY
-    )
-
-
 def _heap(spec, folder):
     pour = rig.Pour.of(spec)
-    r, g = pour.largest, pour.rig
+    g = pour.rig
     write_mesh(folder / "plate.stl", disc(g.plate_radius))
     cone = (g.orifice_radius, g.orifice_height, g.mouth_radius, g.rim_height)
     write_mesh(folder / "funnel.stl", frustum(*cone) + frustum(*cone[2:], g.mouth_radius, pour.top))
-    side = 1.5 * max(g.plate_radius, g.mouth_radius)
-    text = HEAP.format(
-        sizes=_sizes(pour, spec.seed),
-        mouth=g.mouth_radius - 0.2 * r,
-        low=g.source_height - 1.1 * r,
-        high=g.source_height + 1.1 * r,
-        seed=prime_seed(spec.seed),
-        count=pour.count,
-        rate=pour.rate,
-        every=max(round(2.2 * r / pour.speed / pour.dt), 1),
-        speed=pour.speed,
-    )
-    box = f"{-side:.6g} {side:.6g} {-side:.6g} {side:.6g} {pour.bottom:.6g} {pour.top + r:.6g}"
-    return _head(spec, BOX.format(box=box), min(pour.radii)) + text + pour.end
-
-
-def _sizes(pour, seed):
-    """Grains of each size and their shares. seed: of the run, which the source has."""
-    lines, names = [], []
-    for k, (radius, share) in enumerate(zip(pour.radii, pour.shares, strict=True)):
-        lines.append(
-            f"fix size{k} all particletemplate/sphere {_other_seed(1000 + k, seed)} atom_type 1 "
-            f"density constant {pour.density:.6g} radius constant {radius:.9g}"
-        )
-        names.append(f"size{k} {share:.9g}")
-    lines.append(
-        f"fix sizes all particledistribution/discrete/numberbased {_other_seed(2000, seed)} "
-        f"{len(names)} {' '.join(names)}"
-    )
-    return "\n".join(lines)
+    numbers = [*range(1000, 1000 + len(pour.radii)), 2000]
+    seeds = [_other_seed(number, spec.seed) for number in numbers]
+    every = max(round(2.2 * pour.largest / pour.speed / pour.dt), 1)
+    text = words(CODE).heap(pour, seeds, every, prime_seed(spec.seed))
+    return head(CODE, spec, words(CODE).box(pour_box(pour)), min(pour.radii)) + text + pour.end
 
 
 def _other_seed(number, seed):
@@ -157,62 +141,26 @@ def _other_seed(number, seed):
     return own if own != prime_seed(seed) else prime_seed(number + 2000)
 
 
-def _drop(spec, folder):
-    return rig.Drop.of(spec).deck(spec, _head, BOX, DROP, units=" units box")
-
-
-LID = """\
-fix {lid.name} all mesh/surface/stress/servo file {lid.name}.stl type 2 com 0 0 {lid.height:.9g} &
-    ctrlPV force axis 0 0 1 target_val -{lid.force:.9g} vel_max {lid.speed:.9g} &
-    kp {kp:.9g} ki {ki:.9g} kd 0"""
-LOAD = """\
-variable kp equal v_force*{kp:.9g}
-variable ki equal v_force*{ki:.9g}
-fix_modify {lid.name} servo/target_val -${{force}}
-fix_modify {lid.name} servo/ctrlParam ${{kp}} ${{ki}} 0"""
-
-
-def _gains(lid, force):
-    """The servo multiplies by speed/force: so its speed goes with the mobility and the mass.
-
-    A lid that presses down has a negative target along z: with a positive one along -z what the
-    servo has added up changes its sign at the greatest speed (3.8.0, limit_vel)."""
-    kp = force * lid.mobility / lid.speed
-    return {"lid": lid, "kp": kp, "ki": force / (lid.mass * lid.speed)}
-
-
 def _walls(walls, folder, moves=None, lid=None):
     """Each body is a mesh."""
     names = [b["name"] for b in walls.bodies]
     for name in names:
         write_mesh(folder / f"{name}.stl", body(walls, name))
-    meshes = [
-        LID.format(**_gains(lid, lid.force))
-        if lid and name == lid.name
-        else f"fix {name} all mesh/surface file {name}.stl type 2"
-        for name in names
-    ]
-    return "\n".join([*meshes, _touch(names)]) + "\n"
-
-
-def _touch(names):
-    """LIGGGHTS takes one wall of meshes."""
-    return f"fix rig all wall/gran ${{law}} mesh n_meshes {len(names)} meshes {' '.join(names)}"
+    return words(CODE).walls(names, lid)
 
 
 def _remove(walls, name):
-    """The other meshes become a wall anew: what it remembers of its contacts is lost."""
-    others = [b["name"] for b in walls.bodies if b["name"] != name]
-    return f"unfix rig\nunfix {name}\n{_touch(others)}\n"
+    """The other meshes become a wall anew."""
+    return words(CODE).remove(name, [b["name"] for b in walls.bodies if b["name"] != name])
 
 
 DIALECT = Dialect(
-    _head,
+    partial(head, CODE),
     _walls,
     lift=lambda name, speed: f"fix move_{name} all move/mesh mesh {name} linear 0 0 {speed:.9g}",
     hold="unfix move_{}".format,
     remove=_remove,
-    load=lambda lid: LOAD.format(**_gains(lid, 1.0)),
+    load=lambda lid: words(CODE).load(lid),
     height=lambda lid: f"f_{lid.name}[9]",
     turn=lambda name, rate: (
         f"fix move_{name} all move/mesh mesh {name} rotate origin 0 0 0 axis 0 0 1 "
@@ -223,6 +171,6 @@ DIALECT = Dialect(
         f"fix {label} all ave/time 1 {steps} {steps} f_{name}[3] f_{name}[6] file {label}.txt"
     ),
 )
-CODE = Code(block, "material.in", "in.liggghts", DIALECT, {"heap": _heap, "drop": _drop}, _made)
-deck = CODE.write
-ENGINE = engine_of("liggghts", CODE.experiments, version, refuse, deck, start)
+OF_FAMILY = Code(CODE, block, "material.in", DIALECT, _heap, _made)
+deck = OF_FAMILY.write
+ENGINE = engine_of(CODE, OF_FAMILY.experiments, version, refuse, deck, start)

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from calibration.engines import EngineError
-from calibration.engines.blocks.conversion import Conversion
-from calibration.engines.blocks.header import left_out
-from calibration.engines.blocks.material import granulate
+from calibration.engines.conversion import Conversion, granulate, left_out
+from calibration.engines.templates import macros
 from dem.constants import GRAVITY
 from dem.contact.catalogue import LAWS
 from dem.experiments.heap import Rig
@@ -25,8 +24,6 @@ from dem.measure.heap import measure_heap
 from dem.timescales import hertz_contact_time
 
 if TYPE_CHECKING:
-    from types import ModuleType
-
     from dem.spec import RunSpec, Sizes
 
 
@@ -39,35 +36,6 @@ LOOK = 0.05
 """Time between these looks [s]."""
 SLICES = 5
 """Single sizes that stand for a class of a sieve curve."""
-REST = """\
-thermo 10000
-thermo_modify lost ignore norm no
-variable energy equal c_kinetic
-run {first}
-"""
-"""End of a heap's deck in LIGGGHTS and LAMMPS, before it looks whether the compute `kinetic` says
-rest."""
-UNTIL = """\
-variable {label}_look loop {looks}
-label {label}_more
-run {between}
-if "${{{label}_look}} > {least} && ${{energy}} < {energy:.6g}" then "jump SELF {label}"
-next {label}_look
-jump SELF {label}_more
-label {label}
-"""
-DUMP = """\
-dump {name} all custom 1 {name}.dump id radius x y z vx vy vz omegax omegay omegaz
-run 0
-undump {name}
-"""
-"""Leaves all grains in LIGGGHTS and LAMMPS."""
-
-
-def until(label: str, between: int, looks: int, energy: float, least: int = 0) -> str:
-    """Commands of LIGGGHTS and LAMMPS that run until the variable `energy` is below `energy` [J]:
-    `looks` times `between` steps at most, more than `least` times."""
-    return UNTIL.format(label=label, between=between, looks=looks, energy=energy, least=least)
 
 
 def refuse(spec: RunSpec, name: str, code: str) -> None:
@@ -107,10 +75,9 @@ def refuse_lost(spec: RunSpec, name: str, code: str) -> None:
         )
 
 
-def block_of(module: ModuleType, spec: RunSpec) -> str:
-    """Text of a code's material block for a `RunSpec`, from its module in
-    `calibration.engines.blocks`."""
-    return module.block(granulate(spec), Conversion(spec), ["A run of a study, in SI units."])
+def block_of(block: Callable[..., str], spec: RunSpec) -> str:
+    """Text of a code's material block for a `RunSpec`; block: the function of its module."""
+    return block(granulate(spec), Conversion(spec), ["A run of a study, in SI units."])
 
 
 def sliced(sizes: Sizes) -> Sizes:
@@ -155,9 +122,8 @@ class Pour:
     dt: float
     max_time: float
     rest_energy: float
-    """Kinetic energy of translation below which the heap is at rest [J]. A grain that spins
-    about the normal of its
-    contacts has no resistance in these codes, and does not move the heap."""
+    """Kinetic energy of translation below which the heap is at rest [J]. A grain that spins about
+    the normal of its contacts has no resistance in these codes, and does not move the heap."""
 
     @classmethod
     def of(cls, spec: RunSpec) -> Pour:
@@ -211,9 +177,9 @@ class Pour:
     @property
     def end(self) -> str:
         """Commands that run until the heap is at rest, and dump it."""
-        first, between, looks = self.looks
-        rest = until("rest", between, looks, self.rest_energy)
-        return REST.format(first=first) + rest + DUMP.format(name="end")
+        (first, between, looks), words = self.looks, macros("calibration.engines", "family")
+        rest = words.until("rest", between, looks, self.rest_energy, 0)
+        return words.heap_end(first) + rest + words.dump("end")
 
 
 def heap_metrics(state: Mapping[str, np.ndarray], pour: Pour, made: int) -> dict[str, Any]:
@@ -223,8 +189,7 @@ def heap_metrics(state: Mapping[str, np.ndarray], pour: Pour, made: int) -> dict
     if made < pour.count:
         raise EngineError(
             f"made {made} of {pour.count} grains: the funnel does not take them; widen the "
-            f"orifice, "
-            "or make fewer a second"
+            "orifice, or make fewer a second"
         )
     x, r, v = state["position"], state["radius"], state["velocity"]
     metrics = measure_heap(x, r, v, pour.rig.plate_radius)
@@ -290,32 +255,6 @@ class Drop:
         fall = math.sqrt(2.0 * self.height / GRAVITY)
         every = max(round(0.01 * fall / self.dt), 1)
         return round((fall + 2.0 * self.contact_time) / self.dt), every, 20
-
-    def deck(
-        self,
-        spec: RunSpec,
-        head: Callable[[RunSpec, str, float], str],
-        space: str,
-        body: str,
-        units: str = "",
-    ) -> str:
-        """A code's deck: its head (a function of spec, space and radius), `space` with the box,
-        then `body` with the grains, one a line, and the steps between looks. units: words behind a
-        grain's place."""
-        at = self.starts(spec.seed)
-        first, every, looks = self.looks
-        grains = "\n".join(
-            f"create_atoms 1 single {x:.12g} {y:.12g} {z:.12g}{units}" for x, y, z in at
-        )
-        box = space.format(box=box_around(at, self.radius))
-        return head(spec, box, self.radius) + body.format(
-            grains=grains,
-            diameter=2.0 * self.radius,
-            density=self.density,
-            first=first,
-            every=every,
-            more=every * looks,
-        )
 
     def metrics(self, z: np.ndarray, v: np.ndarray, start: np.ndarray) -> dict[str, float]:
         """Metrics from heights z and speeds v (looks, drops) of the centres after the impact, and

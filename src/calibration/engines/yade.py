@@ -1,93 +1,72 @@
-"""YADE (2023.02a) as the engine, with the exported script of materials and walls of facets."""
+"""YADE (2023.02a): materials and functors to execute in a script, a heap's script with walls of
+facets, and the program as the engine.
+
+Its conventions, from the class reference of the installed version and the source
+pkg/dem/HertzMindlin.cpp (mirrored at github.com/bchareyre/yade-mpi). Newer formulas are those of
+the installed version. A test reads the stiffnesses of live contacts and checks them:
+
+Ip2_FrictMat_FrictMat_MindlinPhys
+    E* and G* from Young's modulus and Poisson's ratio as here. en: the dashpot of Thornton et al.
+    (2013), Eqs. B6 and B7, for a force that never attracts; `tsuji` here attracts at the end. Each
+    returns its e, so e is carried over. en, es, frictAngle are tables by pair (MatchMaker,
+    frictAngle in radians); krot and eta are single numbers.
+Law2_ScGeom_MindlinPhys_Mindlin, includeMoment=True
+    The moment grows by krot times the relative rotation, without a dashpot, up to
+    eta (R1 + R2)/2 F_n. With R* = R/2 of equal grains, eta is half of mu_r of `elastic_plastic`.
+    krot is a constant; there k_r grows with the load. While F_n is cut to zero at the end of an
+    impact the moment has no limit.
+Ig2_Facet_Sphere_ScGeom
+    A facet counts as a sphere of twice the radius. R* is 2R/3 instead of R, so a grain on a facet
+    is softer by sqrt(2/3), and the lever of eta is 3R/2. The limit of the moment is set there
+    contact by contact (`wallRolling`). The softer contact stays, since the modulus is softened
+    anyway.
+"""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from calibration.engines import EngineError, rig
-from calibration.engines.blocks import yade as block
+from calibration.engines.conversion import dispensed
 from calibration.engines.program import engine_of, find, read_dump, run, state_of, stated_version
+from calibration.engines.templates import macros
+from dem.constants import GRAVITY
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     import numpy as np
 
+    from calibration.engines.conversion import Conversion, Granulate
     from dem.spec import RunSpec
 
 
+CODE = "yade"
 INSTALL = "Debian and Ubuntu have it: apt-get install yade"
 
-HEAP = """\
-# heap of YADE; SI units. Start: yade -j1 -n -x in.py
-import math, random
-exec(open("material.py").read())
-random.seed({seed})
-radii, shares, pitch = {radii}, {shares}, {pitch:.9g}
+
+def block(material: Granulate, conversion: Conversion, about: Sequence[str]) -> str:
+    """Text of the script. material: `Granulate`; conversion: `Conversion`; about: lines of
+    provenance."""
+    exports, pairs = conversion.exports(CODE), conversion.pairs(material)
+    head = conversion.head(
+        "#",
+        "YADE 2023.02: execute this in a script, exec(open('yade.py').read()), and use grain, "
+        "wall, physics, law and the engine upkeep.",
+        about,
+        CODE,
+        *[note for export in exports.values() for note in export.notes(pairs[0])],
+        *dispensed(material.spec, CODE),
+    )
+    numbers = [{slot: export.numbers(pair) for slot, export in exports.items()} for pair in pairs]
+    return _words().material(head, material, *numbers, conversion.equivalent.rotates)
 
 
-def band(a, za, b, zb):
-    at = lambda r, z, k: Vector3(r * math.cos(k * math.pi / 32), r * math.sin(k * math.pi / 32), z)
-    for k in range(64):
-        p, q, r, s = at(a, za, k), at(b, zb, k), at(b, zb, k + 1), at(a, za, k + 1)
-        for t in ((p, q, r), (p, r, s)):
-            if (t[1] - t[0]).cross(t[2] - t[0]).norm() > 1e-12:
-                O.bodies.append(facet(t, material="wall"))
-
-
-band(0, 0, {half_plate:.9g}, 0)
-band({half_plate:.9g}, 0, {plate:.9g}, 0)
-band({orifice:.9g}, {low:.9g}, {mouth:.9g}, {rim:.9g})
-band({mouth:.9g}, {rim:.9g}, {mouth:.9g}, {top:.9g})
-reach = math.floor({mouth:.9g} / pitch)
-line = [k * pitch for k in range(-reach, reach + 1)]
-sites = [(x, y) for x in line for y in line if math.hypot(x, y) < {mouth:.9g} - 0.6 * pitch]
-made, owed = 0, 0.0
-
-
-def grains():
-    return [b for b in O.bodies if isinstance(b.shape, Sphere)]
-
-
-def pour():
-    global made, owed
-    owed = min(owed + {layer:.9g}, len(sites), {count} - made)
-    for x, y in random.sample(sites, int(owed)):
-        radius = random.choices(radii, shares)[0]
-        shift = [random.uniform(-0.04, 0.04) * pitch for _ in range(3)]
-        place = (x + shift[0], y + shift[1], {source:.9g} + shift[2])
-        b = O.bodies[O.bodies.append(sphere(place, radius, material="grain"))]
-        b.state.vel = (0, 0, -{speed:.9g})
-        made, owed = made + 1, owed - 1.0
-    for b in [b.id for b in grains() if b.state.pos[2] < {bottom:.9g}]:
-        O.bodies.erase(b)
-
-
-def moving():
-    return sum(0.5 * b.state.mass * b.state.vel.squaredNorm() for b in grains())
-
-
-O.engines = [
-    ForceResetter(),
-    InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Facet_Aabb()], verletDist={skin:.9g}),
-    InteractionLoop([Ig2_Sphere_Sphere_ScGeom(), Ig2_Facet_Sphere_ScGeom()], [physics], [law]),
-    upkeep,
-    NewtonIntegrator(gravity=(0, 0, -{gravity}), damping=0),
-    PyRunner(command="pour()", iterPeriod={every}, firstIterRun=1),
-]
-O.run({first}, True)
-for look in range({looks}):
-    if moving() < {energy:.9g}:
-        break
-    O.run({between}, True)
-with open("end.dump", "w") as out:
-    print("ITEM: ATOMS id radius x y z vx vy vz omegax omegay omegaz", file=out)
-    for b in grains():
-        print(b.id, b.shape.radius, *b.state.pos, *b.state.vel, *b.state.angVel, file=out)
-print("made", made)
-"""
+def _words():
+    return macros("calibration.engines", CODE)
 
 
 @cache
@@ -98,7 +77,7 @@ def version() -> str:
 
 def refuse(spec: RunSpec) -> None:
     """Raise EngineError for what YADE cannot represent of a `RunSpec`."""
-    rig.refuse(spec, "YADE", block.CODE)
+    rig.refuse(spec, "YADE", CODE)
 
 
 def deck(spec: RunSpec, folder: Path, material: str | None = None) -> None:
@@ -106,33 +85,10 @@ def deck(spec: RunSpec, folder: Path, material: str | None = None) -> None:
     block, that of the spec unless given."""
     (folder / "material.py").write_text(material or rig.block_of(block, spec))
     pour = rig.Pour.of(spec)
-    g, pitch, (first, between, looks) = pour.rig, 2.2 * pour.largest, pour.looks
+    pitch = 2.2 * pour.largest
     every = max(round(pitch / pour.speed / pour.dt), 1)  # a layer has left the source by then
-    text = HEAP.format(
-        seed=spec.seed,
-        radii=[float(r) for r in pour.radii],
-        shares=[float(s) for s in pour.shares],
-        pitch=pitch,
-        half_plate=0.5 * g.plate_radius,
-        plate=g.plate_radius,
-        orifice=g.orifice_radius,
-        mouth=g.mouth_radius,
-        low=g.orifice_height,
-        rim=g.rim_height,
-        top=pour.top,
-        layer=pour.rate * every * pour.dt,
-        count=pour.count,
-        source=g.source_height,
-        speed=pour.speed,
-        bottom=pour.bottom,
-        skin=0.1 * min(pour.radii),
-        gravity=rig.GRAVITY,
-        every=every,
-        first=first,
-        looks=looks,
-        energy=pour.rest_energy,
-        between=between,
-    )
+    radii, shares = ([float(x) for x in own] for own in (pour.radii, pour.shares))
+    text = _words().heap(pour, spec.seed, radii, shares, pitch, every, GRAVITY)
     (folder / "in.py").write_text(text)
 
 
@@ -149,4 +105,4 @@ def start(
     return rig.heap_metrics(state, rig.Pour.of(spec), int(made.group(1))), state
 
 
-ENGINE = engine_of("yade", ("heap",), version, refuse, deck, start)
+ENGINE = engine_of(CODE, ("heap",), version, refuse, deck, start)

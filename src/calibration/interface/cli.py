@@ -132,7 +132,7 @@ def _allow(args):
 
 
 def _deck(args):
-    from calibration.telling.export.target_code import check  # loads pandas
+    from calibration.telling.export.decks import check  # loads pandas
 
     return check(args.folder, args.seeds, args.timeout)
 

@@ -1,7 +1,6 @@
 """What another code makes of a law: each law's file says it in `exports`.
 
-`calibration.engines.blocks` puts these words and numbers together as the files that another code
-reads.
+`calibration.engines` puts these words and numbers together as the files that another code reads.
 """
 
 from collections.abc import Callable

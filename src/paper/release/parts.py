@@ -173,7 +173,7 @@ PARTS = (
     Part(
         "decks",
         "decks as they are written, in LIGGGHTS, LAMMPS and YADE, which must be installed",
-        ((PYTHON, "-m", "calibration.telling.export.trial_heaps"),),
+        ((PYTHON, "-m", "benchmarks.decks"),),
     ),
     Part(
         "other codes",

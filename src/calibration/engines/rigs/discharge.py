@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from calibration.engines import NO_GRAINS, bed
 from calibration.engines.program import read_dump, state_of
-from calibration.engines.rig import DUMP
 from dem.experiments import discharge as own
 from dem.experiments import outflow
 from dem.experiments.phases import look as pause_of
@@ -25,28 +24,6 @@ if TYPE_CHECKING:
     from dem.spec import RunSpec
 
 
-FLOW = """\
-variable grains equal count(all)
-variable weight equal mass(all)
-variable quiet equal 0
-variable before equal ${{grains}}
-variable flow loop {looks}
-label flowing
-run {look}
-variable now equal ${{grains}}
-print "left ${{now}} ${{weight}}"
-if "${{now}} < ${{before}}" then "variable quiet equal 0" else "variable quiet equal ${{quiet}}+1"
-variable before equal ${{now}}
-if "${{now}} == 0 || ${{quiet}} > {quiet}" then "jump SELF flowed"
-next flow
-jump SELF flowing
-label flowed
-if "${{now}} == 0" then "jump SELF emptied"
-"""
-EMPTIED = "label emptied\n"
-"""LIGGGHTS runs and dumps nothing without a grain: an empty silo leaves no end.dump."""
-
-
 def deck(spec: RunSpec, dialect: Dialect, folder: Path) -> str:
     """Text of the deck of a `RunSpec`; its grains and walls are written into `folder`."""
     silo = own.Silo(spec.geometry)
@@ -56,12 +33,9 @@ def deck(spec: RunSpec, dialect: Dialect, folder: Path) -> str:
     text = bed.start(spec, grains, dialect, folder, (-side, -side, low), (side, side, top))
     text += dialect.walls(walls, folder) + bed.settle(spec, grains)
     pause = pause_of(spec)
-    text += dialect.remove(walls, "gate") + FLOW.format(
-        look=bed.steps(spec, pause),
-        looks=round(spec.numerics.max_time_s / pause) + 2,
-        quiet=outflow.QUIET,
-    )
-    return text + DUMP.format(name="end") + EMPTIED
+    looks = round(spec.numerics.max_time_s / pause) + 2
+    flow = bed.words().flow(looks, bed.steps(spec, pause), outflow.QUIET)
+    return text + dialect.remove(walls, "gate") + flow
 
 
 class _Outflow:

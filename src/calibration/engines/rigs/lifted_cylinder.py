@@ -9,7 +9,6 @@ import numpy as np
 
 from calibration.engines import bed
 from calibration.engines.program import read_dump, state_of, time_of
-from calibration.engines.rig import DUMP, until
 from dem.experiments import lifted_cylinder as own
 from dem.experiments.phases import look as pause_of
 from dem.experiments.setup import time_step_of
@@ -24,14 +23,6 @@ if TYPE_CHECKING:
 
 CLEAR = 1.2
 """Depths of the grains by which the cylinder rises."""
-LIFT = """\
-variable depth equal bound(all,zmax)
-variable rising equal "ceil({looks_a_metre:.9g}*v_depth)*{look}"
-variable clear equal ${{rising}}
-{lift}
-run ${{clear}}
-{hold}
-"""
 
 
 def deck(spec: RunSpec, dialect: Dialect, folder: Path) -> str:
@@ -45,15 +36,13 @@ def deck(spec: RunSpec, dialect: Dialect, folder: Path) -> str:
     text = bed.start(spec, grains, dialect, folder, low, high)
     text += dialect.walls(rig.walls(top), folder, moves="cylinder")
     text += bed.settle(spec, grains)
-    text += LIFT.format(
-        looks_a_metre=CLEAR / speed / (look * time_step_of(spec)),
-        look=look,
-        lift=dialect.lift("cylinder", speed),
-        hold=dialect.hold("cylinder"),
-    )
+    text += bed.words().lift(
+        CLEAR / speed / (look * time_step_of(spec)), look,
+        dialect.lift("cylinder", speed), dialect.hold("cylinder"),
+    )  # fmt: skip
     looks = max(round(spec.numerics.max_time_s / pause), 1)
-    text += until("rest", look, looks, own.CALM * grains.lift_energy)
-    return text + DUMP.format(name="end")
+    text += bed.words().until("rest", look, looks, own.CALM * grains.lift_energy, 0)
+    return text + bed.words().dump("end")
 
 
 def read(spec: RunSpec, folder: Path, output: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:

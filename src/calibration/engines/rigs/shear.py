@@ -15,9 +15,8 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from calibration.engines import EngineError, bed
-from calibration.engines.blocks.material import granulate
+from calibration.engines.conversion import granulate
 from calibration.engines.program import read_dump, state_of
-from calibration.engines.rig import DUMP, until
 from calibration.engines.rigs import Lid
 from dem.constants import GRAVITY
 from dem.experiments import phases
@@ -37,31 +36,6 @@ AT_REST = 1e-4
 """Energy at which the grains rest, of what lifts each by its radius [-]; as `own.Ring.rest`."""
 PARTS = 20
 """Steps of a change of load."""
-LOAD = """\
-variable {label}_part loop {parts}
-label {label}_more
-variable force equal {now:.9g}+({more:.9g})*v_{label}_part/{parts}
-{load}
-run {steps}
-next {label}_part
-jump SELF {label}_more
-"""
-SHEAR = """\
-variable ahead equal ceil(step/{steps})*{steps}-step
-variable wait equal ${{ahead}}
-run ${{wait}}
-{turn}
-{watch}
-run {path}
-unfix {label}
-{stop}
-"""
-
-
-HEIGHT = """\
-variable height equal {height}
-print "lid ${{height}}"
-"""
 
 
 class Cell(own.Ring):
@@ -118,47 +92,35 @@ def deck(spec: RunSpec, dialect: Dialect, folder: Path) -> str:
                 spec, cell.sim, dialect, folder, (-side, -side, -bed.ROOM), (side, side, high)
             ),
             dialect.walls(cell.walls, folder, lid=lid),
-            bed.ENERGY,
+            bed.words().energy(),
             _rest(cell, "filled", own.FILLED),
             _load(cell, dialect, lid, "pressed", cell.weight, before),
             _rest(cell, "compact", own.PRESSED),
             _shear(cell, dialect, "preshear", g.preshear_displacement_mm),
             _load(cell, dialect, lid, "relieved", before, test),
             _rest(cell, "ready", own.RELIEVED),
-            HEIGHT.format(height=dialect.height(lid)),  # type: ignore[misc]
+            bed.words().height(dialect.height(lid)),  # type: ignore[misc]
             _shear(cell, dialect, "shear", g.shear_displacement_mm),
-            DUMP.format(name="end"),
+            bed.words().dump("end"),
         ]
     )
 
 
 def _rest(cell, label, limit):
     looks, step = round(limit / phases.LOOK), bed.steps(cell.spec, phases.LOOK * cell.fall_time)
-    least = round(phases.SOONEST / phases.LOOK)
-    return until(label, step, looks, AT_REST * cell.sim.lift_energy, least=least)
+    calm = AT_REST * cell.sim.lift_energy
+    return bed.words().until(label, step, looks, calm, round(phases.SOONEST / phases.LOOK))
 
 
 def _load(cell, dialect, lid, label, now, wanted):
-    return LOAD.format(
-        label=label,
-        parts=PARTS,
-        now=now,
-        more=wanted - now,
-        load=dialect.load(lid),
-        steps=bed.steps(cell.spec, own.RAMP / PARTS * cell.fall_time),
-    )
+    steps = bed.steps(cell.spec, own.RAMP / PARTS * cell.fall_time)
+    return bed.words().load(label, PARTS, now, wanted - now, dialect.load(lid), steps)
 
 
 def _shear(cell, dialect, label, path_mm):
-    steps = cell.stretch(path_mm)
-    return SHEAR.format(
-        label=label,
-        steps=steps,
-        path=steps * own.STRETCHES,
-        turn=dialect.turn("trough", cell.rate),
-        watch=dialect.watch(label, "lid", steps),
-        stop=dialect.stop("trough"),
-    )
+    steps, turn = cell.stretch(path_mm), dialect.turn("trough", cell.rate)
+    watch, stop = dialect.watch(label, "lid", steps), dialect.stop("trough")
+    return bed.words().shear(label, steps, steps * own.STRETCHES, turn, watch, stop)
 
 
 def read(spec: RunSpec, folder: Path, output: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:

@@ -12,7 +12,7 @@ from scipy.spatial.distance import cdist
 
 from calibration.chain.joint.analysis import INSIDE
 from calibration.chain.joint.emulators import free_factors
-from calibration.engines.blocks.header import left_out
+from calibration.engines.conversion import left_out
 from calibration.figures import label
 from calibration.intake.tables import read_written
 from calibration.statistics.ties import first_least

@@ -39,7 +39,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from calibration.engines.blocks.rolling import (
+from calibration.engines.conversion import (
     DAMPING_RATIO,
     ELASTIC_PLASTIC,
     NO_ROTATION,

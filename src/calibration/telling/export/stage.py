@@ -10,17 +10,16 @@ from typing import TYPE_CHECKING, Any
 from calibration.chain.files import read_region
 from calibration.chain.optimum import augmented_runs
 from calibration.chain.responses import with_value
-from calibration.engines.blocks import edem, lammps, liggghts, mercurydpm, rocky, yade
-from calibration.engines.blocks.by_hand import Expected
-from calibration.engines.blocks.conversion import Conversion
-from calibration.engines.blocks.header import left_out
-from calibration.engines.blocks.material import granulate
+from calibration.engines import lammps, liggghts, yade
+from calibration.engines.conversion import Conversion, granulate, left_out
 from calibration.files import write_text
 from calibration.runs.store import RunStore
 from calibration.statistics.surface import fit_surface
 from calibration.study.config.joint import name_of
+from calibration.telling.export import by_hand, mercurydpm
+from calibration.telling.export.by_hand import Expected
 from calibration.telling.export.decks import scatter_of_one, write_decks
-from calibration.telling.export.heap_profile import profile
+from calibration.telling.export.heap_comparison import profile
 from calibration.telling.export.parameters import (
     calibrated_entries,
     entries,
@@ -64,9 +63,9 @@ CONVERTED = {
 }
 """File under exports/ -> module that writes it; these codes may need another rolling law than the
 calibrated one."""
-BY_HAND = {"edem.md": edem, "rocky.md": rocky}
-"""As CONVERTED, of programs that are filled in by hand: pages, with interval and source."""
-CODES = CONVERTED | BY_HAND
+BY_HAND = {"edem.md": "edem", "rocky.md": "rocky"}
+"""File -> program that is filled in by hand: pages, with interval and source."""
+CODES = (*CONVERTED, *BY_HAND)
 
 
 def _spec(study):
@@ -275,9 +274,13 @@ def write_set(
     that the set gives.
     """
     conversion = Conversion(parse_spec(mapping))
-    _write_blocks(CONVERTED, mapping, conversion, lines, folder)
-    told = {"known": data["parameters"], "expected": expected}
-    _write_blocks(BY_HAND, mapping, conversion, lines, folder, **told)
+    _write_blocks(mapping, conversion, lines, folder)
+    for name, code in BY_HAND.items():
+        about = [*lines, *left_out(conversion.spec, code)]
+        text = by_hand.block(
+            code, granulate(conversion.spec), conversion, about, data["parameters"], expected
+        )
+        write_text(text, folder / name)
     head = "".join(f"# {line}\n" for line in lines)
     write_text(head + to_yaml(mapping), folder / "dem.yaml")
     write_text(head + to_yaml(data), parameters)
@@ -288,7 +291,7 @@ def export_converted(study: Study, source: NamedFiles, output: Sequence[str]) ->
     mapping = _spec(study)
     conversion = Conversion(parse_spec(mapping), study.summary("export_correction", "rolling"))
     lines = about(study.config, study.summary("validation"))
-    _write_blocks(CONVERTED, mapping, conversion, lines, Path(output[0]).parent)
+    _write_blocks(mapping, conversion, lines, Path(output[0]).parent)
     _write_decks(study, mapping, conversion, lines, Path(output[0]).parent)
 
 
@@ -328,9 +331,8 @@ def _profiles(study):
     return found
 
 
-def _write_blocks(codes, mapping, conversion, lines, folder, **told):
-    """told: what only pages BY_HAND take."""
+def _write_blocks(mapping, conversion, lines, folder):
     spec = parse_spec(mapping)
-    for name, code in codes.items():
+    for name, code in CONVERTED.items():
         about = [*lines, *left_out(spec, code.CODE)]
-        write_text(code.block(granulate(spec), conversion, about, **told), folder / name)
+        write_text(code.block(granulate(spec), conversion, about), folder / name)

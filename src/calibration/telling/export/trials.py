@@ -1,7 +1,7 @@
 """Heaps that were poured in other codes with a deck's numbers as they are, and what they say of the
 deck of another study: each rolling law of this engine beside what the code makes of it.
 
-`trials.json` beside this file holds the profiles; `trial_heaps` pours them again.
+`trials.json` beside this file holds the profiles; `benchmarks.decks` pours them again.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from calibration.telling.export.heap_comparison import Row, rows_of
 from dem.spec import parse_spec
 
 if TYPE_CHECKING:
-    from calibration.engines.blocks.conversion import Conversion
+    from calibration.engines.conversion import Conversion
     from dem.spec import RunSpec
 
 

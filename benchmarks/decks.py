@@ -1,7 +1,7 @@
-"""Pour the heaps of `trials.json` again, of its own run spec: `python -m
-calibration.telling.export.trial_heaps` writes the file. It needs LIGGGHTS, LAMMPS and YADE. Cost:
-about fifteen minutes of one core. Heaps are kept in results/trials or the folder that is named, so
-that a call that was cut off goes on where it stopped."""
+"""Pour the heaps of `trials.json` again, of its own run spec: `python -m benchmarks.decks` writes
+the file. It needs LIGGGHTS, LAMMPS and YADE. Cost: about fifteen minutes of one core. Heaps are
+kept in results/trials or the folder that is named, so that a call that was cut off goes on where it
+stopped."""
 
 from __future__ import annotations
 
@@ -19,8 +19,14 @@ from calibration.intake.tables import read_written
 from calibration.runs.simulated import simulate
 from calibration.study.config import overlay
 from calibration.telling.export import rolling
-from calibration.telling.export.decks import DECKS, engine_of
-from calibration.telling.export.target_code import SEEDS, Deck, heaps_here, heaps_there
+from calibration.telling.export.decks import (
+    DECKS,
+    SEEDS,
+    Deck,
+    engine_of,
+    heaps_here,
+    heaps_there,
+)
 from calibration.telling.export.trials import OWN, TRIALS, trials
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json

@@ -17,17 +17,10 @@ A wall has no curvature: R* = R there (BaseInteraction.cc).
 setRotation(false) keeps grains from turning (DPMBase.h).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
-from calibration.engines.blocks.header import dispensed, header
-
-if TYPE_CHECKING:
-    from calibration.engines.blocks.conversion import Conversion
-    from calibration.engines.blocks.material import Granulate
-
+from calibration.engines.conversion import Conversion, Granulate, dispensed
+from calibration.engines.templates import macros
 
 CODE = "mercurydpm"
 
@@ -35,39 +28,25 @@ CODE = "mercurydpm"
 def block(material: Granulate, conversion: Conversion, about: Sequence[str]) -> str:
     """Text of the C++ block. material: `Granulate`; conversion: `Conversion`; about: lines of
     provenance."""
-    g, exports, pairs = material, conversion.exports(CODE), conversion.pairs(material)
+    exports, pairs = conversion.exports(CODE), conversion.pairs(material)
     stated = exports | {"rolling": conversion.export("rolling", CODE)}  # 0 where it is held
-    head = header(
+    head = conversion.head(
         "//",
         "MercuryDPM 1.0: put this into setupInitialConditions(), with "
         "#include <Species/HertzianViscoelasticMindlinRollingTorsionSpecies.h>",
         about,
-        conversion,
         CODE,
         *[note for export in exports.values() for note in export.notes(pairs[0])],
-        *dispensed(g.spec, CODE),
+        *dispensed(material.spec, CODE),
         "This block has been checked against the sources, not run.",
     )
-    body = [
-        "HertzianViscoelasticMindlinRollingTorsionSpecies species;",
-        f"species.setDensity({g.grain.density:.6g});",
-        "auto grain = speciesHandler.copyAndAddObject(species);",
-        f"species.setDensity({g.wall.density:.6g});",
-        "auto wall = speciesHandler.copyAndAddObject(species);",
-        "auto grainWall = dynamic_cast<HertzianViscoelasticMindlinRollingTorsionMixedSpecies*>(",
-        "    speciesHandler.getMixedObject(grain->getIndex(), wall->getIndex()));",
-        *_setters("grain", stated, pairs[0]),
-        *_setters("grainWall", stated, pairs[1]),
-        *([] if conversion.equivalent.rotates else ["setRotation(false);"]),
-        f"setTimeStep({g.time_step:.4g});",
-    ]
-    return "\n".join(head + body) + "\n"
+    setters = [("grain", _numbers(stated, pairs[0])), ("grainWall", _numbers(stated, pairs[1]))]
+    words = macros("calibration.telling.export", "mercurydpm")
+    return words.block(head, material, setters, conversion.equivalent.rotates)
 
 
-def _setters(name, exports, pair):
-    numbers = {}
-    for export in exports.values():
-        numbers |= export.numbers(pair)
-    for key, values in (numbers | {"TorsionFrictionCoefficient": 0.0}).items():
-        values = values if isinstance(values, tuple) else (values,)
-        yield f"{name}->set{key}({', '.join(f'{x:.6g}' for x in values)});"
+def _numbers(exports, pair):
+    """{setter's end: values} of a pair of materials."""
+    found = {key: x for export in exports.values() for key, x in export.numbers(pair).items()}
+    found |= {"TorsionFrictionCoefficient": 0.0}
+    return {key: x if isinstance(x, tuple) else (x,) for key, x in found.items()}

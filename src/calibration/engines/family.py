@@ -3,10 +3,9 @@ written and what they leave is read in the same way."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +13,8 @@ import numpy as np
 from calibration.engines import rig
 from calibration.engines.program import read_dump, read_frames, state_of
 from calibration.engines.rigs import Dialect, experiments_of, rigs
+from calibration.engines.templates import macros
+from dem.constants import GRAVITY
 
 if TYPE_CHECKING:
     from dem.spec import RunSpec
@@ -21,24 +22,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Code:
-    """One of the two, in its own words."""
+    """One of the two, in its own words: the template of its name."""
 
-    block: ModuleType
-    """Module that writes its material block."""
+    name: str
+    block: Callable[..., str]
+    """Writes its material block."""
     material: str
-    """Name of the file of this block."""
-    main: str
-    """Name of the deck."""
+    """Name of the file of this block; the deck is `in.` and the code's name."""
     dialect: Dialect
-    own: Mapping[str, Callable[[Any, Path], str]]
-    """{experiment: f(spec, folder)} for heap and drop: text of a deck; f writes what it reads."""
+    heap: Callable[[Any, Path], str]
+    """heap(spec, folder): text of a heap's deck; writes what it reads."""
     made: Callable[[str], int]
     """made(output): number of grains that a heap's source made."""
 
     @property
     def experiments(self) -> tuple[str, ...]:
         """Experiments that it can run."""
-        return (*self.own, *experiments_of(self.dialect))
+        return ("heap", "drop", *experiments_of(self.dialect))
 
     def write(self, spec: RunSpec, folder: Path, material: str | None = None) -> None:
         """Write deck and material block of a `RunSpec` into `folder`, and the files that they read.
@@ -48,8 +48,16 @@ class Code:
         if spec.experiment in rigs():
             text = rigs()[spec.experiment].deck(spec, self.dialect, folder)
         else:
-            text = self.own[spec.experiment](spec, folder)
-        (folder / self.main).write_text(text)
+            text = self.heap(spec, folder) if spec.experiment == "heap" else self._drop(spec)
+        (folder / f"in.{self.name}").write_text(text)
+
+    def _drop(self, spec):
+        drop = rig.Drop.of(spec)
+        at, (first, every, looks) = drop.starts(spec.seed), drop.looks
+        places = [" ".join(f"{x:.12g}" for x in place) for place in at]
+        box = words(self.name).box(rig.box_around(at, drop.radius))
+        text = words(self.name).drop(drop, places, first, every, every * looks)
+        return head(self.name, spec, box, drop.radius) + text
 
     def read(
         self, spec: RunSpec, folder: Path, output: str
@@ -65,3 +73,20 @@ class Code:
             return drop.metrics(z, v, drop.starts(spec.seed)[:, 2]), {}
         state = state_of(read_dump(folder / "end.dump"))
         return rig.heap_metrics(state, rig.Pour.of(spec), self.made(output)), state
+
+
+def words(name: str) -> Any:
+    """The template of one of the two, as functions that give lines of its input."""
+    return macros("calibration.engines", name)
+
+
+def head(name: str, spec: RunSpec, space: str, radius: float) -> str:
+    """Head of a deck, as `Dialect.head` has it."""
+    return words(name).head(spec.experiment, space, 0.2 * radius, GRAVITY)
+
+
+def pour_box(pour: rig.Pour) -> str:
+    """Bounds of the box of a heap, as a deck writes them."""
+    side = 1.5 * max(pour.rig.plate_radius, pour.rig.mouth_radius)
+    ends = (-side, side, -side, side, pour.bottom, pour.top + pour.largest)
+    return " ".join(f"{x:.6g}" for x in ends)

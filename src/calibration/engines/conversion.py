@@ -1,0 +1,216 @@
+"""The calibrated point as another code needs it: two materials and two kinds of contact in
+effective constants, the numbers that give the calibrated angle in the laws of other codes, and
+sentences on what is converted and what is not."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from calibration.engines.templates import macros
+from dem.constants import GRAVITY
+from dem.contact.catalogue import LAWS, SLOTS
+from dem.contact.export import Export, Pair
+from dem.contact.registry import Laws, Material, pair_properties
+from dem.experiments.setup import time_step_of
+from dem.grains import mean_radius
+from dem.materials import PARTICLE, WALL, contact_parameters, laws_of, material_of
+from dem.spec import RunSpec
+
+TYPICAL_LOAD = 10.0
+"""Normal force of a typical contact in a heap, in grain weights: the pressure half-way down, rho g
+h/2, on d^2 is h/(2d) = 10 weights for a heap that is twenty grains high. Only stiffnesses of
+rolling springs that a code takes as constants depend on it."""
+WIDTH = 110
+"""Of the comment at the head of a file."""
+STAND_IN = ("normal", "damping", "tangential", "friction", "rolling")
+"""Slots of which every code has a law: where it lacks the calibrated one, another stands in."""
+ROTATION = ("rolling", "torsion")
+ELASTIC_PLASTIC, NO_ROTATION = "elastic_plastic", "no_rotation"
+"""Paths of the search for the calibrated angle in laws that other codes have."""
+_OWN = {p.key: p.default for p in LAWS["rolling"][ELASTIC_PLASTIC].parameters}
+STIFFNESS_FACTOR = _OWN["rolling_stiffness_factor"]
+DAMPING_RATIO = _OWN["rolling_damping_ratio"]
+
+
+@dataclass(frozen=True)
+class Granulate:
+    """Grains and walls. `spec` is the run spec at the calibrated point."""
+
+    spec: RunSpec
+    grain: Material
+    wall: Material
+    radius: float
+    grain_grain: Pair
+    grain_wall: Pair
+
+    @property
+    def time_step(self) -> float:
+        """Time step of the calibrated runs [s]."""
+        return time_step_of(self.spec)
+
+
+def granulate(spec: RunSpec) -> Granulate:
+    """`Granulate` of a `RunSpec`. The mean grain stands for all where there is a size
+    distribution."""
+    grain, wall = material_of(spec.materials.particle), material_of(spec.materials.wall)
+    radius = mean_radius(spec)
+    inertia = 1.4 * 4 / 3 * math.pi * radius**5 * grain.density
+    load = TYPICAL_LOAD * 4 / 3 * math.pi * radius**3 * grain.density * GRAVITY
+    pairs = []
+    contacts = contact_parameters(spec)
+    for other, name, r_eff, i_eff in (
+        (grain, PARTICLE, radius / 2, inertia / 2),
+        (wall, WALL, radius, inertia),
+    ):
+        contact = contacts[PARTICLE, name]
+        p = pair_properties(Laws(), grain, other, contact)
+        pairs.append(Pair(p.young, p.shear, p.damping, r_eff, i_eff, load, name == WALL, contact))
+    return Granulate(spec, grain, wall, radius, *pairs)
+
+
+def needs_search(spec: RunSpec) -> bool:
+    """Whether other codes need other numbers than the calibrated ones of a `RunSpec`. They do not
+    if theirs is the law of the calibration, if grains roll freely, or if no heap was calibrated:
+    there is no angle to keep then."""
+    free = spec.laws.rolling == "none" or spec.contacts.particle_particle.rolling_friction == 0.0  # type: ignore[attr-defined]  # a field for each law
+    return not free and spec.experiment == "heap" and spec.laws.rolling != ELASTIC_PLASTIC  # type: ignore[attr-defined]  # a field for each law
+
+
+@dataclass(frozen=True)
+class Equivalent:
+    """Numbers of grain on grain that give the calibrated angle, in the elastic-plastic law or
+    without rotation."""
+
+    rotates: bool
+    rolling_friction: float
+    static_friction: float
+    stiffness_factor: float
+    damping_ratio: float
+
+
+class Conversion:
+    """What rolling.json says, as the exports need it."""
+
+    def __init__(self, spec: RunSpec, found: Mapping[str, Any] | None = None) -> None:
+        """spec: calibrated `RunSpec`; found: content of rolling.json, or None before the search."""
+        self.spec = spec
+        self.found = found if found and found["path"] else None
+
+    @property
+    def equivalent(self) -> Equivalent:
+        """`Equivalent`: the calibrated numbers before the search, and where none is needed."""
+        if self.found:
+            f = self.found
+            return Equivalent(
+                f["path"] != NO_ROTATION,
+                f["rolling_friction"],
+                f["static_friction"],
+                f["stiffness_factor"],
+                f["damping_ratio"],
+            )
+        q, pair = self.spec.law_parameters, self.spec.contacts.particle_particle
+        factor, damping = q.rolling_stiffness_factor, q.rolling_damping_ratio  # type: ignore[attr-defined]  # a field for each law
+        return Equivalent(
+            True,
+            pair.rolling_friction,
+            pair.static_friction,
+            STIFFNESS_FACTOR if factor is None else factor,
+            DAMPING_RATIO if damping is None else damping,
+        )
+
+    def export(self, slot: str, code: str) -> Export:
+        """`Export` of the law that `code` has for the calibrated one of a slot: the same law, in
+        the slots of STAND_IN otherwise the first that the code has, or an empty one."""
+        own = LAWS[slot][getattr(self.spec.laws, slot)]
+        others = LAWS[slot].values() if slot in STAND_IN else ()
+        return next((x.exports[code] for x in (own, *others) if code in x.exports), Export())
+
+    def exports(self, code: str) -> dict[str, Export]:
+        """{slot: `Export`} of what a file for `code` states; without rolling where grains do not
+        turn."""
+        turning = self.equivalent.rotates
+        slots = [s for s in SLOTS if turning or s not in ROTATION]
+        return {slot: self.export(slot, code) for slot in slots}
+
+    def pairs(self, material: Granulate) -> tuple[Pair, ...]:
+        """The two `Pair`s of a `Granulate`, with the numbers that give the calibrated angle in the
+        laws of other codes."""
+        e = self.equivalent
+        both = {"rolling_stiffness": e.stiffness_factor, "rolling_damping": e.damping_ratio}
+        grains = {"static_friction": e.static_friction, "rolling_friction": e.rolling_friction}
+        wall = {"rolling_friction": material.grain_wall.contact.rolling_friction}  # type: ignore[attr-defined]
+        if not self.rolls:
+            both["rolling_friction"] = 0.0
+        return tuple(
+            replace(pair, contact=replace(pair.contact, **changes | both))  # type: ignore[type-var]
+            for pair, changes in ((material.grain_grain, grains), (material.grain_wall, wall))
+        )
+
+    @property
+    def rolls(self) -> bool:
+        """Whether grains turn and their rolling is resisted: rolling friction is then the number
+        that a code's other law asks for."""
+        e, on_wall = self.equivalent, self.spec.contacts.particle_wall.rolling_friction
+        resisted = max(e.rolling_friction, on_wall) > 0.0
+        return e.rotates and self.spec.laws.rolling != "none" and resisted  # type: ignore[attr-defined]  # a field for each law
+
+    def sentences(self, name: str) -> list[str]:
+        """What was done about rolling friction, for the head of a file; `name`: the law in that
+        code's words."""
+        pair, laws = self.spec.contacts.particle_particle, self.spec.laws
+        if self.found:
+            held = self.found["path"] == NO_ROTATION
+            text = _words().searched(name, self.found, pair, self.rolls, held)
+        else:
+            rolls = laws.rolling != "none" and pair.rolling_friction > 0  # type: ignore[attr-defined]  # a field for each law
+            search = needs_search(self.spec)
+            text = _words().without_search(name, self.spec, rolls, ELASTIC_PLASTIC, search)
+        return text.splitlines()
+
+    @property
+    def checked(self) -> str:
+        """What this engine's heaps give with the numbers of the search, on the scale of the study
+        where that was tried; empty without a search, or without such heaps."""
+        f = self.found or {}
+        heaps = f.get("full") or f.get("coarse")
+        return _words().compared(heaps, f["unit"]) if heaps else ""
+
+    def head(self, mark: str, title: str, about: Sequence[str], code: str, *notes: str) -> str:
+        """The comment at the head of a file, behind `mark`: title, provenance (lines), how rolling
+        friction was converted, what differs in the `code`, and notes."""
+        called = self.export("rolling", code).called
+        lines = []
+        for text in (title, *about, *self.sentences(called), *notes):
+            lines += [f"{mark} {line}" for line in textwrap.wrap(text, WIDTH - len(mark))]
+        return "\n".join(lines)
+
+
+def _words():
+    return macros("calibration.engines", "conversion")
+
+
+def dispensed(spec: RunSpec, code: str) -> list[str]:
+    """Sentences on the laws of the calibrated `RunSpec` that `code` does not have and a heap does
+    not need."""
+    lost = [law for law in laws_of(spec).chosen() if code not in law.exports]
+    return [law.left_out for law in lost if law.dispensable]
+
+
+def left_out(spec: RunSpec, code: str = "") -> list[str]:
+    """Sentences on what the export to a code does not carry over of the calibrated `RunSpec`; any
+    code unless given."""
+    lost = [law for law in laws_of(spec).chosen() if code not in law.exports]
+    out = [law.left_out for law in lost if law.left_out and not law.dispensable]
+    clump, long = spec.particles.clump, spec.particles.elongation
+    spheres = "these are spheres of the same volume."
+    if long != 1.0:
+        out.append(f"NOT CONVERTED: grains {long:g} times as long as wide; {spheres}")
+    if clump is not None:
+        out.append(f"NOT CONVERTED: grains of {len(clump.radius_mm)} bonded spheres; {spheres}")
+    if spec.particles.sizes is not None:
+        out.append("The mean grain stands for all sizes where a number depends on the size.")
+    return out

@@ -1,0 +1,142 @@
+"""Pages for programs that are filled in by hand: the calibrated model as tables to type in, each
+value with its interval and where it came from, in the order of the program's own windows.
+
+EDEM, from its user guide (help.altair.com/edem: Creator, Physics, Simulator): Hertz-Mindlin (no
+slip) has the damping of Tsuji, Tanaka and Ishida (1992) and E*, G* of the pair. Coefficients are
+given for each pair of materials, so there is no mixing rule. Rolling friction: `standard` is
+mu_r F_n R_i against each body's own spin; `RVD` is mu_r F_n R* against the relative spin; `type C`
+is a spring 2.25 k_n (mu_r R*)^2, a slider and a dashpot whose damping ratio refers to the inertia
+about the contact point, as here. The time step is given in seconds, and as a share of the Rayleigh
+time of the smallest grain.
+
+Ansys Rocky, from its technical manual (ansyshelp.ansys.com, DEM technical manual 2024 R2, 2.1 and
+2.3): the normal force `Hertzian spring-dashpot` and the tangential one `Mindlin-Deresiewicz` are
+chosen for the whole project; restitution, static and dynamic friction belong to a pair of
+materials. Rolling resistance is a number of the particle, not of the pair. Type A is mu_r F_n r
+against the particle's own spin, with r the distance from its centre to the contact. Type C is a
+spring and a limit without a dashpot, so it is not type C of here.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from calibration.engines.conversion import Conversion, Granulate, dispensed
+from calibration.engines.templates import macros
+from dem.constants import GRAVITY
+from dem.contact.catalogue import LAWS
+from dem.experiments.heap import Rig
+from dem.grains import classes, longest_mm, smallest_radius, spheres_in
+from dem.part import Part
+from dem.timescales import rayleigh_time
+from dem.units import in_ascii, unit_of, without_unit
+
+PLAIN = ("parameter", "value", "unit")
+OTHERS_HELD = "interval_95_others_held"
+INTERVALS = {
+    OTHERS_HELD: "95 %, the others held",
+    "interval_95": "95 %, whatever the others are",
+}
+"""Headings of a table, and of the intervals that an entry of calibrated.yaml may have."""
+OPEN = "NOT BOUNDED BY THE DATA"
+SIDES = {"low": "below", "high": "above"}
+
+
+@dataclass(frozen=True)
+class Expected:
+    """What the calibrated model gives in the runs that validated it, in the unit of the metric.
+
+    low, high : ends between which 95 % of single heaps lie
+    """
+
+    metric: str
+    unit: str
+    mean: float
+    sd: float
+    runs: int
+    low: float
+    high: float
+
+
+def block(
+    code: str,
+    material: Granulate,
+    conversion: Conversion,
+    about: Sequence[str],
+    known: Mapping[str, Mapping] | None = None,
+    expected: Expected | None = None,
+) -> str:
+    """Markdown for `edem` or `rocky`. about: lines of provenance; known: {key of the run spec:
+    entry of calibrated.yaml} and what the calibrated model gives, or None at a point that no study
+    has calibrated."""
+    spec, known, grain = material.spec, known or {}, material.grain
+    law, own_law = conversion.export("rolling", code), LAWS["rolling"][spec.laws.rolling]  # type: ignore[attr-defined]  # a field for each law
+    sizes, clump = spec.particles.sizes, spec.particles.clump
+    point = {
+        "spec": spec, "material": material, "about": about, "expected": expected,
+        "metric": without_unit(expected.metric).replace("_", " ") if expected else "",
+        "law": law, "law_notes": list(law.notes(material.grain_grain)),
+        "law_numbers": [(k, v, "") for k, v in law.numbers(material.grain_grain).items()],
+        "own_law": own_law, "has_law": code in own_law.exports,
+        "dispensed": dispensed(spec, code), "gravity": GRAVITY,
+        "open": OPEN, "unbounded": any("not_bounded_by_the_data" in e for e in known.values()),
+        "modulus": {"paper": ""} | dict(m) if (m := known.get(SHEAR_MODULUS)) else None,
+        "table": lambda rows: _table(rows, known), "plain": lambda rows: _table(rows, {}),
+        "rig": Rig(spec.geometry) if spec.experiment == "heap" else None,
+        "parts": list(_keys(spec.geometry)),
+        "spheres": spheres_in(clump) if clump else (), "longest": longest_mm(spec),
+        "classes": _classes(spec.particles) if sizes else (),
+        "rayleigh": rayleigh_time(
+            smallest_radius(spec), grain.density, grain.shear_modulus, grain.poisson_ratio
+        ),
+    }  # fmt: skip
+    return getattr(macros("calibration.telling.export", "by_hand"), code)(point)
+
+
+SHEAR_MODULUS = "materials.particle.shear_modulus_Pa"
+
+
+def _table(rows: Sequence[tuple], known: Mapping[str, Mapping[str, Any]]) -> str:
+    """Markdown table of rows (parameter, value, unit, key); known: {key: entry of calibrated.yaml},
+    empty where nothing of it was calibrated."""
+    given = {key for entry in known.values() for key in entry}
+    kind = next((key for key in INTERVALS if key in given), OTHERS_HELD)
+    heads = (*PLAIN, INTERVALS[kind], "where from") if known else PLAIN
+    cells = [heads, ["---"] * len(heads)]
+    for parameter, value, unit, *key in rows:
+        line = [parameter, value if isinstance(value, str) else f"{value:.6g}", unit]
+        entry = known.get(key[0], {}) if known else {}
+        cells.append([*line, _interval(entry.get(kind)), _source(entry)] if known else line)
+    return "\n".join(f"| {' | '.join(line)} |" for line in cells)
+
+
+def _interval(ends):
+    return "{:.4g} to {:.4g}".format(*ends) if ends else ""
+
+
+def _source(entry):
+    found = [entry["source"]] if "source" in entry else []
+    if "paper" in entry:
+        found.append(f"printed in {entry['paper']}")
+    sides = entry.get("not_bounded_by_the_data", ())
+    if sides:
+        found.append(f"**{OPEN}** {' and '.join(SIDES[s] for s in sides)}")
+    return "; ".join(found)
+
+
+def _classes(particles):
+    """[(low, high, share)] of the grains' sizes [mm]."""
+    low, high = (particles.scale_factor * d for d in classes(particles.sizes))
+    return list(zip(low, high, particles.sizes.fractions, strict=True))
+
+
+def _keys(part: Part, prefix: str = "") -> Iterator[tuple]:
+    """Rows of the keys of a section of the run spec, with what they mean."""
+    for name, field in type(part).model_fields.items():
+        value = getattr(part, name)
+        if isinstance(value, Part):
+            yield from _keys(value, f"{prefix}{name}.")
+        elif value is not None:
+            words = f"{field.description or name} (`{prefix}{name}`)"
+            number = value if isinstance(value, int | float) else str(value)
+            yield words, number, "" if isinstance(number, str) else in_ascii(unit_of(name))
