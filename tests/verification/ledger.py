@@ -35,7 +35,6 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(24)
 SMALL = 1e-9
 """Slip [m] and turn [rad] by which the stiffness of a spring is tried."""
 ENDLESS = 1e30  # N: a limit that no spring meets
-CONTACT_RADIUS = 6  # in a contact's history; zero where nothing touches
 
 
 @dataclass(frozen=True)
@@ -62,18 +61,13 @@ class Energies:
 
 
 class Ledger:
-    """Follows a `Simulation`, which is advanced by `advance` alone.
-
-    One that is begun among contacts takes what their springs hold after the first step for what
-    they held before it.
-    """
+    """Follows a `Simulation` from before its first contact; it is advanced by `advance` alone."""
 
     def __init__(self, simulation: Simulation) -> None:
         self.sim = simulation
         self._elastic = self._dissipated = self._walls = self._source = 0.0
         self._turned_over = 0.0
         self._begin = self._last = self._held()
-        self._springs_unknown = self._begun_among_contacts()
 
     @property
     def energies(self) -> Energies:
@@ -99,12 +93,6 @@ class Ledger:
             self._step()
         self._last = self._held()
 
-    def _begun_among_contacts(self):
-        sim = self.sim
-        pairs = sim._pairs.history[: sim._pair_count // WIDTH, CONTACT_RADIUS]
-        walls = sim._walls_list.history[: sim._wall_count, CONTACT_RADIUS]
-        return bool(pairs.any() or walls.any())
-
     def _held(self):
         return sum(motion_and_height(self.sim)) + self._elastic
 
@@ -117,10 +105,6 @@ class Ledger:
         done = _Done(sim, begin)
         taken, elastic = done.pairs()
         more, stored, given = done.walls()
-        if self._springs_unknown:
-            self._elastic = elastic + stored
-            self._begin += self._elastic
-            self._springs_unknown = False
         lost = done.resisted() + done.dragged() + done.braked()
         released = taken + more + (self._elastic - elastic - stored)
         self._elastic = elastic + stored

@@ -43,12 +43,6 @@ def bridge_force(gap, harmonic):
     return 2 * math.pi * harmonic * TENSION * math.cos(ANGLE) / (1 + 1.05 * s + 2.5 * s * s)
 
 
-def bridge_work(harmonic):
-    """Work [J] of drawing a bridge of that volume from touch to its rupture."""
-    gap = np.linspace(0, RUPTURE, 20001)
-    return float(np.trapezoid([bridge_force(s, harmonic) for s in gap], gap))
-
-
 def parted(sim, speed=1.0):
     """(gap [m], pull [N]) of a held sphere drawn off what is below it at a constant speed [m/s],
     while it is pulled."""
@@ -89,25 +83,6 @@ def test_a_bridge_has_the_stated_volume_and_does_not_know_the_skin(record, other
     record("liquid bridge", f"gap at rupture, {name}", gap[-1], RUPTURE, 2 * sim.time_step, "m")
 
 
-@pytest.mark.parametrize("base", [0.01, 0.3])
-def test_a_wet_wall_takes_the_work_of_its_bridge(record, base):
-    """Elastic hit of a wet floor: v'^2 = v^2 - 2 W/m, W the work up to the rupture, whatever the
-    skin."""
-    contact, speed = ContactParameters(1.0, 0.0, **WET), 0.35
-    sim = make(contact, laws=BRIDGE, walls=floor(), dt=5e-7, skin=SkinPolicy(base, 1))
-    sim.add_particles([[0, 0, 1.01 * R]], R, velocity=[[0, 0, -speed]])
-    sim.advance(round(6e-3 / sim.time_step))
-    expected = math.sqrt(speed**2 - 2 * bridge_work(2 * R) / mass_of(R, SALT))
-    record(
-        "liquid bridge",
-        f"rebound off a wet wall, skin {base:g}",
-        sim.velocity[0, 2],
-        expected,
-        2e-3 * speed,
-        "m/s",
-    )
-
-
 # --- symmetries of bridges and necks --------------------------------------------------------------
 
 SETTINGS = settings(max_examples=6, deadline=None, derandomize=True)
@@ -127,7 +102,7 @@ def rotation(angle, axis):
     return np.eye(3) + math.sin(angle) * k + (1 - math.cos(angle)) * k @ k
 
 
-def sticky_hit(law, *, turn=None, boost=(0, 0, 0), base=0.05, precision="double"):
+def sticky_hit(law, *, turn=None, boost=(0, 0, 0), base=0.05):
     """A spinning grain thrown at a sticky floor and at a grain beside it; velocities (2, 3) [m/s]
     and spins [rad/s] afterwards, turned and boosted back. turn: (3, 3) orthogonal; the floor turns
     and moves along."""
@@ -139,7 +114,7 @@ def sticky_hit(law, *, turn=None, boost=(0, 0, 0), base=0.05, precision="double"
         laws=laws,
         walls=walls,
         dt=1e-6,
-        precision=precision,
+        precision="double",
         skin=SkinPolicy(base, 20),
     )
     place = np.array([[0, 0, 1.02], [2.03, 0.1, 1.5]]) * R
@@ -156,34 +131,20 @@ def sticky(request):
     return request.param, sticky_hit(request.param)
 
 
-def same(found, wanted, velocity=1e-6, spin=1e-2):
-    assert np.abs(found[0] - wanted[0]).max() < velocity
-    assert np.abs(found[1] - wanted[1]).max() < spin
-
-
 @SETTINGS
 @given(
     angle=st.floats(-3, 3),
     axis=st.tuples(unit, unit, unit).filter(lambda a: np.linalg.norm(a) > 0.1),
+    boost=st.tuples(unit, unit, unit),
+    base=st.floats(0.005, 0.9),
 )
-def test_bridges_and_necks_have_no_preferred_direction(sticky, angle, axis):
-    law, wanted = sticky
-    turned = rotation(angle, axis)
-    same(sticky_hit(law, turn=turned), wanted)
-    same(sticky_hit(law, turn=turned @ np.diag([1.0, -1.0, 1.0])), wanted)
-
-
-@SETTINGS
-@given(boost=st.tuples(unit, unit, unit), base=st.floats(0.005, 0.9))
-def test_bridges_and_necks_know_neither_the_frame_nor_the_skin(sticky, boost, base):
-    law, wanted = sticky
-    same(sticky_hit(law, boost=tuple(3 * b for b in boost), base=base), wanted)
-
-
-def test_bridges_and_necks_in_both_precisions(sticky):
-    law, wanted = sticky
-    # float32 rounds 6e-8 of a force for 4000 steps
-    same(sticky_hit(law, precision="mixed"), wanted, 1e-3, 1.0)
+def test_bridges_and_necks_know_neither_direction_frame_nor_skin(sticky, angle, axis, boost, base):
+    law, (velocity, spin) = sticky
+    turned, boost = rotation(angle, axis), tuple(3 * b for b in boost)
+    for turn in (turned, turned @ np.diag([1.0, -1.0, 1.0])):
+        found = sticky_hit(law, turn=turn, boost=boost, base=base)
+        assert np.abs(found[0] - velocity).max() < 1e-6
+        assert np.abs(found[1] - spin).max() < 1e-2
 
 
 # --- torsion --------------------------------------------------------------------------------------
@@ -306,7 +267,7 @@ corner = st.tuples(share, unit, unit, unit)
 
 
 @pytest.mark.parametrize("name", list(LOOPS))
-@settings(max_examples=25, deadline=None, derandomize=True)
+@settings(max_examples=10, deadline=None, derandomize=True)
 @given(corners=st.lists(corner, min_size=2, max_size=5))
 def test_a_closed_loop_gives_no_work(name, corners):
     """Press, shear, roll and twist along any polygon back to the start, without dashpots: what

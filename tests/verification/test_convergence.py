@@ -8,7 +8,6 @@ from scenes import SALT, ContactParameters, contact_time, effective, make, mass_
 
 R, SPEED = 1e-3, 0.5
 COARSE = np.array([20, 40, 80, 160])
-FINE = np.array([1280, 2560, 5120])
 DEPTH = 2e-5  # half of the deepest overlap [m]: where the smooth case begins
 
 
@@ -60,17 +59,6 @@ def test_damped_contact_is_first_order_where_its_force_is_smooth(record, e):
         "",
         "velocity half a step late",
     )
-
-
-def test_damped_contact_is_first_order_from_the_touch_on_a_fine_ladder(record):
-    """The dashpot grows as overlap^(1/4), which no difference formula follows at the touch: the
-    error is
-    a h + b h^(5/4) with b of the other sign. The slope is below one as long as h^(1/4) is not
-    small, and comes to one slowly."""
-    what = "order, damped, e = 0.3, from the touch"
-    record("convergence", f"{what}, 20 to 160 steps", slope(0.3, COARSE, 1), 1.0, None, "")
-    # (b/a) h^(1/4) / 4 is what is left of the second term
-    record("convergence", f"{what}, 1280 to 5120 steps", slope(0.3, FINE, 1), 1.0, 0.07, "")
 
 
 def test_the_two_terms_of_the_damped_error_account_for_its_slope(record, figure):

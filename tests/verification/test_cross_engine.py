@@ -4,7 +4,6 @@
 Recorded with the laws matched; what the two engines do differently within the same law is named
 where it shows."""
 
-import functools
 import json
 import os
 import subprocess
@@ -15,10 +14,6 @@ import numpy as np
 import pytest
 from liggghts import cases, peer, records
 from scipy import stats
-
-from calibration.figures import BLUE, GREY, ORANGE
-from dem.experiments.heap import Rig
-from dem.measure.heap import surface
 
 ONE, BED, HEAP = "LIGGGHTS, one contact", "LIGGGHTS, settled bed", "LIGGGHTS, heap"
 PAIRED = np.r_[0 : cases.PAIRS, cases.PAIRS + cases.SINGLES : 2 * cases.PAIRS + cases.SINGLES]
@@ -211,36 +206,12 @@ def their_beds():
     return table.to_dict("records")
 
 
-@pytest.mark.slow
-def test_settled_bed(record):
-    """The same start in both engines; our relative torque beside `cdt`, whose convention
-    differs."""
-    ours = []
-    for seed in cases.SEEDS:
-        sim, width = cases.bed(seed, **cases.BED)
-        sim.advance(cases.BED["steps"])
-        ours.append(cases.measure_bed(cases.state_of_sim(sim), width))
-    source = f"{engine_of('beds')}, cdt"
-    compare(record, BED, "relative, 0.23", PACKING, (), ours, their_beds(), source)
-
-
 @pytest.mark.long
 @pytest.mark.slow
 def test_settled_bed_as_liggghts_codes_it(record, as_coded):
     source = f"{engine_of('beds')}, cdt"
     label = "relative as LIGGGHTS codes it, 0.23"
     compare(record, BED, label, PACKING, PACKING, as_coded["beds"], their_beds(), source)
-
-
-@functools.cache
-def our_heaps(case):
-    """Metrics and final states of this engine's heaps of a case; two seeds of what is shown and not
-    judged."""
-    law, rolling = (cases.HEAPS | cases.OWN_SPIN)[case]
-    seeds = cases.HEAP_SEEDS.get(case, cases.SEEDS[:2])
-    specs = [cases.heap_spec(law, rolling, seed) for seed in seeds]
-    states = [cases.our_heap(spec) for spec in specs]
-    return list(map(cases.measure_pile, states, specs)), states
 
 
 def their_heaps(case):
@@ -263,106 +234,9 @@ def their_heaps(case):
 
 @pytest.mark.long
 @pytest.mark.slow
-def test_heap_elastic_plastic(record):
-    """Our elastic-plastic torque beside `epsd`, whose moment does not go down with the stiffness
-    while a contact unloads, and whose tangential spring stretches; with both taken out a later test
-    judges."""
-    case, source = "elastic-plastic, 0.46", f"{engine_of('heaps')}, epsd"
-    ours, theirs = our_heaps(case)[0], their_heaps(case)[0]
-    assert all(m["in_funnel"] == 0 for m in ours + theirs)
-    compare(record, HEAP, case, SHAPE, (), ours, theirs, source)
-
-
-@pytest.mark.slow
-def test_heap_relative(record):
-    """Our relative torque beside `cdt`, whose convention differs; the next test takes that out."""
-    case, source = "relative, 0.46", f"{engine_of('heaps')}, cdt"
-    compare(record, HEAP, case, SHAPE, (), our_heaps(case)[0], their_heaps(case)[0], source)
-
-
-@pytest.mark.long
-@pytest.mark.slow
 @pytest.mark.parametrize("case", cases.HEAPS)
 def test_heap_as_liggghts_codes_it(record, as_coded, case):
     law = peer.ROLLING[cases.HEAPS[case][0]]
     label = case.replace(",", " as LIGGGHTS codes it,")
     ours, theirs = as_coded["heaps"][case], their_heaps(case)[0]
     compare(record, HEAP, label, SHAPE, SHAPE, ours, theirs, f"{engine_of('heaps')}, {law}")
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_own_spin_beside_relative_spin(record):
-    """What the convention costs: our default law beside the relative one, both by this engine;
-    shown, not judged."""
-    relative = our_heaps("relative, 0.46")[0]
-    for case in cases.OWN_SPIN:
-        for key in ("angle_of_repose_deg", "coordination"):
-            name, unit = NAMES[key]
-            columns = ([m[key] for m in side] for side in (our_heaps(case)[0], relative))
-            beside(
-                record,
-                HEAP,
-                f"{case}: {name}",
-                *columns,
-                False,
-                unit,
-                "this engine, relative, 0.46",
-            )
-
-
-def profile(states, rig):
-    """Stations (m,) and mean height over azimuth of each heap (heaps, m) [m]."""
-    heights = []
-    for position, _, _, radius in states:
-        low = position[:, 2] < 0.5 * rig.orifice_height
-        stations, height = surface(position[low], radius[low], rig.plate_radius)
-        heights.append(height.mean(axis=0))
-    return stations, np.array(heights)
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_profiles_of_the_heaps(figure):
-    caption = (
-        "Surface of the heap averaged over the azimuth, mean of the seeds with their range: this "
-        "engine (lines) and "
-        "LIGGGHTS (dots). Left the relative torque with the own-spin torque of the same "
-        "coefficient; right the "
-        "elastic-plastic torque."
-    )
-    _, axes = figure(HEAP, "liggghts_heaps", caption, columns=2)
-    rig = Rig(cases.heap_spec("none", 0.0, 1).geometry)
-    shown = [
-        (0, "own spin, 0.46", GREY),
-        (0, "relative, 0.46", BLUE),
-        (1, "elastic-plastic, 0.46", BLUE),
-    ]
-    for column, case, colour in shown:
-        x, ours = profile(our_heaps(case)[1], rig)
-        axes[column].plot(
-            1e3 * x, 1e3 * ours.mean(axis=0), color=colour, label=f"this engine, {case}"
-        )
-        axes[column].fill_between(
-            1e3 * x,
-            1e3 * ours.min(axis=0),
-            1e3 * ours.max(axis=0),
-            color=colour,
-            alpha=0.2,
-            linewidth=0,
-        )
-        if case in cases.HEAPS:
-            x, theirs = profile(their_heaps(case)[1], rig)
-            spread = np.abs([theirs.min(axis=0), theirs.max(axis=0)] - theirs.mean(axis=0))
-            axes[column].errorbar(
-                1e3 * x,
-                1e3 * theirs.mean(axis=0),
-                1e3 * spread,
-                fmt=".",
-                color=ORANGE,
-                label=f"LIGGGHTS, {case}",
-            )
-    for ax in axes:
-        ax.set_xlabel("distance from the axis [mm]")
-        ax.set_ylabel("height [mm]")
-        ax.legend(fontsize=8)

@@ -19,10 +19,8 @@ from scenes import (
 from scipy.integrate import solve_ivp
 from scipy.interpolate import BarycentricInterpolator
 
-from dem.errors import SpecError
 from dem.materials import contact_parameters
 from dem.spec import parse_spec
-from facts import refused
 
 R = 1e-3
 BOUNCES = Laws(rolling="none", damping="restitution_curve")
@@ -53,24 +51,23 @@ def restitution_through(values, low, high, state):
 
 FALLING = (0.9, 0.8, 0.75, 0.6, 0.4)
 LOW, HIGH = 0.1, 2.0
-SPEEDS = [0.02, 0.1, 0.15, LOW * (HIGH / LOW) ** 0.25, 0.6, 1.4, 2.0, 4.0]
+SPEEDS = [0.02, 0.15, LOW * (HIGH / LOW) ** 0.25, 1.4, 4.0]
 
 
 @pytest.mark.parametrize("other", ["wall", "grain"])
-@pytest.mark.parametrize("precision", ["mixed", "double"])
 @pytest.mark.parametrize("speed", SPEEDS)
-def test_an_impact_returns_the_curve_of_its_speed(record, other, precision, speed):
+def test_an_impact_returns_the_curve_of_its_speed(record, other, speed):
     """At the five speeds the restitution given there, between them that of the curve, beyond them
     that of the ends; the contact's own restitution is 1."""
     contact = ContactParameters(1.0, 0.0, **curve_of("restitution_curve", FALLING, LOW, HIGH))
-    options = {"steps": 400, "laws": BOUNCES, "precision": precision}
+    options = {"steps": 400, "laws": BOUNCES}
     if other == "wall":
         returned = plane_impact(contact, speed, **options).velocity[0, 2] / speed
     else:
         velocity = pair_impact(contact, speed, **options).velocity[:, 0]
         returned = (velocity[1] - velocity[0]) / speed
     wanted = float(restitution_through(FALLING, LOW, HIGH, speed))
-    name = f"restitution at {speed:.3g} m/s, {other}, {precision}"
+    name = f"restitution at {speed:.3g} m/s, {other}"
     record("laws as curves", name, returned, wanted, 3e-3)
 
 
@@ -97,15 +94,6 @@ def test_restitution_of_size_and_speed_together(powers, state, radii):
     mean = 2e3 * 2 * radii[0] * radii[1] / sum(radii)
     wanted = restitution_through(values, low, high, state(speed, mean))
     assert (pair[1] - pair[0]) / speed == pytest.approx(wanted, abs=3e-3)
-
-
-def test_a_curve_leaves_neither_the_range_of_its_values_nor_restitution_one():
-    shares = (0.5, 1.9, 0.5, 1.9, 0.5)  # of restitution 0.8: 0.4 and, at most, 1
-    contact = ContactParameters(0.8, 0.0, **curve_of("restitution_curve", shares, LOW, HIGH))
-    returned = [plane_impact(contact, v, laws=BOUNCES).velocity[0, 2] / v for v in SPEEDS]
-    assert min(returned) > 0.4 - 3e-3
-    assert max(returned) < 1.0 + 3e-3
-    assert max(returned) > 0.97
 
 
 def test_each_bounce_has_the_speed_of_its_own_touch():
@@ -228,18 +216,3 @@ def test_five_equal_shares_are_the_law_without_a_curve_to_the_bit(key, slot, low
     assert np.array_equal(oblique(Laws(**{slot: key}), precision, **curve), plain)
     curve[f"{key}_1"] = curve[f"{key}_5"] = 0.9
     assert not np.array_equal(oblique(Laws(**{slot: key}), precision, **curve), plain)
-
-
-def test_a_curve_without_a_range_gets_a_sentence():
-    for key, slot in (("restitution_curve", "damping"), ("friction_curve", "friction")):
-        spec = {"experiment": "drop", "laws": {slot: key}, "law_parameters": {f"{key}_low": 0.1}}
-        with refused(SpecError, f"law_parameters.{key}_ratio", value=key):
-            parse_spec(spec)
-        spec["law_parameters"][f"{key}_ratio"] = 1.0
-        with refused(
-            SpecError, key=f"law_parameters.{key}_ratio", value=1.0, allowed="greater than 1"
-        ):
-            parse_spec(spec)
-        spec["law_parameters"] = {f"{key}_low": 0.1, f"{key}_ratio": 10, f"{key}_3": 0.0}
-        with refused(SpecError, key=f"law_parameters.{key}_3", value=0.0, allowed="greater than 0"):
-            parse_spec(spec)

@@ -17,9 +17,7 @@ import pytest
 
 from benchmarks.decks import SIZES
 from calibration import engines
-from calibration.engines import liggghts
 from calibration.engines.conversion import Conversion
-from calibration.interface.cli import main
 from calibration.study.config import overlay
 from calibration.telling.export.decks import (
     DECKS,
@@ -97,14 +95,3 @@ def test_a_deck_pours_all_sizes(tmp_path, code):
     assert {f"{2e3 * r:.4g}" for r in radii} == {"5.2", "6.4"}
     share = number_fractions(deck.spec.particles.sizes)[0]
     assert np.mean(radii < 2.9e-3) == pytest.approx(share, abs=0.1)
-
-
-def test_heaps_that_fail_are_a_sentence_each(tmp_path, monkeypatch, capsys):
-    deck = deck_of("liggghts", SPEC, tmp_path)
-    monkeypatch.setattr(
-        liggghts, "deck", lambda spec, folder, text: (folder / "in.liggghts").write_text("nonsense")
-    )
-    assert main(["deck", str(deck.folder), "--seeds", "4"]) == 2
-    said = capsys.readouterr().err.splitlines()
-    assert all(f"LIGGGHTS, seed {seed}" in " ".join(said) for seed in (1, 2, 3, 4))
-    assert "0 of 4 heaps" in said[-1]

@@ -132,48 +132,6 @@ def test_an_impact_dissipates_by_its_restitution(e):
     assert ledger.energies.dissipated == pytest.approx((1.0 - e * e) * begin, rel=5e-3)
 
 
-def test_a_ball_that_comes_to_roll_has_lost_two_sevenths():
-    """A ball thrown along a plane without spin slides until it rolls at 5/7 of its speed."""
-    walls = WallSet().body("floor", material="w").plane((0, 0, 0), (0, 0, 1))
-    sim = simulation(walls, Laws(rolling="none"), mu=0.5, precision="double")
-    sim.add_particles([[0, 0, RADIUS - 2.7e-7]], RADIUS, velocity=[[0.1, 0, 0]])
-    ledger = Ledger(sim)
-    ledger.advance(round(0.02 / sim.time_step))
-    assert sim.velocity[0, 0] == pytest.approx(5 / 7 * 0.1, rel=1e-3)
-    lost = 2 / 7 * 0.5 * MASS * 0.1**2
-    assert ledger.energies.dissipated == pytest.approx(lost, rel=0.01)
-
-
-def test_a_ledger_that_is_begun_among_contacts_books_as_one_from_the_start():
-    """What two ledgers book of the same steps is the same, but for the springs of one step."""
-    sims = [simulation(cup(**STIRRED), Laws(), precision="double") for _ in range(2)]
-    for sim in sims:
-        thrown(sim)
-    whole = Ledger(sims[0])
-    whole.advance(700)
-    before = whole.energies
-    sims[1].advance(700)
-    late = Ledger(sims[1])
-    for ledger in (whole, late):
-        ledger.advance(300)
-    spent = whole.energies.dissipated - before.dissipated
-    assert before.elastic > 1e-4 * spent
-    assert late.energies.dissipated == pytest.approx(spent, abs=0.05 * before.elastic)
-    assert late.energies.elastic == pytest.approx(whole.energies.elastic, rel=1e-9)
-    assert abs(late.error) < CLOSED
-
-
-def test_what_is_added_set_or_taken_away_is_source():
-    sim = simulation(cup(), Laws(), precision="double")
-    ledger = Ledger(sim)
-    thrown(sim)
-    ledger.advance(500)
-    sim.remove(sim.tag[:9])
-    ledger.advance(500)
-    assert ledger.energies.source > 0.0
-    assert abs(ledger.error) < CLOSED
-
-
 def test_a_push_that_no_contact_makes_is_told(monkeypatch):
     sim = simulation(cup(**STIRRED), Laws(), precision="double")
     thrown(sim)
@@ -186,16 +144,3 @@ def test_a_push_that_no_contact_makes_is_told(monkeypatch):
     monkeypatch.setattr(Simulation, "advance", pushed)
     ledger, _ = followed(sim, 500)
     assert abs(ledger.error) > 10 * CLOSED
-
-
-def test_a_law_that_creates_energy_dissipates_less_than_nothing():
-    """Dashpots that push: the ledger closes, and the contacts give."""
-    from dem.contact.properties import PairProperties
-
-    sim = simulation(cup(), Laws(), precision="double")
-    sim.model.table[:, PairProperties._fields.index("damping")] *= -0.3
-    thrown(sim)
-    ledger = Ledger(sim)
-    ledger.advance(600)
-    assert abs(ledger.error) < CLOSED
-    assert ledger.energies.dissipated < 0.0

@@ -12,7 +12,7 @@ from dem.contact.registry import Material
 from dem.timescales import rayleigh_time
 
 TOPIC = "JKR of small grains"
-RADII = (1e-6, 5e-6, 5e-5, 1e-3)
+RADII = (1e-6, 1e-3)
 MODULI = (1e7, 1e9)
 ENERGIES = (1e-7, 1e-4, 0.05)
 JKR = Laws(cohesion="jkr", rolling="none")

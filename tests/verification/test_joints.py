@@ -129,35 +129,6 @@ share = st.floats(0.1, 0.9)
 speed = st.tuples(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2), st.floats(-0.2, 0.0))
 
 
-def cut_rectangle(parts, cuts):
-    """The square of 20 mm about the origin, cut into rectangles or triangles at shares of its
-    edges."""
-    a = 0.01
-    (s, t), walls = cuts, body()
-    x, y = [-a, (2 * s - 1) * a, a], [-a, (2 * t - 1) * a, a]
-    if parts == "triangles":
-        corners = [(-a, -a, 0), (a, -a, 0), (a, a, 0), (-a, a, 0), (x[1], y[1], 0)]
-        return walls.mesh(corners, [(k, (k + 1) % 4, 4) for k in range(4)])
-    cells = [(i, j) for i in range(2) for j in range(2)]
-    if parts == "rectangles, the other way round":
-        cells.reverse()
-    for i, j in cells:
-        u, v = 0.5 * (x[i + 1] - x[i]), 0.5 * (y[j + 1] - y[j])
-        walls.rectangle((x[i] + u, y[j] + v, 0), (u, 0, 0), (0, v, 0))
-    return walls
-
-
-@pytest.mark.parametrize("parts", ["rectangles", "rectangles, the other way round", "triangles"])
-@SETTINGS
-@given(cuts=st.tuples(share, share), x=share, y=share, velocity=speed)
-def test_a_cut_rectangle_is_the_rectangle(parts, cuts, x, y, velocity):
-    """Over its whole face and over its edges, where the grain falls off."""
-    start = (0.02 * x - 0.01, 0.02 * y - 0.01, 1.5 * R)
-    whole = body().rectangle((0, 0, 0), (0.01, 0, 0), (0, 0.01, 0))
-    a, b = path(whole, start, velocity), path(cut_rectangle(parts, cuts), start, velocity)
-    assert np.abs(a - b).max() < 1e-8
-
-
 @SETTINGS
 @given(cuts=st.lists(share, min_size=1, max_size=3, unique=True), x=share, velocity=speed)
 def test_a_cut_funnel_is_the_funnel(cuts, x, velocity):

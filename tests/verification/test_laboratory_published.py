@@ -122,13 +122,3 @@ def test_what_was_pressed_harder_stands_more(tmp_path):
     assert found[0] > 0.0
     assert found[1] > 1.1 * found[0]
     assert found[2] > 1.1 * found[1]
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_what_does_not_stick_has_no_strength(tmp_path):
-    """Without adhesion the column falls apart: less than a hundredth of the consolidation stress
-    is the weight of what leans on itself."""
-    free = {"adhesion_energy_J_m2": 0.0, "wall_adhesion_energy_J_m2": 0.0, "plasticity_ratio": 0.8}
-    assert strength(tmp_path / "eepa", 20.0, EEPA, free) < 0.2
-    assert strength(tmp_path / "hertz", 20.0, {}, {}) < 0.2

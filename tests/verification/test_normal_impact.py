@@ -6,7 +6,6 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scenes import (
-    GRAVITY,
     SALT,
     ContactParameters,
     Laws,
@@ -108,7 +107,7 @@ def test_chung_ooi_2_sphere_on_rigid_plane(record, name, young, nu, rho, force, 
 
 
 @pytest.mark.parametrize("material", ["aluminium oxide", "cast iron"])
-@pytest.mark.parametrize("e", [0.1, 0.3, 0.5, 0.7, 0.9, 1.0])
+@pytest.mark.parametrize("e", [0.1, 0.5, 0.9])
 def test_chung_ooi_3_restitution_in_is_restitution_out(record, material, e):
     grain = {
         "aluminium oxide": from_young(380e9, 0.23, 4000),
@@ -149,29 +148,9 @@ def test_chung_ooi_3_no_restitution(record):
     )
 
 
-def test_hertz_duration(record):
-    contact, r, v = ELASTIC, 1e-3, 0.5
-    young, _ = effective(SALT)
-    expected = contact_time(young, r / 2, mass_of(r, SALT) / 2, v)
-    dt = expected / 400
-    sim = make(contact, dt=dt)
-    sim.add_particles(
-        [[0, 0, 0], [2 * r + 1e-12, 0, 0]], r, velocity=[[v / 2, 0, 0], [-v / 2, 0, 0]]
-    )
-    steps = 0
-    while True:
-        sim.advance(1)
-        steps += 1
-        if steps > 10 and len(sim.contacts()[0]) == 0:
-            break
-    # touch and parting are each seen at the end of a step, and the elastic force is sampled once a
-    # step
-    record("Hertz", "duration of impact", steps * dt, expected, 3 * dt, "s")
-
-
 @pytest.mark.parametrize("damping", ["tsuji", "thornton"])
 @pytest.mark.parametrize("radii", [(1e-3, 1e-3), (1e-3, 3e-3)])
-@pytest.mark.parametrize("e", [0.05, 0.2, 0.4, 0.6, 0.8, 0.95])
+@pytest.mark.parametrize("e", [0.05, 0.5, 0.95])
 def test_restitution_of_pairs(record, damping, radii, e):
     sim = pair_impact(
         ContactParameters(e, 0.0),
@@ -188,19 +167,6 @@ def test_restitution_of_pairs(record, damping, radii, e):
         e,
         3e-3,
     )
-
-
-@pytest.mark.parametrize("damping", ["tsuji", "thornton"])
-@pytest.mark.parametrize("e", [0.05, 0.5, 0.95])
-def test_restitution_on_a_wall(record, damping, e):
-    sim = plane_impact(ContactParameters(e, 0.0), 0.5, laws=Laws(damping=damping, rolling="none"))
-    record("restitution", f"wall, {damping}", sim.velocity[0, 2] / 0.5, e, 3e-3)
-
-
-@pytest.mark.parametrize("speed", [0.05, 0.5, 5.0])
-def test_restitution_does_not_depend_on_speed(record, speed):
-    sim = plane_impact(ContactParameters(0.5, 0.0), speed)
-    record("restitution", f"tsuji at {speed} m/s", sim.velocity[0, 2] / speed, 0.5, 2e-3)
 
 
 def slope(x, y):
@@ -288,90 +254,13 @@ def test_one_yield_speed_is_one_material(record):
             )
 
 
-@pytest.mark.parametrize("e", [0.5, 0.8])
-def test_repeated_bounce(record, e):
-    r, h0 = 1e-3, 20e-3
-    dt = contact_time(effective(SALT)[0], r, mass_of(r, SALT), 0.6) / 200
-    sim = make(ContactParameters(e, 0.0), walls=floor(), dt=dt, gravity=GRAVITY)
-    sim.add_particles([[0, 0, h0]], r)
-    apexes, z_before, rising = [], h0, False
-    while len(apexes) < 3:
-        sim.advance(20)
-        z = sim.position[0, 2]
-        if rising and z < z_before:
-            apexes.append(z_before)
-        rising, z_before = z > z_before, z
-    for k, h in enumerate(apexes, 1):
-        expected = r + e ** (2 * k) * (h0 - r)
-        # the contact's own travel is left out of the closed form: the overlap of each impact, a few
-        # micrometres
-        record("repeated bounce", f"apex {k}, e = {e}", h, expected, 0.012 * k * expected, "m")
-
-
-@pytest.mark.parametrize("law", ["sjkr", "jkr", "liquid_bridge"])
-def test_cohesion_laws(record, law):
-    r, g, tension, volume = 1e-3, 0.05, 0.072, 0.01
-    contact = ContactParameters(
-        1.0,
-        0.0,
-        surface_energy=g,
-        surface_tension=tension,
-        liquid_volume_fraction=volume,
-        cohesion_energy_density=5e4,
-    )
-    sim = make(contact, laws=Laws(rolling="none", cohesion=law), dt=5e-6, precision="double")
-    sim.add_particles([[0, 0, 0], [2 * r - 2e-6, 0, 0]], r)
+def test_simplified_jkr_pulls_with_its_energy_density(record):
+    r, k, overlap = 1e-3, 5e4, 1e-6
+    contact = ContactParameters(1.0, 0.0, cohesion_energy_density=k)
+    sim = make(contact, laws=Laws(rolling="none", cohesion="sjkr"), dt=5e-6, precision="double")
+    sim.add_particles([[0, 0, 0], [2 * r - overlap, 0, 0]], r)
     sim.advance(1)
-    sim.particles.inverse[:2] = 0.0  # held; the second is moved by hand
-    second = int(np.flatnonzero(sim.particles.tag[:2] == 1)[0])
-    gaps, forces = [], []
-    speed = 2e-2 if law == "liquid_bridge" else 1e-4
-    for _ in range(18000 if law == "liquid_bridge" else 6000):
-        sim.particles.kinetic[:2, :6] = 0.0
-        sim.particles.kinetic[second, 0] = speed
-        sim.advance(1)
-        gaps.append(sim.position[1, 0] - sim.position[0, 0] - 2 * r)
-        forces.append(float(sim.particles.force[second, 0]))
-    gaps, forces = np.array(gaps), np.array(forces)
+    force = float(sim.particles.force[sim.row_of[1], 0])
     young, _ = effective(SALT)
-    if law == "jkr":
-        record(
-            "JKR",
-            "pull-off force",
-            -forces.min(),
-            3 * math.pi * g * r / 2,
-            0.01 * 3 * math.pi * g * r / 2,
-            "N",
-        )
-    elif law == "sjkr":
-        k = np.argmin(np.abs(gaps + 1e-6))
-        d = -gaps[k]
-        expected = 4 / 3 * young * math.sqrt(r / 2) * d**1.5 - 5e4 * math.pi * r / 2 * d
-        record("SJKR", "force at 1 um overlap", forces[k], expected, 0.01 * abs(expected), "N")
-    else:
-        v = volume * 4 / 3 * math.pi * r**3
-        for gap in (2e-5, 1e-4, 2e-4):
-            k = np.argmin(np.abs(gaps - gap))
-            s = gaps[k]
-            expected = (
-                2 * math.pi * r * tension / (1 + 1.05 * s * math.sqrt(r / v) + 2.5 * s**2 * r / v)
-            )
-            record(
-                "liquid bridge",
-                f"force at {gap * 1e6:g} um",
-                -forces[k],
-                expected,
-                0.01 * expected,
-                "N",
-                "Willett et al. (2000)",
-            )
-        reach = gaps[np.abs(forces) > 0].max()
-        record(
-            "liquid bridge",
-            "rupture distance",
-            reach,
-            v ** (1 / 3),
-            1e-6,
-            "m",
-            "Lian et al. (1993)",
-        )
+    expected = 4 / 3 * young * math.sqrt(r / 2) * overlap**1.5 - k * math.pi * r / 2 * overlap
+    record("SJKR", "force at 1 um overlap", force, expected, 0.01 * abs(expected), "N")

@@ -72,6 +72,7 @@ def bed_in_a_vessel(precision):
     return sim
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("rate", "precision"), [(10.0, "mixed"), (3.0, "mixed"), (10.0, "double")])
 def test_a_bed_that_turns_with_its_drum_is_unchanged_after_ten_turns(rate, precision, record):
     """Grains beside the axis turn about it, and their contacts with them. In the frame of a drum
@@ -155,15 +156,3 @@ def test_a_grain_in_the_corner_of_two_bodies_feels_both():
     weight = float(sim.mass[0]) * G
     assert sim.wall_force("a")[2] == pytest.approx(-weight, rel=1e-2)
     assert sim.wall_force("b")[0] == pytest.approx(-weight, rel=1e-2)
-
-
-def test_a_grain_that_rolls_over_the_seam_of_two_bodies_goes_on_as_on_one():
-    ends = []
-    one = WallSet().body("a", material="w").rectangle((0, 0, 0), (0.1, 0, 0), (0, 0.05, 0))
-    for walls in (one, halves("a", "b")):
-        sim = simulation(walls, rolling=0.02)
-        sim.add_particles([[-2e-3, 0.0, RADIUS - 3e-7]], RADIUS, velocity=[[0.2, 0.0, 0.0]],
-                          spin=[[0.0, 0.2 / RADIUS, 0.0]])  # fmt: skip
-        sim.advance(round(0.02 / sim.time_step))
-        ends.append(np.r_[sim.position[0], sim.velocity[0]])
-    assert ends[1] == pytest.approx(ends[0], abs=1e-5)

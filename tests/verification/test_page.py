@@ -12,29 +12,6 @@ from facts import rows_in, tells
 from frozen import FROZEN
 
 
-def test_numerics_not_yet_measured_are_named(tmp_path):
-    text = "\n".join(page.numerics_section(tmp_path / "numerics.csv"))
-    assert "Not measured yet" in text
-
-
-def test_numerics_are_shown_as_the_study_writes_them(tmp_path, monkeypatch):
-    angles = {"a": 30.0, "b": 31.0, "c": 30.5, "d": 33.0, "e": 34.0, "f": 33.2}
-    monkeypatch.setattr("calibration.chain.numerics.read_values", lambda ids, *_: ids.map(angles))
-    monkeypatch.setattr(page_figures, "FOLDER", tmp_path)
-    design = pd.DataFrame({"run_id": list(angles), "point": "optimum"})
-    design["variant"] = ["default"] * 3 + ["half the time step"] * 3
-    design["against"] = [""] * 3 + ["default"] * 3
-    table = compare_variants(design, "angle")
-    table.round(3).to_csv(tmp_path / "numerics.csv", index=False)
-
-    text = "\n".join(page.numerics_section(tmp_path / "numerics.csv"))
-    assert "| default |  | optimum | 3 | 30.50 | 0.50 |  |  |  |" in text
-    row = next(line for line in text.splitlines() if line.startswith("| half the time step"))
-    assert "| +2.90 | +1.7" in row
-    assert row.endswith("| no |")
-    assert (tmp_path / "numerics.svg").exists()
-
-
 def test_a_run_of_the_numerics_without_a_value_is_told(tmp_path, monkeypatch):
     angles = {"a": 30.0, "b": 31.0, "c": 30.5, "d": 33.0, "e": None, "f": 33.2}
     angles |= {"g": None, "h": 32.0, "i": None}

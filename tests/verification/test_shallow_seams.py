@@ -30,7 +30,7 @@ ELASTIC = ContactParameters(1.0, 0.0)
 APART = 3 * R  # between grains that do not meet
 CONSERVED = 0.02
 LIKE_THE_CYLINDER = 0.01  # of e
-VALLEYS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0)  # degrees, of each face
+VALLEYS = (0.1, 1.0, 4.0)  # degrees, of each face
 
 
 def body(name="w"):
@@ -121,7 +121,7 @@ def restitutions(radius, n, v_t=0.0, places=21):
     return -(sim.velocity * normal).sum(1) / speed
 
 
-@pytest.mark.parametrize("n", [36, 144, 360])
+@pytest.mark.parametrize("n", [36, 360])
 @pytest.mark.parametrize("size", [3, 8])
 def test_restitution_inside_a_faceted_cylinder_is_that_of_the_cylinder(record, size, n):
     """Straight outwards. With 36 facets a hit beside the middle of a facet is an oblique one: no
@@ -134,15 +134,6 @@ def test_restitution_inside_a_faceted_cylinder_is_that_of_the_cylinder(record, s
         return
     worst = e[np.argmax(np.abs(e - 0.5))]
     record(TOPIC, f"{what}, worst of {len(e)}", worst, 0.5, LIKE_THE_CYLINDER)
-
-
-@pytest.mark.parametrize("size", [3, 8])
-def test_oblique_hits_in_a_faceted_cylinder_are_those_in_the_cylinder(record, size):
-    """At 45 degrees, so that the contact slides over seams; what the facets' inclinations give
-    cancels over a facet."""
-    smooth, cut = (restitutions(size * R, n, v_t=0.2).mean() for n in (None, 360))
-    what = f"cylinder of 360 facets and {size} R, hit at 45 degrees, mean restitution"
-    record(TOPIC, what, cut, smooth, LIKE_THE_CYLINDER, source="analytic cylinder")
 
 
 def drum(n):
@@ -184,41 +175,6 @@ def test_an_elastic_gas_in_a_faceted_drum_keeps_its_energy(record, n):
     where = f"drum of {n} facets" if n else "smooth drum"
     record(
         TOPIC, f"elastic gas in a {where}: energy kept, the worst of four", worst, 1.0, CONSERVED
-    )
-
-
-def speed_at_the_bottom(n, angle):
-    """Speed [m/s] of a grain that was let go at this angle [rad] from the lowest line of a cylinder
-    of 10 R that lies along z."""
-    size = 10 * R
-    smooth = size - R
-    clear = (size * math.cos(math.pi / n) if n else size) - R
-    dt = 0.1 * rayleigh_time(R, SALT.density, SALT.shear_modulus, SALT.poisson_ratio)
-    sim = make(
-        ContactParameters(0.5, 0.5), walls=cylinder(size, n, 5 * R), dt=dt, precision="double"
-    )
-    sim.model.gravity[:] = (0, -GRAVITY, 0)
-    sim.add_particles([(clear * math.sin(angle), -clear * math.cos(angle), 1e-4)], R)
-    for _ in range(2000):
-        sim.advance(round(math.sqrt(smooth / GRAVITY) / 200 / dt))
-        if sim.position[0, 0] < 0:
-            return np.linalg.norm(sim.velocity[0])
-    raise AssertionError("the grain never comes down")
-
-
-@pytest.mark.parametrize("angle", [60, 90])
-def test_a_grain_comes_down_a_faceted_cylinder_as_fast_as_a_smooth_one(record, angle):
-    """It rolls without resistance, from the side it slides at first: friction goes on from facet to
-    facet."""
-    smooth, cut = (speed_at_the_bottom(n, math.radians(angle)) for n in (None, 360))
-    record(
-        TOPIC,
-        f"let go {angle} degrees up in a cylinder of 360 facets and 10 R: speed at the bottom",
-        cut,
-        smooth,
-        0.02 * smooth,
-        "m/s",
-        "analytic cylinder",
     )
 
 

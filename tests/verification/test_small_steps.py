@@ -9,7 +9,7 @@ from scenes import GRAVITY, ContactParameters, Laws, floor, make
 
 
 @pytest.mark.parametrize("precision", ["mixed", "double"])
-@pytest.mark.parametrize("dt", [1e-5, 1e-6, 1e-7, 2e-8])
+@pytest.mark.parametrize("dt", [1e-5, 2e-8])
 def test_free_fall_gains_g_t_at_every_time_step(record, dt, precision):
     """From 1 m/s, where float32 has steps of 6e-8 m/s and 20 ns of gravity add 2e-7 m/s."""
     sim = make(ContactParameters(0.5, 0.5), dt=dt, gravity=GRAVITY, precision=precision)

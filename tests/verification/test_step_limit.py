@@ -24,11 +24,6 @@ R, E = 1e-3, 0.5
 SIDES = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0))
 
 
-def limit(overlap, restitution=E):
-    """The longest stable time step [s] of a grain that four walls press by an overlap [m]."""
-    return _limit(effective(SALT, STEEL)[1], R, overlap, 10.0, 1.0, restitution)
-
-
 def lattice_limit(overlap, restitution=E):
     """That of grains in a square lattice that overlap by `overlap` [m]."""
     return _limit(effective(SALT)[1], R / 2, overlap, 20.0, 0.5, restitution)
@@ -46,23 +41,6 @@ def _limit(shear, r_eff, overlap, turning, share_of_mass, restitution):
 def force_of(overlap, other, r_eff):
     """Hertz's force [N] of an overlap [m]."""
     return 4.0 / 3.0 * effective(SALT, other)[0] * math.sqrt(r_eff) * overlap**1.5
-
-
-@pytest.mark.parametrize("precision", ["mixed", "double"])
-@pytest.mark.parametrize("share", [0.9, 1.1])
-@pytest.mark.parametrize("overlap", [0.01, 0.05])
-def test_a_grain_in_a_tube_trembles_beyond_its_time_step(overlap, share, precision):
-    """A small spin dies out below the limit; above it grows until the grain slides."""
-    half = (1.0 - overlap) * R
-    walls = WallSet().body("tube", material="wall")
-    for side in SIDES:
-        walls.plane(half * np.array(side), -np.array(side))
-    dt = share * limit(overlap * R)
-    sim = make(ContactParameters(E, 0.5), walls=walls, dt=dt, precision=precision)
-    sim.add_particles([(0, 0, 0)], R, spin=[(0, 0, 0.1)])
-    sim.advance(400)
-    spin = abs(sim.spin[0, 2])
-    assert spin < 1e-3 if share < 1.0 else spin > 10.0
 
 
 @pytest.mark.parametrize("share", [0.9, 1.1])

@@ -81,6 +81,7 @@ def throw(
     boost=(0, 0, 0),
     parts="whole",
     order=None,
+    labels=range(6),
     bodies=(0, 1, 2),
     skin=None,
     stray=None,
@@ -119,14 +120,17 @@ def throw(
         skin=skin,
     )
     x, v, w, pairs, u = grains()
+    x, v, w = (a[list(labels)] for a in (x, v, w))
     sim.add_particles(x @ q.T + shift, R, velocity=v @ q.T + boost, spin=handed * (w @ q.T))
     sim.add_clusters(pairs @ q.T + shift, R, velocity=u @ q.T + boost)
     if stray is not None:
         sim.add_particles([stray], R)
     sim.advance(round(duration / dt))
     moved = shift + boost * sim.time
-    velocity = np.vstack([sim.velocity[:6], sim.clusters.velocity])
-    return (sim.position[:10] - moved) @ q, (velocity - boost) @ q
+    back = np.argsort(labels)
+    position = np.vstack([sim.position[back], sim.position[6:10]])
+    velocity = np.vstack([sim.velocity[back], sim.clusters.velocity])
+    return (position - moved) @ q, (velocity - boost) @ q
 
 
 def turned(angle, axis):
@@ -146,6 +150,7 @@ CHANGES = {
     "reflection": st.builds(
         lambda a, v: {"transform": turned(a, v) @ np.diag([1.0, -1.0, 1.0])}, angle, axis
     ),
+    "relabelling": st.builds(lambda k: {"labels": k}, st.permutations(range(6))),
     "a Galilean boost": st.builds(lambda v: {"boost": tuple(4.0 * x for x in v)}, vector),
     "the skin": st.builds(
         lambda base, horizon: {"skin": SkinPolicy(base=base, horizon=horizon)},

@@ -116,38 +116,6 @@ def test_a_mesh_does_what_the_analytic_shape_does(record, tmp_path, shape, rolli
     assert free > 5e-4, "the grain never met the wall"
 
 
-def test_a_sphere_crosses_mesh_edges_without_noticing(record):
-    """Rolling over 40 triangles of a flat mesh is rolling on a plane: no edge gives a push, and the
-    spring is handed on."""
-    x = np.linspace(-0.02, 0.02, 21)
-    vertices = np.array([(a, b, 0.0) for a in x for b in (-0.01, 0.01)])
-    triangles = np.array(
-        [
-            t
-            for i in range(20)
-            for t in ((2 * i, 2 * i + 2, 2 * i + 3), (2 * i, 2 * i + 3, 2 * i + 1))
-        ]
-    )
-    mesh = path(
-        WallSet().body("w", material="wall").mesh(vertices, triangles),
-        (-0.015, 0.0005, 0.001),
-        (0.2, 0.02, 0),
-    )
-    plane = path(
-        WallSet().body("w", material="wall").plane((0, 0, 0), (0, 0, 1)),
-        (-0.015, 0.0005, 0.001),
-        (0.2, 0.02, 0),
-    )
-    record(
-        "walls",
-        "flat mesh against plane, largest distance of paths",
-        np.abs(mesh - plane).max(),
-        0.0,
-        2e-7,
-        "m",
-    )
-
-
 def test_a_box_holds_grains_and_carries_their_weight(record):
     walls = WallSet().body("box", material="wall").box((0, 0, 0), (0.01, 0.01, 0.03))
     sim = make(
@@ -169,18 +137,3 @@ def test_a_box_holds_grains_and_carries_their_weight(record):
     weight = sim.mass.sum() * GRAVITY
     record("walls", "weight carried by a box", -mean, weight, 2e-3 * weight, "N")
     assert (sim.position.min(0) > 0).all()
-
-
-def test_a_turning_disc_carries_a_grain_round(record):
-    walls = WallSet().body("table", material="wall", spin=(0, 0, 2.0)).disc(0.02)
-    sim = make(
-        ContactParameters(0.3, 0.9, 2.0),
-        laws=Laws(rolling="elastic_plastic"),
-        walls=walls,
-        dt=8e-6,
-        gravity=GRAVITY,
-    )
-    sim.add_particles([[0.01, 0, 0.00099999]], 1e-3, velocity=[[0, 0.02, 0]], spin=[[0, 0, 2.0]])
-    sim.advance(25000)
-    angle = math.atan2(sim.position[0, 1], sim.position[0, 0])
-    record("walls", "angle of a grain on a turning disc", angle, 2.0 * sim.time, 0.01, "rad")

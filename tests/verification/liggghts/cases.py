@@ -7,10 +7,7 @@ from scipy.spatial import cKDTree
 
 from benchmarks.speed import cases as benchmark
 from dem.contact.registry import ContactParameters, Laws
-from dem.experiments import bed as grains_bed
-from dem.experiments import heap, lifted_cylinder, phases
-from dem.experiments.setup import build_simulation
-from dem.grains import draw_radii, largest_reach
+from dem.experiments import heap
 from dem.measure.heap import measure_heap
 from dem.spec import parse_spec
 
@@ -48,7 +45,6 @@ SEEDS = (1, 2, 3, 4)
 PRIMES = (86028121, 15485917, 32452883, 49979687)
 MORE_PRIMES = (67867967, 104395301)
 """LIGGGHTS' seeds: primes above 10000; more of the elastic-plastic case."""
-CYLINDER_REST = 0.6  # after the cylinder is clear, both engines' heaps are read [s]
 HEAP_TIME = 2.0  # both engines' heaps are read at this time [s]
 HEAPS = {
     "relative, 0.46": ("constant_torque_relative", 0.46),
@@ -59,11 +55,6 @@ default law at 0.23."""
 HEAP_SEEDS = {"relative, 0.46": SEEDS, "elastic-plastic, 0.46": tuple(range(1, 9))}
 """Our seeds of each case. The radial angle of an elastic-plastic heap scatters by 1.2 to 2 degrees:
 four of them tell neither its mean to a degree nor that scatter."""
-OWN_SPIN = {
-    "own spin, 0.46": ("constant_torque", 0.46),
-    "own spin, 0.23": ("constant_torque", 0.23),
-}
-"""This engine's default law, at the same coefficient and at the same torque on equal grains."""
 
 
 def contact_parameters(rolling=ROLLING, friction=FRICTION):
@@ -166,66 +157,6 @@ def heap_spec(law, rolling, seed, count=2500, diameter_mm=3.1748):
             "numerics": {"rest_energy_ratio": 1e-300, "max_time_s": HEAP_TIME},
         }
     )
-
-
-def cylinder_spec(seed):
-    """A small lifted cylinder of soft coarse grains under LIGGGHTS' elastic-plastic rolling
-    spring."""
-    friction = {"restitution": 0.5, "static_friction": 0.5, "rolling_friction": 0.3}
-    return parse_spec(
-        {
-            "experiment": "lifted_cylinder",
-            "seed": seed,
-            "materials": {"particle": {"shear_modulus_Pa": 3e6}},
-            "contacts": {"particle_particle": friction, "particle_wall": friction},
-            "laws": {"rolling": "elastic_plastic"},
-            "law_parameters": {
-                "rolling_stiffness_factor": peer.STIFFNESS_FACTOR,
-                "rolling_damping_ratio": peer.DAMPING_RATIO,
-            },
-            "particles": {"count": 250, "diameter_mm": 3.0},
-            "geometry": {"cylinder_diameter_mm": 24.0, "lift_speed_mm_s": 200.0},
-            "numerics": {"precision": "double"},
-        }
-    )
-
-
-def column(spec):
-    """The settled column of a lifted cylinder: simulation and the rig that `peer.run_cylinder`
-    takes."""
-    own, rim = lifted_cylinder.Rig(spec), 0.1
-    radius, plate = own.radius, own.plate
-    sim = build_simulation(spec, own.walls(rim))
-    rng, reach = np.random.default_rng(spec.seed), largest_reach(spec)
-    sites = grains_bed.sites_in_circle(radius, reach, rng)
-    radii = draw_radii(spec, spec.particles.count, rng)
-    grains_bed.fill(sim, spec, radii, sites, 0.0, reach, rng)
-    phases.rest(sim, spec, spec.numerics.max_time_s, "filling")
-    depth = float(sim.position[:, 2].max())
-    clear = 1.2 * depth / (1e-3 * spec.geometry.lift_speed_mm_s)
-    return sim, (radius, rim, plate, clear, CYLINDER_REST)
-
-
-def lifted(sim, spec, rig):
-    """Final state of a column after this engine has lifted its cylinder."""
-    *_, clear, rest = rig
-    sim.move_wall("cylinder", velocity=(0.0, 0.0, 1e-3 * spec.geometry.lift_speed_mm_s))
-    grains_bed.advance_for(sim, clear)
-    sim.move_wall("cylinder", velocity=(0.0, 0.0, 0.0))
-    grains_bed.advance_for(sim, rest)
-    return state_of_sim(sim)
-
-
-def measure_lifted(state, rig):
-    """What a lifted cylinder left, from either engine's last state."""
-    position, velocity, _, radius = state
-    found = measure_heap(position, radius, velocity, rig[2])
-    out = np.sort(np.hypot(position[:, 0], position[:, 1]))
-    return {
-        "radial_angle_deg": found["radial_angle_deg"],
-        "height_mm": found["height_mm"],
-        "base_radius_mm": 1e3 * float(out[int(0.95 * len(out)) - 1]),
-    }
 
 
 def radius_of(spec):

@@ -114,39 +114,6 @@ def run_heap(spec, folder, seed, time):
     return version, states[-1]
 
 
-def run_cylinder(spec, position, rig, folder):
-    """The lifted cylinder that `spec` describes, from grains at rest at `position` (n, 3) [m].
-
-    rig: the cylinder's radius, its rim and the plate's radius [m], time until it is clear and time
-    to rest [s]."""
-    radius, rim, plate, lift, rest = rig
-    write_stl(Path(folder) / "plate.stl", *revolve([(plate, 0.0), (0.5 * plate, 0.0), (0.0, 0.0)]))
-    outside = radius / np.cos(np.pi / SIDES)  # no side of the polygon cuts into the grains
-    write_stl(Path(folder) / "tube.stl", *revolve([(outside, 0.0), (outside, rim)]))
-    grains = "\n".join(
-        f"create_atoms 1 single {x:.12g} {y:.12g} {z:.12g} units box" for x, y, z in position
-    )
-    (Path(folder) / "grains.in").write_text(grains + "\n")
-    speed, dt = 1e-3 * spec.geometry.lift_speed_mm_s, time_step_of(spec)
-    diameter = 1e-3 * spec.particles.diameter_mm
-    version, states = run(
-        "cylinder.in",
-        folder,
-        law_variables(spec)
-        | {
-            "diameter": diameter,
-            "lift": round(lift / dt),
-            "rest": round(rest / dt),
-            "speed": speed,
-            "skin": 0.1 * diameter,
-            "side": 1.5 * plate,
-            "bottom": -0.75 * plate,
-            "top": rim + speed * lift + 0.01,
-        },
-    )
-    return version, states[-1]
-
-
 def law_variables(spec):
     """Materials, contacts, rolling law and time step of a deck."""
     particle, wall = material_of(spec.materials.particle), material_of(spec.materials.wall)
