@@ -1,6 +1,9 @@
 """Options of the whole test suite."""
 
+import fcntl
 import os
+import tempfile
+from pathlib import Path
 
 import pytest
 
@@ -34,6 +37,21 @@ def pytest_configure(config):
         raise pytest.UsageError("the peers' results are gathered in one process: add -n 0")
     if config.getoption("--record"):
         config.pluginmanager.register(Recorder(config))
+
+
+def pytest_collection_finish(session):
+    """Compile the engine once for all processes of a run with the verification: each begins with
+    another precision and waits for what the others have begun."""
+    worker = os.environ.get("PYTEST_XDIST_WORKER", "")
+    if not worker or not any("tests/verification/" in item.nodeid for item in session.items):
+        return
+    from dem.warm import compile_engine
+
+    first = int(worker.removeprefix("gw")) % 2
+    for precision in ("mixed", "double")[:: -1 if first else 1]:
+        with open(Path(tempfile.gettempdir(), f"compile-{precision}.lock"), "w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            compile_engine(precision)
 
 
 @pytest.fixture(autouse=True, scope="session")
