@@ -4,10 +4,7 @@ import numpy as np
 import pytest
 
 from calibration.intake.measurements import Measurement
-from diagnosis.better_plan import best, exchange, page, plans, shows_more
-from diagnosis.power import page as power_page
-from diagnosis.power import power
-from facts import rows_in, tells
+from diagnosis.better_plan import exchange, plans
 
 
 def test_the_exchange_finds_the_known_optimum():
@@ -42,15 +39,3 @@ def test_a_plan_costs_the_same_and_stays_in_its_ranges(which):
     assert {m.n for m in found} == {5}
     # a constant coefficient: the values that the plan guesses
     assert [m.value / m.levers["drop_height_mm"] for m in found] == pytest.approx([0.49] * 9)
-
-
-@pytest.mark.slow
-def test_it_shows_weaker_laws():
-    own, plan, other = best(crowded(), power)
-    assert shows_more(own, other)
-    assert not shows_more(other, own)
-    assert not shows_more(own, own)
-    text = power_page(own, other) + page(plan)
-    assert tells(text, "better plan")
-    levers = ["grain diameter [mm]", "settings"]
-    assert [row for name, row in rows_in(text).items() if name.startswith("drop:")] == [levers]

@@ -32,11 +32,6 @@ EXPECTED = {
 }
 
 
-def test_the_catalogue_holds_what_it_should_and_can_leave_one_out():
-    assert set(CATALOGUE) == EXPECTED
-    assert set(load_catalogue(without=["cohesion"])) == EXPECTED - {"cohesion"}
-
-
 TAKEN = {
     "laws": {"damping": "plastic", "friction": "stress_dependent", "cohesion": "sjkr"},
     "law_parameters": {
@@ -95,17 +90,6 @@ def test_strength_goes_both_ways_and_rises_from_where_it_is_off(name):
     assert ((rising >= s.low * (1 - 1e-12)) & (rising <= s.high * (1 + 1e-12))).all()
 
 
-@pytest.mark.parametrize("config", ["config/diagnosis.yaml", "benchmarks/rates/settings.yaml"])
-def test_the_longest_grains_pass_the_funnel_at_every_diameter(config):
-    settings, shape = read_settings(config), CATALOGUE["grain_shape"]
-    for diameter in settings.experiments["heap"].levers["particle_diameter_mm"]:
-        lever = {"particle_diameter_mm": diameter}
-        spec = Rig(settings, {}).spec(Condition("heap", lever), 1)
-        longest = parse_spec(shape.apply(spec, shape.strength.high))
-        assert longest.particles.elongation == shape.strength.high
-        assert parse_spec(shape.apply(spec, shape.strength.low)) == parse_spec(spec)
-
-
 def test_reading_a_tilt_late_adds_what_the_closed_form_says():
     lag = CATALOGUE["tilt_detection_lag"].observe
     angle = np.degrees(np.arctan(0.5))
@@ -122,6 +106,7 @@ def test_the_mean_apex_deficit_is_that_of_random_phases():
     assert 50.0 - read == pytest.approx(deficit.mean(), rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [n for n, m in CATALOGUE.items() if m.multiplies])
 def test_one_that_multiplies_a_lever_is_the_base_model_at_another_lever(name, tmp_path):
     mechanism = CATALOGUE[name]

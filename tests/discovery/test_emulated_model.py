@@ -73,16 +73,6 @@ def test_a_mechanism_that_multiplies_a_lever_knows_its_derivatives():
     assert emulator.with_slope(off, [], error=False)[0] == pytest.approx(base(at[:, :3]))
 
 
-def test_the_error_is_large_where_the_runs_are_hard_to_learn():
-    rng = np.random.default_rng(2)
-    x = rng.random((80, 2))
-    rough = np.where(x[:, 0] > 0.7, 0.1, 0.001) * rng.standard_normal(len(x))
-    emulator = Emulator(x, np.sin(3.0 * x[:, 0]) + x[:, 1] + rough)
-    _, _, variance = emulator.with_slope(np.array([[0.15, 0.5], [0.9, 0.5]]), [])
-    assert variance[0] < 0.7 * variance[1]
-    assert variance[0] < emulator.error**2 < variance[1]
-
-
 @pytest.mark.parametrize(
     "names",
     [
@@ -185,39 +175,6 @@ def test_scatter_from_seed_to_seed_is_no_error_of_the_mean():
     # without that knowledge all of it counts
     assert single.scatter == 0.0
     assert np.sqrt(single.with_slope(at, [])[2].mean()) == pytest.approx(single.error, rel=0.2)
-
-
-def test_means_of_several_runs_teach_as_much_as_their_number_says():
-    found = []
-    for seed in range(6):
-        rng = np.random.default_rng(seed)
-        x, at = rng.random((80, 2)), rng.random((200, 2))
-        runs = rng.integers(2, 7, len(x))
-        noise = 0.05 * rng.standard_normal((6, len(x)))
-        z, truth = (smooth(np.column_stack([v, v])) for v in (x, at))
-        means = np.array([z[i] + noise[:n, i].mean() for i, n in enumerate(runs)])
-        once = Emulator(x, z + noise[0], scatters=True)
-        often = Emulator(x, means, scatters=True, runs=runs)
-        assert often.runs == runs.sum()
-        miss = [np.mean((e(at) - truth) ** 2) for e in (once, often)]
-        found.append([*miss, often.with_slope(at, [])[2].mean(), often.scatter**2])
-    once, often, stated, scatter = np.sqrt(np.mean(found, axis=0))
-    # four runs at a point: about half the error, and it says so
-    assert often < 0.7 * once
-    assert stated == pytest.approx(often, rel=0.35)
-    assert scatter == pytest.approx(0.05, rel=0.1)
-
-
-def test_errors_are_alike_at_settings_that_are_alike():
-    rng = np.random.default_rng(6)
-    x = rng.random((40, 2))
-    emulator = Emulator(x, np.sin(6.0 * x[:, 0]) + 0.05 * rng.standard_normal(len(x)))
-    at = np.array([[0.3, 0.5], [0.31, 0.5], [0.9, 0.1]])
-    found = emulator.correlation(at)
-    assert np.diag(found) == pytest.approx(1.0)
-    assert found == pytest.approx(found.T)
-    assert found[0, 1] > 0.8
-    assert abs(found[0, 2]) < found[0, 1]
 
 
 def test_a_quantity_known_to_a_share_of_itself_is_learned_in_its_logarithm():

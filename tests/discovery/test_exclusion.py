@@ -34,6 +34,7 @@ def by_speed(measurements):
     return slope_limits(block, block.terms["drop:restitution(speed)"].law)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shared", [0.0, 0.04])
 def test_the_limits_of_a_slope_hold_the_truth(shared):
     rng, sets, change = np.random.default_rng(11), 40, -0.03
@@ -72,8 +73,3 @@ def test_what_is_told_of_a_strength_follows_its_cost():
     row = exclusion._of_mechanism(Yielding, coded, ((1.0 - coded) / 0.1) ** 2)
     assert row["above"] is None
     assert row["below"] == pytest.approx(4.0 * (1.0 - 0.1 * 1.645), rel=0.01)
-
-
-def test_constants_exclude_nothing_beyond_what_was_tried():
-    flat = np.zeros(5)
-    assert exclusion._allowed(np.linspace(0.0, 1.0, 5), flat) == (None, None)

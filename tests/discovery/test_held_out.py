@@ -37,19 +37,6 @@ def test_a_law_predicts_the_rows_that_were_held_out():
         assert abs(row["measured"] - row["before"]) > 3.0 * abs(row["measured"] - row["after"])
 
 
-def test_a_constant_alone_predicts_without_a_law():
-    fitted = []
-    for h in HEIGHTS:
-        for k, d in enumerate(SIZES):
-            value = 0.5 * h * (1.0, 1.005, 0.995)[k]
-            levers = {"drop_height_mm": h, "particle_diameter_mm": d}
-            fitted.append(Measurement("drop", value, 0.0224 * value, 5, levers))
-    found = discover(fitted, chance=(99,))
-    rows = held_out.by_contacts(fitted, [drop(100.0, 2.0)], found, defaults_of(SETTINGS, ["drop"]))
-    assert [r["after"] for r in rows] == [None]
-    assert rows[0]["before"] == pytest.approx(50.0, rel=0.01)
-
-
 def test_remarks_name_what_rows_cannot_tell():
     fitted = [drop(h, 2.0, line=3 + k) for k, h in enumerate((50.0, 100.0))]
     fitted.append(drop(100.0, 2.0, line=5, batch="late"))

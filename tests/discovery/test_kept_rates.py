@@ -10,7 +10,6 @@ import pytest
 from benchmarks.rates import kept_rates
 from benchmarks.rates.__main__ import TRIALS
 from calibration.digests import SOURCES
-from facts import tells
 
 SHOWN = [name for name in TRIALS if name != "strangers_gains"]
 
@@ -21,21 +20,6 @@ def test_a_row_of_another_engine_or_of_other_rules_is_not_fresh(moved):
     row |= {} if moved == "neither" else {moved: "0" * 12}
     rows = pd.DataFrame([row])
     assert len(kept_rates.fresh(rows)) == (moved == "neither")
-
-
-def test_a_table_without_a_digest_is_not_fresh(tmp_path):
-    pd.DataFrame([{"case": "x", "engine": kept_rates.present()["engine"]}]).to_csv(
-        tmp_path / "old.csv", index=False
-    )
-    assert kept_rates.kept(tmp_path / "old.csv").empty
-    assert kept_rates.kept(tmp_path / "none.csv").empty
-
-
-def test_without_fresh_rows_a_page_shows_no_rate():
-    for name in SHOWN:
-        text = TRIALS[name].table(pd.DataFrame())
-        assert tells(text, "No rates")
-        assert "|" not in text
 
 
 def test_the_rules_move_with_the_code_and_not_with_its_comments(tmp_path):

@@ -82,6 +82,7 @@ def withdrawn(curve):
     return np.mean(fell), np.mean(before), np.array(misses)
 
 
+@pytest.mark.slow
 def test_a_law_that_is_right_keeps_its_name_and_a_wrong_one_does_not(monkeypatch):
     """The misses of the right law have the spread that is stated, so that its name falls in no more
     of data than one setting exceeds FIT: 0.3 %. Without the refit's errors one name in ten fell."""

@@ -44,15 +44,3 @@ def test_an_interval_is_widened_by_the_misfit_of_its_own_experiment(times):
     sd = np.sqrt(np.diag(found.cov[0]))
     known = ERROR / np.sqrt(0.5 * N)
     assert sd == pytest.approx([known, times * known], rel=1e-3)
-
-
-def test_a_setting_left_out_is_predicted_with_the_spread_of_its_experiment():
-    found, tilt = fitted(3.0)
-    n = 0.5 * N
-    for own, times in ((~tilt, 1.0), (tilt, 3.0)):
-        error = times * ERROR
-        # less by what the other readings of the level leave open
-        wide = error * np.sqrt(n / (n - 1.0))
-        miss = found.residual[0, own] * ERROR * n / (n - 1.0)
-        density = -0.5 * (miss / wide) ** 2 - np.log(wide * np.sqrt(2.0 * np.pi))
-        assert found.pointwise[0, own] == pytest.approx(density, abs=1e-3)

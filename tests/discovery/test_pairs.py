@@ -57,6 +57,7 @@ def measured(emulated, names, seed):
     return rows
 
 
+@pytest.mark.slow
 def test_a_pair_gains_over_the_only_cause_as_rarely_as_stated(emulated):
     """Data of one mechanism, the pairs tried although it fits."""
     named = 0

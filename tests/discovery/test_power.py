@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from calibration.intake.measurements import Measurement
-from diagnosis.power import POWER, page, power
+from diagnosis.power import POWER, power
 from diagnosis.table_model.found import discover
 
 HEIGHTS, SIZES = (50.0, 80.0, 120.0, 180.0, 250.0), (1.5, 2.0, 3.0, 4.0)
@@ -46,9 +46,3 @@ def test_measurements_show_it_as_often_as_stated(rows):
     shown = sum(discover(plan(change, rng)).p < 0.05 for _ in range(sets))
     # 80 % are stated; below twelve of twenty have a chance of 1 %
     assert shown >= 12
-
-
-def test_the_page_tells_every_law(rows):
-    text = page(list(rows.values()))
-    assert text.count("\n| drop | ") == len(rows)
-    assert "restitution(speed)" in text

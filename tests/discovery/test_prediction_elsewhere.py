@@ -68,6 +68,7 @@ def test_without_rows_of_another_experiment_the_prediction_is_open():
     assert (test["experiment"], test["outcome"], test["rows"]) == ("drop", "open", [])
 
 
+@pytest.mark.slow
 def test_one_row_alone_says_nothing_where_nothing_was_fitted_there():
     rng = np.random.default_rng(8)
     [row] = rebounds(rng, 0.0, (80.0,), 90)[:1]

@@ -123,13 +123,6 @@ def test_rows_without_a_label_share_nothing():
     assert data_of(heaps([30.0] * 4, ["A"] * 4)).shared is None
 
 
-def test_batches_of_two_experiments_share_nothing():
-    heap, shear = heaps([30.0], ["A"])[0], Measurement("shear", 2.0, 0.1, 3, {}, batch="A")
-    sds = {("heap", "batch"): 2.0, ("shear", "batch"): 0.1}
-    found = covariance_of([heap, shear], np.array([1.0, 2.0]), sds)
-    assert found == pytest.approx(np.diag([4.0, 0.04]))
-
-
 def test_a_row_held_out_knows_the_error_of_its_batch():
     """Fifty readings of a batch tell its error; of another batch nothing but its spread is
     known."""
@@ -243,6 +236,7 @@ def emulated_once():
     return closed_forms()
 
 
+@pytest.mark.slow
 def test_batch_error_alone_is_adequate_where_the_table_tells_the_batches(emulated):
     draws = range(100, 108)
     # at a false-alarm rate of 5 % more than two alarms in eight have a chance of 0.6 %
@@ -250,6 +244,7 @@ def test_batch_error_alone_is_adequate_where_the_table_tells_the_batches(emulate
     assert alarms(emulated, draws, hide=True) >= 6
 
 
+@pytest.mark.slow
 def test_a_mechanism_is_found_beside_batch_error(emulated):
     for seed in range(200, 203):
         rows = measured(emulated, seed, LARGE, 0.7)
@@ -260,12 +255,3 @@ def test_a_mechanism_is_found_beside_batch_error(emulated):
         told = {(s["experiment"], s["of"]): s for s in verdict["scatter"]}
         assert ("heap", "batch") in told or ("shear", "instrument") in told
         assert re.search(r"^## Errors beyond", page(verdict), re.M)
-
-
-@pytest.mark.slow
-def test_false_alarms_and_finds_with_batches(emulated):
-    assert alarms(emulated, range(300, 340)) <= 5  # 5 % of 40: more has a chance of 1.4 %
-    found = [
-        identify(emulated, measured(emulated, s, LARGE, 0.7), 0.05, 100, 3) for s in range(400, 420)
-    ]
-    assert sum(f.verdict == "identified" for f in found) >= 16
