@@ -55,7 +55,6 @@ rule reproduction:
         drop=f"{STUDY}/drop/drop.json",
         shear=f"{STUDY}/shear/shear.json",
         scaling=SCALED,
-        factors=FACTORS,
     output:
         table=report(
             f"{STUDY}/reproduction/reproduction.csv",
@@ -67,9 +66,9 @@ rule reproduction:
         f"{STUDY}/logs/reproduction.log",
     params:
         function="paper.tasks:reproduction",
-        reads=["run", "factors"],
+        reads=[],
     message:
-        "reproduction: every table and equation of the paper beside this study's values"
+        "reproduction: the paper's results beside this study's values"
     script:
         "scripts/task.py"
 

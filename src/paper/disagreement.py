@@ -30,8 +30,7 @@ from diagnosis.rig import Rig
 from diagnosis.settings import catalogue_of, parameters_of, study_settings
 from diagnosis.switched_causes import plan, read_switched, tried
 from paper.audit.paper import Paper
-from paper.reproduction.chain import NAMES
-from paper.reproduction.measured import simulated_sd
+from paper.reproduction.chain import NAMES, simulated_sd
 from paper.reproduction.study import Study
 
 if TYPE_CHECKING:

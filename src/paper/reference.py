@@ -5,7 +5,6 @@ python -m paper.reference results/salt
 """
 
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,6 @@ from calibration.runs.plans import read_values
 from calibration.statistics.equivalence import UNDECIDABLE, UNDECIDED
 from calibration.statistics.numbers import fixed, spread
 from calibration.telling.kept_results import KEPT, keep, put
-from paper.reproduction.rows import NOT_COMPARABLE
 from paper.reproduction.table import counts
 
 BEGIN, END = "<!-- results: begin -->", "<!-- results: end -->"
@@ -44,39 +42,22 @@ FUNNELS = "funnels.csv"
 TABLES = ("reproduction.csv", "disagreement.md", "table_*.csv")
 """What is kept of the stages that concern the paper alone."""
 POURED = ("screening", "candidate_first", "candidate", "validation")
-ASCENT_ITEM, PRINTED_ASCENT = "Table 10", "table10_steepest_ascent.csv"
 
 
-def block(
-    table: pd.DataFrame, link: str, ascent: tuple[Sequence[float], Sequence[float]] | None = None
-) -> str:
+def block(table: pd.DataFrame, link: str) -> str:
     """Markdown: the rows of the reproduction table that matter most, the counts of all rows, and
-    the `link` to them.
-
-    ascent: (printed angles, this project's) along the paths of steepest ascent [deg], shown where
-    the study's path is another than the paper's, so that no angle has its counterpart. Rows of a
-    further study name it.
-    """
+    the `link` to them. Rows of a further study name it."""
     study = Path(link).parent.parent.name
     head = ("", "", "paper (EDEM)", "this project", "difference, 90 %", "margin", "agreement")
     lines = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
     for row in table[table["headline"]].itertuples():
-        if ascent and row.item == ASCENT_ITEM and row.study != study:
-            printed, ours = (", ".join(f"{x:.1f}" for x in angles) for angles in ascent)
-            name = "angles along the ascent, each its own path [deg]"
-            lines.append(f"| {row.item} | {name} | {printed} | {ours} | | | {NOT_COMPARABLE} |")
-            ascent = None  # once is enough
-            if row.agreement == NOT_COMPARABLE:
-                continue
         quantity = row.quantity if row.unit == "1" else f"{row.quantity} [{row.unit}]"
         if row.study not in ("", study) and not pd.isna(row.study):
             quantity += f", {row.study}"
         paper = "" if pd.isna(row.paper) else str(row.paper)
         cells = (row.item, quantity, paper, _ours(row), *_judged(row), verdict_of(row))
         lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join(
-        [*lines, "", f"All tables and equations, with intervals: [{link}]({link}). {counts(table)}"]
-    )
+    return "\n".join([*lines, "", f"All rows, with intervals: [{link}]({link}). {counts(table)}"])
 
 
 def short_block(table: pd.DataFrame, study: str, measured: float) -> str:
@@ -101,18 +82,6 @@ def verdict_of(row: Any, reason: str = "") -> str:
     if row.agreement == UNDECIDABLE and reason:
         return f"{UNDECIDABLE}: {reason}"
     return row.agreement
-
-
-def ascents(
-    study: str | Path, paper: str | Path = "data/paper"
-) -> tuple[list[float], list[float]] | None:
-    """(printed angles, a study's angles) [deg] along the steepest ascents, or None where one of
-    them is missing."""
-    ours, printed = Path(study) / "ascent" / "ascent.json", Path(paper) / PRINTED_ASCENT
-    if not (ours.is_file() and printed.is_file()):
-        return None
-    angles = read_written(printed, comment="#")["angle_deg"]
-    return list(angles), read_json(ours)["responses"]
 
 
 def _ours(row):
@@ -178,7 +147,7 @@ def blocks(kept: str | Path) -> dict[Path, str]:
     own = table[table["study"].isna() | table["study"].isin(("", kept.name))]
     return {
         README: short_block(table, kept.name, measured),
-        PAGE: block(own, f"../{kept / TABLE}", ascents(kept)),
+        PAGE: block(own, f"../{kept / TABLE}"),
     }
 
 

@@ -6,6 +6,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import yaml
+
 from calibration.study.stages import Plan, Stage
 
 if TYPE_CHECKING:
@@ -24,12 +26,15 @@ def tables(study: Study) -> list[str]:
     return sorted(str(path) for path in TABLES.glob("*.csv"))
 
 
+def _of(key, study):
+    """What SETTINGS has of a study under a key; None without."""
+    return yaml.safe_load(Path(SETTINGS).read_text("utf-8"))[key].get(study.name)
+
+
 def beside(study: Study) -> list[str]:
     """The validations of the further studies that count beside this one, where they have been
     run."""
-    from paper.reproduction.settings import read_reproduction
-
-    names = read_reproduction(SETTINGS).beside.get(study.name, ())
+    names = _of("beside", study) or ()
     paths = (study.folder.parent / n / "validation" / "validation.json" for n in names)
     return [str(path) for path in paths if path.exists()]
 
@@ -37,9 +42,7 @@ def beside(study: Study) -> list[str]:
 def repeats(study: Study) -> list[str]:
     """The screenings of the same study at other seeds, and their response surfaces, where they have
     been run."""
-    from paper.reproduction.settings import read_reproduction
-
-    names = read_reproduction(SETTINGS).repeats.get(study.name, ())
+    names = _of("repeats", study) or ()
     stages = ("screening", "response_surface")
     paths = (study.folder.parent / n / stage / "runs.csv" for n in names for stage in stages)
     return [str(path) for path in paths if path.exists()]
@@ -47,9 +50,7 @@ def repeats(study: Study) -> list[str]:
 
 def causes(study: Study) -> str:
     """The file of what may differ between the paper's simulations and a study's."""
-    from paper.reproduction.settings import read_reproduction
-
-    return read_reproduction(SETTINGS).causes.get(study.name, CAUSES)
+    return _of("causes", study) or CAUSES
 
 
 STAGES = (

@@ -19,9 +19,8 @@ def audit(study: Study, source: NamedFiles, output: NamedFiles) -> None:
 
 
 def reproduction(study: Study, source: NamedFiles, output: NamedFiles) -> None:
-    """Set every table and equation of the paper beside this study's values, and those of the
-    studies beside it."""
+    """Set the paper's results beside this study's values, and those of the studies beside it."""
     others = [Path(path).parents[1] for path in source.beside]
     repeats = list(dict.fromkeys(Path(path).parents[1] for path in source.repeats))
-    table = reproduce([study.folder, *others], study.config, repeats=repeats)
+    table = reproduce([study.folder, *others], repeats=repeats)
     write_reproduction(table, output.table, output.summary)

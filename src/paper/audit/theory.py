@@ -86,6 +86,33 @@ def restitution(paper: Paper, claim: Claim) -> Given:
     return Found(float(ratio), exact=True, names={"damping": c, "ratio": ratio})
 
 
+@check("eq10.mass", "eq11.radius", "eq14.terms")
+def identity(paper: Paper, claim: Claim) -> Given:
+    """Whether both sides of an equation are equal for spheres of radii R and `ratio` R: the
+    effective mass and radius, and Eq. 9 in the dimensionless quantities of Eq. 12."""
+    radius, density, stiffness, damping, speed = 1e-3, 1210.0, 800.0, 0.01, 1.7
+    sphere, same = 4 / 3 * np.pi * density * radius**3, []
+    for ratio in (0.5, 1.0, 2.0, 4.0):
+        printed = 4 * np.pi * radius**3 * density * ratio**3 / (3 * (1 + ratio**3))
+        mass = sphere * ratio**3 / (1 + ratio**3)
+        terms = np.array([mass * speed**2 / radius, stiffness * radius, damping * speed])
+        sides = {
+            "mass": (printed, 1 / (1 / sphere + 1 / (sphere * ratio**3))),
+            "radius": (radius * ratio / (1 + ratio), 1 / (1 / radius + 1 / (ratio * radius))),
+            "terms": (
+                [
+                    4 * np.pi * ratio**3 / (3 * (1 + ratio**3)),
+                    stiffness / (radius * density * speed**2),
+                    damping / (radius**2 * density * speed),
+                ],
+                terms / (radius**2 * density * speed**2),
+            ),
+        }
+        left, right = map(np.asarray, sides[claim.part])
+        same.append(np.allclose(left, right, rtol=1e-12, atol=0.0))
+    return "equal" if all(same) else "not equal"
+
+
 @check("eq9.signs")
 def contact_signs(paper: Paper, claim: Claim) -> Given:
     """The signs with which m x'' = +-k x +-c x' oscillates and decays (m = k = 1, weak damping)."""

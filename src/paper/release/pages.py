@@ -35,7 +35,7 @@ PIECES = {
 }
 """{template: (page, name of the marks between which it stands)}."""
 WIDTH = 100
-ASIS = ("#", "|", "<!--", "```", "![", "`salt", "All tables")
+ASIS = ("#", "|", "<!--", "```", "![", "`salt", "All rows")
 
 
 def read_record(path: str | Path = RECORD) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Tables 8 and 9, Eqs. 20 to 27: tilted plane, drop and direct shear."""
+"""Tables 8 and 9, Eqs. 21 to 27: tilted plane, drop and direct shear."""
 
 from __future__ import annotations
 
@@ -10,21 +10,18 @@ import numpy as np
 from scipy import stats
 
 from calibration.statistics.equivalence import Error
-from paper.names import said
 from paper.reproduction import margins
 from paper.reproduction.rows import (
-    ARITHMETIC,
-    NO_NUMBER,
     NOT_COMPARABLE,
     NOT_RUN,
     Place,
     absent,
     estimates,
-    exact,
     line_fit,
     means,
     point,
     printed_of,
+    said,
     within,
     words,
 )
@@ -36,22 +33,18 @@ if TYPE_CHECKING:
 
 DRAWS = 2000
 TESTS = {
-    # stage: table, file, column, equation, unit; scalars: measured, factor, confirming mean,
-    # coefficients
+    # stage: table, file, column, equation, unit; scalars: factor, confirming mean, coefficients
     "tilt": (
-        "Table 8", "table08_inclined_plane", "angle_deg", "Eq. "
-        "21", "deg", "measured_inclined_plane_angle",
+        "Table 8", "table08_inclined_plane", "angle_deg", "Eq. 21", "deg",
         "salt_steel_static_friction", "simulated_tilt_angle", "eq21_coefficients",
     ),
     "drop": (
-        "Table 9", "table09_drop_test", "rebound_height_mm", "Eq. "
-        "23", "mm", "measured_rebound_height",
+        "Table 9", "table09_drop_test", "rebound_height_mm", "Eq. 23", "mm",
         "salt_steel_restitution", "simulated_rebound_at_0.421", "eq23_coefficients",
     ),
 }  # fmt: skip
 R2 = {"tilt": "tilt.r2", "drop": "drop.r2"}
 TRIALS = 5  # 2.3.2 and 2.3.3: the mean of five
-DIRECT = {"tilt": ("Eq. 20", "tan of the sliding angle"), "drop": ("Eq. 22", "sqrt(h1/H1)")}
 
 
 def rows(paper: Paper, study: Study) -> Iterator[dict[str, Any]]:
@@ -62,8 +55,7 @@ def rows(paper: Paper, study: Study) -> Iterator[dict[str, Any]]:
 
 
 def _sweep(paper, study, stage):
-    item, file, column, equation, unit, measured, factor, confirming, coefficients = TESTS[stage]
-    yield _direct(paper, stage, measured, factor)
+    item, file, column, equation, unit, factor, confirming, coefficients = TESTS[stage]
     runs, summary = study.table(stage, "runs"), study.summary(stage)
     if runs is None or summary is None:
         for what in (item, equation):
@@ -114,17 +106,6 @@ def _point(place, text, response, sd, repeats):
     return point(place, text, response, sd, repeats, sd / math.sqrt(TRIALS))
 
 
-def _direct(paper, stage, measured, factor):
-    equation, text = DIRECT[stage]
-    value = paper.value(measured)
-    if stage == "tilt":
-        found = math.tan(math.radians(value))
-    else:
-        found = math.sqrt(value / paper.value("drop_height"))
-    place = Place(equation, f"{stage}.direct", f"{said(factor)}, by {text}", evidence=ARITHMETIC)
-    return exact(place, paper.scalar(factor), found, "computed from the measured value")
-
-
 def _quadratic(x, y):
     """(coefficients, highest power first; their covariance; degrees of freedom)."""
     return line_fit(np.vander(np.asarray(x, float), 3), np.asarray(y, float))
@@ -157,14 +138,6 @@ def _r2(place, printed, x, y):
 
 def _shear(paper, study):
     summary = study.summary("shear")
-    for number, text in (
-        ("24", "normal load of the pre-shear"),
-        ("25", "normal load of the shear"),
-    ):
-        yield absent(
-            Place(f"Eq. {number}", f"shear.eq{number}", text, "N"), None, NO_NUMBER,
-            "a definition; the lid's load and weight are controlled to it",
-        )  # fmt: skip
     if summary is None or "loci" not in summary:
         for item in ("Eq. 26", "Eq. 27"):
             yield absent(Place(item, f"shear.{item}", "yield locus"), None, NOT_RUN, "shear")

@@ -20,12 +20,10 @@ from calibration.statistics.equivalence import Error, verdict
 from calibration.statistics.surface import fit_surface
 from calibration.statistics.validate import compare
 from paper.reproduction import margins
-from paper.reproduction.measured import simulated_sd
 from paper.reproduction.rows import (
     ALPHA,
     NOT_COMPARABLE,
     NOT_RUN,
-    SETTINGS,
     Place,
     absent,
     estimates,
@@ -60,7 +58,6 @@ def rows(paper: Paper, studies: Sequence[Study]) -> Iterator[dict[str, Any]]:
     study = alike[0] if alike else None
     parts = (
         ("Table 10", "angles along the ascent", _ascent),
-        ("Table 11", "coding of the factors", _coding),
         ("Table 11", "angles of the Box-Behnken runs", _box_behnken),
         ("Eq. 28", "coefficients", _equation),
         ("3.1", "the paper's optimum", _optimum),
@@ -78,6 +75,12 @@ def rows(paper: Paper, studies: Sequence[Study]) -> Iterator[dict[str, Any]]:
     yield from _statistics(paper, first)
     for one in studies:
         yield from _validation(paper, one)
+
+
+def simulated_sd(paper: Paper) -> float:
+    """Scatter of the paper's own runs at one point [deg]: standard deviation of the 25 angles of
+    Table 13."""
+    return float(paper.numbers("table13_validation", "angle_deg")["angle_deg"].std(ddof=1))
 
 
 def spread(paper: Paper, study: Study) -> tuple[float | None, int | None, float]:
@@ -111,24 +114,6 @@ def _runs_at(runs, point):
     if runs is None or not set(point) <= set(runs):
         return pd.DataFrame()
     return runs[np.all([np.isclose(runs[c], v, atol=1e-6) for c, v in point.items()], axis=0)]
-
-
-def _coding(paper, study):
-    table = paper.text("table11_coding", "factor", "low", "centre", "high").set_index("factor")
-    region = {f["name"]: f for f in study.summary("response_surface", "region")}
-    for letter, name in NAMES.items():
-        place = Place(
-            "Table 11",
-            f"table11.coding.{letter}",
-            f"levels of {name}",
-            "1",
-            study.name,
-            evidence=SETTINGS,
-        )
-        low, high = region[name]["low"], region[name]["high"]
-        ours = " ".join(f"{v:g}" for v in (low, round((low + high) / 2, 9), high))
-        said = " ".join(f"{float(v):g}" for v in table.loc[letter, ["low", "centre", "high"]])
-        yield words(place, said, ours, "region of the response surface")
 
 
 def _box_behnken(paper, study):

@@ -14,13 +14,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from decimal import ROUND_HALF_UP, Decimal
 from typing import Any
 
 import numpy as np
 from scipy import stats
 
+from calibration.figures import label
 from calibration.statistics.equivalence import (
     ALPHA,
     DIFFERENT,
@@ -38,30 +39,10 @@ from paper.reproduction import margins
 
 NOT_RUN, NOT_COMPARABLE, NO_NUMBER = "not run", "not comparable", "no number"
 IN_TABLE = "judged with its table"
-ARITHMETIC, SETTINGS, ENGINE = "the paper's arithmetic", "set from the paper", "our runs"
-"""What a row is evidence of: the paper's figures against its own data, values that this study takes
-from the paper (so they cannot differ), or values of the engine's runs."""
 COLUMNS = (
-    "item",
-    "id",
-    "quantity",
-    "unit",
-    "paper",
-    "this_project",
-    "sd",
-    "n",
-    "difference",
-    "se",
-    "low",
-    "high",
-    "margin",
-    "agreement",
-    "more_runs",
-    "evidence",
-    "basis",
-    "study",
-    "headline",
-)
+    "item", "id", "quantity", "unit", "paper", "this_project", "sd", "n", "difference", "se", "low",
+    "high", "margin", "agreement", "more_runs", "basis", "study", "headline",
+)  # fmt: skip
 """item: table or equation; sd, n: of this project's value; difference, se, low, high: ours less the
 paper's, its standard error and 90 % interval; margin: what the agreement is judged by; more_runs:
 how many further runs would decide what is undecided, at the difference and the scatter found."""
@@ -70,7 +51,7 @@ how many further runs would decide what is undecided, at the difference and the 
 @dataclass(frozen=True)
 class Place:
     """What a row is about: the paper's table or equation, an id, the quantity, its unit, the study
-    it is from, whether the README shows it, and what it is evidence of."""
+    it is from, and whether docs/results.md shows it."""
 
     item: str
     id: str
@@ -78,24 +59,11 @@ class Place:
     unit: str = "1"
     study: str = ""
     headline: bool = False
-    evidence: str = ENGINE
 
 
 def _row(place, paper, ours, agreement, basis, **numbers):
-    row = {
-        "item": place.item,
-        "id": place.id,
-        "quantity": place.quantity,
-        "unit": place.unit,
-        "paper": paper,
-        "this_project": ours,
-        "agreement": agreement,
-        "evidence": place.evidence,
-        "basis": basis,
-        "study": place.study,
-        "headline": place.headline,
-    }
-    return {c: (row | numbers).get(c) for c in COLUMNS}
+    row = {"paper": paper, "this_project": ours, "agreement": agreement, "basis": basis}
+    return dict.fromkeys(COLUMNS) | asdict(place) | row | numbers
 
 
 def _judged(place, paper, ours, difference, decision, margin, basis, **numbers):
@@ -121,6 +89,13 @@ def _margin(place, printed, margin):
     """The stated margin, and never less than the printed digits leave open."""
     stated = margins.by_unit(place.unit, printed.value) if margin is None else margin
     return max(stated, margins.of_printing(printed))
+
+
+def said(name: str) -> str:
+    """A factor's name in words, as it stands behind "effect of": "rolling friction, salt on
+    steel"."""
+    words = label(name)
+    return words.replace(" of ", ", ", 1) if " on " in words else words
 
 
 def means(
@@ -227,12 +202,6 @@ def spreads(place: Place, paper_sd: float, paper_n: int, sd: float, n: int) -> d
 
 MANY = 1e9
 """Degrees of freedom that are as good as infinitely many."""
-
-
-def exact(place: Place, printed: Printed, ours: float, basis: str) -> dict[str, Any]:
-    """A number without scatter: recomputed from the paper's own data, or set from it; judged by its
-    printed digits."""
-    return _decide(place, printed, ours, (EXACT, EXACT), basis, margin=0.0)
 
 
 def whole(

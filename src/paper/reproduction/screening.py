@@ -18,7 +18,6 @@ from calibration.chain.responses import with_value
 from calibration.statistics.anova import pure_error
 from calibration.statistics.equivalence import Error
 from calibration.statistics.screening import screen
-from paper.names import said
 from paper.reproduction.chain import spread
 from paper.reproduction.rows import (
     NOT_COMPARABLE,
@@ -28,6 +27,7 @@ from paper.reproduction.rows import (
     estimates,
     point,
     printed_of,
+    said,
 )
 
 if TYPE_CHECKING:
