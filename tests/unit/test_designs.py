@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
+import pyDOE3
 import pytest
 import yaml
 
@@ -14,22 +15,11 @@ from calibration.chain.screening import _aliased, plan_screening, screening, sen
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError
 from calibration.figures import ANGLE
-from calibration.statistics.composite import (
-    augmented,
-    blocked,
-    central_composite,
-    region_design,
-)
+from calibration.statistics.composite import augmented, central_composite, region_design
 from calibration.statistics.definitive import ORDERS, conference_matrix, definitive_screening
 from calibration.statistics.design import box_behnken
-from calibration.statistics.surface import blocks_p, fit_surface, model_matrix, quadratic_terms
-from calibration.statistics.two_level import (
-    alias_groups,
-    foldover,
-    fractional_factorial,
-    generators,
-    resolution_iv,
-)
+from calibration.statistics.surface import model_matrix, quadratic_terms
+from calibration.statistics.two_level import alias_groups, foldover, generators, resolution_iv
 from calibration.study.config import parse_config
 from calibration.study.config.schema import SurfaceConfig
 from calibration.study.factors import Factor
@@ -161,7 +151,7 @@ def test_both_halves_decide_where_the_table_s_runs_that_are_left_cannot(tmp_path
 
 
 def test_a_foldover_turns_resolution_iii_into_iv():
-    three = fractional_factorial(["a", "b", "c", "ab", "ac", "bc", "abc"])
+    three = pyDOE3.fracfact("a b c ab ac bc abc")
     f = factors(7)
     table = resolution_iv(f).iloc[:8].copy()
     table[[g.code for g in f]] = three
@@ -222,28 +212,6 @@ def test_a_central_composite_design_fits_the_quadratic_model(k):
     assert np.abs(coded(table, k)).max() == 1.0
 
 
-def test_a_rotatable_design_predicts_as_well_in_every_direction():
-    table = central_composite(factors(3), 5, "rotatable")
-    y = np.random.default_rng(1).normal(size=len(table))
-    surface = fit_surface(table, list("ABC"), y)
-    directions = np.random.default_rng(2).normal(size=(40, 3))
-    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    se = surface.standard_error(0.8 * directions)
-    assert se == pytest.approx(se[0], rel=1e-9)
-
-
-def test_blocks_of_the_composite_design_are_the_orthogonal_ones():
-    """Corners with two centre runs and star points with two centre runs block orthogonally at alpha
-    = sqrt 2 (Box and Hunter 1957), so each block has the design's own mean of every square."""
-    table = central_composite(factors(2), 4, np.sqrt(2.0))
-    found = blocked(table, 6, list("AB"))
-    for _, part in found.groupby("block"):
-        x = coded(part, 2)
-        assert len(x) == 6
-        assert (x**2).mean(0) == pytest.approx((coded(table, 2) ** 2).mean(0))
-        assert x.mean(0) == pytest.approx([0.0, 0.0])
-
-
 def test_added_runs_complete_a_lost_design():
     f, codes = factors(3), list("ABC")
     whole = box_behnken(f, centre_runs=3)
@@ -260,20 +228,12 @@ def test_added_runs_complete_a_lost_design():
         augmented(lost.iloc[:2], f, 3)
 
 
-def test_a_study_may_add_runs_to_the_design_and_part_it_into_blocks():
-    f, codes = factors(3), list("ABC")
-    rules = SurfaceConfig(centre_runs=3, added_runs=3, block_size=6)
-    design = region_design(f, rules)
+def test_a_study_may_add_runs_to_the_design():
+    f = factors(3)
+    design = region_design(f, SurfaceConfig(centre_runs=3, added_runs=3))
     plain = box_behnken(f, centre_runs=3)
     assert list(design["run"]) == list(range(1, len(plain) + 4))
     assert coded(design, 3)[: len(plain)] == pytest.approx(coded(plain, 3))
-    assert sorted(design.groupby("block").size()) == [6, 6, 6]
-    # a day that lies 3 higher is told from the model; without it the days are alike
-    x = coded(design, 3)
-    y = 40 + 2 * x[:, 0] - x[:, 1] ** 2 + np.random.default_rng(3).normal(0, 0.2, len(x))
-    assert blocks_p(design.assign(y=y), codes, "y") > 0.05
-    assert blocks_p(design.assign(y=y + 3.0 * (design["block"] == 2)), codes, "y") < 1e-3
-    assert blocks_p(design.assign(y=y, block=1), codes, "y") is None
 
 
 def test_what_no_design_takes_is_said():
@@ -281,7 +241,3 @@ def test_what_no_design_takes_is_said():
         for k in (0, 24):
             with refused(CalibrationError, "1 to 23", str(k)):
                 make([Factor(f"c{i}", f"f{i}", f"k{i}", 0, 1) for i in range(k)])
-    with refused(CalibrationError, "17 runs", "5"):
-        blocked(box_behnken(factors(3)), 5, list("ABC"))
-    with refused(CalibrationError, "inside", "face", "rotatable"):
-        central_composite(factors(2), alpha="inside")

@@ -19,7 +19,6 @@ from calibration.runs.plans import plan, write_plan
 from calibration.statistics.composite import region_design
 from calibration.statistics.numbers import fixed
 from calibration.statistics.surface import (
-    blocks_p,
     fit_surface,
     outlier_limit,
     outliers,
@@ -111,8 +110,6 @@ def _beside(runs, codes, column, surface):
         "decide_alone": _decide_alone(surface, runs),
         "reduced": _fit_words(reduced_surface(runs, codes, runs[column])),
     }
-    if "block" in runs:
-        beside["blocks_p"] = blocks_p(runs, codes, column)
     if len(found):
         rest = runs.drop(index=runs.index[found]).reset_index(drop=True)
         try:
@@ -162,9 +159,7 @@ def _ridge(surface, region):
 
 def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
     """What came out, for the report."""
-    s, p = summary["statistics"], summary.get("blocks_p")
-    word = "No difference of the blocks is shown" if p is None or p >= 0.05 else "The blocks differ"
-    blocks = [] if p is None else [f"{word} (F test beside the model, p = {p:.2g})."]
+    s = summary["statistics"]
     lack = s["lack_of_fit_p"]
     return [
         f"{response.name.capitalize()} = {summary['equation_coded']} in coded levels.",
@@ -172,7 +167,6 @@ def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
         f"CV {s['CV_percent']:.2f} %; adequate precision {s['adequate_precision']:.1f}; "
         f"lack of fit {'not tested' if lack is None else f'p = {lack:.2g}'}.",
         *_unpredicted(summary),
-        *blocks,
     ]
 
 

@@ -40,7 +40,6 @@ def check_ahead(config: Config) -> None:
         raise ConfigError("is taken", key="name", value=config.name, allowed="another name")
     factors = read_factors(config.factors)
     _check_held(config, factors)
-    _check_blocks(config, factors)
     first: RunSpec | None = None
     tried: set[tuple[tuple[str, str], ...]] = set()
     for where, spec in _specs_ahead(config, factors):
@@ -122,25 +121,6 @@ def _check_held(config, factors):
                 key=f"fixed.{factor.name}",
                 allowed=f"a level of it: {factor.levels}",
             )
-
-
-def _check_blocks(config, factors):
-    """Refuse a size of blocks in which no design of as many factors as can go on stands."""
-    screening, rules = config.screening, config.response_surface
-    if not rules.block_size:
-        return
-    from calibration.statistics.composite import region_design  # loads scipy
-
-    most = min(screening.at_most, len(factors))
-    for count in range(min(screening.at_least, most), most + 1):
-        try:
-            region_design(factors[:count], rules)
-        except CalibrationError as error:
-            raise ConfigError(
-                f"{error} (where {count} factors go on)",
-                key="response_surface.block_size",
-                value=rules.block_size,
-            ) from None
 
 
 def cost_ahead(config: Config) -> str:

@@ -1,5 +1,4 @@
-"""Designs for response surfaces beside Box-Behnken: central composite, D-optimal additions, and
-blocks."""
+"""Designs for response surfaces beside Box-Behnken: central composite and D-optimal additions."""
 
 from collections.abc import Sequence
 from itertools import product
@@ -14,7 +13,6 @@ from calibration.statistics.factor import CodedFactor
 from calibration.statistics.surface import Term, model_matrix, quadratic_terms
 from calibration.statistics.ties import first_largest
 
-FACE, ROTATABLE = "face", "rotatable"
 STARTS, EXCHANGES = 10, 50
 
 
@@ -24,98 +22,37 @@ def surface_design(
     """Box-Behnken for 3 to 7 factors, a face-centred composite design for fewer. Raises
     CalibrationError for more."""
     if len(factors) < 3:
-        return central_composite(factors, centre_runs, FACE, replicates)
+        return central_composite(factors, centre_runs, replicates)
     return box_behnken(factors, centre_runs, replicates)
 
 
 def region_design(factors: Sequence[CodedFactor], rules: Any) -> pd.DataFrame:
     """The design table that `rules` ask for: the configuration's section `response_surface`.
 
-    The design is that of `surface_design`; `added_runs` are appended, and `block_size` gives the
-    table a column `block`. Raises CalibrationError as the designs do.
+    The design is that of `surface_design`; `added_runs` are appended. Raises CalibrationError as
+    the designs do.
     """
-    codes = [f.code for f in factors]
     design = surface_design(factors, rules.centre_runs, rules.replicates)
     if rules.added_runs:
         added = augmented(design, factors, rules.added_runs)
         design = pd.concat([design, added], ignore_index=True)
         design["run"] = np.arange(1, len(design) + 1)
-    return blocked(design, rules.block_size, codes) if rules.block_size else design
+    return design
 
 
 def central_composite(
-    factors: Sequence[CodedFactor],
-    centre_runs: int = 5,
-    alpha: float | str = FACE,
-    replicates: int = 1,
+    factors: Sequence[CodedFactor], centre_runs: int = 5, replicates: int = 1
 ) -> pd.DataFrame:
-    """Central composite design for 1 to 6 factors: corners, star points and centre, in that order.
-
-    alpha: coded distance of the star points; `face` puts them on the faces of the region,
-    `rotatable` at the fourth root of the number of corners (Box and Hunter 1957, Annals of
-    Mathematical Statistics 28:195). Beyond 1 they leave the factors' low and high. Raises
-    CalibrationError for another number of factors or a distance that is not above 0.
+    """Central composite design for 1 to 6 factors: corners, star points on the faces of the region
+    and centre, in that order (Box and Hunter 1957, Annals of Mathematical Statistics 28:195).
+    Raises CalibrationError for another number of factors.
     """
     k = len(factors)
     if not 1 <= k <= 6:
         raise CalibrationError(f"a central composite design takes 1 to 6 factors, not {k}")
-    named: dict[float | str, float] = {FACE: 1.0, ROTATABLE: float(2**k) ** 0.25}
-    distance = named.get(alpha, alpha)
-    if isinstance(distance, str) or not distance > 0.0:
-        raise CalibrationError(
-            f"star points at {alpha!r}; allowed: {FACE}, {ROTATABLE}, a number above 0"
-        )
     corners = np.array(list(product((-1.0, 1.0), repeat=k)))
-    star = np.vstack([sign * distance * np.eye(k)[i] for i in range(k) for sign in (-1.0, 1.0)])
+    star = np.vstack([sign * np.eye(k)[i] for i in range(k) for sign in (-1.0, 1.0)])
     return tabulate(np.vstack([corners, star, np.zeros((centre_runs, k))]), factors, replicates)
-
-
-def blocked(
-    design: pd.DataFrame,
-    size: int,
-    codes: Sequence[str],
-    terms: Sequence[Term] | None = None,
-    seed: int = 1,
-) -> pd.DataFrame:
-    """The design table with a column `block` of `size` runs each, so that blocks disturb the
-    model's terms least.
-
-    Runs are exchanged between blocks as long as this raises the determinant of the terms'
-    information beside the blocks. An orthogonal blocking, if there is one, has the largest. Raises
-    CalibrationError for a size that does not divide the runs.
-    """
-    n = len(design)
-    if size < 1 or n % size:
-        raise CalibrationError(f"{n} runs do not make blocks of {size}")
-    x = model_matrix(design[codes].to_numpy(float), codes, terms or quadratic_terms(codes))[:, 1:]
-    rng, best = np.random.default_rng(seed), (-np.inf, np.empty(0, int))
-    for _ in range(STARTS):
-        labels = rng.permutation(np.repeat(np.arange(n // size), size))
-        best = max(best, _exchange_labels(x, labels), key=lambda found: found[0])
-    return design.assign(block=best[1] + 1)
-
-
-def _exchange_labels(x, labels):
-    value, improved = _within_blocks(x, labels), True
-    while improved:
-        improved = False
-        for i, j in zip(*np.triu_indices(len(labels), 1), strict=True):
-            if labels[i] == labels[j]:
-                continue
-            labels[[i, j]] = labels[[j, i]]
-            other = _within_blocks(x, labels)
-            if other > value + 1e-9:
-                value, improved = other, True
-            else:
-                labels[[i, j]] = labels[[j, i]]
-    return value, labels.copy()
-
-
-def _within_blocks(x, labels):
-    """Log determinant of the information about the terms (n, p) within blocks."""
-    centred = np.vstack([x[labels == b] - x[labels == b].mean(0) for b in np.unique(labels)])
-    sign, value = np.linalg.slogdet(centred.T @ centred)
-    return value if sign > 0 else -np.inf
 
 
 def augmented(

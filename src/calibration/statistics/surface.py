@@ -245,21 +245,6 @@ def outliers(surface: Surface, alpha: float = 0.05) -> np.ndarray:
         return np.flatnonzero(size > outlier_limit(surface, alpha))
 
 
-def blocks_p(
-    design: pd.DataFrame, codes: Sequence[str], column: str, terms: Sequence[Term] | None = None
-) -> float | None:
-    """p of the F test that the blocks of a design table (column `block`) have one mean beside the
-    model; None with a single block or too few runs to tell."""
-    y, blocks = design[column].to_numpy(float), pd.get_dummies(design["block"]).to_numpy(float)
-    model = model_matrix(design[codes].to_numpy(float), codes, terms or quadratic_terms(codes))
-    both = np.hstack([model, blocks[:, 1:]])
-    more, df = blocks.shape[1] - 1, len(y) - np.linalg.matrix_rank(both)
-    if more < 1 or df < 1:
-        return None
-    alone, beside = (float(np.sum((y - x @ np.linalg.lstsq(x, y)[0]) ** 2)) for x in (model, both))
-    return float(stats.f.sf((alone - beside) / more / (beside / df), more, df))
-
-
 def reduced_surface(
     design: pd.DataFrame, codes: Sequence[str], response: npt.ArrayLike, alpha: float = 0.1
 ) -> Surface:

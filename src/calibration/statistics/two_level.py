@@ -7,6 +7,7 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
+import pyDOE3
 
 from calibration.errors import CalibrationError
 from calibration.statistics.design import MAX_SCREENING, tabulate
@@ -29,7 +30,7 @@ def resolution_iv(
     k = len(factors)
     if not 1 <= k <= MAX_SCREENING:
         raise CalibrationError(f"screening takes 1 to {MAX_SCREENING} factors, not {k}")
-    matrix = fractional_factorial(generators(k).split())[:, :k]
+    matrix = pyDOE3.fracfact(generators(k))[:, :k]
     matrix = np.vstack([matrix, np.zeros((centre_runs, k))])
     return tabulate(matrix, factors, replicates)
 
@@ -43,15 +44,6 @@ def generators(k: int) -> str:
     letters = "abcdef"[:base]
     odd = ("".join(w) for n in range(3, base + 1, 2) for w in combinations(letters, n))
     return " ".join([*letters, *list(odd)[: max(k - base, 0)]])
-
-
-def fractional_factorial(words: Sequence[str]) -> np.ndarray:
-    """(runs, columns) matrix of -1 and +1: the product of the letters of each word, in standard
-    order."""
-    letters = sorted(set("".join(words)))
-    n = 2 ** len(letters)
-    base = {c: np.where(np.arange(n) >> i & 1, 1.0, -1.0) for i, c in enumerate(letters)}
-    return np.column_stack([np.prod([base[c] for c in word], axis=0) for word in words])
 
 
 def foldover(design: pd.DataFrame, factors: Sequence[CodedFactor]) -> pd.DataFrame:

@@ -26,7 +26,6 @@ RESERVED = {
     "group",
     "path",
     "fold",
-    "block",
     "seed",
     "experiment",
     "run_id",

@@ -178,12 +178,6 @@ class SurfaceConfig(_Part):
         description="runs beside the design, at the points that tell most about the model "
         "(D-optimal)",
     )
-    block_size: int | None = Field(
-        None,
-        ge=2,
-        description="runs of a block, such as a day's in a laboratory; blocks are chosen so that "
-        "they disturb the model least, and are compared",
-    )
 
 
 class OptimiseConfig(_Part):
