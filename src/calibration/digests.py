@@ -36,7 +36,7 @@ FINDS_BY_ITSELF = {
 """What stands in a module that finds the modules beside it, and which these are."""
 LIBRARIES = {
     "numpy": "numpy", "scipy": "scipy", "pandas": "pandas", "sklearn": "scikit-learn",
-    "emcee": "emcee", "SALib": "SALib", "pyDOE3": "pyDOE3", "matplotlib": "matplotlib",
+    "emcee": "emcee", "pyDOE3": "pyDOE3", "matplotlib": "matplotlib",
     "PIL": "pillow", "pint": "pint", "jinja2": "jinja2",
 }  # fmt: skip
 """Name that is imported: distribution. numba is left out: it computes runs, which hold it."""
