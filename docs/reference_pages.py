@@ -4,6 +4,7 @@ code, the names of the packages, and the tables of the verification.
 """
 
 import contextlib
+import csv
 import inspect
 import io
 import json
@@ -17,7 +18,6 @@ from pathlib import Path
 
 from mkdocs.structure.files import File
 
-from calibration.intake.started_code import STARTS
 from calibration.interface.commands import main as dem
 from calibration.study.config import METRICS, Config
 from calibration.study.factors import COLUMNS
@@ -255,7 +255,9 @@ def starts_code():
     text = "# What may start code\n\n"
     text += "[How to allow it](../configuration.md#what-may-start-code).\n\n"
     text += "| what | what is run | who allows it |\n|---|---|---|\n"
-    return text + "".join(f"| `{s.name}` | {s.runs} | {s.allowed_by} |\n" for s in STARTS)
+    with open(ROOT / "docs/starts_code.csv", encoding="utf-8") as table:
+        rows = list(csv.DictReader(table))
+    return text + "".join(f"| `{r['name']}` | {r['runs']} | {r['allowed_by']} |\n" for r in rows)
 
 
 def packages():

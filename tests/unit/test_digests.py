@@ -99,7 +99,7 @@ EDITS = {
     "calibration/intake/photo/measure.py": set(),
     "calibration/telling/report/plain.py": DIAGNOSIS,  # which write a page of their own
     "calibration/study/stages/numerics.py": set(),
-    "calibration/intake/tables/given.py": EVERY,
+    "calibration/intake/tables.py": EVERY,
     "dem/tables/table.py": EVERY,
     "diagnosis/table_model/selection.py": DIAGNOSIS | DISAGREEMENT,
     "diagnosis/table_model/terms/rows.py": DIAGNOSIS | DISAGREEMENT,

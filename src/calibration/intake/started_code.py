@@ -1,101 +1,24 @@
-"""What may start code that is not this project's own: one list, and the consent that a setting in a
-file needs.
+"""What may start code that is not this project's own, and the consent that a setting in a file
+needs.
 
-`STARTS` is the list; the site shows it, and a test holds it against every place in the sources that
-starts a program or loads Python. A setting of a configuration that
-starts code (`SETTINGS`) is refused until the user consents. There are two ways: the same value on
-the command line, or `calibration allow STUDY`, which is remembered for the folder that the study is
-run in. The consent is kept in the user's own folder, so no study can bring its own.
+`docs/starts_code.csv` is the list; the site shows it, and a test holds it against every place in
+the sources that starts a program or loads Python. A setting of a configuration that starts code
+(`SETTINGS`) is refused until the user consents. There are two ways: the same value on the command
+line, or `calibration allow STUDY`, which is remembered for the folder that the study is run in. The
+consent is kept in the user's own folder, so no study can bring its own.
 """
 
 import json
 import os
 import shlex
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from calibration.errors import ConfigError
 from calibration.files import read_json, write_text
 
-BY_CONSENT = "`calibration allow STUDY` once, or the same value behind `--config`"
-BY_PERSON = "whoever starts the command there, or sets it in the environment"
-
-
-@dataclass(frozen=True)
-class Start:
-    """One thing that may start code."""
-
-    name: str
-    """Key of a configuration, variable of the environment, or file."""
-    runs: str
-    """What is run."""
-    allowed_by: str
-    """Who allows it."""
-    places: tuple[str, ...]
-    """Sources, below src, that start it."""
-
-
-STARTS = (
-    Start(
-        "engine.command",
-        "the command line, in the folder of each run",
-        BY_CONSENT,
-        ("calibration/engines/program.py",),
-    ),
-    Start(
-        "diagnosis.catalogue",
-        "the Python files of the folder, in the stage `diagnose`",
-        BY_CONSENT,
-        ("diagnosis/catalogue/__init__.py",),
-    ),
-    Start(
-        "DEM_EXPERIMENTS",
-        "the Python files of the folders, whenever `dem` or the workflow starts",
-        BY_PERSON,
-        ("dem/experiments/__init__.py",),
-    ),
-    Start(
-        "Snakefile",
-        "the workflow of the folder where `snakemake` or `calibration run` starts (without a "
-        "Snakefile there the package's), and Python files there that have the name of a package "
-        "(`yaml.py`)",
-        BY_PERSON,
-        ("calibration/runs/snakemake_command.py",),
-    ),
-    Start(
-        "profiles",
-        "Python in `profiles/default/config.yaml` and `workflow/profiles/default/config.yaml` of "
-        "that folder, and in a profile that the command names",
-        BY_PERSON,
-        ("calibration/runs/snakemake_command.py",),
-    ),
-    Start(
-        "engine: liggghts, lammps, yade",
-        "the program of that name beside this Python or on the PATH, on a deck that this project "
-        "writes",
-        "whoever installs the program",
-        ("calibration/engines/program.py",),
-    ),
-    Start(
-        "NUMBA_CACHE_DIR",
-        "machine code and pickles that numba has kept there; unless set, in a folder that the user "
-        "alone can write",
-        BY_PERSON,
-        ("dem/kernel_cache.py",),
-    ),
-)
-
-OWN = {
-    "dem/contact/dispatch.py": "a function that the laws' own declarations are written out to",
-    "dem/lazy.py": "a module of an installed package, when it is first used",
-    "workflow/scripts/reference.py": "snakemake, for each study of the paper's reference",
-    "paper/release/command.py": "the release's own commands",
-}
-"""Sources that start code of this project alone, and which; below src, or of the workflow."""
-
-SETTINGS = tuple(start.name for start in STARTS if start.allowed_by == BY_CONSENT)
+SETTINGS = ("engine.command", "diagnosis.catalogue")
 
 _permitted: set[tuple[str, str]] = set()
 

@@ -1,21 +1,23 @@
-"""Several photographs: their angles as a table of measurements, and the pictures that show the
-fit."""
+"""Several photographs: their angles as a table of measurements, and the pictures that show the fit:
+outline, base line and flanks."""
 
 from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
+from PIL import ImageDraw, ImageFont
 
 from calibration.errors import CalibrationError
-from calibration.files import write_table
+from calibration.files import replacing, write_table
 from calibration.intake.measurements import readings_table
 from calibration.intake.numbers_with_units import said_number
 from calibration.intake.photo.camera import View, read_low
-from calibration.intake.photo.measure import LEVEL, measure_photo
-from calibration.intake.photo.show import draw_fit
+from calibration.intake.photo.measure import LEVEL, HeapPhoto, measure_photo, open_picture
 from calibration.intake.photo_names import FIT, refuse_twice, without_fits
 from calibration.intake.tables import summary
 from dem.units import UnitError
+
+OUTLINE, FLANK, BASE = (255, 210, 0), (214, 40, 40), (30, 120, 220)
 
 
 def measure_photos(
@@ -95,3 +97,19 @@ def _mm_per_pixel(scale):
     if not 0.0 < found < 1e3:
         raise CalibrationError(f"--scale {scale}: is no length over pixels; allowed: 100mm/830")
     return found
+
+
+def draw_fit(photo: HeapPhoto, out: str | Path) -> None:
+    """Write the picture with outline, base line and flanks to `out`."""
+    image = open_picture(photo.path)
+    image = image.resize([max(round(s / photo.reduced), 1) for s in image.size])
+    draw = ImageDraw.Draw(image)
+    width = max(2, image.width // 400)
+    draw.point([tuple(p) for p in photo.outline], fill=OUTLINE)
+    draw.line(photo.base, fill=BASE, width=width)
+    font = ImageFont.load_default(size=max(14, image.width // 40))
+    for line, angle in zip(photo.flanks, (photo.left_deg, photo.right_deg), strict=True):
+        draw.line(line, fill=FLANK, width=width)
+        draw.text(line[0], f"{angle:.1f}°", font=font, fill=FLANK, anchor="mb")
+    with replacing(out) as partial:
+        image.save(partial)

@@ -453,7 +453,7 @@ def _places(entry, tests, tested, shape):
     shared = {"sd": "its spread, in measured.csv", "n": "its spread, in measured.csv"}
     if entry.method.becomes:
         test = tests[_leading_first(tested).index(entry)]
-        return shared | {k: f"rig {test.rig}: {w}" for k, w in test.went.items()}
+        return {k: f"rig {test.rig}: {w}" for k, w in test.went.items()} | shared
     own = {
         "density": "run.materials.particle.density_kg_m3",
         "moisture": "the choice of the law of cohesion",

@@ -9,6 +9,7 @@ from pathlib import Path
 import pandas as pd
 import yaml
 
+from calibration.engines.templates import macros
 from calibration.errors import CalibrationError
 from calibration.files import write_table, write_text
 from calibration.study.config import Config, parse_config
@@ -102,92 +103,62 @@ def _measured(tests):
     )
 
 
+def configuration(lab: Laboratory) -> str:
+    """The text of the study's config.yaml."""
+    lead, path = lab.leading, lab.folder.as_posix()
+    metric = lead.metrics[0]
+    parts = {"path": path, "factors": f"{path}/factors.tsv", "measured": f"{path}/{MEASURED}"}
+    parts = {name: _yaml(text).splitlines()[0] for name, text in parts.items()}
+    sections = {
+        "fixed": {f.name: float(f"{f.centre:.4g}") for f in lab.factors},
+        "run": _shared_run(lab) | lead.run,
+        "rigs": _rigs(lab),
+        "targets": _targets(lab.tests),
+        "diagnosed": _diagnosed(lab),
+    }
+    parts |= {name: _yaml(section, 2) if section else "" for name, section in sections.items()}
+    margin = MARGINS.get(metric) or float(f"{MARGIN * lead.rows[0]['value']:.3g}")
+    return macros("calibration.study.new", "files").config(
+        lab.folder.name, lab.name, lab.alone, lead.rig, lead.experiment, metric, margin, parts
+    )
+
+
+def page(lab: Laboratory) -> str:
+    """The text of the study's README.md: what was chosen, and where each given value went."""
+    return macros("calibration.study.new", "files").page(lab)
+
+
 def _yaml(data, indent=0):
     text = yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=1000)
     return "".join(f"{' ' * indent}{line}\n" for line in text.splitlines())
 
 
-def configuration(lab: Laboratory) -> str:
-    """The text of the study's config.yaml."""
-    lead, path = lab.leading, lab.folder.as_posix()
-    quoted = yaml.safe_dump(path, allow_unicode=True, width=1000).splitlines()[0]
-    fixed = {f.name: float(f"{f.centre:.4g}") for f in lab.factors}
-    metric = lead.metrics[0]
-    margin = MARGINS.get(metric) or float(f"{MARGIN * lead.rows[0]['value']:.3g}")
+def _shared_run(lab):
+    """What all runs share, with the constants of a law of cohesion in the middle of their
+    ranges."""
+    grain = {
+        "density_kg_m3": lab.grains.density_kg_m3, "shear_modulus_Pa": lab.grains.shear_modulus_Pa
+    }  # fmt: skip
+    wall = {
+        "density_kg_m3": STEEL.density,
+        "shear_modulus_Pa": STEEL.shear_modulus,
+        "poisson_ratio": STEEL.poisson_ratio,
+    }
     laws = dict(LAWS) | ({"cohesion": "jkr"} if lab.grains.sticky else {})
-    run = {
-        "materials": {
-            "particle": {
-                "density_kg_m3": lab.grains.density_kg_m3,
-                "shear_modulus_Pa": lab.grains.shear_modulus_Pa,
-            },
-            "wall": {
-                "density_kg_m3": STEEL.density,
-                "shear_modulus_Pa": STEEL.shear_modulus,
-                "poisson_ratio": STEEL.poisson_ratio,
-            },
-        },
-        "laws": laws,
-        **_energies(lab),
-    } | lead.run
-    joint = f"#   calibration run {quoted} joint    all tests together\n"
-    files = {n: yaml.safe_dump(f"{path}/{n}", allow_unicode=True, width=1000).splitlines()[0]
-             for n in ("factors.tsv", MEASURED)}  # fmt: skip
-    supplements = "posterior" if lab.alone else "joint, joint_export"
-    return f"""\
-# A study of {lab.folder.name}. From the folder that {quoted} lies in:
-{"" if lab.alone else joint}\
-#   calibration run {quoted}          all of it, and results/{lab.name}/report.html
-#   --config resolution=quick beside it: a quarter of the grains of {lead.rig}, for a first look
-# README.md beside this file says where each value that you gave went.
-name: {lab.name}
-factors: {files["factors.tsv"]}
-measurements: {files[MEASURED]}
-experiment: {lead.experiment}
-target: {{ metric: {metric} }}
-supplements: [{supplements}] # the report waits for the parameters as a distribution
-
-fixed: # a factor's level while it is not varied: the middle of its range
-{_yaml(fixed, 2)}
-# what all runs share; the shear modulus is softened, for longer time steps; walls are as stiff as
-# steel
-run:
-{_yaml(run, 2)}
-{"" if lab.alone else _all_tests(lab)}\
-screening: {{ at_least: 3, at_most: 3 }}
-ascent: {{ rule: effects, steps: 5 }}
-# margin: a difference that does not matter, in the unit of {metric}
-validation: {{ groups: 2, replicates: 5, margin: {margin:g} }}
-{_diagnosed(lab)}"""
-
-
-def _all_tests(lab):
-    return f"""\
-rigs: # each test as it is simulated; {lab.leading.rig} is the study's own run
-{_yaml(_rigs(lab), 2)}
-targets:
-{_yaml(_targets(lab.tests), 2)}
-"""
-
-
-def _energies(lab):
-    """The constants of the law of cohesion, in the middle of their ranges."""
-    own = {f.key.removeprefix("law_parameters."): f.centre for f in lab.factors
+    own = {f.key.removeprefix("law_parameters."): float(f"{f.centre:.4g}") for f in lab.factors
            if f.key.startswith("law_parameters.")}  # fmt: skip
-    return {"law_parameters": {k: float(f"{v:.4g}") for k, v in own.items()}} if own else {}
+    shared = {"materials": {"particle": grain, "wall": wall}, "laws": laws}
+    return shared | ({"law_parameters": own} if own else {})
 
 
 def _diagnosed(lab):
-    """Lines: the rigs in which the diagnosis simulates the tests that are not the study's own
-    experiment; the settings of measured.csv are laid over them."""
+    """The rigs in which the diagnosis simulates the tests that are not the study's own experiment;
+    the settings of measured.csv are laid over them."""
     found: dict = {}
     for test in lab.tests[1:]:
         if test.experiment != lab.leading.experiment:
             found.setdefault(test.experiment, {"run": test.run})
-    if not found:
-        return ""
-    text = _yaml({"experiments": found}, 2)
-    return f'diagnosis: # what "calibration run ... diagnose" simulates each test in\n{text}'
+    return {"experiments": found} if found else {}
 
 
 def _rigs(lab):
@@ -202,35 +173,3 @@ def _targets(tests):
         for t in tests
         for metric in t.metrics
     ]
-
-
-def page(lab: Laboratory) -> str:
-    """The text of the study's README.md: what was chosen, and where each given value went."""
-    lines = ([r["test"], r["question"], f"{r['value']} {r['unit']}".strip(), r["became"]]
-             for r in lab.given)  # fmt: skip
-    rows = "\n".join(f"| {' | '.join(line)} |" for line in lines)
-    chosen = "\n".join(f"- {s[0].upper()}{s[1:]}." for s in lab.said)
-    ranges = "\n".join(
-        f"| {f.name} | {f.low:g} | {f.high:g} | {f.description} |" for f in lab.factors
-    )
-    return f"""\
-# {lab.folder.name}
-
-`calibration run {lab.folder.as_posix()}{"" if lab.alone else " joint"}` calibrates to all of it.
-
-## Where each value went
-
-| test | question | value | became |
-|---|---|---|---|
-{rows}
-
-## What was chosen
-
-{chosen or "- Nothing beyond what was given."}
-
-## Ranges
-
-| factor | low | high | source |
-|---|---|---|---|
-{ranges}
-"""

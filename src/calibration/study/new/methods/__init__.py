@@ -1,5 +1,5 @@
-"""The test methods of a laboratory: each file declares one, its questions and what the answers
-become."""
+"""The test methods of a laboratory: each file declares one or a few that belong together,
+their questions and what the answers become."""
 
 from functools import cache
 from importlib import import_module
@@ -14,5 +14,5 @@ __all__ = ["Answer", "Entry", "LaboratoryTest", "Method", "Question", "methods"]
 def methods() -> dict[str, Method]:
     """{name: Method} in the order in which they are asked."""
     names = (f"{__name__}.{m.name}" for m in iter_modules(__path__))
-    found = [getattr(import_module(name), "METHOD", None) for name in names]
-    return {m.name: m for m in sorted(filter(None, found), key=lambda m: (m.rank, m.name))}
+    found = [m for name in names for m in getattr(import_module(name), "METHODS", ())]
+    return {m.name: m for m in sorted(found, key=lambda m: (m.rank, m.name))}

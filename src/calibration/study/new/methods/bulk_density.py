@@ -1,4 +1,4 @@
-"""Bulk density of grains that were poured into a vessel."""
+"""Bulk density of grains that were poured into a vessel, or tapped in it."""
 
 import math
 from collections.abc import Mapping
@@ -7,12 +7,20 @@ from typing import Any
 
 from calibration.errors import CalibrationError
 from calibration.study.new.grains import Grains, filling
-from calibration.study.new.methods.declare import Entry, LaboratoryTest, Method, Question, rows_of
+from calibration.study.new.methods.declare import (
+    Entry,
+    LaboratoryTest,
+    Method,
+    Question,
+    rows_of,
+    simulated,
+)
 
 WIDE = 15.0  # grains across the simulated vessel
 LEAST = 7.0  # of the longest grain
 DEEP = 0.9  # of the vessel's width is filled
 LITRE_MM = 108.4  # width of a litre as wide as high: the vessel where none was told
+MOST_TAPS = 100  # of a run; each is a quarter of a second of simulated time
 WALL = 0.7  # by which the density is less for its walls, in grains over the vessel's width
 
 
@@ -35,12 +43,13 @@ def vessel(entry: Entry, grains: Grains) -> tuple[dict, str]:
 
 
 def assumed(
-    entry: Entry, grains: Grains, run: Mapping[str, Any], metric: str
+    entry: Entry, grains: Grains, run: Mapping[str, Any]
 ) -> tuple[dict[str, float], tuple[str, ...]]:
     """({metric: standard deviation by which the density may be off}, sentences) of a vessel that
     was not told; nothing of one that was."""
     if entry.values("vessel"):
         return {}, ()
+    metric = entry.method.readings[0].unit
     wide = run["geometry"]["vessel_diameter_mm"]
     share = WALL * grains.size(grains.diameter_mm) / wide
     error = float(f"{0.5 * share * fmean(entry.values('density')):.2g}")
@@ -79,21 +88,41 @@ def doubts_of_packing(entry: Entry, key: str, grains: Grains) -> tuple[str, ...]
     return tuple(doubts)
 
 
-def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
+def poured(entry: Entry, grains: Grains) -> LaboratoryTest:
     """The experiment `bulk_density` without taps."""
     doubts = doubts_of_packing(entry, "density", grains)
     run, went = vessel(entry, grains)
     run["geometry"]["taps"] = 0
-    rows = rows_of(entry, "density", "bulk_density", "poured_density", "kg/m3")
-    places = {"density": "a target"} | ({"vessel": went} if entry.values("vessel") else {})
-    metric = "poured_density_kg_m3"
-    discrepancy, said = assumed(entry, grains, run, metric)
-    return LaboratoryTest(
-        "vessel", "bulk_density", run, rows, (metric,), places, discrepancy, said=doubts + said,
+    discrepancy, said = assumed(entry, grains, run)
+    return simulated(
+        entry, "density", "vessel", "bulk_density", run, rows_of(entry, "density", "bulk_density"),
+        went={"vessel": went}, discrepancy=discrepancy, said=doubts + said,
     )  # fmt: skip
 
 
-METHOD = Method(
+def tapped(entry: Entry, grains: Grains) -> LaboratoryTest:
+    """The experiment `bulk_density` with the laboratory's taps; more than MOST_TAPS are kept as
+    data that no run is compared with."""
+    doubts = doubts_of_packing(entry, "density", grains)
+    run, went = vessel(entry, grains)
+    taps, places = int(entry.value("taps")), {"vessel": went}
+    run["geometry"] |= {"taps": min(taps, MOST_TAPS), "tap_height_mm": entry.value("height", 3.0)}
+    rows = rows_of(entry, "density", "bulk_density")
+    if taps <= MOST_TAPS:
+        discrepancy, said = assumed(entry, grains, run)
+        more: dict[str, Any] = {"discrepancy": discrepancy}
+    else:
+        rows, more = [row | {"role": "hold out"} for row in rows], {"metrics": ()}
+        lost = f"kept, and no target: {taps} taps are not simulated, {MOST_TAPS} are"
+        places |= {"density": lost, "taps": f"not the rig's, which has {MOST_TAPS}"}
+        said = (f"{lost}. Measure it after {MOST_TAPS} taps as well",)
+    return simulated(
+        entry, "density", "tapped", "bulk_density", run, rows,
+        went=places, said=doubts + said, **more,
+    )  # fmt: skip
+
+
+METHODS = (Method(
     name="bulk-density",
     title="Bulk density, poured",
     about="Grains are poured into a vessel, struck off and weighed.",
@@ -104,7 +133,23 @@ METHOD = Method(
         Question("vessel", "inner diameter of the vessel", "inner_diameter_mm", example="100 mm"),
     ),
     rank=20,
-    becomes=becomes,
+    becomes=poured,
     spread=True,
     leads=True,
-)  # fmt: skip
+), Method(
+    name="tapped-density",
+    title="Bulk density, tapped",
+    about="The vessel is dropped from a small height again and again (ISO 3953).",
+    questions=(
+        Question("density", "mass over volume, each reading", "tapped_density_kg_m3",
+                 reading=True, needed=True, example="810 kg/m3",
+                 headings=("bulk density", "stampfdichte", "masse volumique tassée")),
+        Question("taps", "number of taps", whole=True, least=1, most=10000, needed=True,
+                 example="100"),
+        Question("height", "height of each tap", "tap_height_mm", example="3 mm"),
+        Question("vessel", "inner diameter of the vessel", "inner_diameter_mm", example="100 mm"),
+    ),
+    rank=21,
+    becomes=tapped,
+    spread=True,
+),)  # fmt: skip

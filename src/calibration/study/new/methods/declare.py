@@ -1,6 +1,6 @@
 """What a test method declares of itself: its questions, and what the answers become in a study.
 
-Each file of this folder holds one `METHOD`. The options of `dem new` and its table are made from
+Each file of this folder holds its `METHODS`. The options of `dem new` and its table are made from
 these declarations, and nothing else lists the methods.
 """
 
@@ -15,7 +15,7 @@ import numpy as np
 from calibration.errors import CalibrationError
 from calibration.intake.numbers_with_units import said_number
 from calibration.study.new.grains import Grains
-from dem.units import UNITS, UnitError, behind, has_unit, in_ascii, question, unit_of
+from dem.units import UNITS, UnitError, behind, has_unit, in_ascii, question, unit_of, without_unit
 
 WALLS = ("steel", "aluminium", "glass", "acrylic", "wood")
 """What a test's plate, cylinder or vessel may be of: hard against the softened grains, so that
@@ -283,16 +283,29 @@ def _plain(unit_key):
     return next((f"spread{ending}" for ending in UNITS if unit_key.endswith(ending)), "")
 
 
-def rows_of(
-    entry: Entry, key: str, experiment: str, quantity: str, unit: str, **levers: float
-) -> list[dict]:
+def rows_of(entry: Entry, key: str, experiment: str, **levers: float) -> list[dict]:
     """Rows of the table of measured values: one a reading, or one mean with its spread."""
-    shared = {"experiment": experiment, "quantity": quantity, "unit": unit} | levers
+    metric = entry.method.question(key).unit  # type: ignore[union-attr]  # it was answered
+    unit = in_ascii(unit_of(metric))
+    shared: dict[str, Any] = {"experiment": experiment, "quantity": without_unit(metric)}
+    shared |= {"unit": unit} | levers
     values, sd = entry.values(key), entry.value("sd")
     if sd is None:
         return [shared | {"value": a.value, "note": a.place} for a in entry.answers[key]]
     shared["note"] = entry.place(key)
     return [shared | {"value": values[0], "sd": sd, "n": int(entry.value("n", 1))}]
+
+
+def simulated(
+    entry: Entry, key: str, rig: str, experiment: str, run: dict, rows: list[dict], **more: Any
+) -> LaboratoryTest:
+    """`LaboratoryTest` whose target is what was read as `key`; `more` is the rest of it. The rig
+    takes each answer as it was given, but for those that `went` tells."""
+    metric = entry.method.question(key).unit  # type: ignore[union-attr]  # it was answered
+    went = dict.fromkeys(entry.answers, "as given") | {key: "a target"}
+    went |= {"wall": "the wall that friction and restitution are of"} | more.pop("went", {})
+    parts = {"metrics": (metric,), "went": went, "wall": entry.value("wall")} | more
+    return LaboratoryTest(rig, experiment, run, rows, **parts)
 
 
 FLATTEST = 5.8
@@ -330,13 +343,6 @@ def doubts_of_angle(entry: Entry, key: str, grains: Grains) -> tuple[str, ...]:
 def wall_question(text: str, option: str = "") -> Question:
     """The question of what a wall is of, which all methods with one ask alike."""
     return Question("wall", text, words=WALLS, option=option, example="steel")
-
-
-def as_given(entry: Entry, *keys: str) -> dict[str, str]:
-    """{question's key: where it went} of those answered among `keys`, which the rig takes as they
-    are, and of the wall where it was told."""
-    wall = {"wall": "the wall that friction and restitution are of"} if entry.values("wall") else {}
-    return {k: "as given" for k in keys if entry.values(k)} | wall
 
 
 BAND_ERRORS, BAND_LEAST = 4.0, 0.2  # of a measured value

@@ -10,8 +10,8 @@ from calibration.study.new.methods.declare import (
     LaboratoryTest,
     Method,
     Question,
-    as_given,
     rows_of,
+    simulated,
     wall_question,
 )
 from dem.experiments.discharge import LEAST_WALL
@@ -39,19 +39,16 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
         geometry["hopper_half_angle_deg"] = entry.value("half_angle")
     rows, flow = _rows(entry, orifice)
     doubts = _doubts(entry, grains, flow)
-    went = as_given(entry, "orifice", "half_angle")
-    went |= {k: "a target, as mass flow" for k in ("flow", "time") if entry.values(k)}
-    if entry.values("mass"):
-        went["mass"] = "over the time: the mass flow. The rig's own mass is smaller"
-    if entry.values("silo"):
-        went["silo"] = f"not the rig's: it is {least:.3g} mm, {LEAST_WALL:g} orifices wide"
+    went = dict.fromkeys(("flow", "time"), "a target, as mass flow") | {
+        "mass": "over the time: the mass flow. The rig's own mass is smaller",
+        "silo": f"not the rig's: it is {least:.3g} mm, {LEAST_WALL:g} orifices wide",
+    }
     lasts = count * grains.density_kg_m3 * 1e-6 * math.pi / 6 * diameter**3 / flow
-    return LaboratoryTest(
-        "silo", "discharge",
+    return simulated(
+        entry, "flow", "silo", "discharge",
         {"particles": grains.particles(count, diameter), "geometry": geometry,
          "numerics": {"max_time_s": round(max(10.0, 3.0 * lasts), 1)}},
-        rows, ("mass_flow_g_s",), went, said=doubts + _said(grains, diameter),
-        wall=entry.value("wall"),
+        rows, went=went, said=doubts + _said(grains, diameter),
     )  # fmt: skip
 
 
@@ -84,7 +81,7 @@ def _rows(entry, orifice):
             share = entry.value("sd") / entry.value("time")
             answers["sd"] = [Answer("", share * flows[0].value, entry.place("sd"))]
         entry = Entry(entry.method, answers)
-    rows = rows_of(entry, "flow", "discharge", "mass_flow", "g/s", orifice_diameter_mm=orifice)
+    rows = rows_of(entry, "flow", "discharge", orifice_diameter_mm=orifice)
     flows = entry.values("flow")
     return rows, sum(flows) / len(flows)
 
@@ -118,7 +115,7 @@ def _said(grains, diameter):
     return (f"the silo's grains are {larger}: its flow is that of larger grains",) if larger else ()
 
 
-METHOD = Method(
+METHODS = (Method(
     name="discharge",
     title="Discharge through an orifice",
     about="A silo or hopper runs empty, and the mass over time is read.",
@@ -139,4 +136,4 @@ METHOD = Method(
     becomes=becomes,
     spread=True,
     leads=True,
-)  # fmt: skip
+),)  # fmt: skip

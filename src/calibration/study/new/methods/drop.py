@@ -12,9 +12,9 @@ from calibration.study.new.methods.declare import (
     Method,
     Question,
     around,
-    as_given,
     mean_and_error,
     rows_of,
+    simulated,
     wall_question,
 )
 from dem.units import has_unit
@@ -50,7 +50,7 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
             f"vacuum; allowed: {SMALLEST_MM:g} mm or more. Leave the drop out; a discharge tells "
             "what grains lose"
         )
-    rows = rows_of(entry, "rebound", "drop", "rebound_height", "mm", drop_height_mm=height)
+    rows = rows_of(entry, "rebound", "drop", drop_height_mm=height)
     mean, error = mean_and_error(rows)
     restitution = math.sqrt(mean / height)
     spread = 0.5 * restitution * error / mean
@@ -59,18 +59,16 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
         f"{restitution:.3f} ± {spread:.3f}"
     )
     went = {"rebound": f"a target, and the range of restitution on the wall ({restitution:.3f})"}
-    went |= as_given(entry, "height")
     said = [source]
     if grains.spheres:
         said.append(
             "the dropped grain is a sphere of your grain's volume: one that is long loses part of "
             "its rebound to spin, so that the restitution may come out low"
         )
-    return LaboratoryTest(
-        f"drop_{height:.6g}_mm".replace(".", "_"), "drop",
+    return simulated(
+        entry, "rebound", f"drop_{height:.6g}_mm".replace(".", "_"), "drop",
         {"particles": {"count": 1} | grains.single(), "geometry": {"drop_height_mm": height}},
-        rows, ("rebound_height_mm",), went, ranges={KEY: (*around(restitution, spread), source)},
-        said=tuple(said), wall=entry.value("wall"),
+        rows, went=went, ranges={KEY: (*around(restitution, spread), source)}, said=tuple(said),
     )  # fmt: skip
 
 
@@ -81,7 +79,7 @@ def about_one_restitution(height: np.ndarray, rebound: np.ndarray) -> np.ndarray
     return 2.0 * restitution.std(ddof=1) / restitution.mean() * rebound
 
 
-METHOD = Method(
+METHODS = (Method(
     name="drop",
     title="Drop test",
     about="A grain falls on a plate, and the height of its rebound is read; a test a height.",
@@ -100,4 +98,4 @@ METHOD = Method(
     under="height",
     scatter=about_one_restitution,
     scatter_about="one restitution from {n} heights",
-)  # fmt: skip
+),)  # fmt: skip

@@ -11,9 +11,9 @@ from calibration.study.new.methods.declare import (
     LaboratoryTest,
     Method,
     Question,
-    as_given,
     doubts_of_angle,
     rows_of,
+    simulated,
     wall_question,
 )
 from dem.experiments.heap import MIN_ORIFICE_RATIO
@@ -79,37 +79,32 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
     """The experiment `heap` in the laboratory's own funnel."""
     heap = heap_of(entry, grains)
     longest = heap.orifice_diameter_mm / (NARROW * grains.longest)
-    simulated = heap.of_at_most(grains.most)
-    diameter = grains.size(min(simulated.diameter_mm, longest))
-    simulated = replace(heap, diameter_mm=round(diameter, 4))
+    poured = heap.of_at_most(grains.most)
+    diameter = grains.size(min(poured.diameter_mm, longest))
+    poured = replace(heap, diameter_mm=round(diameter, 4))
     mouth = max(heap.plate_diameter_mm, 2 * heap.orifice_diameter_mm)
     geometry = {
         "orifice_diameter_mm": heap.orifice_diameter_mm,
         "plate_diameter_mm": heap.plate_diameter_mm,
         "discharge_height_mm": heap.discharge_height_mm,
         "funnel_top_diameter_mm": mouth,
-        "generation_rate_per_s": round(simulated.feed_per_s),
+        "generation_rate_per_s": round(poured.feed_per_s),
     }
     if heap.plate_rim_height_mm:
         geometry["plate_rim_height_mm"] = heap.plate_rim_height_mm
     run = {
-        "particles": grains.particles(simulated.count, diameter),
+        "particles": grains.particles(poured.count, diameter),
         "geometry": geometry,
         "numerics": {
-            "max_time_s": round(max(12.0, 2 * simulated.pouring_s + 5), 1),
-            "rayleigh_fraction": simulated.rayleigh_fraction,
+            "max_time_s": round(max(12.0, 2 * poured.pouring_s + 5), 1),
+            "rayleigh_fraction": poured.rayleigh_fraction,
         },
     }
-    rows = rows_of(entry, "measured", "heap", "angle_of_repose", "deg")
-    went = as_given(entry, "orifice", "plate", "height", "rim")
-    went["measured"] = "a target"
-    if entry.values("rate"):
-        went["rate"] = f"grains made: {simulated.feed_per_s:.0f} a second, the same mass"
-    return LaboratoryTest(
-        "heap", "heap", run, rows, ("angle_of_repose_deg",), went,
+    went = {"rate": f"grains made: {poured.feed_per_s:.0f} a second, the same mass"}
+    return simulated(
+        entry, "measured", "heap", "heap", run, rows_of(entry, "measured", "heap"), went=went,
         said=(*doubts_of_angle(entry, "measured", grains),
-              *_said(entry, simulated, grains, diameter, heap.count)),
-        wall=entry.value("wall"),
+              *_said(entry, poured, grains, diameter, heap.count)),
     )  # fmt: skip
 
 
@@ -148,7 +143,7 @@ def _said(entry, heap, grains, diameter, own):
     return tuple(s for s in (covers, larger, narrow, low, few) if s)
 
 
-METHOD = Method(
+METHODS = (Method(
     name="funnel",
     title="Funnel heap",
     about="Grains run through a funnel onto a plate, and the angle of the heap is read.",
@@ -174,4 +169,4 @@ METHOD = Method(
     spread=True,
     own_options=True,
     leads=True,
-)  # fmt: skip
+),)  # fmt: skip

@@ -10,9 +10,9 @@ from calibration.study.new.methods.declare import (
     LaboratoryTest,
     Method,
     Question,
-    as_given,
     doubts_of_angle,
     rows_of,
+    simulated,
     wall_question,
 )
 
@@ -54,18 +54,13 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
         },
         "numerics": {"max_time_s": 5.0},
     }
-    rows = rows_of(entry, "angle", "lifted_cylinder", "angle_of_repose", "deg")
-    assumed = not entry.values("cylinder")
-    went = as_given(entry, "cylinder", "plate", "speed")
-    went["angle"] = "a target"
-    if entry.values("depth"):
-        went["depth"] = f"{count:.0f} grains of {diameter:.3g} mm, as deep"
-    return LaboratoryTest(
-        "cylinder", "lifted_cylinder", run, rows, ("angle_of_repose_deg",), went,
+    rows, assumed = rows_of(entry, "angle", "lifted_cylinder"), not entry.values("cylinder")
+    return simulated(
+        entry, "angle", "cylinder", "lifted_cylinder", run, rows,
+        went={"depth": f"{count:.0f} grains of {diameter:.3g} mm, as deep"},
         discrepancy={"angle_of_repose_deg": RIG_ASSUMED} if assumed else {},
         said=(*doubts_of_angle(entry, "angle", grains),
               *_said(entry, grains, diameter, wide, deep, count)),
-        wall=entry.value("wall"),
     )  # fmt: skip
 
 
@@ -133,7 +128,7 @@ def _said(entry, grains, diameter, wide, deep, count):
     return (*found, f"{count:.0f} grains fill the cylinder" + (f", of {larger}" if larger else ""))
 
 
-METHOD = Method(
+METHODS = (Method(
     name="lifted-cylinder",
     title="Lifted cylinder",
     about="An open cylinder on a plate is filled and lifted, and the angle of the heap is read.",
@@ -153,4 +148,4 @@ METHOD = Method(
     becomes=becomes,
     spread=True,
     leads=True,
-)  # fmt: skip
+),)  # fmt: skip

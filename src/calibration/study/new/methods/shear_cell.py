@@ -8,8 +8,8 @@ from calibration.study.new.methods.declare import (
     Method,
     Question,
     about_a_line,
-    as_given,
     rows_of,
+    simulated,
 )
 
 INNER, OUTER, COUNT = 10.0, 22.0, 1300
@@ -36,16 +36,12 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
     }
     if entry.values("preshear"):
         geometry["preshear_normal_stress_kPa"] = entry.value("preshear")
-    rows = rows_of(entry, "stress", "shear", "shear_stress", "kPa", normal_stress_kPa=load)
-    went = as_given(entry, "load", "preshear")
-    went["stress"] = "a target"
     count = COUNT * grains.longest**3
-    return LaboratoryTest(
-        f"shear_{load:g}_kPa".replace(".", "_"), "shear",
+    return simulated(
+        entry, "stress", f"shear_{load:g}_kPa".replace(".", "_"), "shear",
         {"particles": grains.particles(count, diameter), "geometry": geometry,
          "numerics": {"overlap_limit": DEEPEST}},
-        rows, ("shear_stress_kPa",), went,
-        said=_said(grains, diameter),
+        rows_of(entry, "stress", "shear", normal_stress_kPa=load), said=_said(grains, diameter),
     )  # fmt: skip
 
 
@@ -60,7 +56,7 @@ def _said(grains, diameter):
     return (NARROW, f"the ring's grains are {larger}") if larger else (NARROW,)
 
 
-METHOD = Method(
+METHODS = (Method(
     name="shear-cell",
     title="Shear cell",
     about="Grains are sheared under a load, and the peak of the shear stress is read; a test a "
@@ -82,4 +78,4 @@ METHOD = Method(
     under="load",
     scatter=about_a_line,
     scatter_about="the line through {n} loads",
-)  # fmt: skip
+),)  # fmt: skip

@@ -9,9 +9,9 @@ from calibration.study.new.methods.declare import (
     Method,
     Question,
     around,
-    as_given,
     mean_and_error,
     rows_of,
+    simulated,
     wall_question,
 )
 
@@ -22,7 +22,7 @@ WIDER = 4.0  # grains that a plate is long and wide at least
 
 def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
     """The experiment `tilt`: bonded grains, so that none rolls; its tangent is the friction."""
-    rows = rows_of(entry, "angle", "tilt", "sliding_angle", "deg")
+    rows = rows_of(entry, "angle", "tilt")
     mean, error = mean_and_error(rows)
     friction = math.tan(math.radians(mean))
     spread = math.radians(error) * (1.0 + friction**2)
@@ -34,16 +34,14 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
                 "plate_length_mm": round(length, 3), "plate_width_mm": round(width, 3),
                 "spacing_mm": round(grains.diameter_mm, 4)}  # fmt: skip
     went = {"angle": f"a target, and the range of friction on the wall ({friction:.3f})"}
-    went |= as_given(entry, "rate")
-    return LaboratoryTest(
-        "plane", "tilt",
+    return simulated(
+        entry, "angle", "plane", "tilt",
         {"particles": {"count": 4} | grains.single(), "geometry": geometry},
-        rows, ("sliding_angle_deg",), went, ranges={KEY: (*around(friction, spread), source)},
-        said=(source,), wall=entry.value("wall"),
+        rows, went=went, ranges={KEY: (*around(friction, spread), source)}, said=(source,),
     )  # fmt: skip
 
 
-METHOD = Method(
+METHODS = (Method(
     name="tilted-plane",
     title="Tilted plane",
     about="Grains that cannot roll (three or four glued together) lie on a plate, which is tilted "
@@ -58,4 +56,4 @@ METHOD = Method(
     rank=41,
     becomes=becomes,
     spread=True,
-)  # fmt: skip
+),)  # fmt: skip

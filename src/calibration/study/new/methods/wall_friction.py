@@ -9,8 +9,8 @@ from calibration.study.new.methods.declare import (
     Method,
     Question,
     about_a_line,
-    as_given,
     rows_of,
+    simulated,
     wall_question,
 )
 
@@ -36,21 +36,15 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
         "slide_speed_mm_s": round(10.0 * length, 4),
         "slide_mm": round(2.0 * length, 4),
     }
-    key, quantity, unit, metric = (
-        ("stress", "wall_shear_stress", "kPa", "wall_shear_stress_kPa")
-        if entry.values("stress")
-        else ("angle", "wall_friction_angle", "deg", "wall_friction_angle_deg")
-    )
-    rows = rows_of(entry, key, EXPERIMENT, quantity, unit, normal_stress_kPa=load)
-    went = {key: "a target"} | as_given(entry, "load")
-    return LaboratoryTest(
-        f"wall_{load:g}_kPa".replace(".", "_"), EXPERIMENT,
+    key = "stress" if entry.values("stress") else "angle"
+    return simulated(
+        entry, key, f"wall_{load:g}_kPa".replace(".", "_"), EXPERIMENT,
         {"particles": grains.particles(COUNT * grains.longest**2, diameter), "geometry": geometry},
-        rows, (metric,), went, wall=entry.value("wall"),
+        rows_of(entry, key, EXPERIMENT, normal_stress_kPa=load),
     )  # fmt: skip
 
 
-METHOD = Method(
+METHODS = (Method(
     name="wall-friction",
     title="Wall friction",
     about="A bed under a load slides on a plate; a test a load.",
@@ -72,4 +66,4 @@ METHOD = Method(
     under="load",
     scatter=about_a_line,
     scatter_about="the line through {n} loads",
-)  # fmt: skip
+),)  # fmt: skip
