@@ -9,23 +9,21 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import yaml
 from diagnosis_cases import BASE as RUN
 from diagnosis_cases import FACTORS, closed_form
 
 from calibration.errors import CalibrationError, ConfigError
-from calibration.intake.measurements import Measurement, MeasurementErrors
-from calibration.intake.quantities import LEVERS, QUANTITIES, Condition, levers_of
-from calibration.study.config.schema import BenchConfig, PushConfig
+from calibration.intake.measurements import Measurement
+from calibration.intake.quantities import LEVERS, QUANTITIES, levers_of
+from calibration.study.config.schema import BenchConfig
 from calibration.study.factors import read_factors
 from dem.experiments import experiments
 from dem.spec import parse_spec
 from diagnosis import emulator_waves, extend
 from diagnosis.catalogue import load_catalogue
-from diagnosis.derived import COEFFICIENTS, RUNS, as_file, completed
+from diagnosis.derived import RUNS, as_file, completed
 from diagnosis.design import BASE, TRAIN, left_of, plan, possible
 from diagnosis.emulator import train
-from diagnosis.emulator_files import read_emulators, write_emulators
 from diagnosis.extend import within
 from diagnosis.failures import as_tests, train_failures
 from diagnosis.identify import identify, one_place
@@ -36,7 +34,6 @@ from diagnosis.settings import catalogue_of, parameters_of, read_settings
 from diagnosis.setup import Setup
 from diagnosis.single_setting import with_single
 from diagnosis.stages import plan_runs
-from diagnosis.verdict import laws_of
 from facts import refused
 
 LEVELS = (0.8, 1.0, 1.25)
@@ -67,30 +64,6 @@ def rows_of(kind, lever=None, value=None, levels=LEVELS):
         Measurement(kind, value(s), 0.02 * value(s), 5, fixed | {lever: middle * s}, "", 2 + k)
         for k, s in enumerate(levels)
     ]
-
-
-@pytest.mark.parametrize("kind", POURED)
-def test_every_experiment_of_the_laboratory_is_described_by_its_study_alone(kind):
-    config, factors = study(kind), read_factors(FACTORS)
-    rows = rows_of(kind, levels=(0.8, 0.9, 1.0))  # a silo is narrow for a wider orifice
-    settings = completed(read_settings(None), config, factors, rows, "m.csv")
-    own = settings.experiments[kind]
-    assert own.metric in experiments()[kind].targets
-    assert set(own.parameters) <= set(COEFFICIENTS)
-    assert len(own.levers) == 1
-    [(lever, (low, high))] = own.levers.items()
-    assert high == pytest.approx(low / 0.8)
-    assert settings.runs == RUNS
-    rig = Rig(settings, config.run | {"experiment": kind}, tuple(factors))
-    rig.check(rows)
-    known = parameters_of(settings, FACTORS, [kind])
-    drawn, specs = plan(rig.of(known), catalogue_of(settings, [kind]), [kind])
-    assert len(specs) <= TRAIN * RUNS
-    assert sum(len(r["run_ids"]) for r in drawn) == len(specs)
-    assert sum(r["mechanism"] == BASE for r in drawn) >= len(own.parameters) + 3
-    spec = rig.spec(Condition(kind, rows[0].levers), 1)
-    part, key = LEVERS[lever].place
-    assert spec[part][key] == pytest.approx(low)
 
 
 def table_of(rows, path):
@@ -144,21 +117,6 @@ def test_a_setting_that_cannot_be_run_is_refused_by_its_line_before_any_run(kind
     assert "line 5" in str(caught.value)
 
 
-@pytest.mark.parametrize("kind", POURED)
-def test_a_budget_is_enough_or_refused_with_what_is(kind, tmp_path):
-    rows = rows_of(kind, levels=(0.8, 0.85, 0.9, 0.95, 1.0))
-    own = setup_of(kind, rows, tmp_path, runs=60)
-    assert 0 < len(plan(own.rig, own.catalogue, [kind])[1]) <= TRAIN * 60
-    own = setup_of(kind, rows, tmp_path, runs=30)
-    few = [m for m in own.catalogue.values() if kind in m.experiments and m.observe is None]
-    least = math.ceil((len(own.rig.factors) + 3 + 3 * len(few)) / TRAIN)
-    if least > 30:
-        with pytest.raises(ConfigError, match="at least"):
-            plan(own.rig, own.catalogue, [kind])
-    else:
-        assert 0 < len(plan(own.rig, own.catalogue, [kind])[1]) <= TRAIN * 30
-
-
 def test_corners_that_nobody_measured_need_not_be_possible(tmp_path):
     """Grains of 2.4 mm need an orifice of 12 mm: the corner at 10 mm is left out, the plan stands.
     Where most of the points cannot be run the plan is refused."""
@@ -196,66 +154,11 @@ def test_what_is_derived_is_a_file_that_gives_the_same_settings(tmp_path):
     assert completed(settings, None, factors, rows, "m.csv") is settings
 
 
-def test_levels_of_the_study_hold_what_is_not_calibrated():
-    names = {f.key: f.name for f in read_factors(FACTORS)}
-    held = "contacts.particle_wall.restitution"
-    config = study("heap", fixed={names[held]: 0.37})
-    settings = completed(
-        read_settings(None), config, read_factors(FACTORS), rows_of("heap"), "m.csv"
-    )
-    own = settings.experiments["heap"]
-    assert held not in own.parameters
-    assert own.run["contacts"]["particle_wall"]["restitution"] == 0.37
-
-
 def test_an_experiment_without_a_rig_is_named_by_its_line():
     rows = [*rows_of("heap"), *rows_of("discharge")]
     place = {"path": "m.csv", "line": 2, "column": "experiment"}
     with refused(ConfigError, "discharge", "diagnosis.experiments.discharge.run", **place):
         completed(read_settings(None), study("heap"), read_factors(FACTORS), rows, "m.csv")
-
-
-def test_a_machine_of_the_study_is_the_rig_of_its_experiment():
-    geometry = {"orifice_diameter_mm": 16.0, "silo_diameter_mm": 40.0}
-    machine = PushConfig(
-        experiment="discharge",
-        run={"particles": {"count": 6000, "diameter_mm": 2.0}, "geometry": geometry},
-    )
-    rows = [*rows_of("heap"), *rows_of("discharge")]
-    config = study("heap", push_through={"silo": machine})
-    settings = completed(read_settings(None), config, read_factors(FACTORS), rows, "m.csv")
-    assert settings.experiments["discharge"].run["geometry"] == geometry
-
-
-def test_every_fault_of_the_settings_is_one_line_of_the_table():
-    rows = [*rows_of("discharge"), *rows_of("drum")]
-    with pytest.raises(MeasurementErrors) as caught:
-        completed(read_settings(None), study("heap"), read_factors(FACTORS), rows, "m.csv")
-    assert len(caught.value.faults) == 2
-
-
-def test_a_lever_that_is_left_empty_needs_a_value_of_the_run_spec():
-    rows = rows_of("heap", "particle_diameter_mm")
-    rows.append(Measurement("heap", 30.0, 1.0, 5, {}, "", 9))
-    config = study("heap")
-    config.run["particles"] = {"count": 1000, "sizes_mm": [[1.0, 2.0]]}
-    with refused(ConfigError, path="m.csv", line=9, column="particle_diameter_mm"):
-        completed(read_settings(None), config, read_factors(FACTORS), rows, "m.csv")
-
-
-def test_a_lever_that_all_rows_share_is_held_and_asks_for_no_runs():
-    rows = [
-        Measurement("heap", 30.0, 1.0, 5, m.levers | {"particle_count": 900.0}, "", m.line)
-        for m in rows_of("heap")
-    ]
-    settings = completed(read_settings(None), study("heap"), read_factors(FACTORS), rows, "m.csv")
-    own = settings.experiments["heap"]
-    assert own.held == {"particle_count": 900.0}
-    assert list(own.levers) == ["particle_diameter_mm"]
-    spec = Rig(settings, study("heap").run).spec(
-        Condition("heap", {"particle_diameter_mm": 1.6}), 1
-    )
-    assert spec["particles"]["count"] == 900
 
 
 @pytest.mark.parametrize("code", ["dem", "liggghts", "lammps"])
@@ -361,29 +264,6 @@ def test_a_single_heap_at_odds_is_named_by_its_line():
     assert with_single({"verdict": "adequate"}, plain, rows) == {"verdict": "adequate"}
 
 
-def test_a_heap_that_is_not_told_from_a_law_stands_beside_it():
-    """A row rather than a law where its chi-square is clearly better, both where neither is."""
-    rows = heaps(lambda d: 38.0 + 6.0 * (d == 2.1))
-    fits = {"base": SimpleNamespace(
-        residual=np.array([[0.1, -0.2, 0.3, 5.0, -0.1, 0.2]]), leverage=np.full((1, 6), 0.3),
-        misfit=np.array([35.9]), freedom=np.array([5.0]),
-    )}  # fmt: skip
-    found = SimpleNamespace(verdict="ambiguous", alone=True, fits=fits)
-    law = {"slot": "attraction", "rivals": []}
-    verdict = with_single({"verdict": "ambiguous", "rows": [], "laws": [law]}, found, rows)
-    assert verdict["verdict"] == "ambiguous"
-    assert [r["line"] for r in verdict["rows"]] == [5]
-    assert [r["line"] for r in verdict["laws"][0]["rivals"]] == [5]
-
-
-def test_few_runs_tell_cohesion_that_the_closed_form_has():
-    """100 degrees mm for each J/m2: at 0.08 the angle falls from 5 to 3.2 above the base's."""
-    bench, _, table = emulated()
-    found = identify(bench, heaps(lambda d: 38.0 + 100.0 * 0.3 / d), replicates=100)
-    assert found.verdict != "adequate"
-    assert {r["mechanism"] for r in table} > {"base", "cohesion", "rolling_law"}
-
-
 @pytest.mark.parametrize(
     ("names", "one"),
     [
@@ -396,71 +276,6 @@ def test_few_runs_tell_cohesion_that_the_closed_form_has():
 def test_mechanisms_are_in_one_place_where_they_are_cases_of_one_law(names, one):
     known = load_catalogue()
     assert one_place(known[n] for n in names) == one
-
-
-def test_free_laws_along_two_levers_are_two_places():
-    laws = [SimpleNamespace(law=("rolling_friction", (s,))) for s in ("size", "load")]
-    assert not one_place(laws)
-    assert one_place([laws[0], SimpleNamespace(law=("rolling_friction", ("size", "load")))])
-
-
-def test_two_attractions_that_are_not_told_apart_are_one_law_with_both_names():
-    causes = ["cohesion", "liquid_bridge"]
-    found = SimpleNamespace(verdict="discovered", causes=causes, family_p=0.013)
-    [law] = laws_of(found, load_catalogue(), ["heap"])
-    assert (law["experiment"], law["slot"], law["state"]) == ("heap", "attraction", ["size"])
-    assert (law["names"], law["rivals"]) == (causes, [])
-    for words in ("cohesion", "liquid bridge", "1.3 %"):
-        assert words in law["sentence"]
-
-
-def test_a_law_is_the_base_model_with_another_coefficient():
-    bench, laws, _ = emulated()
-    law = next(iter(laws.values()))
-    high = bench.settings.experiments["heap"].levers["particle_diameter_mm"][1]
-    spec = RUN | {"particles": {"diameter_mm": high}, "experiment": "heap", "seed": 1}
-    part, pair, last = law.changes[0].split(".")
-    spec[part] = {pair: {last: 0.3}}
-    changed = law.apply(spec, 0.1)
-    assert changed[part][pair][last] == pytest.approx(0.35)
-    assert spec[part][pair][last] == 0.3
-    own, base = bench.emulators["heap", law.name], bench.emulators["heap", BASE]
-    factor = next(f for f in bench.factors if f.key == law.changes[0])
-    x = np.full((1, base.x.shape[1]), 0.5)
-    x[:, own.lever] = 1.0
-    moved = x.copy()
-    moved[:, own.column] += 0.5 * 0.1 / (2.3 * factor.half_range)
-    coded = law.strength.coded(0.1)
-    found = own.with_slope(np.column_stack([x, [coded]]), [])[0]
-    assert found == pytest.approx(base(moved))
-
-
-def test_emulators_of_a_budget_are_kept_in_their_file(tmp_path):
-    bench, laws, _ = emulated()
-    own = {k: e for k, e in bench.emulators.items() if k[1] not in laws}
-    write_emulators(tmp_path / "e.npz", own)
-    again, _ = read_emulators(tmp_path / "e.npz")
-    assert set(again) == set(own)
-    x = np.random.default_rng(3).random((4, own["heap", "cohesion"].x.shape[1] + 1))
-    before, after = own["heap", "cohesion"], again["heap", "cohesion"]
-    assert type(after) is type(before)
-    assert after.with_slope(x, [0])[0] == pytest.approx(before.with_slope(x, [0])[0])
-
-
-def test_a_table_at_other_settings_than_the_run_s_is_read(tmp_path):
-    """Heaps of another code, none of them of the grain that the study simulates."""
-    from calibration.study.config import parse_config, read_target
-    from calibration.study.matching import NotComparableError
-
-    table = "experiment,quantity,value,unit,sd,n,particle_diameter_mm\n"
-    table += "".join(f"heap,angle_of_repose,{30 + d},deg,1,5,{d}\n" for d in (3, 4, 5))
-    (tmp_path / "heaps.csv").write_text(table)
-    data = yaml.safe_load(Path("config/config.yaml").read_text())
-    config = parse_config(data | {"measurements": str(tmp_path / "heaps.csv")})
-    with refused(
-        NotComparableError, path="heaps.csv", line=2, column="particle_diameter_mm", value=3.0
-    ):
-        read_target(config)
 
 
 def beverloo(spec):
@@ -518,19 +333,6 @@ def silo(rows):
     emulators = with_laws(emulators, settings, factors, laws)
     failures = with_laws(failures, settings, factors, laws)
     return Emulated(emulators, settings, factors, known | laws, failures), laws, metrics
-
-
-def test_a_discharge_table_goes_through_and_its_hidden_change_is_placed():
-    """Rolling friction that rises by 0.16 from the narrowest to the widest orifice takes a tenth of
-    the flow there. Without it the table is adequate."""
-    rows = discharges(lambda orifice: 0.0)
-    bench, laws, metrics = silo(rows)
-    assert len(metrics) <= TRAIN * RUNS
-    assert identify(bench, rows, replicates=100).verdict == "adequate"
-    hidden = discharges(lambda orifice: 0.4 * math.log(orifice / 12.2))
-    found = identify(bench, hidden, replicates=100)
-    assert found.verdict in ("identified", "ambiguous")
-    assert set(found.causes) & set(laws)
 
 
 def test_a_clogged_orifice_counts():

@@ -14,19 +14,17 @@ from scipy.stats import binom
 
 from calibration.inference.chance_of_no_value import Chance, log_likelihood
 from calibration.intake.measurements import Measurement
-from diagnosis import emulator_waves, remarks, stages
+from diagnosis import emulator_waves, stages
 from diagnosis.design import plan
 from diagnosis.emulator import train
 from diagnosis.extend import extension_plan
-from diagnosis.failures import outcomes_of, train_failures
-from diagnosis.fit import Data, data_of, fit, held_out
-from diagnosis.identify import identify, weigh
+from diagnosis.failures import train_failures
+from diagnosis.fit import Data, held_out
+from diagnosis.identify import identify
 from diagnosis.model import Emulated
-from diagnosis.page.markdown import page
 from diagnosis.rig import Rig
 from diagnosis.settings import BASE, catalogue_of, parameters_of, read_settings
-from diagnosis.verdict import findings, validate
-from facts import tells
+from diagnosis.verdict import findings
 
 CLOGS_AT_MM, COARSE = 2.6, 2.0
 """True diameter from which the funnel clogs; grains of a run over those that they stand for."""
@@ -44,29 +42,6 @@ def test_the_chance_is_that_of_the_runs():
     odds, slope, _ = chance.with_slope(at, [0, 1])
     assert np.abs(expit(odds) - expit(true_odds(at))).max() < 0.05
     assert slope.mean(0) == pytest.approx([5.0, -3.0], rel=0.15)
-
-
-def test_the_slope_of_the_odds_is_their_derivative():
-    rng = np.random.default_rng(2)
-    x = rng.random((20, 3))
-    chance = Chance(x, x[:, 0] > 0.7, np.ones(20))
-    at = rng.random((6, 3))
-    _, slope, _ = chance.with_slope(at, [0, 1, 2])
-    for k in range(3):
-        step = 1e-5 * np.eye(3)[k]
-        ends = [chance.with_slope(at + s * step, [])[0] for s in (1, -1)]
-        assert slope[:, k] == pytest.approx((ends[0] - ends[1]) / 2e-5, abs=1e-6)
-
-
-def test_few_runs_leave_the_chance_open():
-    """No failure in n runs: the chance falls with n, and is not nothing."""
-    rng = np.random.default_rng(3)
-    found = []
-    for n in (10, 100, 1000):
-        chance = Chance(rng.random((n, 2)), np.zeros(n), np.ones(n))
-        found.append(expit(chance.with_slope(np.full((1, 2), 0.5), [])[0][0]))
-    assert 0.15 > found[0] > found[1] > found[2] > 1e-4
-    assert found[1] < 0.03
 
 
 def test_the_likelihood_is_the_binomial():
@@ -204,76 +179,12 @@ def test_a_clog_that_the_base_model_expects_is_no_cause(emulated):
     assert found.verdict == "adequate"
 
 
-def test_a_left_out_test_is_scored_as_a_refit_without_it(emulated):
-    rows = heaps(1.2)
-    scores = weigh(emulated, rows, replicates=50)
-    found, data, model = scores.fits["size_bias"], scores.data, scores.models["size_bias"]
-    n = len(scores.measurements)
-    for k in range(len(data.tests)):
-        less = data_of(scores.measurements, outcomes_of(rows, emulated.failures))
-        weight = np.ones(len(data.tests))
-        weight[k] = 1e-9
-        less = Data(less.value, less.error, less.failed * weight, less.tests * weight)
-        refit = fit(model, less)
-        odds, slope = model.odds(refit.theta)
-        variance = np.einsum("bcp,bpq,bcq->bc", slope, refit.cov, slope)
-        expected = held_out(odds, variance, data)[0, k]
-        assert found.pointwise[0, n + k] == pytest.approx(expected, abs=1.0)
-
-
 def test_the_held_out_probability_is_an_average_over_the_odds():
     data = Data(None, None, np.array([[3.0, 0.0]]), np.array([4.0, 2.0]))
     mean, sd = np.array([[0.4, -1.0]]), np.array([[1.5, 0.8]])
     drawn = mean + sd * np.random.default_rng(1).standard_normal((200_000, 2))
     exact = np.log(np.exp(log_likelihood(drawn, data.failed, data.tests)).mean(0))
     assert held_out(mean, sd**2, data)[0] == pytest.approx(exact, abs=0.01)
-
-
-def test_tables_without_outcomes_say_nothing_of_failures(emulated):
-    assert outcomes_of(heaps(1.3, outcomes=False), emulated.failures) is None
-    tests = outcomes_of(heaps(1.3), emulated.failures)
-    assert list(tests.failed) == [0.0, 0.0, 4.0, 4.0, 4.0]
-    assert list(tests.tests) == [4.0] * 5
-
-
-def test_a_mechanism_whose_runs_gave_no_value_is_told():
-    """It would else count as without effect without a word."""
-    changes = {"runs_per_input": 4, "experiments": {"shear": {"mechanisms": ["cohesion"]}}}
-    settings = read_settings("config/diagnosis.yaml", changes)
-    factors = parameters_of(settings, FACTORS, ["shear"])
-    known = {"cohesion": catalogue_of(settings, ["shear"])["cohesion"]}
-    rows, specs = plan(Rig(settings, RUN, factors), known, ["shear"])
-    metrics = {n: closed_form(s) for n, s in specs.items()}
-    own = [n for r in rows if r["mechanism"] == "cohesion" for n in r["run_ids"]]
-    metrics |= dict.fromkeys(own[: len(own) // 2 + 1])
-    emulators, table = train(rows, metrics, settings, factors)
-    assert ("shear", "cohesion") not in emulators
-    [text] = remarks.untrained(table)
-    assert tells(text, "cohesion", f"{len(own) // 2 + 1} of its {len(own)}", "no value")
-
-
-def test_an_experiment_whose_runs_all_gave_a_value_has_no_chance():
-    kinds = ["tilt"]
-    settings = read_settings("config/diagnosis.yaml", {"runs_per_input": 4})
-    factors = parameters_of(settings, FACTORS, kinds)
-    rows, specs = plan(Rig(settings, RUN, factors), {}, kinds)
-    metrics = {n: closed_form(s) for n, s in specs.items()}
-    assert train_failures(rows, metrics, settings, factors) == {}
-    assert all(r["mechanism"] == BASE for r in rows)
-
-
-def test_the_verdict_tells_how_likely_each_outcome_was(emulated):
-    rows = heaps(1.3)
-    found = identify(emulated, rows, replicates=50)
-    told = remarks.of_outcomes(found, "size_bias")
-    assert [r["failed"] for r in told] == [0, 0, 4, 4, 4]
-    for r in told:
-        own = (r["after"] > r["before"]) if r["failed"] else (r["after"] < 0.5)
-        assert own
-    verdict = findings(emulated, [m for m in rows if not m.outcome], found)
-    text = page(verdict | {"outcomes": told})
-    assert text.count("| 4 of 4 |") == 3
-    validate(verdict | {"outcomes": told})
 
 
 def test_every_stage_fits_the_outcomes_that_the_verdict_fits(emulated, tmp_path):

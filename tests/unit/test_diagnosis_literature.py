@@ -5,23 +5,11 @@ import importlib.util
 import json
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import pandas as pd
 import pytest
-import yaml
 
-from calibration.runs.simulated import simulate
-from calibration.study.config import overlay, parse_config
-from diagnosis.design import plan
-from diagnosis.emulator import train
-from diagnosis.identify import identify
 from diagnosis.measurements import read_measurements
-from diagnosis.model import Emulated
-from diagnosis.rig import Rig
-from diagnosis.settings import read_settings
-from diagnosis.setup import Setup
-from diagnosis.table_model.found import discover
 
 FOLDER = Path("data/literature")
 
@@ -31,15 +19,6 @@ def script(name):
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
-
-
-def study():
-    """Configuration and settings of the case, with fewer of the emulators' runs."""
-    files = ("config/config.yaml", FOLDER / "table_tennis_ball.yaml")
-    base, own = (yaml.safe_load(Path(f).read_text()) for f in files)
-    config = parse_config(overlay(base, own))
-    changes = config.diagnosis | {"runs_per_input": 4}
-    return config, read_settings(changes.pop("settings"), changes)
 
 
 DERIVED = script("derive").TABLES
@@ -60,41 +39,6 @@ def test_a_day_is_a_batch():
     )
     assert [replace(m, batch="") for m in both] == [*one, *two]
     assert [m.batch for m in both] == ["day 1"] * 3 + ["day 2"] * 3
-
-
-def test_the_second_test_of_the_coated_beads_is_a_batch():
-    """Stress at 3.6 kPa differs by 42 % between the tests, and no law is named for it."""
-    found = discover(read_measurements(FOLDER / "shear_ccgm_two_tests.csv"))
-    by_batch = [e["sd"] for e in found.errors if e["of"] == "batch"]
-    assert by_batch
-    assert by_batch[0] > 0.08
-    assert found.causes == []
-
-
-def test_the_loss_that_grows_with_the_height_is_the_airs(tmp_path):
-    config, settings = study()
-    own = Setup(SimpleNamespace(config=config), settings)
-    measured, known, factors = own.measurements, own.catalogue, own.rig.factors
-    rows, specs = plan(Rig(settings, config.run, factors), known, own.kinds)
-    emulators, errors = train(rows, simulate(specs, tmp_path), settings, factors)
-    assert all(e["failed"] == 0 for e in errors)
-    found = identify(Emulated(emulators, settings, factors, known), measured, replicates=120)
-    assert found.lack_of_fit_p < 0.025, "a constant restitution must fail"
-    assert found.ranking[0]["mechanism"] == "air_drag"
-    assert found.verdict in ("identified", "ambiguous")
-    strength = found.ranking[0]["strength"]["air_drag"]
-    # that of air, within the interval that the data leave
-    assert strength["low"] < 1.0 < strength["high"] or strength["value"] == pytest.approx(
-        1, abs=0.4
-    )
-
-
-def test_no_law_is_named_that_rests_on_three_settings():
-    """Wet beads of day two: by chance alone a law would be found in 2 % of data, and it is the
-    day."""
-    found = discover(read_measurements(FOLDER / "shear_annular_wet_day2.csv"))
-    assert found.p < 0.05
-    assert (found.verdict, found.causes) == ("ambiguous", [])
 
 
 def test_every_set_has_its_finding_and_its_source():

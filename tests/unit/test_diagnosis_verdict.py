@@ -1,14 +1,12 @@
 """The stages of the diagnosis on runs that are closed forms: the shipped case, its verdict and its
 schema."""
 
-import copy
 import json
 import re
 import types
 from dataclasses import replace
 from pathlib import Path
 
-import jsonschema
 import numpy as np
 import pytest
 from diagnosis_cases import BASE, FACTORS, bench
@@ -16,7 +14,7 @@ from diagnosis_cases import BASE, FACTORS, bench
 from diagnosis import setup, stages
 from diagnosis.identify import identify
 from diagnosis.measurements import Measured, read_measurements
-from diagnosis.verdict import SCHEMA, findings, validate
+from diagnosis.verdict import findings, validate
 
 SHIPPED = "data/paper/measurements.csv"
 KINDS = ["heap", "tilt", "drop", "shear"]
@@ -132,14 +130,3 @@ def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypa
     assert {r["experiment"] for r in refinement["left"]} == {m.experiment for m in measured}
     assert re.search(r"^## .*emulators", text, re.M)
     assert at("diagnosis.html").read_text().count("<svg role=") == 3
-
-
-def test_the_schema_refuses_what_it_does_not_describe(emulated):
-    found = diagnose(emulated, shear_of(read_measurements(SHIPPED), 0.084))
-    for key in json.loads(SCHEMA.read_text())["required"]:
-        with pytest.raises(jsonschema.ValidationError):
-            validate({k: v for k, v in found.items() if k != key})
-    wrong = copy.deepcopy(found)
-    wrong["patterns"][0]["kind"] = "hunch"
-    with pytest.raises(jsonschema.ValidationError):
-        validate(wrong)

@@ -7,7 +7,6 @@ import re
 
 import numpy as np
 import pytest
-from diagnosis_cases import FACTORS
 
 from calibration.errors import CalibrationError
 from calibration.inference.chance_of_no_value import Chance
@@ -16,8 +15,6 @@ from diagnosis.catalogue import Strength
 from diagnosis.design import MultipliedLever
 from diagnosis.emulator import Emulator, Multiplied
 from diagnosis.emulator_files import read_emulators, write_emulators
-from diagnosis.model import Emulated
-from diagnosis.settings import parameters_of, read_settings
 from facts import refused
 
 LEVER = MultipliedLever(1, 0.7, Strength("factor", "-", 0.8, 1.25, log=True, off=1.0))
@@ -72,21 +69,6 @@ def test_a_pickle_is_refused_and_not_executed(tmp_path, monkeypatch):
     assert [p.name for p in tmp_path.iterdir()] == ["emulators.npz"]
 
 
-def test_damaged_emulators_are_refused(emulators, tmp_path):
-    path = tmp_path / "emulators.npz"
-    write_emulators(path, emulators)
-    whole = path.read_bytes()
-    for damaged in (
-        whole[:-1],
-        whole[:200],
-        whole[:900] + bytes([whole[900] ^ 1]) + whole[901:],
-        b"",
-    ):
-        path.write_bytes(damaged)
-        with refused(CalibrationError, "emulators.npz"):
-            read_emulators(path)
-
-
 @pytest.mark.parametrize(
     "change",
     [
@@ -108,12 +90,3 @@ def test_an_entry_that_is_missing_or_foreign_is_told(emulators, tmp_path, change
     with refused(CalibrationError, "emulators.npz") as error:
         read_emulators(path)
     assert re.search(r"entry [01]\b", str(error.value))
-
-
-def test_an_experiment_without_a_base_model_is_told():
-    """More than half of its runs gave no value, so nothing was trained."""
-    settings = read_settings("config/diagnosis.yaml")
-    factors = parameters_of(settings, FACTORS, ["tilt"])
-    emulated = Emulated({}, settings, factors, {})
-    with refused(CalibrationError, "tilt", "emulator"):
-        emulated.model([("tilt", {})])

@@ -31,6 +31,7 @@ def trained(seed, runs=24, scatter=1.5):
     return FewRuns(x, z, [2]), z, rng
 
 
+@pytest.mark.slow
 def test_the_error_that_is_stated_is_the_error_that_is_made():
     """Over many designs the squared error is the variance, within a factor of two."""
     ratio, scatters = [], []
@@ -78,6 +79,7 @@ def test_slopes_are_those_of_the_responses():
         assert np.linalg.eigvalsh(correlation).min() > -1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("off", [0.0, 0.4, None])
 def test_what_a_mechanism_adds_is_learned_from_six_runs_as_well_as_they_tell(off):
     ratio = []

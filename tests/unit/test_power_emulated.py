@@ -12,7 +12,7 @@ from diagnosis import stages
 from diagnosis.identify import identify
 from diagnosis.power import POWER, page
 from diagnosis.power_emulated import _Bench, power
-from facts import rows_in, tells
+from facts import rows_in
 
 CHANGES = {
     "experiments": {
@@ -49,11 +49,6 @@ def test_every_mechanism_of_the_plan_has_a_row(emulated, rows):
     assert rows_in(text)["shear and heap"][:2] == ["cohesion", "surface energy"]
 
 
-def test_larger_errors_hide_more(emulated, rows):
-    rough = {r["law"]: r for r in power(emulated, plan(0.1))}["cohesion"]["detectable"]
-    assert rough is None or rough > rows["cohesion"]["detectable"]
-
-
 def test_what_is_not_there_alarms_as_seldom_as_stated(emulated):
     tried = _Bench(emulated, plan(), 0.05, 200, 1)
     share, _ = tried.shown(tried.models["cohesion"], 0.0)
@@ -61,6 +56,7 @@ def test_what_is_not_there_alarms_as_seldom_as_stated(emulated):
     assert share <= 0.1
 
 
+@pytest.mark.slow
 def test_measurements_show_it_as_often_as_stated(emulated, rows):
     """The closed form's own shear stresses, cohesion as strong as the row says."""
     strength, rng, shown = rows["cohesion"]["detectable"], np.random.default_rng(6), 0
@@ -86,12 +82,3 @@ def test_the_stage_reads_emulators_and_writes_its_page(emulated, tmp_path):
     stages.plan_power(own, types.SimpleNamespace(emulators=["none"]), output)
     assert "cohesion" in output.page.read_text()
     assert "cohesion" in output.power.read_text()
-
-
-def test_a_plan_that_none_beats_is_said_to_be_so(tmp_path, monkeypatch):
-    monkeypatch.setattr(stages.better_plan, "best", lambda *_: ([], [], []))
-    monkeypatch.setattr(stages.contacts, "defaults_of", lambda *_: {})
-    own = types.SimpleNamespace(of_contacts=True, measurements=[], settings=None, kinds=[])
-    output = types.SimpleNamespace(power=tmp_path / "power.json", page=tmp_path / "power.md")
-    stages.plan_power(own, None, output)
-    assert tells(output.page.read_text(), "No plan")
