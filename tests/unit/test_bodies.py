@@ -2,8 +2,6 @@
 grain is turned back, and what makes no body is refused. And a state taken in memory stays what it
 was."""
 
-import math
-
 import numpy as np
 import pytest
 
@@ -70,16 +68,6 @@ def test_a_loaded_body_is_accelerated_along_its_axis_alone(axis):
     assert sim.wall_origin("w") == pytest.approx(velocity * t + a * t**2 / 2, abs=1e-3 * t)
 
 
-def test_a_grain_that_hits_a_free_body_pushes_it_along_its_axis_alone():
-    """Momentum along the axis is kept, and the body goes on sideways."""
-    sim = simulation(free_plate((0, 0, 1), (0.1, 0, 0)), gravity=(0, 0, 0), precision="double")
-    sim.add_particles([(0, 0, 1.01 * R)], R, velocity=[(0, 0, -0.5)])
-    sim.advance(2000)
-    grain, plate = sim.velocity[0], sim.wall_state.velocity[0]
-    assert plate[:2] == pytest.approx([0.1, 0.0], abs=1e-9)
-    assert sim.mass[0] * (grain[2] + 0.5) == pytest.approx(-0.01 * plate[2], rel=1e-6)
-
-
 # --- a state kept in memory -----------------------------------------------------------------------
 
 COHESIONS = ["none", "liquid_bridge"]
@@ -140,17 +128,6 @@ def test_a_state_does_not_change_while_the_simulation_goes_on(cohesion):
     assert not changed
 
 
-def test_a_state_is_not_that_of_the_simulation_it_was_given_to():
-    """Restoring takes the numbers, not the arrays."""
-    sim = crowd("liquid_bridge", "double")
-    sim.advance(1000)
-    saved = {name: np.array(value) for name, value in sim.state_dict().items()}
-    kept = {name: value.copy() for name, value in saved.items()}
-    sim.restore(saved)
-    sim.advance(500)
-    assert not [k for k in kept if not np.array_equal(saved[k], kept[k], equal_nan=True)]
-
-
 # --- angular momentum -----------------------------------------------------------------------------
 
 
@@ -189,16 +166,6 @@ def test_a_wall_takes_the_angular_momentum_that_a_hit_takes_from_a_grain(floor, 
     assert impulse == pytest.approx(-change, abs=1e-5 * np.linalg.norm(change))
 
 
-@pytest.mark.parametrize("floor", FLOORS)
-def test_a_wall_takes_the_angular_momentum_of_a_grain_that_rolls_to_rest(floor):
-    """About the vertical, about which gravity does not turn."""
-    sim = simulation(FLOORS[floor](origin=ORIGIN), precision="double")
-    start = (0.013, 0.004, 0.9999 * R)
-    sim.add_particles([start], R, velocity=[(0.1, 0.05, 0)], spin=[(0, 0, 50.0)])
-    change, impulse = change_and_impulse(sim, 10000)
-    assert impulse[2] == pytest.approx(-change[2], rel=1e-5)
-
-
 def test_a_top_that_slows_down_on_the_axis_turns_the_wall():
     """There nothing but torsion acts on either."""
     sim = simulation(FLOORS["plane"](origin=ORIGIN), precision="double")
@@ -209,57 +176,3 @@ def test_a_top_that_slows_down_on_the_axis_turns_the_wall():
 
 
 # --- what is refused ------------------------------------------------------------------------------
-
-
-def walled(walls):
-    return lambda: simulation(walls()).advance(1)
-
-
-def grained(radius):
-    return lambda: simulation().add_particles([(0, 0, 0)], radius)
-
-
-def bouncing(restitution):
-    return lambda: simulation(contact=ContactParameters(restitution, 0.5))
-
-
-REFUSED = {
-    "half edges that lean": (
-        walled(lambda: body().rectangle((0, 0, 0), (0.02, 0, 0), (0.01, 0.02, 0))),
-        "edges",
-    ),
-    "a half edge of no length": (
-        walled(lambda: body().rectangle((0, 0, 0), (0.02, 0, 0), (0, 0, 0))),
-        "edge",
-    ),
-    "a plane without normal": (walled(lambda: body().plane((0, 0, 0), (0, 0, 0))), "normal"),
-    "no radius": (grained(0.0), "radius"),
-    "a radius below zero": (grained(-R), "radius"),
-    "one radius of two is none": (
-        lambda: simulation().add_particles([(0, 0, 0), (1, 0, 0)], [R, 0.0]),
-        "radius",
-    ),
-    "a cluster with a sphere of no radius": (
-        lambda: simulation().add_clusters([[(0, 0, 0), (R, 0, 0)]], [[R, 0.0]]),
-        "radius",
-    ),
-    "restitution above one": (bouncing(1.5), "restitution"),
-    "restitution below zero": (bouncing(-0.1), "restitution"),
-    "drag without air": (lambda: simulation(laws=Laws(drag="schiller_naumann")), "air"),
-}
-
-
-@pytest.mark.parametrize("case", REFUSED)
-def test_what_makes_no_body_grain_or_law_is_refused_by_name(case):
-    build, word = REFUSED[case]
-    with pytest.raises(ValueError, match=rf"(?i)\b{word}"):
-        build()
-
-
-def test_a_rectangle_that_is_only_rounded_is_not_refused():
-    turn = 0.3 + np.arange(50)
-    for a in turn:
-        u = 0.02 * np.array([math.cos(a), math.sin(a), 0.3])
-        v = np.cross(u, (0.1, 0.5, 0.9))
-        walled(lambda u=u, v=v: body().rectangle((0, 0, 0), u, v))()
-    walled(lambda: body().rectangle((0, 0, 0), (1e-9, 0, 0), (0, 1e3, 0)))()

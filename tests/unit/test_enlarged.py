@@ -88,7 +88,10 @@ SMALL = {
             "shear_displacement_mm": 1.0,
         }
     },
-    "tilt": {"particles": {"count": 4, "diameter_mm": 4.0}, "geometry": {"tilt_rate_deg_s": 5.0}},
+    "tilt": {
+        "particles": {"count": 4, "diameter_mm": 4.0},
+        "geometry": {"tilt_rate_deg_s": 5.0, "trials": 1},
+    },
     "wall_friction": {
         "geometry": {"ring_diameter_mm": 24.0, "slide_mm": 2.0, "normal_stress_kPa": 1.0}
     },
@@ -126,8 +129,18 @@ def enlarged(part, h, key=""):
     return part
 
 
-@pytest.mark.parametrize(("h", "laws"), [(LARGE, TYPE_A), (FINE, TYPE_C)], ids=["large", "fine"])
-@pytest.mark.parametrize("name", experiments())
+LONG = ("discharge", "draw_down")  # in fine grains: eight seconds each
+CASES = [
+    pytest.param(name, h, laws, id=f"{name}-{size}", marks=marks)
+    for name in experiments()
+    for size, h, laws, marks in (
+        ("large", LARGE, TYPE_A, ()),
+        ("fine", FINE, TYPE_C, pytest.mark.slow if name in LONG else ()),
+    )
+]
+
+
+@pytest.mark.parametrize(("name", "h", "laws"), CASES)
 def test_an_experiment_of_another_size_is_the_same(tmp_path, name, h, laws):
     spec = spec_of(name, laws, "double" if h == FINE and name in CHAOTIC else "mixed")
     content = spec.model_dump(mode="json")

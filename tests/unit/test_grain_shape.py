@@ -7,13 +7,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from dem.contact.registry import ContactParameters, Material
 from dem.dumbbell import moments, sphere_radius
 from dem.errors import MeasureError
 from dem.experiments.setup import add_grains, build_simulation
-from dem.run import RunContext
 from dem.run import run as run_spec
-from dem.simulation import Simulation
 from dem.spec import parse_spec
 from dem.walls.builder import WallSet
 from facts import refused
@@ -48,12 +45,6 @@ def test_moments_of_inertia_are_those_of_the_slices(elongation):
     assert moments(a, elongation, DENSITY) == pytest.approx((about, across), rel=1e-9)
 
 
-def test_moments_at_the_ends_are_those_of_one_sphere_and_of_two():
-    mass = 4.0 / 3.0 * math.pi * DENSITY
-    assert moments(1.0, 1.0, DENSITY) == pytest.approx((0.4 * mass, 0.4 * mass))
-    assert moments(1.0, 2.0, DENSITY) == pytest.approx((0.8 * mass, 2.8 * mass))
-
-
 def elongated(elongation, **more):
     """Simulation of a heap's materials, double precision, weightless, and its spec."""
     spec = parse_spec(
@@ -81,35 +72,6 @@ def test_a_grain_in_the_engine_has_mass_and_inertia_of_the_body():
     own = sim.clusters.rotation[0, :, 0]
     assert abs(own @ axis) == pytest.approx(np.linalg.norm(axis), rel=1e-9)
     assert (sim.grain_count, list(sim.grain)) == (1, [0, 0])
-
-
-def test_touching_spheres_have_the_sum_of_their_inertias():
-    steel = Material(7800.0, 8e10, 0.3)
-    sim = Simulation(
-        {"steel": steel}, {("steel", "steel"): ContactParameters(0.5, 0.5)}, time_step=1e-7
-    )
-    position = [[[0.0, 0.0, 0.0], [0.0, 2e-3, 0.0]]]
-    assert sim.add_clusters(position, 1e-3).shape == (1, 2)
-    about, across = moments(1e-3, 2.0, 7800.0)
-    assert sim.clusters.inertia[0] == pytest.approx([about, across, across], rel=1e-6)
-
-
-def test_a_free_grain_precesses_as_a_symmetric_top():
-    """Its axis turns about the angular momentum at L / I_across."""
-    sim, spec = elongated(1.6)
-    add_grains(sim, spec, np.zeros((1, 3)), np.array([1e-3]), 0.0, np.random.default_rng(1))
-    body = sim.clusters
-    momentum = body.inertia[0, 1] * np.array([0.0, 0.0, 300.0])
-    body.momentum[0] = momentum
-    axis, energy = body.rotation[0, :, 0].copy(), sim.kinetic_energy()
-    sim.advance(2000)
-    turned = body.rotation[0, :, 0]
-    angle = 300.0 * sim.time
-    c, s = math.cos(angle), math.sin(angle)
-    expected = [c * axis[0] - s * axis[1], s * axis[0] + c * axis[1], axis[2]]
-    assert turned == pytest.approx(expected, abs=1e-4)
-    assert body.momentum[0] == pytest.approx(momentum, abs=0.0)
-    assert sim.kinetic_energy() == pytest.approx(energy, rel=1e-6)
 
 
 def collision(e, mu, laws, angle, rayleigh_fraction=0.4):
@@ -209,22 +171,6 @@ def test_a_grain_is_removed_whole_and_the_others_go_on():
     assert sim.remove([gone]) == 0
 
 
-@pytest.mark.parametrize("precision", ["mixed", "double"])
-def test_a_restored_state_has_the_same_future(precision):
-    whole = cloud(precision)
-    whole.advance(600)
-    first, second = cloud(precision), cloud(precision)
-    first.advance(250)
-    second.restore({k: np.array(v) for k, v in first.state_dict().items()})
-    second.advance(350)
-    assert np.array_equal(whole.position, second.position)
-    assert np.array_equal(whole.spin, second.spin)
-
-
-class _Stop(Exception):
-    pass
-
-
 def heap_of(elongation, rolling="constant_torque", **more):
     """Run spec of a heap of 700 soft grains of 4 mm."""
     friction = {"restitution": 0.3, "static_friction": 0.5, "rolling_friction": 0.2}
@@ -242,6 +188,7 @@ def heap_of(elongation, rolling="constant_torque", **more):
     )
 
 
+@pytest.mark.slow
 def test_elongated_grains_stand_in_a_heap_where_spheres_roll_away(tmp_path):
     """Nothing but their shape holds them: the contacts do not resist rolling."""
     with refused(MeasureError, "no heap"):
@@ -249,31 +196,3 @@ def test_elongated_grains_stand_in_a_heap_where_spheres_roll_away(tmp_path):
     metrics = run_spec(heap_of(2.0, rolling="none"), tmp_path / "elongated")["metrics"]
     assert metrics["angle_of_repose_deg"] > 15.0
     assert metrics["height_mm"] > 3 * 4.0
-
-
-def test_a_heap_of_elongated_grains_stopped_and_resumed_ends_as_it_would_have(tmp_path):
-    spec = heap_of(1.6, output={"checkpoint_interval_s": 1e-9, "frame_interval_s": 0.2})
-    whole = run_spec(spec, tmp_path / "whole")["metrics"]
-
-    def saved():
-        return RunContext(spec, tmp_path / "broken").resume()
-
-    def stop_once_some_have_spilled(fraction, text):
-        if fraction > 0.3 and saved()[1]["spilled"] > 0:
-            raise _Stop
-
-    with pytest.raises(_Stop):
-        run_spec(spec, tmp_path / "broken", progress=stop_once_some_have_spilled)
-    meta = saved()[1]
-    assert 0 < meta["spilled"] < whole["spilled"]
-    assert run_spec(spec, tmp_path / "broken")["metrics"] == whole
-    assert whole["on_plate"] + whole["spilled"] + whole["in_funnel"] == 700
-    with (
-        np.load(tmp_path / "whole" / "final.npz") as a,
-        np.load(tmp_path / "broken" / "final.npz") as b,
-    ):
-        for name in a.files:
-            np.testing.assert_array_equal(a[name], b[name], err_msg=name)
-        grain, count = np.unique(a["grain"], return_counts=True)
-        assert set(count) == {2}
-        assert len(grain) == 700 - whole["spilled"]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from calibration.runs.runner import NO_HEAP, causes
-from dem.errors import MeasureError, RefusedStateError, SpecError
+from dem.errors import MeasureError, RefusedStateError
 from dem.experiments import heap, setup
 from dem.experiments.heap import Flow, capacity
 from dem.measure.heap import coverage
@@ -109,22 +109,6 @@ def test_a_stack_at_the_rim_does_not_block_a_funnel():
             assert apart.min() > source.pitch
             # a site has at most eight others beside it
             assert len(source.sites) - 9 <= len(free) < len(source.sites)
-
-
-@pytest.mark.parametrize(
-    ("change", "key"),
-    [
-        ({"particles": {"count": 3000, "diameter_mm": 4.0}}, "particles.count"),
-        ({"geometry": GEOMETRY | {"plate_rim_height_mm": 75}}, "geometry.plate_rim_height_mm"),
-    ],
-)
-def test_a_rig_that_cannot_hold_its_grains_is_refused(change, key):
-    data = spec({"feed": "opened"}, numerics={"max_time_s": 12.0})
-    data |= change
-    data["geometry"] = {"feed": "opened"} | data["geometry"]
-    with pytest.raises(SpecError) as error:
-        parse_spec(data)
-    assert error.value.key == key
 
 
 def test_the_capacity_is_beverloos():

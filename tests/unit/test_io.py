@@ -1,18 +1,14 @@
 """Files: written whole or not at all, meshes in both STL dialects, frames that ParaView opens."""
 
-import errno
-import json
 import os
-import stat
 
 import numpy as np
 import pytest
 
-from dem.errors import MeshError, SpecError
+from dem.errors import MeshError
 from dem.experiments.heap import HeapGeometry, Rig
 from dem.io import files
 from dem.io.files import write_arrays, write_json
-from dem.io.mapping import read_mapping
 from dem.io.stl import read_stl, write_stl
 from dem.io.vtk import POINTS, read_grains, write_frame, write_grains, write_walls
 from dem.tables.limits import FARTHEST_MM, KINDS, MOST_TRIANGLES
@@ -27,15 +23,6 @@ class Grains:
     radius = np.array([1e-3, 2e-3])
     velocity = np.array([[3.0, 4.0, 0.0], [0.0, 0.0, 0.0]])
     tag = np.array([7, 3])
-
-
-def test_json_that_cannot_be_written_leaves_the_old_file(tmp_path):
-    path = tmp_path / "result.json"
-    write_json(path, {"angle": 44.0})
-    with pytest.raises(ValueError, match="not JSON compliant"):
-        write_json(path, {"angle": float("nan")})
-    assert json.loads(path.read_text()) == {"angle": 44.0}
-    assert [p.name for p in tmp_path.iterdir()] == ["result.json"]
 
 
 def test_arrays_that_cannot_be_written_leave_the_old_file(tmp_path, monkeypatch):
@@ -74,30 +61,6 @@ def test_names_are_on_the_disk_when_a_file_is_in_its_place(tmp_path, monkeypatch
     folders = [p.stat().st_ino for p in (tmp_path / "a" / "b", tmp_path / "a", tmp_path)]
     assert done[:2] == [("sync", inode["file"]), ("rename", inode["file"])]
     assert [n for _, n in done[2:]] == folders
-
-
-def test_a_folder_that_no_system_syncs_is_no_fault(tmp_path, monkeypatch):
-    fsync = files.os.fsync
-
-    def refuse(handle):
-        if stat.S_ISDIR(os.fstat(handle).st_mode):
-            raise OSError(errno.EINVAL, "Invalid argument")
-        fsync(handle)
-
-    monkeypatch.setattr(files.os, "fsync", refuse)
-    write_json(tmp_path / "x.json", {"a": 1})
-    assert json.loads((tmp_path / "x.json").read_text()) == {"a": 1}
-
-
-def test_a_mapping_larger_than_a_configuration_is_not_read(tmp_path):
-    path, most = tmp_path / "a.yaml", KINDS["configuration"].most
-    path.write_text("a: 1\n" + "#" * (most - 5))
-    assert read_mapping(path) == ({"a": 1}, {"a": 1})
-    path.write_text("a: 1\n" + "#" * most)
-    with refused(SpecError, "0.25 MB", key="(file)", file="a.yaml"):
-        read_mapping(path)
-    with refused(SpecError, "No such file", key="(file)", file="none.yaml"):
-        read_mapping(tmp_path / "none.yaml")
 
 
 def binary(corners):

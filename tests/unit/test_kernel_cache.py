@@ -9,10 +9,8 @@ import sys
 from pathlib import Path
 
 import pytest
-import yaml
 
 from dem import fingerprint, kernel_cache
-from dem.template import template
 
 ROOT = Path(__file__).parents[2]
 
@@ -50,13 +48,6 @@ def test_below_the_users_folder_each_engine_has_its_own(copy, tmp_path):
     assert folder_of(copy, tmp_path) not in (before, before.parent)
 
 
-def test_an_experiment_compiles_nothing_anew(copy, tmp_path):
-    before = folder_of(copy, tmp_path)
-    mine = copy / "dem" / "experiments" / "mine.py"
-    mine.write_text("EXPERIMENT = 1\n")
-    assert folder_of(copy, tmp_path) == before
-
-
 def test_what_is_not_compiled_holds_no_kernel_and_no_kernel_sees_it():
     engine = ROOT / "src" / "dem"
     for path in fingerprint.engine_sources():
@@ -74,12 +65,6 @@ def test_other_software_has_a_folder_of_its_own(name, monkeypatch):
     before = fingerprint.stack_digest()
     other = fingerprint.software() | {name: "0.0.1"}
     monkeypatch.setattr(fingerprint, "software", lambda: other)
-    assert fingerprint.stack_digest() != before
-
-
-def test_another_processor_has_a_folder_of_its_own(monkeypatch):
-    before = fingerprint.stack_digest()
-    monkeypatch.setenv("NUMBA_CPU_NAME", "x86-64-v2")
     assert fingerprint.stack_digest() != before
 
 
@@ -128,10 +113,9 @@ print(os.environ["NUMBA_CACHE_DIR"])
 """
 
 
-@pytest.mark.parametrize("home", [{}, {"HOME": "/proc/nobody"}], ids=["none", "read-only"])
-def test_the_engine_loads_for_a_user_whom_nobody_knows(home, tmp_path):
+def test_the_engine_loads_for_a_user_whom_nobody_knows(tmp_path):
     drop = ("HOME", "NUMBA_CACHE_DIR", "XDG_CACHE_HOME")
-    env = {k: v for k, v in os.environ.items() if k not in drop} | {"TMPDIR": str(tmp_path)} | home
+    env = {k: v for k, v in os.environ.items() if k not in drop} | {"TMPDIR": str(tmp_path)}
     done = subprocess.run([sys.executable, "-c", NOBODY], env=env, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert Path(done.stdout.strip()).is_relative_to(tmp_path)
@@ -168,39 +152,12 @@ def test_types_of_arguments_and_returns_are_no_change_of_the_code():
     assert fingerprint.code_of(TYPED) == fingerprint.code_of(SAME)
 
 
-def test_types_of_fields_are_a_change_of_the_code():
-    given = "class A:\n    x: float = 1.0\n"
-    assert fingerprint.code_of(given) != fingerprint.code_of(given.replace("float", "int"))
-
-
 @pytest.mark.parametrize(
     "change",
     [("r**2", "r**3"), ("math.pi", "math.e"), ("(r)", "(r, s=1)"), ("def area", "def areas")],
 )
 def test_any_change_of_the_code_shows(change):
     assert fingerprint.code_of(SAME) != fingerprint.code_of(SAME.replace(*change))
-
-
-@pytest.mark.slow
-@pytest.mark.long
-def test_a_law_changed_tenfold_slides_at_its_own_angle(copy, tmp_path):
-    """tan(angle) is the friction: with a tenth of it compiled in, the old compiled code would give
-    the old angle."""
-    spec = tmp_path / "tilt.yaml"
-    few = {"geometry": {"trials": 1}, "particles": {"count": 4, "diameter_mm": 2.0}}
-    spec.write_text(yaml.safe_dump(yaml.safe_load(template("tilt")) | few))
-    law = copy / "dem" / "contact" / "friction" / "constant.py"
-    found = []
-    for text in (law.read_text(), law.read_text().replace("return ", "return 0.1 * ")):
-        law.write_text(text)
-        env = os.environ | {"PYTHONPATH": str(copy), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-        command = [sys.executable, "-m", "dem.cli", "run", spec, "--out", tmp_path / "out"]
-        done = subprocess.run(command, env=env, capture_output=True, text=True, cwd=tmp_path)
-        assert done.returncode == 0, done.stderr
-        found.append(float(done.stdout.split("sliding_friction")[1].split()[0]))
-    # the plate turns on by half a degree until the slip is seen
-    assert found[0] == pytest.approx(0.5, abs=0.01)
-    assert found[1] == pytest.approx(0.05, abs=0.01)
 
 
 KERNEL = """\
@@ -238,8 +195,7 @@ def kept_code(cache):
     return {path.suffix: path for path in cache.rglob("*.nb[ic]")}
 
 
-@pytest.mark.parametrize("suffix", [".nbi", ".nbc"])
-@pytest.mark.parametrize("left", ["nothing", "half", "zeros"])
+@pytest.mark.parametrize(("suffix", "left"), [(".nbi", "half"), (".nbc", "zeros")])
 def test_compiled_code_that_is_cut_off_is_made_again(compiled, suffix, left):
     """As a power cut leaves it: an empty file, one that ends early, or one whose end was never
     written."""

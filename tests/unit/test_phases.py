@@ -9,7 +9,6 @@ from dem.contact.registry import ContactParameters, Material
 from dem.errors import LightBodyError, RefusedStateError
 from dem.experiments import phases
 from dem.experiments.heap import Rig, Source
-from dem.measure.collision import restitution_error
 from dem.measure.heap import measure_heap, readings_apart
 from dem.run import run
 from dem.simulation import Simulation
@@ -67,17 +66,6 @@ def simulation(walls, **more):
     contact = ContactParameters(0.5, 0.5, 0.1)
     pairs = {("g", "g"): contact, ("g", "w"): contact}
     return Simulation({"g": salt, "w": steel}, pairs, time_step=1e-5, walls=walls, **more)
-
-
-def test_slow_grains_that_nothing_carries_are_not_at_rest():
-    """At the top of its flight a grain is slow; the force balance tells it from one at rest."""
-    spec = spec_of("bulk_density", 1.0, vessel_diameter_mm=14, taps=0)
-    sim = simulation(WallSet().body("plate", material="w").plane((0, 0, 0), (0, 0, 1)))
-    sim.gravity = sim.gravity * 1e-9  # it hangs
-    sim.model.gravity[:] = sim.gravity
-    sim.add_particles([[0.0, 0.0, 10 * RADIUS]], RADIUS)
-    with refused(RefusedStateError, "hanging", "walls carry 0", kind="restless"):
-        phases.rest(sim, spec, 20 * phases.look(spec), "hanging")
 
 
 def test_rest_ends_when_the_plate_carries_the_weight():
@@ -170,16 +158,7 @@ def test_two_readings_that_differ_are_told_and_those_of_a_cone_are_not():
     assert "no one angle" in told["aside"]
 
 
-def test_the_error_of_the_restitution_falls_with_the_step():
-    errors = []
-    for fraction in (0.4, 0.1):
-        spec = parse_spec({"experiment": "heap", "numerics": {"rayleigh_fraction": fraction}})
-        errors.append(abs(restitution_error(spec, 0.5)))
-    assert errors[1] < 0.5 * errors[0]
-
-
-@pytest.mark.parametrize("restitution", [0.8, 0.4])
-def test_a_drop_in_air_has_the_restitution_of_its_impact(tmp_path, restitution):
+def test_a_drop_in_air_has_the_restitution_of_its_impact(tmp_path):
     """The restitution of 0.8 read against the vacuum's speed is mostly drag."""
     result = run(
         parse_spec(
@@ -187,12 +166,12 @@ def test_a_drop_in_air_has_the_restitution_of_its_impact(tmp_path, restitution):
                 "experiment": "drop",
                 "particles": {"diameter_mm": 1.0},
                 "materials": {"particle": {"density_kg_m3": 50, "shear_modulus_Pa": 1e6}},
-                "contacts": {"particle_wall": {"restitution": restitution}},
+                "contacts": {"particle_wall": {"restitution": 0.8}},
                 "laws": {"drag": "schiller_naumann"},
                 "geometry": {"drop_height_mm": 150},
             }
         ),
         tmp_path,
     )["metrics"]
-    assert result["effective_restitution"] == pytest.approx(restitution, abs=0.02)
+    assert result["effective_restitution"] == pytest.approx(0.8, abs=0.02)
     assert result["impact_speed_m_s"] < 0.9 * math.sqrt(2 * G * 0.15)

@@ -1,8 +1,6 @@
 """Pictures of runs: spheres where they are, lit and hidden rightly, with the lines that the angle
 was read from."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -12,8 +10,8 @@ from dem.io.vtk import write_grains
 from dem.measure.heap import measure_heap, silhouette_angles
 from dem.render import draw_run, read_run
 from dem.render.flanks import fitted_flanks, heap_grains
-from dem.render.image import LINE, pixel
-from dem.render.raster import NOBODY, View, cover, shade
+from dem.render.image import LINE
+from dem.render.raster import NOBODY, View, cover
 from dem.results import write_result
 from dem.spec import parse_spec
 from facts import refused
@@ -85,23 +83,6 @@ def test_the_nearer_sphere_hides_the_other_whatever_their_order():
     assert owner[0, 0] == NOBODY
 
 
-def test_spheres_beyond_the_edge_are_cut_not_wrapped():
-    _, owner = cover(view(), np.array([[0.01, 0.0, 0.0], [0.1, 0.0, 0.0]]), np.full(2, 0.002))
-    assert (owner[:, :70] == NOBODY).all()
-    assert (owner[:, 199] == 0).any()
-
-
-def test_a_sphere_throws_a_shadow_on_the_plate():
-    above = view(elevation=60.0)
-    ball = np.array([[0.0, 0.0, 0.003]]), np.array([0.001]), np.array([[1.0, 0.0, 0.0]])
-    bare = np.array([[0.0, 0.0, -0.5]]), np.array([0.001]), np.array([[1.0, 0.0, 0.0]])
-    with_ball, hit = shade(above, *ball, plate_radius=0.007)
-    without, _ = shade(above, *bare, plate_radius=0.007)
-    plate = (hit > 0) & (np.abs(with_ball[..., 0] - with_ball[..., 1]) < 1e-9)
-    darker = plate & (with_ball[..., 0] < 0.8 * without[..., 0])
-    assert 0.3 * np.pi * 10**2 < darker.sum() < 3 * np.pi * 10**2
-
-
 def test_the_flanks_are_those_of_the_measurement():
     position, radius = cone(spread=0.3)
     part = heap_grains(position, radius, np.zeros_like(position), PLATE)
@@ -125,19 +106,6 @@ def test_the_image_shows_the_lines_and_is_reproducible(run):
     assert (image == np.asarray(draw_run(finished, width=300))).all()
 
 
-def test_a_run_without_an_angle_is_drawn_without_flanks(run):
-    finished = replace(read_run(run), metrics={})
-    red = np.array(LINE)
-    assert not (np.asarray(draw_run(finished, width=300)) == red).all(axis=2).any()
-
-
-def test_heights_stand_where_they_are():
-    side = view()
-    assert pixel(side, 0.005, 0.002) == (150.0, 60.0)
-    turned = view(azimuth=90.0, elevation=30.0)
-    assert pixel(turned, 0.0, 0.0, toward=0.004) == pytest.approx((100.0, 100.0))
-
-
 def test_the_last_state_opens_as_vtk(run):
     assert main(["render", str(run), "--vtk"]) == 0
     grains, state = read_vtp(run / "final.vtp"), np.load(run / "final.npz")
@@ -146,11 +114,6 @@ def test_the_last_state_opens_as_vtk(run):
     height = read_vtp(run / "final_walls.vtp")["Points"][:, 2]
     assert height.min() == pytest.approx(0.0, abs=1e-9)  # the plate
     assert height.max() > 0.075  # the funnel's orifice
-
-
-def test_another_format_is_refused(run, capsys):
-    assert main(["render", str(run), "--out", "heap.bmp"]) == 2
-    assert "allowed: .webp, .png, .jpg" in capsys.readouterr().err
 
 
 def test_a_run_that_cannot_be_drawn_says_why(run, tmp_path, capsys):

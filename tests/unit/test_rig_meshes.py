@@ -112,8 +112,6 @@ def vaned(inner, outer, low, high, plate):
     return joined(*bodies)
 
 
-LIFTERS = [slab((12.0, -0.5, -0.5), (15.4, 0.5, 8.5)), slab((-15.4, -0.5, -0.5), (-12.0, 0.5, 8.5))]
-
 RIGS = {
     "drop": ("plate_stl", slab((-3, -3, -2), (3, 3, 0)), {"drops": 2}, {}),
     "tilt": ("plate_stl", slab((-40, -30, -2), (40, 30, 0)), {"trials": 1}, {}),
@@ -238,6 +236,7 @@ def test_grains_that_do_not_roll_slide_on_a_mesh_at_their_coefficient(tmp_path):
         assert found["wall_friction"] == pytest.approx(0.4, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_saw_tooth_holds_grains_that_have_hardly_any_friction(tmp_path):
     """A flat plate slides away under the bed; teeth must lift it. Without any friction the bed goes
     round in the ring for ever."""
@@ -252,6 +251,7 @@ def test_a_saw_tooth_holds_grains_that_have_hardly_any_friction(tmp_path):
     assert toothed["wall_friction"] > 0.05
 
 
+@pytest.mark.slow
 def test_a_vessel_of_a_mesh_weighs_grains_as_the_cylinder_does(tmp_path):
     """The polygon has the circle's area. The ratio of two fillings of a few hundred grains scatters
     by 1.6 % (40 pairs, mean 0.1 ± 0.3 %), that of the means of four by 0.8 %."""
@@ -270,66 +270,6 @@ def test_the_volume_of_a_cup_is_that_of_its_frustum(tmp_path):
     top = low + (high - low) * level / tall
     volume = np.pi * level * (low**2 + low * top + top**2) / 3.0
     assert mesh.volume(1e-3 * level) == pytest.approx(1e-9 * volume, rel=1e-3)
-
-
-@pytest.mark.slow
-@pytest.mark.long
-def test_a_tube_of_a_mesh_leaves_the_heap_of_the_cylinder(tmp_path):
-    """One heap scatters by 1.7 degrees and its column by 2.8 %: means of four are compared."""
-    metrics = "on_plate", "spilled", "column_depth_mm", "base_radius_mm", "angle_of_repose_deg"
-    on_plate, spilled, *judged = columns("lifted_cylinder", tmp_path, *metrics)
-    assert np.all(on_plate + spilled == 500)
-    depth, base, angle = (found.mean(axis=0) for found in judged)
-    assert depth[1] == pytest.approx(depth[0], rel=0.05)
-    assert base[1] == pytest.approx(base[0], rel=0.1)
-    assert angle[1] == pytest.approx(angle[0], abs=5.0)
-    for made in ("own", "mesh"):  # drawn where it was lifted to
-        points = 1e3 * read_vtp(tmp_path / "1" / made / "final_walls.vtp")["Points"]
-        tube = points[np.hypot(points[:, 0], points[:, 1]) < 12.0]
-        assert tube[tube[:, 2] > 0.1][:, 2].min() > judged[0][0].max()
-
-
-@pytest.mark.slow
-@pytest.mark.long
-def test_a_drum_of_a_mesh_turns_grains_as_the_smooth_one_does(tmp_path):
-    metrics = "dynamic_angle_deg", "centre_angle_deg", "passive_rotation_ratio"
-    means = (found.mean(axis=0) for found in columns("drum", tmp_path, *metrics))
-    for (own, mesh), apart in zip(means, (3.0, 3.0, 0.1), strict=True):
-        assert mesh == pytest.approx(own, abs=apart)
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_lifters_carry_a_bed_that_slips_in_a_smooth_drum(tmp_path):
-    """So few grains slip or stick in a smooth drum, as the seed has it: what is carried scatters by
-    0.08 of the drum's spin from run to run. Means of six are compared."""
-    few = {"count": 150}
-    lifted = joined(drum(), *LIFTERS)
-    carried = columns(
-        "drum",
-        tmp_path,
-        "passive_rotation_ratio",
-        runs=6,
-        made=lambda folder, **parts: with_mesh("drum", folder, lifted, **parts),
-        particles=few,
-        laws={"rolling": "constant_torque"},
-    )[0]
-    smooth, with_lifters = carried.mean(axis=0)
-    assert smooth < 0.2
-    assert with_lifters > smooth + 0.2
-
-
-@pytest.mark.slow
-@pytest.mark.long
-def test_boxes_of_a_mesh_drain_as_the_own_ones_do(tmp_path):
-    """One draining scatters by 0.05 in the share, 15 % in the flow and 3 degrees, and one in some
-    twenty arches: medians of eight are compared."""
-    metrics = "discharged_share", "mass_flow_g_s", "angle_of_repose_deg"
-    found = columns("draw_down", tmp_path, *metrics, runs=8)
-    share, flow, angle = (np.median(values, axis=0) for values in found)
-    assert share[1] == pytest.approx(share[0], abs=0.1)
-    assert flow[1] == pytest.approx(flow[0], rel=0.25)
-    assert angle[1] == pytest.approx(angle[0], abs=6.0)
 
 
 FLOOR = vaned(6.0, 14.0, -0.5, 2.0, -1.0)
@@ -355,20 +295,6 @@ def test_a_floor_of_the_shear_cell_that_is_not_what_the_keys_say_gets_a_sentence
             prepare(with_floor(tmp_path, body))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("key", ["lid_stl", pytest.param("floor_stl", marks=pytest.mark.long)])
-def test_a_lid_or_a_floor_of_a_mesh_shears_as_the_own_one_does(key, tmp_path):
-    """Steady stresses of so small a ring scatter by a quarter of themselves from run to run: means
-    of four runs each are compared, by their own scatter."""
-    made = with_floor if key == "floor_stl" else None
-    metrics = "steady_shear_stress_kPa", "bulk_density_kg_m3"
-    stress, density = columns("shear", tmp_path, *metrics, made=made)
-    apart = abs(np.diff(stress.mean(axis=0))[0])
-    assert apart < 3.0 * np.sqrt(stress.var(axis=0, ddof=1).sum() / len(stress))
-    # vanes of 0.1 mm in place of sheets
-    assert density.mean(axis=0)[1] == pytest.approx(density.mean(axis=0)[0], rel=0.02)
-
-
 def ridged(tilted=0.0, high=0.0):
     """A plate of 1 mm below z = 0 with sharp ridges of 0.7 mm that end at a height, between the
     points at which plates are measured, and turned in the plane by an angle [rad]."""
@@ -387,34 +313,6 @@ def test_sharp_ridges_count_wherever_they_lie(name, tilted, tmp_path):
     assert tells(said, "z = 0.2 mm", "0 mm")
     said = refusal(name, tmp_path, ridged(tilted, high=-0.2))
     assert tells(said, "z = -0.2 mm", "0 mm")
-
-
-def test_a_sharp_tip_of_a_punch_counts_wherever_it_lies(tmp_path):
-    """A pyramid under the punch, its tip beside the points at which the underside is measured."""
-    punch, box = experiments()["compression"], slab((-5, -5, 0.4), (5, 5, 3))
-    foot = [(0.1, 0.1, 0.5), (0.4, 0.1, 0.5), (0.4, 0.4, 0.5), (0.1, 0.4, 0.5)]
-    faces = np.array([(0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4), (0, 2, 1), (0, 3, 2)])
-    for tip, allowed in ((0.0, True), (0.2, False), (-0.2, False)):
-        body = joined(box, (np.array([*foot, (0.23, 0.21, tip)]), faces))
-        if allowed:
-            punch.prepare(with_mesh("compression", tmp_path, body))
-        else:
-            said = refusal("compression", tmp_path, body)
-            assert tells(said, "lowest point", f"z = {tip:g} mm", "0 mm")
-
-
-@pytest.mark.parametrize("low", [-4.0, 0.0])
-def test_a_ridge_counts_as_far_as_the_rectangle_reaches(low, tmp_path):
-    """A roof whose ridge rises along y: its highest point is that above the border, also where the
-    ridge itself is a border."""
-    roof = sheet(np.array([(-9.0, -9.0), (0.0, 0.0), (9.0, -9.0)]), -90.0, 90.0)
-    roof[0][:, 2] += 0.1 * roof[0][:, 1]
-    mesh = read_mesh(
-        with_mesh("tilt", tmp_path, roof), "plate_stl", lambda e, _: np.full(len(e), True)
-    )
-    nothing = np.array([-np.inf])
-    tip = mesh.tip(1e-3 * np.array([low, -2.0]), 1e-3 * np.array([5.0, 2.0]), nothing)
-    assert tip == pytest.approx(0.2e-3, rel=1e-6)
 
 
 def refusal(name, folder, body):
@@ -473,12 +371,3 @@ def test_a_mesh_that_leaks_or_lies_elsewhere_is_refused(name, tmp_path):
 )
 def test_a_mesh_that_is_not_what_the_keys_say_gets_a_sentence(name, body, facts, tmp_path):
     assert tells(refusal(name, tmp_path, body), *facts)
-
-
-def test_a_vessel_of_no_thickness_may_end_at_its_rim_alone(tmp_path):
-    profile = [(0.0, 0.0), (7.0, 0.0), (7.0, 60.0)]
-    points, faces = rounded(profile)
-    faces = faces[~np.isin(faces // SIDES, [2]).any(axis=1) | ~np.isin(faces // SIDES, [0]).any(1)]
-    prepare = experiments()["bulk_density"].prepare
-    prepare(with_mesh("bulk_density", tmp_path, (points, faces)))
-    assert "leaks" in refusal("bulk_density", tmp_path, (points, faces[:-1]))

@@ -5,8 +5,7 @@ import pytest
 import yaml
 
 from dem.advice import warnings_of
-from dem.errors import SpecError
-from dem.spec import GEOMETRY, content_hash, load_spec, parse_spec
+from dem.spec import GEOMETRY, content_hash, parse_spec
 from dem.template import template
 from dem.timescales import rayleigh_time
 from facts import tells
@@ -17,69 +16,6 @@ def test_the_template_holds_exactly_the_defaults(experiment):
     text = template(experiment)
     assert parse_spec(yaml.safe_load(text)) == parse_spec({"experiment": experiment})
     assert all("#" in line or line.endswith(":") for line in text.splitlines()[3:])
-
-
-@pytest.mark.parametrize(
-    ("text", "line", "key"),
-    [
-        ("experiment: heap\nseed: -1\n", 2, "seed"),
-        (
-            "experiment: heap\n\nmaterials:\n  particle:\n    poisson_ratio: 0.6\n",
-            5,
-            "poisson_ratio",
-        ),
-        ("experiment: heap\nparticles: {count: 10}\nfunnel: 3\n", 3, "funnel"),
-        (
-            "experiment: heap\nparticles:\n  sizes:\n    diameters_mm: [1, -2]\n    fractions: [1, "
-            "0]\n",
-            4,
-            "particles.sizes.diameters_mm.1",
-        ),
-        # the key at fault is a default: the nearest key that the file holds is named
-        ("experiment: heap\ngeometry:\n  plate_diameter_mm: 7\n", 3, "plate_diameter_mm"),
-        ("experiment: heap\nseed: 1\nseed: 2\n", 3, "line 2"),
-        ("experiment: heap\nseed: [1\n", 3, "(file)"),
-    ],
-)
-def test_an_error_names_the_line(tmp_path, text, line, key):
-    path = tmp_path / "spec.yaml"
-    path.write_text(text)
-    with pytest.raises(SpecError) as error:
-        load_spec(path)
-    assert str(error.value).startswith(f"{path}, line {line}: ")
-    assert key in str(error.value)
-
-
-@pytest.mark.parametrize(
-    ("change", "key", "allowed"),
-    [
-        ({"experiment": ["heap"]}, "experiment", "drop"),
-        ({"seed": True}, "seed", "true or false"),
-        (
-            {"contacts": {"particle_wall": {"restitution": True}}},
-            "restitution",
-            "true or false",
-        ),
-        ({"particles": 5}, "particles", "mapping"),
-        ({"materials": {"wall": None}}, "materials.wall", "mapping"),
-        ({"numerics": {"max_time_s": 0.5}}, "numerics.max_time_s", "2 s"),
-        (
-            {"experiment": "tilt", "geometry": {"spacing_mm": 40}},
-            "geometry.plate_length_mm",
-            "bonded",
-        ),
-        (
-            {"experiment": "shear", "geometry": {"inner_diameter_mm": 40}},
-            "geometry.outer_diameter_mm",
-            "at least 48",
-        ),
-    ],
-)
-def test_values_that_do_not_go_together_are_refused(change, key, allowed):
-    with pytest.raises(SpecError) as error:
-        parse_spec({"experiment": "heap"} | change)
-    assert error.value.key.endswith(key)
-    assert allowed in error.value.allowed
 
 
 def test_the_hash_stands_for_the_result():
@@ -102,11 +38,6 @@ def test_the_hash_of_a_mesh_is_that_of_its_content(tmp_path):
         "open"  # a failure kept of the same mesh, refused for its holes, must not answer for it
     )
     assert content_hash(parse_spec({"experiment": "heap", "geometry": geometry})) != hashes[2]
-
-
-def test_whether_meshes_may_be_open_names_no_run_without_one():
-    plain, sheets = ({"experiment": "heap", "geometry": g} for g in ({}, {"meshes": "open"}))
-    assert content_hash(parse_spec(plain)) == content_hash(parse_spec(sheets))
 
 
 def test_defaults_are_not_warned_of():
@@ -170,14 +101,3 @@ def test_rayleigh_time_is_that_of_a_wave_around_half_the_sphere():
 def test_a_heap_whose_grains_spin_on_is_warned_of(experiment, laws, warned):
     found = warnings_of(parse_spec({"experiment": experiment, "laws": laws}))
     assert any("choose laws.torsion marshall" in sentence for sentence in found) == warned
-
-
-@pytest.mark.parametrize(("elongation", "warned"), [(1.0, False), (1.6, True)])
-def test_drag_on_grains_of_several_spheres_is_warned_of(elongation, warned):
-    spec = {
-        "experiment": "heap",
-        "laws": {"drag": "schiller_naumann"},
-        "particles": {"elongation": elongation},
-    }
-    found = warnings_of(parse_spec(spec))
-    assert any(tells(sentence, "drag", "spheres") for sentence in found) == warned
