@@ -12,8 +12,8 @@ import pytest
 
 from calibration import Study
 from calibration.errors import CalibrationError, ConfigError
-from calibration.interface import api, cli
-from calibration.runs.snakemake_command import WORKFLOW, call, rule_names
+from calibration.interface import api
+from calibration.runs.snakemake_command import WORKFLOW, call
 from facts import refused, tells
 from frozen import FROZEN
 
@@ -68,14 +68,6 @@ def test_a_study_is_opened_from_a_notebook_s_own_folder(soybean, tmp_path, monke
     assert asked == [ROOT]
 
 
-def test_a_command_in_a_study_s_own_folder_is_told_where_its_paths_count_from(monkeypatch):
-    monkeypatch.chdir(ROOT / "examples" / "soybean")
-    with pytest.raises(ConfigError) as told:
-        api.config_file(".")
-    assert tells(str(told.value), "config.yaml", "factors", "examples/soybean/factors.tsv")
-    assert tells(str(told.value), "command", str(ROOT))
-
-
 def test_tables_bear_their_units(soybean):
     table = soybean.table("screening", "effects")
     assert table.attrs["units"] == {"effect": "°"}
@@ -115,12 +107,6 @@ def test_a_stage_is_run_by_the_folder_s_workflow_or_else_the_package_s(own, soyb
     assert Path(named).is_file()
 
 
-def test_a_stage_that_fails_says_why(soybean, monkeypatch):
-    monkeypatch.setattr(api, "call", lambda *_, **__: Ended(1, stdout="no disk"))
-    with refused(CalibrationError, "soybean", "screening", "no disk"):
-        soybean.run("screening")
-
-
 def test_figures_are_shown_by_name_or_all_of_a_stage(soybean):
     with refused(CalibrationError, "screening"):
         soybean.plot("screening")
@@ -153,12 +139,3 @@ def test_lines_are_told_while_the_command_runs(tmp_path):
     done = call([sys.executable, "-c", program], each=each)
     assert (told, done.returncode) == (["first", "second"], 3)
     assert done.stdout.split() == told
-
-
-def test_the_help_lists_the_stages_by_the_names_that_are_run(capsys):
-    with pytest.raises(SystemExit):
-        cli.main(["--help"])
-    listed = capsys.readouterr().out.partition("stages of calibration run")[2].splitlines()[1:]
-    names = {line.split()[0] for line in listed if line}
-    assert names <= rule_names()
-    assert {"screening", "validation", "diagnose", "export_converted"} <= names

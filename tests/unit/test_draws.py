@@ -6,9 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import statsmodels.formula.api as smf
-from scipy import stats
 
-from calibration import digests
 from calibration.interface.cli import main
 from calibration.runs.draws import difference, mixtures
 from calibration.runs.plans import run_id
@@ -40,24 +38,6 @@ def test_the_difference_is_that_of_least_squares_with_a_mean_for_each_point(seed
     low, high = -fit.conf_int().loc["d"].to_numpy()[::-1]
     expected = (-fit.params["d"], low, high, fit.pvalues["d"])
     assert difference(values, second, at) == pytest.approx(expected, rel=1e-9)
-
-
-def test_two_draws_at_one_point_are_compared_as_by_student():
-    values, second, _ = sample(3, shift=0.5, points=1, each=20)
-    t = stats.ttest_ind(values[~second], values[second])
-    found = difference(values, second, [0] * 20)
-    interval = t.confidence_interval(0.95)
-    expected = (values[~second].mean() - values[second].mean(), *interval, t.pvalue)
-    assert found == pytest.approx(expected, rel=1e-9)
-
-
-def test_a_difference_is_found_and_none_is_not():
-    """Of 400 samples without a difference 5 % are below 0.05, within three binomial errors; of
-    those that differ by 2.5 scatters nearly all."""
-    none = np.array([difference(*sample(k))[3] for k in range(400)])
-    assert abs(np.mean(none < 0.05) - 0.05) < 3 * np.sqrt(0.05 * 0.95 / 400)
-    some = np.array([difference(*sample(k, shift=2.5))[3] for k in range(100)])
-    assert np.mean(some < 0.05) > 0.95
 
 
 def test_without_a_point_of_both_nothing_is_said_of_a_difference():
@@ -116,15 +96,3 @@ def test_verify_and_report_tell_of_it(study, capsys):
     pd.DataFrame({"run_id": names}).to_csv(study / "screening" / "design.csv", index=False)
     section = runs_section(study, load_stages())
     assert any(holds(text, "numba 0.63.1") for text in section["texts"])
-
-
-def test_a_stage_s_digest_holds_the_versions_of_its_libraries(monkeypatch):
-    """Those that its code imports, and no others."""
-    fits = digests.modules("calibration.statistics.surface")
-    assert [name.split()[0] for name in digests.libraries(fits)] == ["numpy", "pandas", "scipy"]
-    before = digests.libraries(fits)
-    digests._version.cache_clear()
-    monkeypatch.setattr(digests, "version", lambda name: "0" if name == "scipy" else "1")
-    assert digests.libraries(fits) != before
-    assert "scipy 0" in digests.libraries(fits)
-    digests._version.cache_clear()

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from scipy import stats
-from statsmodels.stats.weightstats import CompareMeans, DescrStatsW
 
 from calibration.errors import CalibrationError
 from calibration.statistics.equivalence import (
@@ -66,18 +65,6 @@ def test_wrong_verdicts_are_as_rare_as_stated():
     assert said.count(UNDECIDED) / draws > 0.85
 
 
-def test_the_interval_is_welchs():
-    rng = np.random.default_rng(3)
-    ours, theirs = rng.normal(45.1, 1.4, 25), rng.normal(45.5, 0.9, 12)
-    own = Error(stats.sem(ours), 24, 25)
-    apart = ours.mean() - theirs.mean()
-    found = decide_difference(apart, own, Error(stats.sem(theirs), 11), 1.0)
-    low, high = CompareMeans(DescrStatsW(ours), DescrStatsW(theirs)).tconfint_diff(
-        alpha=0.10, usevar="unequal"
-    )
-    assert (found.low, found.high) == pytest.approx((low, high))
-
-
 def test_so_many_more_runs_decide_and_one_fewer_do_not():
     own, theirs = Error(1.42 / 5, 24, 25), Error(0.955 / 5, 24)
     found = decide_difference(-0.473, own, theirs, 1.0)
@@ -108,6 +95,7 @@ def test_what_the_other_side_leaves_open_is_undecidable(difference, theirs, word
     assert (many == UNDECIDABLE) == (word == UNDECIDABLE)
 
 
+@pytest.mark.slow
 def test_the_rms_of_true_differences_is_held_as_often_as_stated():
     rng, draws, rows = np.random.default_rng(4), 600, 12
     true = rng.normal(0.0, 1.0, rows)

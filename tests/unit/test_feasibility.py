@@ -3,7 +3,6 @@
 import re
 from pathlib import Path
 
-import numpy as np
 import pytest
 import yaml
 
@@ -12,7 +11,6 @@ from calibration.runs import feasibility
 from calibration.runs.feasibility import chance_to_empty, check_ahead, cost_ahead
 from calibration.study.config import overlay, parse_config
 from calibration.study.cost import run_seconds
-from dem.io.stl import write_stl
 from facts import refused, tells
 
 ROOT = Path(__file__).parents[2]
@@ -85,13 +83,6 @@ def test_what_cannot_be_run_is_told_first(changes, name, key):
 @pytest.mark.parametrize("file", ["config/profiles/quick.yaml", "config/profiles/test.yaml", None])
 def test_the_shipped_study_passes(file):
     check_ahead(study(yaml.safe_load(Path(file).read_text()) if file else {}))
-
-
-def test_a_mesh_with_a_hole_is_told_first(tmp_path):
-    corners = np.array([(0, 0, 0), (80, 0, 0), (0, 80, 0), (0, 0, 80)], float)
-    write_stl(tmp_path / "open.stl", corners, np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3)]))
-    with refused(ConfigError, "open.stl", "3 edges", key="fixed"):
-        check_ahead(study({"run": {"geometry": {"plate_stl": str(tmp_path / "open.stl")}}}))
 
 
 def test_a_funnel_that_most_runs_would_clog_is_told_first():

@@ -133,11 +133,6 @@ def test_contours_draw_the_solution_set_through_the_chosen_point(surface, region
     assert not overlapping(figure)
 
 
-def test_contours_of_a_target_out_of_reach(surface, region):
-    figure = figures.contours(surface, region, solve(surface, 80.0))
-    assert len([a for a in figure.axes if a.get_xlabel()]) == 3
-
-
 def test_validation_shows_every_value():
     simulated = paper("table13_validation.csv").pivot(
         index="group", columns="replicate", values="angle_deg"
@@ -158,20 +153,3 @@ def test_saving_is_reproducible_keeps_text_and_leaves_no_partial_file(tmp_path, 
     assert "predicted by" in paths[0].read_text()
     assert sorted(p.name for p in paths[0].parent.iterdir()) == ["a.svg", "b.svg"]
     assert not plt.get_fignums()
-
-
-@pytest.mark.parametrize(
-    ("name", "words"),
-    [
-        ("salt_steel_rolling_friction", ("rolling friction", "salt on steel")),
-        ("grain_grain_restitution", ("restitution", "grain on grain")),
-        ("grain_grain_surface_energy", ("surface energy", "grain on grain")),
-        ("salt_poisson_ratio", ("Poisson's ratio", "salt")),
-        ("poisson_ratio", ("Poisson's ratio",)),
-        ("stress_dependent_friction", ("stress dependent friction",)),
-        ("plastic_restitution", ("plastic restitution",)),
-        ("angle_of_repose", ("angle of repose",)),
-    ],
-)
-def test_names_read_as_people_say_them(name, words):
-    assert figures.label(name) == " of ".join(words)

@@ -6,7 +6,6 @@ import pytest
 from joint_worlds import KINDS, World
 from scipy import integrate, stats
 
-from calibration.errors import CalibrationError
 from calibration.inference.joint.critique import agreement, borders, pulls
 from calibration.inference.joint.diagnostics import (
     check_ranks,
@@ -57,13 +56,6 @@ def test_student_s_density_is_convolved_with_the_emulator_s_error():
 
     known = np.log(integrate.quad(part, -10, 10)[0])
     assert few.log_likelihood(np.array([[0.7]]))[0] == pytest.approx(known, abs=0.01)
-
-
-def test_a_covariance_that_is_none_is_refused():
-    with pytest.raises(CalibrationError, match="heap"):
-        Response("heap", (Linear([1.0]), Linear([2.0])), [0, 0], [[1.0, 2.0], [2.0, 1.0]])
-    with pytest.raises(CalibrationError, match="heap"):
-        Response("heap", (Linear([1.0]),), [0.0, 1.0], np.eye(2))
 
 
 def linear_study(seed, shift=0.0, d=2, tests=4, freedom=9):
@@ -187,16 +179,10 @@ def limits(shares):
     return shares.mean() - error, shares.mean() + error
 
 
-def test_intervals_hold_the_truth_of_a_plane():
-    share = covered("plane", 1, 2, 60).mean()
-    assert abs(share - 0.95) < 3.0 * np.sqrt(0.95 * 0.05 / 120)
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", [pytest.param("plane", marks=pytest.mark.long), "step"])
-def test_intervals_hold_the_truth_as_often_as_they_say(kind):
+def test_intervals_hold_the_truth_as_often_as_they_say():
     """94 to 96 %, with three standard errors of the number of emulators tried."""
-    shares = covered(kind, 1, 24)
+    shares = covered("step", 1, 24)
     assert 0.94 - 3.0 * stats.sem(shares) < shares.mean() < 0.96 + 3.0 * stats.sem(shares)
 
 
@@ -236,41 +222,6 @@ def test_for_a_machine_the_test_counts_that_tells_of_its_prediction():
     told = rank(tests, draws, prediction=Linear([0.1, 1.0]))
     assert told[0].candidate.rig == "b"
     assert told[0].prediction_left < 0.3
-
-
-def size_of(cloud, weights):
-    """Log determinant of the covariance of weighted draws."""
-    return np.linalg.slogdet(np.cov(cloud.u.T, aweights=weights))[1]
-
-
-def gained(test, cloud, weights, truth, rng):
-    """Fall of half that log determinant when a test is made at a truth, over 30 outcomes of it."""
-    sd = test.emulator.sd / np.sqrt(test.readings)
-    mean, found = test.emulator.mean(cloud.u)[0], []
-    for _ in range(30):
-        y = test.emulator.mean(truth[None])[0][0] + rng.normal(0.0, sd)
-        after = weights * stats.norm.pdf(y, mean, sd)
-        found.append(0.5 * (size_of(cloud, weights) - size_of(cloud, after)))
-    return np.mean(found)
-
-
-@pytest.mark.slow
-def test_the_first_choice_is_the_best_or_second_best_of_twenty_studies():
-    """What a test really leaves is found by making it, at a truth that the heap allows."""
-    good = 0
-    for seed in range(20):
-        rng = np.random.default_rng(seed)
-        heap = Response("heap", (Linear([1.0, 1.0, 0.2]),), 1.1, 0.1**2)
-        cloud = Cloud.of(Joint((heap,), Prior.uniform(3)), 4000, seed)
-        weights = cloud.weights([heap.mean])
-        tests = candidates(
-            {f"test {k}": (rng.normal(size=3), rng.choice([1.0, 2.0])) for k in range(5)}, 0.4
-        )
-        draws = cloud.u[rng.choice(4000, 400, p=weights)]
-        really = [gained(t, cloud, weights, draws[0], rng) / t.hours for t in tests]
-        best_two = {tests[k].rig for k in np.argsort(really)[-2:]}
-        good += rank(tests, draws)[0].candidate.rig in best_two
-    assert good >= 16
 
 
 if __name__ == "__main__":  # the table of coverage: python tests/unit/test_joint_posterior.py

@@ -2,7 +2,6 @@
 criticism, next test; and what is wrong with a laboratory, by line."""
 
 import zlib
-from math import ceil
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +14,7 @@ from calibration.chain.study import Study
 from calibration.errors import ConfigError
 from calibration.figures import ANGLE
 from calibration.runs.plans import read_plan, result_path
-from calibration.runs.progress import progress
 from calibration.study.config import parse_config
-from calibration.study.cost import run_seconds
 from calibration.telling.export.joint import middle
 from dem.results import write_result
 from dem.spec import parse_spec
@@ -87,12 +84,6 @@ def metrics_of(spec, rng):
     if spec["experiment"] == "shear":
         peak = 1.0 + 4.0 * friction
         return {"shear_stress_kPa": peak, "steady_shear_stress_kPa": 0.6 + 3.0 * rolling}
-    if spec["experiment"] == "compression":
-        modulus = 800.0 + 1000.0 * friction
-        return {"constrained_modulus_kPa": modulus, "strain_at_load": 50.0 / modulus}
-    if spec["experiment"] == "drum":
-        speed = spec["geometry"]["rotation_rate_deg_s"]
-        return {"dynamic_angle_deg": 20.0 + 20.0 * rolling + 0.1 * speed * friction}
     if spec["experiment"] == "tilt":
         return {"sliding_angle_deg": 50.0 * contacts["particle_wall"]["static_friction"] + 5.0}
     flow = 60.0 + 80.0 * (rolling - friction) + rng.standard_normal()
@@ -114,33 +105,6 @@ def calibrated(config):
         if rules[name].plan:
             answer(rules[name].plan)
     return study
-
-
-def test_the_time_left_is_of_each_rig_s_own_runs(tmp_path, monkeypatch):
-    """Heaps of a minute beside planes of a second: neither stands for the other."""
-    config = laboratory(tmp_path, monkeypatch).model_copy(update={"supplements": ["joint"]})
-    rule = rules_of(config.model_dump(mode="json"))["plan_joint_first"]
-    rule.call(Study(config))
-    lasted = {"heap": 60.0, "tilt": 1.0}
-    for name, spec in read_plan(rule.plan).items():
-        if wall := lasted.get(spec["experiment"]):
-            folder, told = Path(result_path(name)).parent, {"wall_time_s": wall}
-            write_result(folder, parse_spec(spec), {"made_up": 1.0}, told, files=())
-    found = progress(config)
-    each = {plan.name: plan.each_s for plan in found.plans}
-    assert each["screening"] == 60.0
-    [flow] = [p for p in found.plans if p.name == "joint_first"]
-    of_hopper = {s["experiment"]: run_seconds(s) for s in read_plan(rule.plan).values()}[
-        "discharge"
-    ]
-    assert flow.left == config.joint.runs + config.joint.repeated
-    assert flow.each_s == pytest.approx(of_hopper)
-    rigs = [x for x in (60.0, 1.0, of_hopper) if x]
-    assert each["joint"] == pytest.approx(sum(rigs) / len(rigs))
-    chain = sum(ceil(p.left / 2) * 60.0 for p in found.chain if not p.name.startswith("joint"))
-    waves = [p for p in found.chain if p.name.startswith("joint")]
-    both = sum(ceil(p.left / 2) * (p.each_s or found.mean_s) for p in waves)
-    assert found.left_s(2) == pytest.approx(chain + both)
 
 
 def goes_to_other_codes(study):
@@ -170,8 +134,29 @@ def goes_to_other_codes(study):
     assert f"{level['friction']:g}"[:6] in (folder / "liggghts.in").read_text()
 
 
-def test_two_tests_and_a_third_that_is_to_be_made(tmp_path, monkeypatch):
-    study = calibrated(laboratory(tmp_path, monkeypatch))
+SILO = {"experiment": "discharge", "metrics": ["mass_flow_g_s"], "draws": 40, "replicates": 2}
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """Folder and configuration of a calibrated study of two tests and a machine."""
+    folder = tmp_path_factory.mktemp("study")
+    with pytest.MonkeyPatch.context() as patch:
+        config = laboratory(folder, patch, push_through={"silo": SILO})
+        calibrated(config)
+    return folder, config
+
+
+@pytest.fixture
+def two_tests(finished, monkeypatch):
+    """`Study` of `finished`, from its own folder."""
+    folder, config = finished
+    monkeypatch.chdir(folder)
+    return Study(config)
+
+
+def test_two_tests_and_a_third_that_is_to_be_made(two_tests):
+    study = two_tests
     found = study.summary("joint")
     design = study.table("joint", "design")
     # 32 points and 10 of them again where runs scatter, and 8 more for each rig with a target
@@ -226,11 +211,10 @@ def test_a_rig_may_hold_a_factor_that_stays_free_in_the_others(tmp_path, monkeyp
     assert len(design) == len(read_plan(rule.plan)) == 42 + 32 + 42
 
 
-def test_draws_of_all_targets_go_through_a_machine(tmp_path, monkeypatch):
+def test_draws_of_all_targets_go_through_a_machine(two_tests):
     """The draws hold the sum of two frictions; a silo flows with their difference, and not with the
     wall's."""
-    silo = {"experiment": "discharge", "metrics": ["mass_flow_g_s"], "draws": 40, "replicates": 2}
-    study = calibrated(laboratory(tmp_path, monkeypatch, push_through={"silo": silo}))
+    study = two_tests
     rules = rules_of(study.config.model_dump(mode="json"))
     rules["plan_joint_push_through"].call(study)
     answer(rules["plan_joint_push_through"].plan)
@@ -247,111 +231,37 @@ def test_draws_of_all_targets_go_through_a_machine(tmp_path, monkeypatch):
     assert shares.loc["wall", "low"] < 0.05
 
 
-@pytest.mark.slow
-def test_curves_count_as_coefficients_and_part_what_the_heap_leaves(tmp_path, monkeypatch):
-    """The heap tells the sum of two frictions, 0.6; five curves of a discharge of 68 g/s their
-    difference, (68 - 60) / 80."""
-    time = np.linspace(0.0, 5.0, 251)
-    rows = [
-        f"{flow},{t},{min(flow * t, 240.0)}" for flow in (66.5, 67.5, 68, 68.5, 69.5) for t in time
-    ]
-    (tmp_path / "curves.csv").write_text("\n".join(["curve,x (s),y (g)", *rows]) + "\n")
-    curve = {"rig": "hopper", "curve": "curves.csv", "shape": "mass over time"}
-    found = calibrated(laboratory(tmp_path, monkeypatch, targets=[*TARGETS, curve]))
-    parameters = found.summary("joint")["parameters"]
-    assert parameters["rolling"]["mean"] == pytest.approx(0.35, abs=0.02)
-    assert parameters["friction"]["mean"] == pytest.approx(0.25, abs=0.02)
-    assert parameters["rolling"]["bounded"]
-    told = found.table("joint", "targets")
-    assert list(told.loc[told["rig"] == "hopper", "metric"]) == ["mass_flow_g_s", "emptying_time_s"]
-    assert told.loc[told["metric"] == "mass_flow_g_s", "measured"].item() == pytest.approx(
-        68.0, abs=0.1
-    )
-
-
 def step_down(x, peak, steady):
     """A shear curve: up to a peak, along it, and down to the steady stress at half its way."""
     return np.interp(x, [0.0, 1.0, 3.0, 4.0, 10.0], [0.0, peak, peak, steady, steady])
 
 
-X, STRESS, ACROSS = np.linspace(0, 10, 201), np.linspace(0, 50, 101), np.linspace(-60, 60, 241)
-SPEEDS = np.array([30.0, 60.0, 120.0, 240.0])
-CURVES = {
-    "stress over displacement": (
-        {"cell": {"experiment": "shear"}},
-        lambda e: (X, step_down(X, 2.0 + e, 1.65 + 0.7 * e)),
-        {"friction": 0.25, "rolling": 0.35},
-        [("cell", "shear_stress_kPa", 2.0), ("cell", "steady_shear_stress_kPa", 1.65)],
-    ),
-    "strain over stress": (
-        {"press": {"experiment": "compression"}},
-        lambda e: (STRESS, STRESS / (1050.0 + 200.0 * e)),
-        {"friction": 0.25},
-        [("press", "strain_at_load", 50.0 / 1050.0), ("press", "constrained_modulus_kPa", 1050.0)],
-    ),
-    "outline": (
-        {"pour": {"experiment": "heap"}},
-        lambda e: (ACROSS, np.maximum(
-            (50.0 - np.abs(ACROSS)) * np.tan(np.radians(30.0 + 5.0 * e)), 0.0)),
-        {},
-        [("pour", "angle_of_repose_deg", 30.0), ("pour", "height_mm", 50.0 * np.tan(np.pi / 6))],
-    ),
-    "angle over speed": (
-        {name: {"experiment": "drum", "run": {"geometry": {"rotation_rate_deg_s": speed}}}
-         for name, speed in (("slow", 45.0), ("fast", 180.0))},
-        lambda e: (SPEEDS, 27.0 + 10.0 * e + 0.1 * SPEEDS * (0.25 + 0.1 * e**2)),
-        {"friction": 0.25, "rolling": 0.35},
-        [("slow", "dynamic_angle_deg", 28.125), ("fast", "dynamic_angle_deg", 31.5)],
-    ),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    "shape",
-    [
-        pytest.param(s, marks=pytest.mark.slow if s in ("outline", "angle over speed") else ())
-        for s in CURVES
-    ],
-)
-def test_measured_curves_of_each_shape_give_the_parameters_of_the_closed_form(
-    tmp_path, monkeypatch, shape
-):
-    """Five curves, of which the middle one is that of friction 0.25 and rolling friction 0.35."""
-    rigs, curve, truth, told = CURVES[shape]
+@pytest.mark.slow
+def test_measured_curves_give_the_parameters_of_the_closed_form(tmp_path, monkeypatch):
+    """Five shear tests, of which the middle one is that of friction 0.25 and rolling friction
+    0.35."""
+    x = np.linspace(0, 10, 201)
     rows = [
-        f"{n},{x},{y}"
+        f"{n},{at},{y}"
         for n, e in enumerate((-0.1, -0.06, 0.0, 0.06, 0.1))
-        for x, y in zip(*curve(e), strict=True)
+        for at, y in zip(x, step_down(x, 2.0 + e, 1.65 + 0.7 * e), strict=True)
     ]
     (tmp_path / "curves.csv").write_text("\n".join(["curve,x,y", *rows]) + "\n")
-    names = list(rigs) if shape == "angle over speed" else next(iter(rigs))
-    targets = [{"rig": names, "curve": "curves.csv", "shape": shape}]
-    found = calibrated(
-        laboratory(
-            tmp_path, monkeypatch, targets=targets, rigs=rigs, runs=24, repeated=6, second_wave=0
-        )
+    targets = [{"rig": "cell", "curve": "curves.csv", "shape": "stress over displacement"}]
+    rigs = {"cell": {"experiment": "shear"}}
+    config = laboratory(
+        tmp_path, monkeypatch, targets=targets, rigs=rigs, runs=24, repeated=6, second_wave=0
     )
-    table = found.table("joint", "targets")
-    for row, (rig, metric, value) in zip(table.to_dict("records"), told, strict=True):
-        assert (row["rig"], row["metric"]) == (rig, metric)
-        assert row["measured"] == pytest.approx(value, rel=0.005)
-        assert abs(row["pull"]) < 1.0
-    for name, value in truth.items():
+    found = calibrated(config)
+    told = found.table("joint", "targets").set_index("metric")
+    assert (told["rig"] == "cell").all()
+    assert (told["pull"].abs() < 1.0).all()
+    for metric, value in (("shear_stress_kPa", 2.0), ("steady_shear_stress_kPa", 1.65)):
+        assert told.loc[metric, "measured"] == pytest.approx(value, rel=0.005)
+    for name, value in (("friction", 0.25), ("rolling", 0.35)):
         own = found.summary("joint")["parameters"][name]
         assert own["mean"] == pytest.approx(value, abs=max(0.01, 2.0 * own["sd"]))
         assert own["left"] < 0.5
-    draws = found.table("joint", "draws")
-    if shape == "outline":
-        assert (draws["rolling"] + draws["friction"]).mean() == pytest.approx(0.6, abs=0.03)
-
-
-def test_a_value_that_the_region_does_not_reach_moves_it(tmp_path, monkeypatch):
-    rows = ROWS.replace("20.0,deg,0.6", "29.6,deg,0.6")  # friction 0.492 on the wall, up to 0.5
-    found = calibrated(laboratory(tmp_path, monkeypatch, rows)).summary("joint")
-    assert found["parameters"]["wall"]["border"] == "high"
-    assert found["parameters"]["wall"]["reach"] > 0.5
-    said = " ".join(sentences(found, ANGLE))
-    assert tells(said, "region", "wall", "high border", "0.5")
 
 
 @pytest.mark.slow
@@ -362,28 +272,6 @@ def test_a_region_is_not_widened_beyond_what_is_possible(tmp_path, monkeypatch):
     assert (wall["border"], wall["reach"], wall["reach_is_limit"]) == ("low", 0.0, True)
     said = " ".join(sentences(found, ANGLE))
     assert tells(said, "wall", "low border", "0.01", "at 0", "least", "possible")
-
-
-@pytest.mark.slow
-def test_targets_that_exclude_each_other_are_named(tmp_path, monkeypatch):
-    """A second plane, of the same friction, slides six degrees later."""
-    more = [*TARGETS, {"rig": "again", "metric": "sliding_angle_deg"}]
-    rows = ROWS.replace(
-        "experiment,quantity,value,unit,sd,n",
-        "experiment,quantity,value,unit,sd,n,particle_diameter_mm",
-    )
-    rows = rows.replace(",0.6,6", ",0.6,6,2.0").replace(",,\n", ",,,\n")
-    rows += "tilt,sliding_angle,26.0,deg,0.6,6,3.0\n"
-    rigs = {
-        "plane": {"experiment": "tilt", "run": {"particles": {"diameter_mm": 2.0}}},
-        "again": {"experiment": "tilt", "run": {"particles": {"diameter_mm": 3.0}}},
-    }
-    found = calibrated(laboratory(tmp_path, monkeypatch, rows, more, rigs)).summary("joint")
-    named = {"plane: sliding_angle_deg", "again: sliding_angle_deg"}
-    assert set(found["agreement"]["named"]) == named
-    said = " ".join(sentences(found, ANGLE))
-    assert tells(said, "contradict", "plane, sliding angle", "again, sliding angle")
-    assert "sliding_angle" not in said
 
 
 @pytest.mark.parametrize(

@@ -6,10 +6,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from calibration.errors import CalibrationError
 from calibration.statistics.goals import RULES, Goal, overall_desirability
 from calibration.statistics.optimise import most_desirable, pareto_front, solve
-from facts import refused
 
 
 @dataclass
@@ -70,16 +68,6 @@ def test_the_closest_point_of_a_plane_is_the_foot_of_its_normal():
     assert solution.chosen == pytest.approx(np.array([1.0, 0.5]) * 0.2 / 1.25, abs=1e-6)
 
 
-def test_the_closest_point_to_a_given_one():
-    solution = solve(BALL, 0.64, "closest_to_point", point=[0.5, 0.0, 0.0])
-    assert solution.chosen == pytest.approx([0.8, 0.0, 0.0], abs=1e-5)
-
-
-def test_the_point_of_smallest_prediction_variance():
-    solution = solve(BALL, 0.75, "smallest_prediction_variance")
-    assert solution.chosen == pytest.approx([0.5, 0.5, 0.5], abs=1e-4)
-
-
 @pytest.mark.parametrize("rule", RULES)
 def test_no_sampled_point_is_better_than_the_chosen_one(rule):
     point = np.array([0.3, -0.2, 0.1])
@@ -93,24 +81,11 @@ def test_no_sampled_point_is_better_than_the_chosen_one(rule):
     assert solution.predicted == pytest.approx(44.5, abs=1e-3)
 
 
-def test_an_extreme_in_a_corner_can_still_be_attained():
-    solution = solve(PLANE, 2.5)
-    assert solution.attainable
-    assert solution.chosen == pytest.approx([1.0, 1.0], abs=1e-5)
-
-
 def test_a_target_out_of_reach_gives_the_nearest_corner():
     solution = solve(PLANE, 3.0)
     assert not solution.attainable
     assert solution.chosen == pytest.approx([1.0, 1.0], abs=1e-6)
     assert solution.predicted == pytest.approx(2.5, abs=1e-6)
-
-
-def test_wrong_rules_are_refused():
-    with pytest.raises(CalibrationError, match="closest_to_centre"):
-        solve(PLANE, 1.0, "best")
-    with refused(CalibrationError, "closest_to_point"):
-        solve(PLANE, 1.0, "closest_to_point")
 
 
 def test_desirability_has_derringer_and_suichs_values():
@@ -132,21 +107,6 @@ def test_several_responses_meet_where_both_are_met():
     point, value = most_desirable([first, second], goals)
     assert point == pytest.approx([0.5, -0.25], abs=1e-3)
     assert value == pytest.approx(1.0, abs=1e-3)
-
-
-@pytest.mark.parametrize(
-    ("values", "word"),
-    [
-        (("best", 0, 1), "maximise"),
-        (("maximise", 1, 1), "below"),
-        (("target", 0, 1, 1), "between"),
-        (("target", 0, 1), "between"),
-        (("minimise", 0, 1, None, 0.0), "weight"),
-    ],
-)
-def test_wrong_goals_are_refused(values, word):
-    with pytest.raises(CalibrationError, match=word):
-        Goal(*values)
 
 
 def test_the_front_of_two_goals_is_the_one_that_is_known():

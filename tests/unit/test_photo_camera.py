@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from calibration.errors import CalibrationError
 from calibration.intake.photo import measure_photo
-from calibration.intake.photo.camera import FULL_FRAME_MM, View, read_low, view_of
+from calibration.intake.photo.camera import FULL_FRAME_MM, read_low, view_of
 from calibration.interface.commands import main
-from facts import refused, tells
+from facts import tells
 
 ROWS, COLUMNS, FOCAL_MM, RADIUS = 600, 800, 56.0, 100.0
 FOCAL = FOCAL_MM / FULL_FRAME_MM * np.hypot(ROWS, COLUMNS)
@@ -96,21 +95,3 @@ def test_what_is_not_corrected_is_said(tmp_path, capsys):
     told = capsys.readouterr().out
     assert "looks down by" in told
     assert "not corrected" not in told
-
-
-def test_what_cannot_be_is_refused(tmp_path):
-    path = tmp_path / "a.jpg"
-    photograph(path, 30.0, 60.0, focal_said=False)
-    with refused(CalibrationError, "--focal", "26mm"):
-        measure_photo(path, View((DISTANCE, 60.0)))
-    with refused(CalibrationError, "35°"):
-        measure_photo(path, View((100.0, 400.0), focal=26.0))
-    for options in (
-        ("600mm", None, None), ("600mm/150mm", "1,2/3,400", None), ("0/0", None, None),
-        (None, "1,2/3,4", None), (None, "a", None), (None, "nan,0/1,nan", None),
-        (None, None, "26mm"), ("600mm/1m", None, "26kg"),
-    ):  # fmt: skip
-        with pytest.raises(CalibrationError):
-            view_of(*options)
-    with refused(CalibrationError, "--plumb"):  # in the middle, it leans by nothing
-        measure_photo(path, view_of(None, "400,10/400,500", "56mm"))

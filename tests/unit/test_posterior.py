@@ -2,8 +2,7 @@
 say."""
 
 import json
-import re
-from pathlib import Path
+from copy import deepcopy
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,7 +12,6 @@ from scipy import stats
 from scipy.special import expit
 
 from calibration.errors import CalibrationError
-from calibration.figures import label
 from calibration.inference.chance_of_no_value import Chance
 from calibration.inference.information import expected_information, expected_spread
 from calibration.inference.posterior_sampling import (
@@ -26,7 +24,7 @@ from calibration.inference.posterior_sampling import (
 from calibration.inference.scatter_emulator import ScatterEmulator
 from calibration.statistics.design import box_behnken
 from calibration.study.factors import Factor
-from facts import refused, rows_in, tells
+from facts import refused, tells
 
 
 class Linear:
@@ -109,35 +107,6 @@ def ranks(truths, posteriors, thin):
     return np.array(found)
 
 
-@pytest.mark.long
-@pytest.mark.slow
-def test_ranks_are_uniform():
-    """Simulation-based calibration (Talts et al. 2018): the rank of the truth among draws of its
-    posterior."""
-    rng, thin, prior = np.random.default_rng(8), 19, Prior.uniform(2)
-    emulator, truths, found = Linear(0.0, [1.0, 0.5]), [], []
-    for k in range(60):
-        truth = prior.draw(1, rng)
-        measured = float(emulator.mean(truth)[0][0] + rng.normal(0.0, 0.15))
-        posterior = sample([Measured(emulator, measured, 0.15)], prior, k, steps=500, burn=100)
-        truths.append(truth[0])
-        found.append(posterior)
-    for column in ranks(np.array(truths), found, thin).T:
-        counts = np.bincount(column // 4, minlength=5)
-        assert stats.chisquare(counts).pvalue > 0.001
-
-
-def test_a_posterior_that_is_too_narrow_is_told_by_its_ranks():
-    rng = np.random.default_rng(9)
-    truths = rng.random((300, 1))
-    narrow = [
-        SimpleNamespace(draws=t + 0.02 * rng.normal(size=(19, 1)) + 0.1 * rng.normal())
-        for t in truths
-    ]
-    column = ranks(truths, narrow, 19)[:, 0]
-    assert stats.chisquare(np.bincount(column // 4, minlength=5)).pvalue < 1e-6
-
-
 def response(u):
     return 40.0 + 8.0 * u[:, 0] - 3.0 * u[:, 1] + 3.0 * u[:, 0] * u[:, 1]
 
@@ -165,12 +134,6 @@ def test_scatter_that_varies_is_found():
     low, high = emulator.scatter(np.array([[0.0, 0.5], [1.0, 0.5]]))
     assert low == pytest.approx(np.exp(-1.5), rel=0.5)
     assert high / low == pytest.approx(np.exp(2.0), rel=0.5)
-
-
-def test_one_factor_alone_can_be_emulated():
-    x = np.linspace(0.0, 1.0, 9)[:, None]
-    y = 40.0 + 8.0 * x[:, 0] + np.random.default_rng(1).normal(0.0, 0.1, 9)
-    assert ScatterEmulator(x, y).mean([[0.5]])[0][0] == pytest.approx(44.0, abs=0.3)
 
 
 @pytest.mark.slow
@@ -232,6 +195,7 @@ def test_the_expected_spread_of_normal_draws_is_the_closed_form():
     assert left[1] == pytest.approx(1.0, abs=0.03)
 
 
+@pytest.mark.slow
 def test_replicates_tell_the_scatter_that_few_points_hide():
     """A chain's own design: 13 points alone, one run 60 times. A process that fits its noise to the
     points follows each single run; told by the replicates, it does not."""
@@ -246,6 +210,7 @@ def test_replicates_tell_the_scatter_that_few_points_hide():
     assert 0.5 < np.sqrt(np.mean(np.square(miss))) < 1.4
 
 
+@pytest.mark.slow
 def test_a_design_of_three_levels_tells_what_lies_between_them():
     """A Box-Behnken design and thirty runs at its centre, a response that levels off. A process
     that forgets between two levels answers with its mean there, up to 1.7 of the 8 off."""
@@ -261,25 +226,20 @@ def test_a_design_of_three_levels_tells_what_lies_between_them():
     assert np.sqrt(np.mean(np.square(miss))) < 0.8
 
 
-def test_too_few_runs_are_refused():
-    x = np.random.default_rng(1).random((4, 2))
-    with refused(CalibrationError, "4 runs", "2 factors", "5"):
-        ScatterEmulator(x, np.arange(4.0))
-
-
 REGION = [
     {"code": c, "name": n, "key": f"contacts.{n}", "low": 0.2, "high": 0.6}
     for c, n in (("A", "first"), ("B", "second"))
 ]
 
 
-@pytest.fixture
-def chain(tmp_path, monkeypatch):
+@pytest.fixture(scope="module")
+def chain(tmp_path_factory):
     """A finished chain of two factors in a folder: its angle depends on the first alone, the grains
-    on the plate on the second alone. Returns the configuration and the stage's outputs."""
+    on the plate on the second alone. The configuration and the stage's outputs."""
     from calibration.chain import posterior as stage
     from calibration.study.config.schema import PosteriorConfig
 
+    tmp_path = tmp_path_factory.mktemp("chain")
     optimum = {"region": REGION, "optimum": {"first": 0.4, "second": 0.4}}
     (tmp_path / "optimum.json").write_text(json.dumps(optimum))
     rng = np.random.default_rng(5)
@@ -298,13 +258,14 @@ def chain(tmp_path, monkeypatch):
         posterior=PosteriorConfig(draws=60, priors={"second": {"mean": 0.4, "sd": 0.05}}),
     )
     values = {"angle_of_repose_deg": angle.to_numpy(), "on_plate": plate.to_numpy()}
-    monkeypatch.setattr(stage, "with_responses", lambda t, c: t.assign(response=angle))
     missing = np.full(len(angle), np.nan)
-    monkeypatch.setattr(stage, "read_values", lambda ids, name: values.get(name, missing))
-    monkeypatch.setattr(stage, "read_target", lambda c, t: np.array([41.8, 42.2, 41.9, 42.1]))
     names = {"summary": "p.json"} | {n: f"{n}.csv" for n in ("draws", "parameters", "next")}
     names |= {n: f"{n}.svg" for n in ("pairs", "pushed", "following")}
-    return config, SimpleNamespace(**{n: tmp_path / file for n, file in names.items()})
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(stage, "with_responses", lambda t, c: t.assign(response=angle))
+        patch.setattr(stage, "read_values", lambda ids, name: values.get(name, missing))
+        patch.setattr(stage, "read_target", lambda c, t: np.array([41.8, 42.2, 41.9, 42.1]))
+        yield config, SimpleNamespace(**{n: tmp_path / file for n, file in names.items()})
 
 
 def analysed(config, output):
@@ -316,9 +277,15 @@ def analysed(config, output):
     return json.loads(output.summary.read_text())
 
 
-def test_the_stage_writes_the_answer(chain):
+@pytest.fixture(scope="module")
+def answer(chain):
+    """The summary of the finished chain."""
+    return analysed(*chain)
+
+
+def test_the_stage_writes_the_answer(chain, answer):
     config, output = chain
-    found = analysed(config, output)
+    found = answer
     first = found["parameters"]["first"]
     # 30 + 25 x + 5 * 0.4 = 42 at x = 0.4, known as well as the second factor lets it
     assert first["interval"][0] < 0.4 < first["interval"][1]
@@ -335,24 +302,24 @@ def test_the_stage_writes_the_answer(chain):
     assert draws["predicted"].mean() == pytest.approx(42.0, abs=0.4)
     for picture in (output.pairs, output.pushed, output.following):
         assert picture.read_text().count("<path") > 5
+    config = deepcopy(config)
     config.posterior.priors["stray"] = config.posterior.priors["second"]
     with refused(CalibrationError, "posterior.priors", "stray", "first", "second"):
         analysed(config, output)
 
 
-def test_what_is_weighed_tells_what_the_angle_leaves_open(chain):
+def test_what_is_weighed_tells_what_the_angle_leaves_open(answer):
     """Five readings of the mass tell the second parameter to 8 / sqrt(5) / 400 = 0.009, of 0.05."""
     from calibration.chain.posterior_words import sentences
     from calibration.figures import ANGLE
 
-    found = analysed(*chain)
-    best = found["next_experiment"][0]
+    best = answer["next_experiment"][0]
     assert best["metric"] == "on_plate"
     assert best["second left"] < 0.35
-    again = next(r for r in found["next_experiment"] if r["metric"] == "angle_of_repose_deg")
+    again = next(r for r in answer["next_experiment"] if r["metric"] == "angle_of_repose_deg")
     assert again["measured"]
     assert again["second left"] > 0.8
-    said = " ".join(sentences(found, ANGLE))
+    said = " ".join(sentences(answer, ANGLE))
     assert tells(said, "mass on", "weighing")
     assert tells(said, "5 readings", "on the plate")
     assert "first 0.3" in said
@@ -361,12 +328,12 @@ def test_what_is_weighed_tells_what_the_angle_leaves_open(chain):
     assert tells(said, f"{low:.0f} to {high:.0f}", f"{100 * low / 1200:.1f} to")
 
 
-def test_runs_without_a_value_count_against_their_parameters(chain, monkeypatch):
+def test_runs_without_a_value_count_against_their_parameters(chain, answer, monkeypatch):
     from calibration.chain import posterior as stage
     from calibration.chain.posterior_words import sentences
     from calibration.figures import ANGLE
 
-    before = analysed(*chain)
+    before = answer
     assert before["without_value"] == []
     values = stage.with_responses
     steep = 0.42  # of the first factor, above which no heap forms
@@ -386,25 +353,3 @@ def test_runs_without_a_value_count_against_their_parameters(chain, monkeypatch)
     assert ends[1] < ends[0] - 0.005
     lost = f"{len(left)} of {before['trained_by']}"
     assert tells(" ".join(sentences(found, ANGLE)), lost, "no value")
-
-
-def test_what_is_printed_is_what_the_reference_holds():
-    """The results print the salt's posteriors of all tests and of the angle; the files of both are
-    committed."""
-    root = Path(__file__).parents[2]
-    folder = root / "results" / "reference" / "salt" / "posterior"
-    table = pd.read_csv(folder / "parameters.csv").set_index("parameter")
-    results = root / "docs/results.md"
-    every = pd.read_csv(folder.parent / "joint" / "parameters.csv").set_index("parameter")
-    together = every.loc["salt_salt_rolling_friction"]
-    ends = f"{together['low']:.3g} to {together['high']:.3g}"
-    rows = rows_in(results.read_text())
-    assert rows["rolling friction of salt on salt"][-1] == ends
-    assert table["bounded"].tolist() == [n == "salt_salt_rolling_friction" for n in table.index]
-    plate = pd.read_csv(folder / "next.csv").set_index("metric").loc["on_plate"]
-    left = {n: f"{100 * plate[f'{n} left']:.0f} %" for n in table.index}
-    text = " ".join(results.read_text().split())
-    [plates] = re.findall(r"grains on the plate, weighed: ([^;.]+)[;.]", text)
-    assert all(f"{share} of {label(n)}" in plates for n, share in left.items())
-    whole = json.loads((folder / "posterior.json").read_text())
-    assert tells(text, f"{whole['trained_by']} runs", "near", "optimum")

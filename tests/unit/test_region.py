@@ -12,13 +12,11 @@ import yaml
 
 from calibration.chain.optimum import _moved, plan_candidate, plan_candidate_first
 from calibration.chain.study import Study
-from calibration.errors import CalibrationError
 from calibration.runs import progress
-from calibration.runs.plans import SEEDS_A_STAGE, plan
 from calibration.statistics import surface as surfaces
 from calibration.statistics.composite import central_composite, surface_design
 from calibration.statistics.design import box_behnken
-from calibration.statistics.screening import PURE_ERROR, interactions, screen, why
+from calibration.statistics.screening import PURE_ERROR, interactions, screen
 from calibration.statistics.surface import (
     fit_surface,
     model_matrix,
@@ -30,11 +28,10 @@ from calibration.statistics.surface import (
 )
 from calibration.statistics.two_level import resolution_iv
 from calibration.study import stages
-from calibration.study.config import Config, parse_config
+from calibration.study.config import parse_config
 from calibration.study.factors import Factor, read_factors
 from calibration.study.physical_limits import inside, physical_range
-from calibration.study.stages import Plan, Stage, expected_runs, expecting, load_stages
-from facts import tells
+from calibration.study.stages import Plan, Stage, expected_runs, load_stages
 from stage_files import Files, PlanFiles
 from workflow_rules import ROOT, rules_of
 
@@ -47,16 +44,6 @@ def noisy(design, codes, sd=0.3, seed=1):
     rng = np.random.default_rng(seed)
     y = 40.0 + 3.0 * design[codes[0]] - 2.0 * design[codes[0]] ** 2
     return y.to_numpy() + rng.normal(0.0, sd, len(design))
-
-
-def test_physical_are_the_run_specs_own():
-    low, high = physical_range("contacts.particle_particle.restitution", "heap")
-    assert 0.0 <= low < 0.1
-    assert high == 1.0
-    low, high = physical_range("materials.particle.poisson_ratio", "heap")
-    assert low == 0.0
-    assert high < 0.5
-    assert physical_range("contacts.particle_particle.nothing", "heap") == (-np.inf, np.inf)
 
 
 def test_a_region_moves_inside_what_is_possible():
@@ -86,6 +73,7 @@ def test_an_outlier_is_named_and_not_dropped():
     assert len(surface.diagnostics) == 17
 
 
+@pytest.mark.slow
 def test_clean_designs_have_outliers_as_often_as_stated():
     design, codes = central_composite(factors(2), 5), list("AB")
     rng = np.random.default_rng(5)
@@ -144,42 +132,6 @@ def test_the_scatter_of_seeds_holds_no_aliased_interaction():
     assert set(first["pair"][np.isclose(first["sum_sq"], first["sum_sq"][0])]) >= {"BC"}
 
 
-def test_one_degree_of_freedom_is_left_to_lenth():
-    design = resolution_iv(factors(7)).iloc[:9]
-    y = np.random.default_rng(6).normal(size=9)
-    assert screen(design, list("ABCDEFG"), y).method == "Lenth"
-    assert screen(resolution_iv(factors(7)), list("ABCDEFG"), np.arange(16) ** 2.0).method == (
-        "residual"
-    )
-
-
-def test_why_a_factor_goes_on_is_said():
-    design = resolution_iv(factors(4), centre_runs=2)
-    y = 10 + 5 * design["A"] + np.random.default_rng(7).normal(0, 0.2, len(design))
-    found = screen(design, list("ABCD"), y)
-    reasons = why(found, ["A", "B", "C"], 0.001, preferred=["C"])
-    assert reasons["A"] == "significant"
-    assert tells(reasons["C"], "configured path")
-    assert set(why(found, ["B"], 0.05, named=["f1"]).values()) == {"named by screening.go_on"}
-
-
-def test_stages_have_seeds_of_their_own(config_of_salt):
-    config, factors = config_of_salt
-    row = {"run": 1} | {f.name: f.centre for f in factors}
-    seeds = {}
-    rules = rules_of(ROOT / "config/config.yaml", ROOT / "Snakefile")
-    for name in (f"plan_{p.folder}" for p in expecting() if p.expected(config)):
-        study = Study(config).reading(Config.model_fields, rules[name].seeds)
-        table, specs = study.plan(pd.DataFrame([row] * 30))
-        seeds[name] = set(table["seed"])
-        assert len(specs) == 30
-    assert {min(found) for found in seeds.values()} == {1, 1001, 2001, 3001, 4001}
-    every = [seed for found in seeds.values() for seed in found]
-    assert len(every) == len(set(every)) == 30 * len(seeds)
-    with pytest.raises(CalibrationError, match="seeds"):
-        plan(pd.DataFrame([row] * (SEEDS_A_STAGE + 1)), factors, config, seeds=4)
-
-
 def test_a_stage_that_expects_runs_is_counted(config_of_salt, monkeypatch, tmp_path):
     """The progress has no list of its own: a declared stage appears in it."""
     config, _ = config_of_salt
@@ -194,22 +146,6 @@ def test_a_stage_that_expects_runs_is_counted(config_of_salt, monkeypatch, tmp_p
     ]  # fmt: skip
     assert sum(plan.left for plan in found.chain) == expected_runs(config)
     assert found.mean_s is None
-
-
-def test_runs_of_a_stage_above_are_told_but_not_counted(config_of_salt, monkeypatch, tmp_path):
-    config, _ = config_of_salt
-    for name in ("config", "data"):
-        (tmp_path / name).symlink_to(Path(name).resolve())
-    monkeypatch.chdir(tmp_path)
-    before = progress.progress(config)
-    folder = tmp_path / config.results / config.name / "weather"
-    folder.mkdir(parents=True)
-    (folder / "plan.json").write_text(json.dumps({"heap-1": {}, "heap-2": {}}))
-    (tmp_path / config.runs / "heap-1").mkdir(parents=True)
-    (tmp_path / config.runs / "heap-1" / "failed.json").write_text("{}")
-    found = progress.progress(config)
-    assert found.chain == before.chain
-    assert tells(found.sentence(2), "weather", "1 of 2")
 
 
 def test_what_a_stage_above_has_without_a_value_has_not_failed_in_the_chain(
@@ -228,14 +164,6 @@ def test_what_a_stage_above_has_without_a_value_has_not_failed_in_the_chain(
         (tmp_path / config.runs / name).mkdir(parents=True)
         (tmp_path / config.runs / name / file).write_text("{}")
     assert progress.progress(config).failed == ["heap-2"]
-
-
-def test_of_two_planned_stages_the_one_that_has_runs_is_told():
-    plans = progress.Plan("tilt", 0, 6, short=True), progress.Plan("scaling", 4, 72, short=True)
-    said = progress.Progress(plans, None, None).sentence(2)
-    assert tells(said, "scaling", "4 of 72")
-    assert "tilt" not in said
-    assert "now tilt" in progress.Progress(plans[:1], None, None).sentence(2)
 
 
 STAGES = list(load_stages().values())

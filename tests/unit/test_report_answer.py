@@ -11,7 +11,6 @@ import openpyxl
 import pandas as pd
 import pytest
 import yaml
-from scipy.optimize import minimize
 
 from browser import browse, find_browser
 from calibration.chain.optimum import sentences
@@ -26,8 +25,7 @@ from calibration.telling.report import build
 from calibration.telling.report.answer import answer
 from calibration.telling.report.block import block
 from calibration.telling.report.carried import workbook
-from calibration.telling.report.findings import decides, findings
-from calibration.telling.report.profiler import profiler
+from calibration.telling.report.findings import findings
 from facts import tells
 from small_heap import SPEC
 
@@ -107,50 +105,6 @@ def test_a_target_that_the_surface_gives_nowhere_bounds_nothing(study):
         assert "1 to 1" not in text
     assert "bounds no parameter" in open_
     assert not any("solution set" in k for row in answer(study, ANGLE)["parameters"] for k in row)
-
-
-def test_a_compromise_of_several_targets_keeps_the_points_that_are_nearly_as_good(study):
-    """Its desirability below one does not say that the region gives the first target nowhere."""
-    file = study / "optimise" / "optimum.json"
-    optimum = json.loads(file.read_text()) | {"attainable": False, "desirability": 0.8}
-    write(file, optimum)
-    assert tells(said(study)["What stays open"], "factor b", "0 to 2", "factor c")
-    assert tells(" ".join(sentences(optimum, ANGLE)), "factor a", "0.9 to 1.1")
-    found = answer(study, ANGLE)
-    assert "0.9 to 1.1" in found["parameters"][0].values()
-    assert any(tells(note, "desirability", "0.80") for note in found["notes"])
-
-
-def test_a_parameter_with_a_unit_has_it(study):
-    region = [dict(vars(f)) for f in REGION]
-    region[0]["key"] = "law_parameters.surface_energy_J_m2"
-    write(study / "response_surface" / "region.json", region)
-    first, second, _ = answer(study, ANGLE)["first"]
-    assert tells(first["name"], "factor a", "J/m²")
-    assert second["name"] == "factor b"
-
-
-def test_odd_points_and_failed_validation_are_said(study):
-    surface = {
-        "statistics": {"R2_pred": -0.2, "lack_of_fit_p": 0.01},
-        "outliers": [{"run": 7, "studentised": 7.7}],
-        "outlier_limit": 4.6,
-    }
-    write(study / "response_surface" / "response_surface.json", surface)
-    write(study / "diagnosis" / "verdict.json", {"verdict": "identified", "causes": ["air_drag"]})
-    runs, wrong = said(study)["What to know of the runs"], said(study)["What is wrong"]
-    assert tells(runs, "Run 7", "7.7", "4.6")
-    assert tells(runs, "lack of fit", "0.01")
-    assert "predicted R² -0.20" in runs
-    assert tells(wrong, "identified", "air drag")
-
-
-def test_what_two_grains_do_is_between_grains(study):
-    effects = pd.DataFrame({"name": ["salt_salt_rolling_friction", "salt_steel_restitution"],
-                            "effect": [18.0, -1.0]})  # fmt: skip
-    screening = {"significant": ["salt_salt_rolling_friction"], "alpha": 0.05}
-    text = decides(effects, screening, ANGLE)
-    assert tells(text, "Rolling friction", "between grains", "+18°")
 
 
 @pytest.mark.parametrize(("predicted", "green"), [(-0.2, None), (0.9, True)])
@@ -236,61 +190,6 @@ def test_the_answer_is_the_posterior_s_where_it_has_run(study):
     assert tells(found, "95 %", "factor a", "0.8 to 1.3")
     assert tells(found, "factor b", "0 to 2")
     assert tells(found, "5 readings", "on the plate", "30 %", "factor b")
-
-
-def test_a_value_that_is_not_bounded_has_two_digits(study):
-    optimum = json.loads((study / "optimise" / "optimum.json").read_text())
-    optimum["optimum"] |= {"factor_a": 1.0376, "factor_b": 0.5376}
-    optimum["interval_95_others_held"] = {
-        f.name: [0.0, 2.0] if f.name == "factor_b" else [0.9, 1.1] for f in REGION
-    }
-    write(study / "optimise" / "optimum.json", optimum)
-    for _ in range(2):
-        shown = {r["parameter"]: r["calibrated"] for r in answer(study, ANGLE)["parameters"]}
-        assert (shown["factor a"], shown["factor b"]) == ("1.038", "0.54")
-        write(study / "posterior" / "posterior.json", POSTERIOR)
-
-
-def test_a_page_of_one_test_names_the_others_and_does_not_ask_for_them(study):
-    others = ["plane: sliding_angle_deg", "ball: rebound_height_mm"]
-    assert "tilted plane" in said(study)["What stays open"]
-    write(study / "calibrated.yaml", yaml.safe_dump({"target": {"other_tests": others}}))
-    write(study / "exports" / "dem.yaml", yaml.safe_dump(SPEC))
-    for _ in range(2):
-        assert tells(said(study)["What stays open"], *others)
-        assert "tilted plane" not in said(study)["What stays open"]
-        write(study / "posterior" / "posterior.json", POSTERIOR)
-    build(study, study / "report.html", load_stages())
-    page = (study / "report.html").read_text()
-    top = page[page.index('id="answer"') : page.index('class="first"')]
-    assert tells(top, "angle of repose", "alone")
-    assert tells(top, *others)
-    assert "joint_export" in top
-    block_head = page[page.index("The whole block") : page.index('class="cards block"')]
-    assert tells(block_head, *others)
-
-
-def test_a_study_without_faults_says_so(study):
-    summary = json.loads((study / "screening" / "screening.json").read_text())
-    summary["factors"] = list(summary["effects"])
-    write(study / "screening" / "screening.json", summary)
-    assert said(study)["What is wrong"].startswith("Nothing")
-
-
-@pytest.mark.parametrize(
-    ("apart", "ends", "few"), [(0.01, (-1.38, 1.39), True), (1.6, (0.4, 2.8), False)]
-)
-def test_a_difference_that_is_known_badly_asks_for_more_heaps(study, apart, ends, few):
-    validation = {
-        "simulated_n": 10, "difference": apart, "difference_low": ends[0],
-        "difference_high": ends[1], "margin": 1.0, "equivalent": False,
-        "equivalence_low": 0.8 * ends[0], "equivalence_high": 0.8 * ends[1],
-    }  # fmt: skip
-    write(study / "validation" / "validation.json", validation)
-    wrong = said(study)["What is wrong"]
-    assert tells(wrong, f"+{apart:.2f}°", "within ±1°")
-    assert ("10 heaps" in wrong) is few
-    assert ("validation.replicates" in wrong) is few
 
 
 def test_a_difference_that_is_beyond_the_margin_is_called_one(study):
@@ -387,12 +286,6 @@ def test_the_block_has_every_parameter_and_what_was_held_fixed(study):
     assert 'class="cards block"' in (study / "report.html").read_text()
 
 
-def test_a_name_cannot_leave_the_profilers_script(study):
-    region = [vars(f) | {"name": "</script><b>"} for f in REGION]
-    write(study / "response_surface" / "region.json", region)
-    assert "<" not in profiler(study, ANGLE)
-
-
 @pytest.mark.skipif(find_browser() is None, reason="no Chromium on this machine")
 def test_the_profiler_shows_the_fitted_surface(study, tmp_path):
     """The page's own arithmetic at a point of the reader's choice beside the library's."""
@@ -423,73 +316,3 @@ def test_the_profiler_shows_the_fitted_surface(study, tmp_path):
             assert "too high" in shown[-1]
             lines = tab.evaluate("document.querySelector('.profiler pre').textContent").splitlines()
             assert lines == ["k.A: 1.8", "k.B: 1", "k.C: 0.2"]
-
-
-POINT = "document.querySelector('.profiler pre').textContent"
-DISTANCE = "document.querySelector('.profiler .distance').textContent"
-
-
-def type_value(tab, place, value):
-    tab.evaluate(
-        f"(() => {{ const i = document.querySelectorAll('.exact')[{place}]; i.value = {value};"
-        " i.dispatchEvent(new Event('change')); })()"
-    )
-
-
-@pytest.mark.skipif(find_browser() is None, reason="no Chromium on this machine")
-def test_the_distance_to_the_solution_set_is_the_shortest(study, tmp_path):
-    build(study, study / "report.html", load_stages())
-    runs = pd.read_csv(study / "response_surface" / "runs.csv")
-    surface = fit_surface(runs, list("ABC"), runs["response"])
-
-    def shortest(start, free):
-        """Distance in ranges to the set by a general optimiser."""
-        bounds = [(-1, 1) if k in free else (start[k], start[k]) for k in range(3)]
-        on = {"type": "eq", "fun": lambda z: surface.predict([z])[0] - TARGET}
-        found = minimize(
-            lambda z: ((z - start) ** 2).sum(), start, bounds=bounds, constraints=on, method="SLSQP"
-        )
-        assert found.success
-        return np.sqrt(found.fun) / 2
-
-    with browse(find_browser(), tmp_path / "browser") as tab:
-        tab.open((study / "report.html").as_uri(), 390, 844)
-        slide = (
-            "(() => {{ const i = document.getElementById('lever{}'); i.value = {};"
-            " i.dispatchEvent(new Event('input')); }})()"
-        )
-        for place, share in enumerate((900, 700, 300)):
-            tab.evaluate(slide.format(place, share))
-        start = np.array([0.8, 0.4, -0.4])
-        told = float(re.search(r"(\d\S*) of the ranges", tab.evaluate(DISTANCE))[1])
-        assert told == pytest.approx(shortest(start, (0, 1, 2)), rel=0.01)
-        type_value(tab, 2, 0.6)  # held from now on
-        told = float(re.search(r"staying: (\d\S*) of the ranges", tab.evaluate(DISTANCE))[1])
-        assert told == pytest.approx(shortest(start, (0, 1)), rel=0.01)
-        tab.evaluate("document.querySelector('.profiler .onto').click()")
-        assert "solution set" in tab.evaluate(
-            "document.querySelector('.profiler output').textContent"
-        )
-        assert tab.evaluate(POINT).splitlines()[2] == "k.C: 0.6"
-
-
-@pytest.mark.skipif(find_browser() is None, reason="no Chromium on this machine")
-def test_further_targets_stand_below_the_calibrated_one(study, tmp_path):
-    runs = pd.read_csv(study / "response_surface" / "runs.csv")
-    scatter = np.random.default_rng(2).normal(0, 1.0, len(runs))
-    runs["bulk_density_kg_m3"] = 800 + 20 * runs["B"] + scatter
-    runs.to_csv(study / "response_surface" / "runs.csv", index=False)
-    found = {
-        "simulated_mean": 30.1, "simulated_n": 5, "measured_mean": 30.0, "difference": 0.1,
-        "relative_error_percent": 0.3, "difference_low": -0.1, "difference_high": 0.3,
-        "margin": 1.0, "equivalent": True, "equivalence_low": 0.0, "equivalence_high": 0.25,
-        "equivalence_p": 0.01, "t_p": 0.3,
-    }  # fmt: skip
-    further = {"bulk_density_kg_m3": found | {"measured_mean": 850.0}}
-    write(study / "validation" / "validation.json", found | {"further": further})
-    build(study, study / "report.html", load_stages())
-    with browse(find_browser(), tmp_path / "browser") as tab:
-        tab.open((study / "report.html").as_uri(), 390, 844)
-        said_of = "document.querySelector('.profiler .further').textContent"
-        assert "measured 850 kg/m³" in tab.evaluate(said_of)
-        assert "too low" in tab.evaluate(said_of)

@@ -9,7 +9,6 @@ from calibration.chain.scaling.dimensions import (
     GRAVITY_RULE,
     PAPER_RULE,
     OverdeterminedError,
-    ScalingError,
     UnderdeterminedError,
     damping_ratio_exponent,
     exponent,
@@ -60,12 +59,6 @@ def test_paper_rule_with_real_gravity_is_a_contradiction():
     assert error.value.demanded == -1
 
 
-def test_a_contradiction_between_two_of_many_names_only_those():
-    with pytest.raises(OverdeterminedError) as error:
-        exponents({"length": 1, "density": 0, "modulus": 0, "stress": 1})
-    assert set(error.value.conflict) == {"modulus", "stress"}
-
-
 def test_length_mass_density_leave_time_open():
     held = {"length": 1, "mass": 3, "density": 0}
     assert independent(list(held)) == 2
@@ -73,16 +66,6 @@ def test_length_mass_density_leave_time_open():
     with refused(UnderdeterminedError, "force") as error:
         exponent("force", held)
     assert error.value.quantity == "force"
-
-
-def test_redundant_but_consistent_rules_are_accepted():
-    assert exponents({**PAPER_RULE.held, "modulus": 0, "mass": 3}) == exponents(PAPER_RULE.held)
-
-
-def test_dimensionless_quantities_are_never_scaled():
-    assert exponent("restitution", {}) == 0
-    with pytest.raises(OverdeterminedError):
-        exponent("length", {"length": 1, "restitution": 2})
 
 
 @given(
@@ -100,11 +83,6 @@ def test_exponents_are_those_of_the_units_they_were_made_from(a, held):
     else:
         with pytest.raises(UnderdeterminedError):
             exponents(given_)
-
-
-def test_rules_fully_applied_keep_every_group():
-    for rule in (PAPER_RULE, GRAVITY_RULE):
-        assert broken(settings_of(rule)) == set()
 
 
 def test_what_the_paper_rule_breaks_under_real_gravity_and_surface_energy():
@@ -134,12 +112,3 @@ def test_restitution_does_not_follow_the_radius():
         == 0
     )
     assert damping_ratio_exponent(1, 1, 3) == -1
-
-
-def test_bad_names_and_factors_are_refused():
-    with pytest.raises(ScalingError, match="colour"):
-        exponent("colour", {"length": 1})
-    with pytest.raises(ScalingError, match="colour"):
-        settings_of(PAPER_RULE, ("colour",))
-    with refused(ScalingError, "not 0"):
-        factors(PAPER_RULE.held, 0)

@@ -5,14 +5,13 @@ import pytest
 import yaml
 
 from calibration.chain.scaling.dimensions import (
-    DIMENSIONS,
     GRAVITY_RULE,
     PAPER_RULE,
     RULES,
     ScalingError,
     exponents,
 )
-from calibration.chain.scaling.plan import HELD_IN, base_run, enlarged, plan_scaling, quantity_of
+from calibration.chain.scaling.plan import base_run, enlarged, plan_scaling, quantity_of
 from calibration.chain.scaling.probe import measured_exponents
 from calibration.chain.study import Study
 from calibration.runs.plans import read_plan
@@ -38,10 +37,6 @@ def config(repository):
 def repository(monkeypatch, request):
     monkeypatch.chdir(request.config.rootpath)
     return request.config.rootpath
-
-
-def test_units_name_known_quantities():
-    assert set(HELD_IN.values()) <= set(DIMENSIONS)
 
 
 @pytest.mark.parametrize("model", [LawParameters, Numerics, Particles, *GEOMETRY.values()])
@@ -88,10 +83,6 @@ def test_an_enlarged_run_has_the_factors_of_its_rule(rule):
     assert two["particles"]["count"] == one["particles"]["count"]
     assert two["contacts"] == one["contacts"]
     assert two["output"] == one["output"]
-
-
-def test_scale_one_is_the_same_under_every_rule():
-    assert enlarged(HEAP, "heap", PAPER_RULE, 1) == enlarged(HEAP, "heap", GRAVITY_RULE, 1)
 
 
 def test_a_mesh_cannot_be_enlarged():

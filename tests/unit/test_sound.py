@@ -1,18 +1,15 @@
 """Restitution from the sound of a bouncing grain: recordings whose impacts are known."""
 
-import struct
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.io import wavfile
 
-from calibration.errors import CalibrationError
 from calibration.intake.measurements import read_measured
 from calibration.intake.sound import SHORT_S, measure_sounds, read_train
 from calibration.interface.commands import main
 from dem.constants import GRAVITY
-from facts import refused
 
 EXAMPLE = Path("data/instruments/bounce_made.wav")
 
@@ -34,7 +31,7 @@ def recording(path, restitution, impacts=7, first_s=0.25, rate=44100, noise=0.0,
     return times
 
 
-@pytest.mark.parametrize("restitution", [0.5, 0.62, 0.74, 0.9])
+@pytest.mark.parametrize("restitution", [0.5, 0.9])
 @pytest.mark.parametrize("rate", [16000, 44100])
 @pytest.mark.parametrize("noise", [0.0, 0.003])
 def test_the_restitution_of_a_known_train_comes_back(tmp_path, restitution, rate, noise):
@@ -48,7 +45,7 @@ def test_the_restitution_of_a_known_train_comes_back(tmp_path, restitution, rate
     assert train.restitution.mean() == pytest.approx(restitution, rel=0.01)
 
 
-@pytest.mark.parametrize("restitution", [0.55, 0.65, 0.8])
+@pytest.mark.parametrize("restitution", [0.55, 0.8])
 def test_a_recording_down_to_rest_gives_the_restitution(tmp_path, restitution):
     """The last flights are too short to be told from each other, and would look long."""
     recording(tmp_path / "a.wav", restitution, impacts=30, first_s=0.4)
@@ -65,33 +62,6 @@ def test_a_table_of_drops_is_what_the_configuration_reads(tmp_path):
     assert found == [
         pytest.approx(pair, rel=0.01) for pair in zip(heights[:-1:2], heights[1::2], strict=False)
     ]
-
-
-def test_two_channels_and_floats_are_read(tmp_path):
-    recording(tmp_path / "a.wav", 0.7)
-    rate, mono = wavfile.read(tmp_path / "a.wav")
-    both = np.column_stack([mono, mono]).astype(np.float32) / 32768
-    wavfile.write(tmp_path / "b.wav", rate, both)
-    assert read_train(tmp_path / "b.wav").restitution.mean() == pytest.approx(0.7, rel=0.01)
-
-
-def test_what_is_no_train_of_one_grain_is_refused_in_words(tmp_path):
-    with refused(CalibrationError, "none.wav"):
-        read_train(tmp_path / "none.wav")
-    (tmp_path / "text.wav").write_text("time,impact\n0.1,1\n")
-    with refused(CalibrationError, "WAV"):
-        read_train(tmp_path / "text.wav")
-    wavfile.write(tmp_path / "silence.wav", 8000, np.zeros(8000, np.int16))
-    with refused(CalibrationError, "silence.wav", "0 impacts", "3", "microphone"):
-        read_train(tmp_path / "silence.wav")
-    recording(tmp_path / "few.wav", 0.7, impacts=2)
-    with refused(CalibrationError, "few.wav", "2 impacts", "3"):
-        read_train(tmp_path / "few.wav")
-    recording(tmp_path / "one.wav", 0.7)
-    rate, sound = wavfile.read(tmp_path / "one.wav")
-    wavfile.write(tmp_path / "two.wav", rate, np.concatenate([sound, sound]))
-    with refused(CalibrationError, "300.0 ms", "42.0 ms"):
-        read_train(tmp_path / "two.wav")
 
 
 def test_the_command_tells_the_shipped_examples_restitution(capsys):
@@ -124,27 +94,3 @@ def test_several_recordings_of_two_flights_show_their_scatter(tmp_path):
     rows = read_measured(str(tmp_path / "drops.csv")).of("drop", "rebound_height")
     scatter = np.std([0.28, 0.3, 0.32, 0.3], ddof=1)
     assert rows[1].sd / rows[1].value == pytest.approx(2 * scatter / 0.3, rel=0.1)
-
-
-def test_flights_that_are_too_short_ask_for_a_higher_drop(tmp_path):
-    recording(tmp_path / "low.wav", 0.6, impacts=6, first_s=0.038)
-    with refused(CalibrationError, "higher", "40 ms"):
-        read_train(tmp_path / "low.wav")
-
-
-def test_what_no_recorder_writes_is_refused(tmp_path):
-    def wav(rate, samples):
-        """A WAV file of 16 bits by hand: the library refuses to write such a rate."""
-        head = struct.pack("<IHHIIHH", 16, 1, 1, rate, 2 * rate, 2, 16)
-        data = b"WAVEfmt " + head + b"data" + struct.pack("<I", len(samples)) + samples
-        return b"RIFF" + struct.pack("<I", len(data)) + data
-
-    path = tmp_path / "a.wav"
-    for content, word in (
-        (wav(0, bytes(2000)), "rate"),
-        (wav(44100, b"\x01\x02" * 500)[:30], "WAV"),  # cut off: struct.error within scipy
-        (wav(4000, bytes(2 * 4000 * 301)), "300 s"),
-    ):
-        path.write_bytes(content)
-        with refused(CalibrationError, "a.wav", word):
-            read_train(path)

@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from calibration.errors import ConfigError
-from calibration.intake.tables import read_table, read_written, summary, table_of
-from facts import refused
+from calibration.intake.tables import read_table, summary, table_of
 
 VALUES = [26.1, 28.4, 27.0, 27.85]
 
@@ -85,74 +84,6 @@ def test_what_has_two_readings_is_refused_with_both(content, words):
         assert word in str(error.value)
 
 
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        (b"", ["is empty"]),
-        (b"\xff\xfe", ["is empty"]),
-        (b"# only a comment\n", ["is empty"]),
-        (b"26.1\n27.4\n", ["line 1", "heading", "26.1"]),
-        (b"angle\n1  26.1\n", ["line 2", "not a number"]),
-        (b"angle\nca. 27\n", ["line 2", "ca. 27"]),
-        (b"angle\n27.4\n\n\nn/a\n", ["line 5", "n/a"]),
-        (b"angle;n\n26. Jan;1\n", ["line 2", "a date"]),
-        (b"angle\n1;2\n", ["line 2", "more cells"]),
-        (b"angle,\n27.4,3\n", ["line 2", "without heading"]),
-        (b"angle,angle\n1,2\n", ["stands twice"]),
-        (b'angle,n\n"27.4,3\n', ["line 2", "quotation mark"]),
-        (b"%PDF-1.4", ["PDF"]),
-        (b"\xd0\xcf\x11\xe0\xa1\xb1", [".xls"]),
-        (b"PK\x03\x04 not a zip", ["no workbook"]),
-        (b"\x01\x02\x03\xff", ["not text"]),
-        (b"angle\x81\n1\n", ["not text"]),
-    ],
-)
-def test_what_cannot_be_read_gets_a_sentence(tmp_path, content, words):
-    path = tmp_path / "t.csv"
-    path.write_bytes(content)
-    with pytest.raises(ConfigError) as error:
-        read_table(path).numbers("angle")
-    for word in [str(path), *words]:
-        assert word in str(error.value)
-
-
-def workbook(path, *sheets):
-    book = openpyxl.Workbook()
-    book.remove(book.active)
-    for n, rows in enumerate(sheets):
-        sheet = book.create_sheet(f"sheet {n}")
-        for row in rows:
-            sheet.append(row)
-    book.save(path)
-
-
-@pytest.mark.parametrize(
-    ("sheets", "words"),
-    [
-        ([[["a"], [1]], [["a"], [2]]], ["several sheets"]),
-        ([[["a"], ["=1+2"]]], ["line 2", "formula", "=1+2"]),
-        ([[]], ["is empty"]),
-    ],
-)
-def test_a_doubtful_workbook_is_refused(tmp_path, sheets, words):
-    path = tmp_path / "t.xlsx"
-    workbook(path, *sheets)
-    with pytest.raises(ConfigError) as error:
-        read_table(path)
-    for word in [str(path), *words]:
-        assert word in str(error.value)
-
-
-def test_a_workbook_under_another_name_and_text_as_one_are_refused(tmp_path):
-    workbook(tmp_path / "a.xlsx", [["a"], [1]])
-    renamed = (tmp_path / "a.xlsx").rename(tmp_path / "a.csv")
-    with refused(ConfigError, path="a.csv", allowed="a.xlsx, or the table saved as CSV"):
-        read_table(renamed)
-    (tmp_path / "b.xlsx").write_text("a\n1\n")
-    with refused(ConfigError, path="b.xlsx"):
-        read_table(tmp_path / "b.xlsx")
-
-
 @settings(deadline=None, max_examples=60)
 @given(st.lists(st.floats(-1e6, 1e6), min_size=2, max_size=6), st.sampled_from(["\t", ";"]))
 def test_no_decimal_mark_changes_a_number(values, separator):
@@ -169,11 +100,3 @@ def test_what_was_read_is_said_back():
     values = [26.1, 28.4, *np.linspace(26.8, 28.0, 8)]
     assert summary(values, "°").startswith("10 values, 26.1° to 28.4°, mean 27.37° ± 0.6")
     assert summary([3.0], " mm", "tab") == "1 value, 3 mm (tab)"
-
-
-def test_a_broken_table_of_a_stage_is_named(tmp_path):
-    (tmp_path / "runs.csv").write_text("")
-    with refused(ConfigError, path="runs.csv"):
-        read_written(tmp_path / "runs.csv")
-    with refused(ConfigError, path="none.csv"):
-        read_written(tmp_path / "none.csv")

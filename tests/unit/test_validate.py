@@ -1,7 +1,6 @@
 """The comparison with the measurement agrees with scipy's and statsmodels' tests and with the
 paper's figures."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -72,13 +71,6 @@ def test_a_stated_mean_is_compared_as_its_readings_are(simulated, measured):
         assert of_mean.as_dict()[name] == pytest.approx(value, rel=1e-12), name
 
 
-def test_a_true_difference_is_seen_and_is_not_equivalent(simulated, measured):
-    result = compare(simulated + 2.0, measured, margin=1.0)
-    assert result.t_p < 0.001
-    assert not result.equivalent
-    assert result.difference_low > 1.0
-
-
 def test_variance_components_are_those_of_the_anova(simulated):
     between, within = variance_components(simulated)
     # F is the between mean square over the within one: 1 + 5 between^2 / within^2 where above 1
@@ -93,11 +85,6 @@ def test_variance_components_are_those_of_the_anova(simulated):
 
 def test_groups_that_agree_too_well_have_no_component():
     assert variance_components([[1.0, 3.0], [3.0, 1.0]]) == (0.0, pytest.approx(np.sqrt(2)))
-
-
-def test_the_result_can_be_written(simulated, measured):
-    text = json.dumps(compare(simulated, measured, 1.0).as_dict())
-    assert json.loads(text)["equivalent"] in (True, False)
 
 
 @pytest.mark.parametrize(
