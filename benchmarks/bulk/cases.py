@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -36,7 +35,7 @@ CONTACTS = {
 """Restitution and friction of each pair, as the scripts of MercuryDPM and YADE have them."""
 
 COARSE = 2e-3
-"""Radius [m] of the grains of a silo, and of M2 in the drum."""
+"""Radius [m] of M2 in the drum."""
 DRUM_SPIN = 2.0
 """Speed of the drum [rad/s] about -y: counterclockwise for who looks along +y."""
 INTRUDER = 1e-2, 0.06, 5.0
@@ -66,9 +65,8 @@ class Case:
     triangles : (t, 3, 3) [m] of the walls, which are of steel
     time_step, duration : [s], as prescribed
     until : time at which a run ends [s], at the duration unless shortened
-    watch : (position (n, 3) [m], number of each grain (n,)) -> {column: value}, of the grains left
+    watch : (position (n, 3) [m], number of each grain (n,)) -> {column: value}, of the grains
     spin : of the walls about +y [rad/s]
-    floor : height [m] below which a grain is taken out, None where none leaves
     box : (half x, half y, bottom) [m] of the box that the triangles stand for, if they do
     regions : the surfaces that they stand for otherwise, as LAMMPS takes them
     """
@@ -80,7 +78,6 @@ class Case:
     duration: float
     watch: Callable[[np.ndarray, np.ndarray], dict[str, float]]
     spin: float = 0.0
-    floor: float | None = None
     box: tuple[float, float, float] | None = None
     regions: tuple[str, ...] = ()
     until: float = math.inf
@@ -114,7 +111,7 @@ class Case:
         return between, steps // between
 
 
-def read_numbers(path: Path, columns: int, header: bool = True) -> np.ndarray:
+def read_numbers(path: Path, columns: int) -> np.ndarray:
     """Rows of numbers of one of the benchmark's files (n, columns). The beds end with a row of
     another length, which is the sphere's and is left out. Raises DemError for a file that is not
     there, and for a row that is no numbers."""
@@ -126,7 +123,7 @@ def read_numbers(path: Path, columns: int, header: bool = True) -> np.ndarray:
             "Drivers/Papers/OSBenchmark"
         ) from None
     rows = []
-    for number, line in enumerate(lines[header:], 1 + header):
+    for number, line in enumerate(lines[1:], 2):
         words = line.split()
         if len(words) != columns:
             if words and number < len(lines) - 2:
@@ -149,9 +146,9 @@ def _walls(path):
     return read_numbers(path, 9).reshape(-1, 3, 3)
 
 
-def penetration(folder: Path, size: str = "25K") -> Case:
-    """A steel sphere falls into a bed of grains of 2 mm in a box. size: 25K, 50K or 100K grains."""
-    radius, position = _spheres(folder / "Penetration" / f"{size}Particles.txt")
+def penetration(folder: Path) -> Case:
+    """A steel sphere falls into a bed of grains of 2 mm in a box."""
+    radius, position = _spheres(folder / "Penetration" / "25KParticles.txt")
     wide, height, speed = INTRUDER
     grains = len(radius)
 
@@ -160,7 +157,7 @@ def penetration(folder: Path, size: str = "25K") -> Case:
 
     triangles = _walls(folder / "Penetration" / "walls.txt")
     return Case(
-        f"penetration-{size}",
+        "penetration-25K",
         (
             Group("M1", radius, position),
             Group("steel", np.array([wide]), np.array([[0.0, 0.0, height]]), (0.0, 0.0, -speed)),
@@ -213,55 +210,5 @@ def drum(folder: Path) -> Case:
     )
 
 
-SILOS = {"small": (-0.0593008, 0.02), "large": (-0.0554222, 0.03)}
-"""Height and radius [m] of the orifice."""
-
-
-def silo_file(folder: Path, orifice: str, material: str) -> Path:
-    """File of the places of a silo's grains."""
-    return folder / "Silo" / f"PartCoordinates {material} ({orifice} orifice).txt"
-
-
-def silo(
-    folder: Path,
-    orifice: str = "small",
-    material: str = "M1",
-    position: np.ndarray | None = None,
-) -> Case:
-    """Grains of 4 mm leave a silo. orifice: small or large; material: M1 or M2; position (n, 3)
-    [m]: where the grains are, those of the benchmark's file unless given."""
-    height, opening = SILOS[orifice]
-    if position is None:
-        position = read_numbers(silo_file(folder, orifice, material), 3, header=False)
-
-    def watch(position, number):
-        return {"in_the_silo": int((position[:, 2] > height).sum())}
-
-    triangles = _walls(folder / "Silo" / f"walls ({orifice} orifice).txt")
-    wide, top = 0.1, float(triangles[..., 2].max())
-    shoulder = height + wide - opening
-    return Case(
-        f"silo-{orifice}-{material}",
-        (Group(material, np.full(len(position), COARSE), position),),
-        triangles,
-        1.5e-6 if material == "M1" else 2e-6,
-        5.0,
-        watch,
-        floor=height - 0.02,
-        regions=(
-            f"cylinder z 0 0 {wide:.6g} {shoulder:.6g} {top:.6g} open 1 open 2",
-            f"cone z 0 0 {opening:.6g} {wide:.6g} {height:.6g} {shoulder:.6g} open 1 open 2",
-        ),
-    )
-
-
-CASES: dict[str, Callable[[Path], Case]] = {
-    **{f"penetration-{size}": partial(penetration, size=size) for size in ("25K", "50K", "100K")},
-    "drum": drum,
-    **{
-        f"silo-{orifice}-{material}": partial(silo, orifice=orifice, material=material)
-        for orifice in SILOS
-        for material in ("M1", "M2")
-    },
-}
+CASES: dict[str, Callable[[Path], Case]] = {"penetration-25K": penetration, "drum": drum}
 """Name -> function of the folder of the benchmark's files."""

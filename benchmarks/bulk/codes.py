@@ -11,7 +11,7 @@ import json
 import math
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -76,28 +76,14 @@ def _all(case):
     )
 
 
-def simulation(
-    case: Case,
-    precision: str = "mixed",
-    threads: int | None = None,
-    softer: float = 1.0,
-    closed: tuple[float, float] | None = None,
-) -> Simulation:
-    """The case at its start in this engine. softer: Young's moduli as given over those taken, with
-    a step that is longer by its root; closed: height and radius [m] of a disc that closes the
-    walls."""
+def simulation(case: Case) -> Simulation:
+    """The case at its start in this engine."""
     walls = WallSet().body("walls", material="steel", spin=(0.0, case.spin, 0.0))
     corners = case.triangles.reshape(-1, 3)
     walls.mesh(corners, np.arange(len(corners)).reshape(-1, 3))
-    if closed:
-        walls.body("lid", material="steel").disc(closed[1], closed[0])
-    materials = {
-        name: replace(material, shear_modulus=material.shear_modulus / softer)
-        for name, material in MATERIALS.items()
-    }
     sim = Simulation(
-        materials, CONTACTS, laws=LAWS, time_step=case.time_step * math.sqrt(softer), walls=walls,
-        precision=precision, threads=threads, overlap_limit=CRUSHED,
+        MATERIALS, CONTACTS, laws=LAWS, time_step=case.time_step, walls=walls,
+        overlap_limit=CRUSHED,
     )  # fmt: skip
     for group in case.groups:
         sim.add_particles(
@@ -106,10 +92,10 @@ def simulation(
     return sim
 
 
-def run_here(case: Case, folder: Path, **more: Any) -> Outcome:
-    """The case in this engine; more: as `simulation` takes them."""
+def run_here(case: Case, folder: Path) -> Outcome:
+    """The case in this engine."""
     compile_engine()
-    sim = simulation(case, **more)
+    sim = simulation(case)
     between, looks = case.looks
     rows, done = [{"time_s": 0.0, **case.watch(sim.position, sim.tag)}], 0.0
     begin, spent = time.perf_counter(), time.process_time()
@@ -117,8 +103,6 @@ def run_here(case: Case, folder: Path, **more: Any) -> Outcome:
         sim.advance(between)
         done += sim.n * between
         rows.append({"time_s": sim.time, **case.watch(sim.position, sim.tag)})
-        if case.floor is not None:
-            sim.remove(sim.tag[sim.position[:, 2] < case.floor])
     wall, spent = time.perf_counter() - begin, time.process_time() - spent
     return Outcome(rows, sim.steps, done, spent, wall)
 
@@ -157,8 +141,6 @@ def _space(case):
     """Six bounds of the box [m], with room around the walls."""
     corners = case.triangles.reshape(-1, 3)
     low, high = corners.min(axis=0) - 0.01, corners.max(axis=0) + 0.01
-    if case.floor is not None:
-        low[2] = case.floor
     return [q for pair in zip(low, high, strict=True) for q in pair]
 
 
@@ -305,7 +287,6 @@ def run_yade(case: Case, folder: Path) -> Outcome:
         "restitution": [[_pair(a, b).restitution for b in names] for a in names],
         "friction": [[_pair(a, b).static_friction for b in names] for a in names],
         "spin": case.spin,
-        "floor": case.floor,
     }
     (folder / "case.json").write_text(json.dumps(numbers))
     (folder / "case.py").write_text((INPUTS / "yade.py").read_text())
@@ -314,7 +295,6 @@ def run_yade(case: Case, folder: Path) -> Outcome:
 
 CODES: dict[str, Callable[[Case, Path], Outcome]] = {
     "dem": run_here,
-    "dem-double": partial(run_here, precision="double"),
     **{
         name: partial(_run_moved, distance=distance)
         for starts in MOVED.values()

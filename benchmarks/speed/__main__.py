@@ -25,13 +25,10 @@ from benchmarks.speed.cases import (
     bed,
     box_width,
     peak_memory,
-    resting_case,
-    resting_heap,
     tiled,
     timed_bed,
     timed_heap,
 )
-from benchmarks.speed.figure import draw
 from benchmarks.speed.peers import run_peers
 from dem.errors import DemError
 from dem.experiments.setup import rest_energy
@@ -39,29 +36,23 @@ from dem.fingerprint import engine_fingerprint
 from dem.io.files import replace_file
 from dem.warm import compile_engine
 
-ROOT = Path(__file__).parents[2]
 HISTORY = Path("results/reference/speed/history.csv")
-SIZES = (1000, 10000, 100000)
 ROUNDS = 7
 
 
 def main(words: list[str] | None = None) -> int:
     """Run the cases that are asked for and print their figures; return the exit status."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.speed", description=__doc__)
-    parser.add_argument(
-        "--case", choices=CASES, action="append", help="bed, ratio and heap unless given"
-    )
+    parser.add_argument("--case", choices=CASES, action="append", help="bed and heap unless given")
     parser.add_argument(
         "--peers", action="store_true", help="LIGGGHTS, LAMMPS and YADE on the same settled bed"
     )
-    parser.add_argument(
-        "--record", action="store_true", help=f"append the figures to {HISTORY} and draw it"
-    )
+    parser.add_argument("--record", action="store_true", help=f"append the figures to {HISTORY}")
     args = parser.parse_args(words)
     compile_engine()
     rows = []
     try:
-        for case in args.case or ("bed", "ratio", "heap"):
+        for case in args.case or ("bed", "heap"):
             rows += CASES[case]()
         if args.peers:
             rows += peer_rows()
@@ -70,7 +61,6 @@ def main(words: list[str] | None = None) -> int:
         return 1
     if args.record:
         append(HISTORY, rows)
-        draw(HISTORY, HISTORY.with_suffix(".svg"))
     show(rows)
     return 0
 
@@ -79,30 +69,8 @@ def _bed():
     return [{"case": "settled bed", **timed_bed()}]
 
 
-def _ratio():
-    return [{"case": "settled bed, size ratio 5", **timed_bed(ratio=5.0, settle=4 * SETTLE_STEPS)}]
-
-
 def _heap():
     return [{"case": "funnel heap", **timed_heap()}]
-
-
-def _resting():
-    return [{"case": resting_case(row["radii_per_window"]), **row} for row in resting_heap()]
-
-
-def _scaling():
-    """Cost per particle-step over the number of particles."""
-    rows = []
-    for n in SIZES:
-        steps = max(200, 3_000_000 // n)
-        rows.append(
-            {
-                "case": f"settled bed of {n}",
-                **timed_bed(n, settle=SETTLE_STEPS, block=steps),
-            }
-        )
-    return rows
 
 
 def _million():
@@ -134,43 +102,6 @@ def _million():
     return [{"case": MILLION, **figures}]
 
 
-def _start():
-    """From starting Python to the first time step, with nothing compiled and with everything."""
-    code = "from dem.warm import compile_engine; compile_engine()"
-    rows = []
-    with tempfile.TemporaryDirectory() as cache:
-        for state in ("cold", "warm"):
-            begin = time.perf_counter()
-            subprocess.run(
-                [sys.executable, "-c", code],
-                check=True,
-                env=os.environ | {"NUMBA_CACHE_DIR": cache},
-            )
-            rows.append({"case": f"{state} start", "wall_time_s": time.perf_counter() - begin})
-    return rows
-
-
-def _cores():
-    """Two runs at once over one alone: medians of rounds in turn, for a machine's speed drifts."""
-    rounds = [(_processes(1), _processes(2)) for _ in range(ROUNDS)]
-    alone, both = np.median(rounds, axis=0)
-    return [{"case": "two runs on two cores", "wall_time_s": both, "ratio": both / alone}]
-
-
-def _processes(count):
-    """Wall time of the slowest of `count` processes, each timing a bed [s]; start-up is not
-    counted."""
-    code = (
-        "import time; from benchmarks.speed.cases import bed; s = bed(); s.advance(12000); "
-        "t = time.time(); s.advance(12000); print(time.time() - t)"
-    )
-    running = [
-        subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, cwd=ROOT)
-        for _ in range(count)
-    ]
-    return max(float(p.communicate()[0]) for p in running)
-
-
 def _threads():
     """One bed on one thread and on two, in turn; the numbers are the same."""
     sim = bed()
@@ -192,14 +123,9 @@ def _wall_time(sim):
 
 CASES = {
     "bed": _bed,
-    "ratio": _ratio,
     "heap": _heap,
-    "resting": _resting,
-    "scaling": _scaling,
     "million": _million,
-    "cores": _cores,
     "threads": _threads,
-    "start": _start,
 }
 
 

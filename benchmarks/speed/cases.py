@@ -59,21 +59,19 @@ def tiled(sim: Simulation, settle: int, across: int) -> tuple[np.ndarray, float]
 
 def bed(
     n: int = 10000,
-    ratio: float = 1.0,
     precision: str = "mixed",
     rolling: str = "constant_torque",
     start: tuple[np.ndarray, float] | None = None,
     stir: float = STIR,
     threads: int | None = None,
 ) -> Simulation:
-    """A box of n grains that have yet to settle; ratio: largest over smallest radius, uniform by
-    number.
+    """A box of n equal grains that have yet to settle.
 
     start: (positions (n, 3) [m], width [m]) in place of the lattice; stir: largest speed along an
     axis [m/s].
     """
     rng = np.random.default_rng(2)
-    radius = np.full(n, RADIUS) if ratio == 1.0 else RADIUS * rng.uniform(1.0 / ratio, 1.0, n)
+    radius = np.full(n, RADIUS)
     position, width = start or (lattice(n), box_width(n))
     walls = WallSet().body("box", material="salt")
     for point, normal in (
@@ -84,12 +82,11 @@ def bed(
         ((0, 0, 0), (0, 0, 1)),
     ):
         walls.plane(point, normal)
-    dt = TIME_STEP * float(radius.min()) / RADIUS
     sim = Simulation(
         {"salt": SALT},
         {("salt", "salt"): CONTACT},
         laws=Laws(rolling=rolling),
-        time_step=dt,
+        time_step=TIME_STEP,
         precision=precision,
         walls=walls,
         threads=threads,
@@ -99,73 +96,52 @@ def bed(
     return sim
 
 
-def timed_bed(
-    n: int = 10000,
-    ratio: float = 1.0,
-    settle: int = SETTLE_STEPS,
-    block: int = BLOCK,
-    blocks: int = BLOCKS,
-    **more: Any,
-) -> dict[str, Any]:
-    """Settle a bed, then time `blocks` stretches of `block` steps by the processor's clock; returns
-    the figures of the fastest."""
-    sim = bed(n, ratio, **more)
-    sim.advance(settle)
+def timed_bed() -> dict[str, Any]:
+    """Settle a bed, then time BLOCKS stretches of BLOCK steps by the processor's clock; returns the
+    figures of the fastest."""
+    sim = bed()
+    sim.advance(SETTLE_STEPS)
     best, rebuilds = np.inf, sim.rebuilds
-    for _ in range(blocks):
+    for _ in range(BLOCKS):
         begin = time.process_time()
-        sim.advance(block)
+        sim.advance(BLOCK)
         best = min(best, time.process_time() - begin)
     pairs = len(sim.contacts()[0])
     return {
-        "particles": n,
-        "size_ratio": ratio,
-        "particle_steps_per_s": n * block / best,
-        "contact_pairs_per_particle": pairs / n,
-        "candidate_pairs_per_particle": sim.candidate_pairs / n,
-        "rebuilds_per_1000_steps": 1000 * (sim.rebuilds - rebuilds) / (block * blocks),
+        "particles": sim.n,
+        "particle_steps_per_s": sim.n * BLOCK / best,
+        "contact_pairs_per_particle": pairs / sim.n,
+        "candidate_pairs_per_particle": sim.candidate_pairs / sim.n,
+        "rebuilds_per_1000_steps": 1000 * (sim.rebuilds - rebuilds) / (BLOCK * BLOCKS),
         "rebuild_share": sim.rebuild_seconds / max(sim.advance_seconds, 1e-12),
         "kinetic_energy_J": sim.kinetic_energy(),
         "peak_memory_MiB": peak_memory(),
     }
 
 
-def timed_heap(count: int = 10000) -> dict[str, Any]:
+def timed_heap() -> dict[str, Any]:
     """The funnel heap of calibrated salt, from start to rest, without measuring the angle."""
+    spec = parse_spec(
+        {
+            "experiment": "heap",
+            "materials": {"particle": {"density_kg_m3": SALT.density}},
+            "contacts": HEAP_CONTACTS,
+            "particles": {"count": 10000, "diameter_mm": 2e3 * RADIUS},
+            "geometry": {"generation_rate_per_s": 10000},
+        }
+    )
     work = _Tally()
     begin, spent = time.perf_counter(), time.process_time()
-    sim = heap.pour(_heap_spec(count), work)[0]  # type: ignore[arg-type]
+    sim = heap.pour(spec, work)[0]  # type: ignore[arg-type]
     wall, spent = time.perf_counter() - begin, time.process_time() - spent
     return {
-        "particles": count,
+        "particles": sim.n,
         "wall_time_s": wall,
         "steps": sim.steps,
         "particle_steps_per_s": work.particle_steps / spent,
         "rebuild_share": sim.rebuild_seconds / max(sim.advance_seconds, 1e-12),
         "peak_memory_MiB": peak_memory(),
     }
-
-
-def _heap_spec(count):
-    return parse_spec(
-        {
-            "experiment": "heap",
-            "materials": {"particle": {"density_kg_m3": SALT.density}},
-            "contacts": HEAP_CONTACTS,
-            "particles": {"count": count, "diameter_mm": 2.0 * (10000 / count) ** (1 / 3)},
-            "geometry": {"generation_rate_per_s": count},
-        }
-    )
-
-
-def resting_heap(count: int = 10000) -> list[dict[str, Any]]:
-    """What an engine could leave out that lets grains sleep: over the whole pour of the funnel
-    heap, the share of the particle-steps that belong to grains which go less than a share of their
-    radius in WINDOW and whose neighbours do too; and the same of the contacts between two of them.
-    """
-    work = _Stillness()
-    heap.pour(_heap_spec(count), work)  # type: ignore[arg-type]
-    return work.rows()
 
 
 class _Tally:
@@ -188,12 +164,6 @@ class _Tally:
         self._last = sim.steps
 
 
-def resting_case(share: float) -> str:
-    """Name, in the history of speeds, of the grains that go less than that share of their radius in
-    WINDOW."""
-    return f"grains at rest, {share:g} radii in {1000 * WINDOW:g} ms"
-
-
 MILLION = "bed of 1000000 on two threads"
 """Name, in the history of speeds, of a million grains that come to rest."""
 RESTING = Numerics.model_fields["rest_energy_ratio"].default
@@ -203,55 +173,3 @@ RESTING = Numerics.model_fields["rest_energy_ratio"].default
 def peak_memory() -> float:
     """Largest resident memory of this process so far [MiB]."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-
-
-WINDOW = 5e-3
-"""Time over which a grain that may sleep must stay where it is [s]."""
-STILL = (1e-4, 1e-3, 1e-2)
-"""Shares of the radius that it may go in that time."""
-
-
-class _Stillness(_Tally):
-    """A run's surroundings that watch how far the grains go."""
-
-    def __init__(self):
-        super().__init__()
-        self._before, self._found = None, []
-
-    def frame(self, sim: Simulation) -> None:
-        if self._before and sim.time - self._before[0] < WINDOW:
-            return
-        places = np.full((int(sim.tag.max(initial=-1)) + 1, 3), np.nan)
-        places[sim.tag] = sim.position
-        if self._before:
-            self._found.append(self._compare(places))
-        radius = float(sim.radius.mean()) if sim.n else np.inf
-        self._before = sim.time, places, sim.contacts()[0], radius
-
-    def _compare(self, places):
-        """[grains, contacts, (those asleep of both) for each of STILL] of one window."""
-        _, before, pairs, radius = self._before
-        now = np.full_like(before, np.nan)  # where a grain has left
-        common = min(len(now), len(places))
-        now[:common] = places[:common]
-        gone = np.linalg.norm(now - before, axis=1)
-        there, first, second = np.isfinite(before[:, 0]), pairs[:, 0], pairs[:, 1]
-        row = [there.sum(), len(pairs)]
-        for share in STILL:
-            still = there & (gone < share * radius)
-            asleep, stirred = still.copy(), ~(still[first] & still[second])
-            asleep[first[stirred]] = asleep[second[stirred]] = False
-            row += [asleep.sum(), (asleep[first] & asleep[second]).sum()]
-        return row
-
-    def rows(self) -> list[dict[str, Any]]:
-        """A row for each of STILL."""
-        grains, contacts, *asleep = np.sum(self._found, axis=0)
-        return [
-            {
-                "radii_per_window": share,
-                "ratio": float(asleep[2 * k] / grains),
-                "ratio_of_contacts": float(asleep[2 * k + 1] / contacts),
-            }
-            for k, share in enumerate(STILL)
-        ]

@@ -13,8 +13,8 @@ CRYSTAL_DENSITY = 4 * 58.443e-3 / 6.02214076e23 / (0.56402e-9) ** 3
 class Folder:
     """A folder of CSV files whose cells can be read and set, comments kept."""
 
-    def __init__(self, path: Path):
-        self.path = shutil.copytree(SHIPPED, path)
+    def __init__(self, path: Path, source: Path = SHIPPED):
+        self.path = shutil.copytree(source, path)
 
     def rows(self, name):
         with open(self.path / f"{name}.csv", newline="", encoding="utf-8") as file:

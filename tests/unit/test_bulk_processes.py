@@ -1,18 +1,16 @@
 """The bulk processes that others chose: their files, what is watched, and the codes' inputs."""
 
 import csv
-import itertools
 
 import numpy as np
 import pytest
 
 from benchmarks.bulk import __main__ as command
-from benchmarks.bulk import codes, fill
+from benchmarks.bulk import codes
 from benchmarks.bulk.cases import CASES, penetration, read_numbers
 from benchmarks.speed.peers import available
 from dem.constants import GRAVITY
 from dem.errors import DemError
-from facts import tells
 
 SIDE, BOTTOM = 0.02, -0.08
 THICK = 2e-3
@@ -113,9 +111,10 @@ def test_a_row_that_is_no_four_numbers_is_named(files, row):
 
 
 def test_a_file_that_is_not_there_is_named(files, capsys):
-    words = [str(files), str(files / "out"), "--case", "silo-small-M1", "--code", "dem"]
+    words = [str(files), str(files / "out"), "--case", "drum", "--code", "dem"]
+    (files / "Drum" / "PartCoordinates.txt").unlink()
     assert command.main(words) == 1
-    assert "PartCoordinates M1 (small orifice).txt" in capsys.readouterr().err
+    assert "PartCoordinates.txt" in capsys.readouterr().err
     assert not (files / "out").exists()
 
 
@@ -128,46 +127,6 @@ def test_a_run_is_kept_with_its_speed_in_place_of_the_one_before(files):
     assert int(row["grains"]) == 91
     looks = _rows(files / "out" / "penetration-25K.dem.csv")
     assert float(looks[-1]["time_s"]) == pytest.approx(2e-4)
-
-
-@pytest.fixture
-def cone(tmp_path):
-    """Walls of the silo with the small orifice: a cone of 45 degrees and a cylinder."""
-    turn = np.linspace(0.0, 2.0 * np.pi, 41)
-    rings = [
-        [(r * np.cos(a), r * np.sin(a), z) for a in turn]
-        for r, z in ((0.02, -0.0593008), (0.1, 0.0206992), (0.1, 0.2))
-    ]
-    rows = []
-    for low, high in itertools.pairwise(rings):
-        for k in range(40):
-            p, q, r, s = low[k], low[k + 1], high[k + 1], high[k]
-            rows += [[*p, *q, *r], [*p, *r, *s]]
-    _table(tmp_path / "Silo" / "walls (small orifice).txt", rows, "vertices")
-    return tmp_path
-
-
-@pytest.mark.slow
-def test_a_silo_is_filled_at_rest_and_empties_through_its_orifice(cone):
-    assert fill.main([str(cone), "--orifice", "small", "--grains", "300"]) == 0
-    case = CASES["silo-small-M1"](cone).shortened(0.05)
-    (group,) = case.groups
-    assert case.grains == 300
-    assert group.position[:, 2].min() > -0.0593008 + 1.8e-3  # a grain stands on the lid or above
-    across = np.hypot(group.position[:, 0], group.position[:, 1])
-    lifted = group.position[:, 2] + 0.0593008 + 0.02
-    assert (across / lifted).max() < 1.0  # all lie within the cone of 45 degrees
-    outcome = codes.run_here(case, cone)
-    held = [row["in_the_silo"] for row in outcome.rows]
-    assert held[0] == 300
-    assert held == sorted(held, reverse=True)
-    assert held[-1] < 300
-
-
-def test_more_grains_than_the_silo_holds_are_refused(cone, capsys):
-    assert fill.main([str(cone), "--orifice", "small", "--grains", "200000"]) == 1
-    assert tells(capsys.readouterr().err, "200000")
-    assert not (cone / "Silo" / "PartCoordinates M1 (small orifice).txt").exists()
 
 
 def test_lammps_gets_the_moduli_of_two_materials():

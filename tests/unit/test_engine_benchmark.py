@@ -1,4 +1,4 @@
-"""The benchmark's own parts: beds side by side, the history and its figure. Speeds are not
+"""The benchmark's own parts: beds side by side, the history. Speeds are not
 tested."""
 
 import csv
@@ -9,7 +9,6 @@ import pytest
 from benchmarks.speed import __main__ as report
 from benchmarks.speed.__main__ import append
 from benchmarks.speed.cases import RADIUS, bed, tiled
-from benchmarks.speed.figure import draw
 from benchmarks.speed.peers import LOOP, _seconds
 
 
@@ -37,7 +36,7 @@ def test_a_tiled_bed_starts_at_rest(small):
     assert sim.kinetic_energy() < 1e-6 * bed(1200).kinetic_energy()
 
 
-def test_the_history_grows_by_a_line_a_case_and_its_figure_shows_the_latest(tmp_path):
+def test_the_history_grows_by_a_line_a_case(tmp_path):
     history = tmp_path / "history.csv"
     append(history, [{"case": "settled bed of 1000", "particle_steps_per_s": 1e7, "ratio": 2.0}])
     append(history, [{"case": "settled bed of 1000", "particle_steps_per_s": 2e7}])
@@ -47,8 +46,6 @@ def test_the_history_grows_by_a_line_a_case_and_its_figure_shows_the_latest(tmp_
     assert rows[0]["ratio"] == "2.0"
     assert rows[0]["engine"]
     assert float(rows[1]["load"]) >= 0.0
-    draw(history, tmp_path / "history.svg")
-    assert "ns per particle" in (tmp_path / "history.svg").read_text()
 
 
 def test_a_line_names_a_changed_tree_and_an_old_history_keeps_its_lines(tmp_path, monkeypatch):
@@ -70,23 +67,6 @@ def test_the_commit_is_git_s(request):
     else:
         assert len(commit) == 12
         assert dirty >= 0
-
-
-def test_the_figure_has_a_panel_for_each_kind_of_measurement_alone(tmp_path):
-    """What was not measured yet leaves no empty axes."""
-    history, sizes = tmp_path / "history.csv", (1000, 10000, 100000)
-    titles = []
-    for rows in (
-        [{"case": "cold start", "wall_time_s": 60.0}],
-        [{"case": "peers: liggghts", "particle_steps_per_s": 5e6}],
-        [{"case": f"settled bed of {n}", "particle_steps_per_s": 3e7} for n in sizes],
-    ):
-        append(history, rows)
-        figure = tmp_path / f"{len(titles)}.svg"
-        draw(history, figure)
-        text = figure.read_text() if figure.exists() else ""
-        titles.append([t for t in ("Settled bed of 10,000", "Cost over size") if t in text])
-    assert titles == [[], ["Settled bed of 10,000"], ["Settled bed of 10,000", "Cost over size"]]
 
 
 def test_another_engine_is_timed_by_the_processor_it_had_in_its_last_three_blocks():

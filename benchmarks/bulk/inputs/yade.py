@@ -4,7 +4,7 @@ import json
 
 with open("case.json") as stream:
     case = json.load(stream)
-restitution, friction, floor = case["restitution"], case["friction"], case["floor"]
+restitution, friction = case["restitution"], case["friction"]
 ids = [
     O.materials.append(FrictMat(young=young, poisson=poisson, density=density, frictionAngle=0.0))
     for young, poisson, density in case["materials"]
@@ -48,10 +48,9 @@ O.dt = case["dt"]
 
 
 def _look(out):
-    here = [i for i in grains if O.bodies[i]]
-    print("ITEM: TIMESTEP", O.iter, "ITEM: NUMBER", len(here), sep="\n", file=out)
+    print("ITEM: TIMESTEP", O.iter, "ITEM: NUMBER", len(grains), sep="\n", file=out)
     print("ITEM: ATOMS id x y z", file=out)
-    for i in here:
+    for i in grains:
         print(i - grains[0] + 1, *O.bodies[i].state.pos, file=out)
 
 
@@ -60,6 +59,3 @@ with open("looks.dump", "w") as out:
     for _ in range(case["steps"] // case["between"]):
         O.run(case["between"], True)
         _look(out)
-        if floor is not None:
-            for i in [i for i in grains if O.bodies[i] and O.bodies[i].state.pos[2] < floor]:
-                O.bodies.erase(i)

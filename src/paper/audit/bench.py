@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dem.contact.registry import Material
+from dem.timescales import hertz_contact_time, rayleigh_time
 from paper.audit.evaluate import Cells, Found, Given, cells, check
 from paper.audit.materials import SIEVES_MM, intrinsic
 from paper.audit.paper import Claim, Paper, Printed, propagate
@@ -228,30 +230,6 @@ def particle_friction(paper: Paper, claim: Claim) -> Given:
 # --- time steps -----------------------------------------------------------------------------------
 
 
-def effective_modulus(shear_a: float, poisson_a: float, shear_b: float, poisson_b: float) -> float:
-    """Hertz's E* [Pa] from shear moduli [Pa] and Poisson ratios."""
-    return 1 / ((1 - poisson_a) / (2 * shear_a) + (1 - poisson_b) / (2 * shear_b))
-
-
-def contact_time(radius: float, density: float, modulus: float, speed: float) -> float:
-    """Duration [s] of a sphere's elastic impact on a plate: `radius` [m], `density` [kg/m3], E*
-    [Pa], `speed` [m/s]."""
-    mass = 4 / 3 * np.pi * radius**3 * density
-    stiffness = 4 / 3 * modulus * np.sqrt(radius)
-    overlap = (5 * mass * speed**2 / (4 * stiffness)) ** 0.4
-    return float(DURATION_OVER_OVERLAP_TIME * overlap / speed)
-
-
-def rayleigh_time(
-    radius: float, density: float, shear_modulus: float, poisson_ratio: float
-) -> float:
-    """Rayleigh time [s] of a sphere, pi R sqrt(rho/G) / (0.1631 nu + 0.8766), as EDEM defines
-    it."""
-    return float(
-        np.pi * radius * np.sqrt(density / shear_modulus) / (0.1631 * poisson_ratio + 0.8766)
-    )
-
-
 def stepped_restitution(restitution: np.ndarray, steps: float, phases: int = 200) -> np.ndarray:
     """Rebound over impact speed when a contact is integrated with few steps.
 
@@ -316,11 +294,12 @@ def below_rayleigh(paper: Paper, claim: Claim) -> Given:
 
 @check("drop.contact")
 def shorter_than_contact(paper: Paper, claim: Claim) -> Given:
-    plate = [intrinsic(paper, f"steel_{n}").value for n in ("shear_modulus", "poisson_ratio")]
+    names = ("density", "shear_modulus", "poisson_ratio")
+    plate = Material(*(intrinsic(paper, f"steel_{n}").value for n in names))
     speed = np.sqrt(2e-3 * paper.value("drop_height") * paper.value("gravity"))
 
     def judged(radius, density, constants):
-        duration = contact_time(radius, density, effective_modulus(*constants, *plate), speed)
+        duration = hertz_contact_time(radius, speed, Material(density, *constants), plate)
         steps = duration / claim.number().value
         return Found(duration, holds=steps > 1, names={"steps": steps})
 
