@@ -17,7 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import psutil
-from kills import checkout
+from test_kills import checkout
 
 from calibration.study.factors import read_factors
 from calibration.study.new.study import write_factors

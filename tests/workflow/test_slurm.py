@@ -6,8 +6,7 @@ import sys
 import pytest
 import slurm
 from deployed import done
-from kills import outcome
-from test_faults import finished, study
+from test_kills import finished, outcome, study
 
 pytest.importorskip("snakemake_executor_plugin_slurm")
 pytestmark = [
