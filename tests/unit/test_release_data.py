@@ -1,8 +1,6 @@
-"""A release's data: what each part's time is expected to be, what is left after a cut, and that the
-pages say what the data say."""
+"""A release: its pages say what its data say, and it makes what is not of the present engine."""
 
 import json
-import re
 import shutil
 import sys
 from pathlib import Path
@@ -13,15 +11,13 @@ import pytest
 from scipy import stats
 
 from benchmarks import code_studies
-from calibration.errors import CalibrationError
-from calibration.telling.kept_results import put
-from facts import refused, tells
+from facts import tells
 from frozen import FROZEN
 from paper.reference import PAGE
 from paper.release import command, pages, values
 from paper.release.command import due
 from paper.release.pages import made, read_record
-from paper.release.parts import PARTS, Part
+from paper.release.parts import Part
 
 
 @pytest.fixture
@@ -48,14 +44,6 @@ def kept(tmp_path):
     return folder
 
 
-def of_one_kind(kept):
-    """The same with funnels that never packed."""
-    for path in (kept / "salt-printed" / "funnels.csv", kept / "rigs" / "runs.csv"):
-        table = pd.read_csv(path)
-        table.assign(hold_up=table["hold_up"].clip(upper=1190)).to_csv(path, index=False)
-    return kept
-
-
 def said(kept):
     """What is written into the README below its table, in one line."""
     return " ".join(pages.filled("readme", kept).split())
@@ -65,17 +53,6 @@ def test_the_pages_show_the_release_s_data(repository):
     assert pages.results_page() == PAGE.read_text()
     for (page, begin, end), text in pages.pieces().items():
         assert page.read_text().split(begin)[1].split(end)[0].strip() == text
-
-
-def test_a_rig_of_one_kind_is_told_as_one(repository, kept):
-    two = " ".join(pages.results_page(kept).split())
-    found = values.funnels(kept / "salt-printed")
-    assert tells(two, "packed", f"{found['packed']} of {found['runs']}")
-    assert tells(two, "Two kinds", "10,000 a second", "0.3 m/s")
-    one = " ".join(pages.results_page(of_one_kind(kept)).split())
-    assert "packed" not in one
-    assert "wo kinds" not in one
-    assert tells(one, "Each rig", "one kind")
 
 
 def test_the_first_screen_counts_the_verdicts_of_the_table(repository, kept):
@@ -96,15 +73,6 @@ def test_the_first_screen_counts_the_verdicts_of_the_table(repository, kept):
     assert tells(text, "differ from five", "(Table 6)", "(Table 10)", "(Table 11)")
     assert tells(text, "sliding angles", "(Table 8)", "rebounds", "(Table 9)", "agree")
     assert tells(text, "Restitution, salt", "rolling friction, salt")
-
-
-def test_a_posterior_that_bounds_nothing_is_told_so(repository, kept):
-    path = kept / "salt" / "posterior" / "posterior.json"
-    found = json.loads(path.read_text())
-    for parameter in found["parameters"].values():
-        parameter["bounded"] = False
-    path.write_text(json.dumps(found))
-    assert tells(said(kept), "none of three")
 
 
 def test_the_first_screen_tells_what_all_tests_bound(repository, kept):
@@ -142,39 +110,6 @@ def test_causes_of_several_studies_stand_in_one_ranking(kept, tmp_path):
     assert {c["p"] for c in ranking[:-2]} == {0.5}
 
 
-def test_a_change_that_is_not_shown_asks_for_no_correction():
-    table = pd.read_csv(FROZEN / "salt" / "numerics" / "numerics.csv")
-    assert "Correct" in values.softening(table)
-    assert "Correct" not in values.softening(table.assign(difference=0.0))
-
-
-def test_the_pages_are_written_as_they_are_kept(repository, tmp_path):
-    written = {PAGE, *(path for path, *_ in pages.pieces())}
-    for path in written:
-        (tmp_path / path).parent.mkdir(exist_ok=True)
-        old = re.sub(r"(begin -->\n).*?(<!--)", r"\1old\n\2", path.read_text(), flags=re.S)
-        (tmp_path / path).write_text("old" if path == PAGE else old)
-    pages.write_pages(root=tmp_path)
-    for path in written:
-        assert (tmp_path / path).read_text() == path.read_text()
-
-
-def test_the_results_page_names_its_engine_once(repository, kept):
-    text = PAGE.read_text()
-    for engine in {m["engine"] for m in read_record().values() if m["engine"] in text}:
-        assert text.count(engine) == 1
-    assert "before" not in " ".join(re.findall(r"[^.]*\bengine\b[^.]*", pages.results_page(kept)))
-
-
-def test_no_page_speaks_of_an_engine_before(repository):
-    folders = ("docs", "examples", "config", "tests/verification/notes")
-    places = [Path("README.md"), *(p for f in folders for p in Path(f).rglob("*.md"))]
-    words = r"(earlier|former|old|older|previous) engine|engine before (gave|let|this|they)"
-    words += "|by the engine before"
-    for path in places:
-        assert not re.search(words, path.read_text()), path
-
-
 def test_effects_and_funnels_are_those_of_the_tables():
     table = pd.read_csv(FROZEN / "salt" / "funnels.csv")
     runs = table[table["stage"] != "screening"].dropna()
@@ -204,16 +139,6 @@ def test_other_seeds_are_counted_together():
     )[0]
     (said,) = (text for text in seeds["found"] if text.startswith("G "))
     assert said.startswith(f"G +{2 * slopes[values.FACTORS.index('G') + 1]:.1f}°")
-
-
-def test_text_is_filled_and_tables_are_left():
-    text = "# A heading\n\n- one\n  two " + "word " * 30 + "\n\n| a | b |\n"
-    lines = pages.wrapped(text).split("\n")
-    assert lines[0] == "# A heading"
-    assert lines[2].startswith("- one two word")
-    assert lines[3].startswith("  word")
-    assert max(map(len, lines)) <= 100
-    assert "| a | b |" in lines
 
 
 def test_a_record_says_which_engine_made_what_and_what_is_due():
@@ -252,13 +177,6 @@ def test_a_release_makes_what_is_not_of_this_engine_and_goes_on(tmp_path, monkey
     assert read_record()["b"]["engine"] == "e" * 16
     assert command.main(["c"]) == 2
     assert tells(capsys.readouterr().err, "c", "no part", "a, b")
-
-
-def test_every_part_names_what_exists(repository):
-    known = {p.name for p in PARTS}
-    assert set(read_record()) <= known
-    with refused(CalibrationError, "README.md"):
-        put("README.md", "text")
 
 
 def test_a_joint_study_is_told_beside_one_target(tmp_path):

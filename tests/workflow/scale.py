@@ -1,9 +1,9 @@
-"""What the workflow adds to a run: `python tests/workflow/scale.py FOLDER RUNS [heaps] [--plan]`.
+"""What the workflow adds to a run: `python tests/workflow/scale.py FOLDER RUNS [--plan]`.
 
-A screening of RUNS runs is made by `snakemake -j2`: stub runs, which cost nothing, or real coarse
-heaps. Printed are the seconds of a core, of all processes together, less what the runs themselves
-took, a run; and the memory of snakemake, the files, and what a second call costs that finds all
-done. With --plan nothing is run beyond the plan.
+A screening of RUNS stub runs, which cost nothing, is made by `snakemake -j2`. Printed are
+the seconds of a core, of all processes together, less what the runs themselves took, a run; and the
+memory of snakemake, the files, and what a second call costs that finds all done. With --plan
+nothing is run beyond the plan.
 """
 
 import itertools
@@ -13,7 +13,6 @@ import resource
 import subprocess
 import sys
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import psutil
@@ -61,7 +60,7 @@ CODES = "ABCDEFG"
 seeds."""
 
 SHARE = 1250
-"""Stub runs of a process; how many heaps share one is left to the workflow."""
+"""Stub runs of a process."""
 
 STUB = """name: scale
 runs_per_job: {share}
@@ -76,29 +75,10 @@ run:
   particles: {{count: 1, diameter_mm: 2.0}}
 screening: {{design: design.csv}}
 """
-HEAPS = """name: scale
-seed: 1
-factors: factors.tsv
-measurements: measured.csv
-target: {{metric: angle_of_repose_deg}}
-fixed: {fixed}
-run:
-  materials: {{ particle: {{ density_kg_m3: 2500, shear_modulus_Pa: 1.0e+7, poisson_ratio: 0.2 }} }}
-  particles: {{count: 300, diameter_mm: 4.0}}
-  geometry:
-    orifice_diameter_mm: 30.0
-    plate_diameter_mm: 50.0
-    plate_rim_height_mm: 4.0
-    generation_rate_per_s: 1000
-screening: {{design: design.csv}}
-"""
-MEASURED = {
-    STUB: "experiment,quantity,value,unit,sd,n\nnothing,value,32,1,0.5,5\n",
-    HEAPS: "experiment,quantity,value,unit,sd,n\nheap,angle_of_repose,30,deg,1,5\n",
-}
+MEASURED = "experiment,quantity,value,unit,sd,n\nnothing,value,32,1,0.5,5\n"
 
 
-def study(folder, runs, text):
+def study(folder, runs):
     """A folder with a study of so many runs."""
     checkout(folder)
     (folder / "mine").mkdir(exist_ok=True)
@@ -107,15 +87,11 @@ def study(folder, runs, text):
     rows *= -(-runs // len(rows))
     lines = [",".join(CODES), *(",".join(map(str, row)) for row in rows)]
     (folder / "design.csv").write_text("\n".join(lines) + "\n")
-    (folder / "measured.csv").write_text(MEASURED[text])
-    # half of the salt's ranges: with less friction or more bounce 300 grains are no heap
-    factors = [
-        replace(f, high=f.centre) if f.key.endswith("restitution") else replace(f, low=f.centre)
-        for f in read_factors("config/factors.tsv")
-    ]
+    (folder / "measured.csv").write_text(MEASURED)
+    factors = read_factors("config/factors.tsv")
     write_factors(folder / "factors.tsv", factors)
     fixed = json.dumps({f.name: f.centre for f in factors})
-    (folder / "study.yaml").write_text(text.format(share=SHARE, fixed=fixed))
+    (folder / "study.yaml").write_text(STUB.format(share=SHARE, fixed=fixed))
 
 
 def call(folder, *targets):
@@ -152,9 +128,9 @@ def told(what, spent, largest, clock, runs):
     )
 
 
-def main(folder, runs, text, plan):
+def main(folder, runs, plan):
     """Measure, and print."""
-    study(folder, runs, text)
+    study(folder, runs)
     if plan:
         target = "results/scale/screening/plan.json"
         told("plan", *call(folder, target), runs)
@@ -171,5 +147,4 @@ def main(folder, runs, text, plan):
 
 
 if __name__ == "__main__":
-    chosen = HEAPS if "heaps" in sys.argv else STUB
-    main(Path(sys.argv[1]).absolute(), int(sys.argv[2]), chosen, "--plan" in sys.argv)
+    main(Path(sys.argv[1]).absolute(), int(sys.argv[2]), "--plan" in sys.argv)

@@ -1,8 +1,5 @@
 """What a user reads: a run that fails, the campaign's progress, and the time left."""
 
-import json
-import os
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,9 +8,8 @@ import pytest
 import yaml
 
 from calibration import engines
-from calibration.runs import runner
-from calibration.runs.plans import plan, planned_spec, points_of, result_path, write_plan
-from calibration.runs.progress import Plan, Progress, progress
+from calibration.runs.plans import plan, points_of, result_path, write_plan
+from calibration.runs.progress import Plan, Progress
 from calibration.runs.runner import report, run_logged
 from calibration.runs.store import RunStore
 from calibration.statistics.design import plackett_burman
@@ -118,29 +114,7 @@ def test_the_first_line_tells_the_time_before_any_run_and_a_failure_is_counted(
     assert tells(capsys.readouterr().err, "0 of 69", "1 failed")
 
 
-def test_jobs_elsewhere_are_told_of_here_when_something_has_changed(campaign, capsys, monkeypatch):
-    """Two sentences in what would be many looks: before and after a run."""
-    settings, table, specs = campaign
-    shown = []
-
-    def sleep(seconds):
-        assert seconds == runner.WATCH_EVERY
-        if len(shown) == 3:
-            name = table["run_id"][0]
-            folder = Path(result_path(name)).parent
-            write_result(folder, parse_spec(specs[name]), {}, {"wall_time_s": 60.0}, files=())
-        if len(shown) == 6:
-            raise SystemExit
-        shown.append(seconds)
-
-    monkeypatch.setattr(runner.time, "sleep", sleep)
-    with pytest.raises(SystemExit):
-        runner.tell_changes(parse_config(settings))
-    told = [re.findall(r"\d+ of 69", line) for line in capsys.readouterr().err.splitlines()]
-    assert told == [["0 of 69"], ["1 of 69"]]
-
-
-@pytest.mark.parametrize(("cores", "rounds"), [(1, 40), (2, 21), (4, 11), (16, 5), (100, 3)])
+@pytest.mark.parametrize(("cores", "rounds"), [(1, 40), (4, 11), (100, 3)])
 def test_the_time_left_is_right_for_any_number_of_cores(cores, rounds):
     """17, 3 and 20 runs: what is idle at the end of a stage counts."""
     plans = tuple(Plan(name, 0, runs) for name, runs in (("a", 17), ("b", 3), ("c", 20)))
@@ -158,21 +132,6 @@ def test_a_stage_above_that_is_under_way_has_a_time_of_its_own():
     assert Progress((replace(above, done=11), chain), None, None).left_s(2) == 12 * 60.0
 
 
-def test_a_stage_that_was_stopped_before_is_not_told_as_under_way(campaign):
-    """It has runs that have ended and one that was cut off; what is written now is another's."""
-    settings, table, specs = campaign
-    config, names = parse_config(settings), list(table["run_id"])
-    for stage, rows in (("screening", table.iloc[:6]), ("scaling", table.iloc[6:])):
-        write_plan(f"results/few/{stage}", rows, {n: specs[n] for n in rows["run_id"]})
-    write_result(Path(config.runs) / names[6], parse_spec(specs[names[6]]), {}, {}, files=())
-    for name, when in ((names[7], 1000.0), (names[0], 2000.0)):
-        (Path(config.runs) / name).mkdir(parents=True)
-        os.utime(Path(config.runs) / name, (when, when))
-    assert progress(config).under_way.name == "screening"
-    os.utime(Path(config.runs) / names[7], (3000.0, 3000.0))
-    assert progress(config).under_way.name == "scaling"
-
-
 def test_short_runs_beside_the_chain_are_told_but_not_counted():
     plans = Plan("drop", 3, 10, short=True), Plan("screening", 0, 12, planned=False)
     found = Progress(plans, None, 30.0)
@@ -185,19 +144,3 @@ def test_a_point_that_two_stages_share_is_named_for_both(campaign):
     write_plan("results/few/validation", pd.DataFrame([table.iloc[0]]), specs)
     found = points_of(table["run_id"][0], parse_config(settings))
     assert [text.split(",")[0] for text in found] == ["screening", "validation"]
-
-
-def turned(data):
-    return {k: turned(data[k]) for k in reversed(data)} if isinstance(data, dict) else data
-
-
-def test_a_run_has_one_spec_to_the_letter_whichever_stage_planned_it(campaign):
-    _, table, specs = campaign
-    name = table["run_id"][0]
-    other = turned(specs[name])
-    assert json.dumps(other) != json.dumps(specs[name])
-    write_plan("results/other/ascent", table.head(1), {name: other})
-    found = [planned_spec(f"results/{study}", name) for study in ("few", "other")]
-    assert found[0] == specs[name]
-    assert json.dumps(found[0]) == json.dumps(found[1])
-    assert planned_spec("results/few", "heap-0123456789abcdef") is None

@@ -7,7 +7,6 @@ import re
 import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -16,8 +15,6 @@ from deployed import ROOT, copied, done, write_study
 
 from calibration.chain.jobs import study_of
 from calibration.errors import ConfigError
-from calibration.study.config import parse_config
-from workflow_rules import read_workflow
 
 SNAKEMAKE = [sys.executable, "-m", "snakemake"]
 NO_PROFILE = ("--workflow-profile", "none")
@@ -150,6 +147,7 @@ def test_a_storage_keeps_a_study_and_another_machine_goes_on_with_it(in_bucket, 
     assert len(runs) > 8
 
 
+@pytest.mark.slow
 def test_a_storage_without_local_copies_is_refused_in_a_sentence(in_bucket):
     done = in_bucket("screening", "-n")
     assert done.returncode != 0
@@ -180,18 +178,6 @@ def test_the_catalogue_s_case_runs(tmp_path):
     assert not (copy / "results/runs").exists()
 
 
-def test_the_catalogue_s_case_is_a_valid_study(monkeypatch):
-    monkeypatch.chdir(ROOT / ".test")
-    path = "config/config.yaml"
-    assert parse_config(yaml.safe_load(Path(path).read_text()), files=[path]).name == "drops"
-
-
-def test_the_results_are_where_the_configuration_says(monkeypatch, tmp_path):
-    monkeypatch.chdir(ROOT / ".test")
-    data = yaml.safe_load(Path("config/config.yaml").read_text())
-    assert parse_config(data | {"results": "/scratch/me"}).runs == "/scratch/me/runs"
-
-
 def test_a_job_makes_its_runs_with_the_study_s_engine(monkeypatch, tmp_path):
     """What a job is handed is the configuration as it was written; its plans name the engine."""
     study = write_study(tmp_path / "bounce")
@@ -202,19 +188,6 @@ def test_a_job_makes_its_runs_with_the_study_s_engine(monkeypatch, tmp_path):
     engine = {"name": "command", "command": "x", "version": "1", "files": ["gone.py"]}
     with pytest.raises(ConfigError, match=r"gone\.py"):
         study_of(yaml.safe_load(study.read_text()) | {"engine": engine})
-
-
-def test_the_catalogue_s_entry_promises_what_there_is():
-    """No environment, in no rule either, since no index has the package; a page that says what to
-    do instead, and the study that the catalogue tries."""
-    rules = read_workflow(ROOT / "config/config.yaml", ROOT / "Snakefile", ROOT).rules
-    assert not [rule.name for rule in rules if rule.conda_env]
-    usage = yaml.safe_load((ROOT / ".snakemake-workflow-catalog.yml").read_text())["usage"]
-    assert usage["software-stack-deployment"] == {"conda": False, "apptainer": False}
-    [page] = re.findall(r"docs/[\w-]+\.md", usage["mandatory-flags"]["desc"])
-    assert (ROOT / page).is_file()
-    assert usage["report"] is True
-    assert (ROOT / ".test" / "config" / "config.yaml").is_file()
 
 
 def container():

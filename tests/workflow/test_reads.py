@@ -91,14 +91,6 @@ def test_every_stage_declares_what_it_reads(rules):
     assert missing == {}
 
 
-def test_what_is_read_far_below_a_stage_is_seen(rules):
-    """Else the test above could not fail: sections that are read by what the stage calls, by a
-    property of the study, and by nothing."""
-    found = read_by(plain(resolve(rules["export_converted"].function)))
-    assert {"targets", "rigs", "factors", "run"} <= found.keys()
-    assert "ascent" not in found
-
-
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory):
     """A study of the chain that formulas answer, with its export; and its rules."""

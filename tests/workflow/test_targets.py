@@ -137,7 +137,7 @@ def height(a, b, c, *others):
     return 12.0 + 2.0 * a - 3.0 * b + 1.0 * c
 
 
-@pytest.mark.parametrize(("count", "runs"), [(4, 8), (8, 16), (11, 32)])
+@pytest.mark.parametrize(("count", "runs"), [(4, 8), (11, 32)])
 def test_four_to_eleven_factors_are_screened_and_calibrated(tmp_path, monkeypatch, count, runs):
     config = study(tmp_path, monkeypatch, count, {"angle_of_repose_deg": 36.0})
     found = run_chain(config, count, {"angle_of_repose_deg": angle})
@@ -163,16 +163,6 @@ def test_a_replicated_design_repeats_every_point_with_another_seed(tmp_path, mon
     assert found["validation"]["simulated_mean"] == pytest.approx(36.0, abs=0.15)
 
 
-def test_a_drop_test_can_be_the_target(tmp_path, monkeypatch):
-    config = study(
-        tmp_path, monkeypatch, 4, {"rebound_height_mm": 36.0}, experiment="drop",
-        run={"particles": {"count": 1, "diameter_mm": 2.0}},
-    )  # fmt: skip
-    found = run_chain(config, 4, {"rebound_height_mm": angle})
-    assert all(name.startswith("drop-") for name in read_plan("results/made-up/ascent/plan.json"))
-    assert found["validation"]["simulated_mean"] == pytest.approx(36.0, abs=0.15)
-
-
 FURTHER = {"metric": "height_mm", "low": 8.0, "high": 18.0, "margin": 1.0}
 
 
@@ -181,47 +171,31 @@ def both_targets(**further):
     return {"target": target, "further_targets": [FURTHER | further]}
 
 
-def test_two_targets_are_met_at_once(tmp_path, monkeypatch):
+def test_two_targets_are_met_and_a_third_goal_decides_between_equal_points(tmp_path, monkeypatch):
     measured = {"angle_of_repose_deg": 36.0, "height_mm": 13.0}
-    config = study(tmp_path, monkeypatch, 4, measured, **both_targets())
-    found = run_chain(config, 4, {"angle_of_repose_deg": angle, "height_mm": height})
-    best = found["optimise"]
-    assert best["rule"] == "desirability"
-    assert best["desirability"] == pytest.approx(1.0, abs=0.02)
-    assert best["responses"]["height_mm"]["predicted"] == pytest.approx(13.0, abs=0.1)
-    assert found["validation"]["simulated_mean"] == pytest.approx(36.0, abs=0.2)
-    further = found["validation"]["further"]["height_mm"]
-    assert further["simulated_mean"] == pytest.approx(13.0, abs=0.2)
-    assert further["equivalent"]
-    for name in (
-        "screening/effects_height_mm.csv",
-        "screening/pareto_height_mm.svg",
-        "response_surface/surfaces_height_mm.svg",
-        "validation/height_mm.svg",
-        "optimise/front_height_mm.svg",
-    ):
-        assert (Path("results/made-up") / name).exists()
-    front = pd.read_csv("results/made-up/optimise/front_height_mm.csv")
-    assert front["desirability of height_mm"].is_monotonic_increasing
-    assert front["angle_of_repose_deg"].between(26.0, 46.0).all()
-    stated = json.loads(Path("results/made-up/response_surface/height_mm.json").read_text())
-    assert stated["statistics"]["R2"] > 0.95
-    assert "desirability" in pd.read_csv("results/made-up/ascent/runs.csv")
-
-
-def test_a_third_goal_without_a_measurement_decides_between_equal_points(tmp_path, monkeypatch):
-    measured = {"angle_of_repose_deg": 36.0, "height_mm": 13.0}
-    both = both_targets()
-    both["further_targets"].append(
+    wanted = both_targets()
+    wanted["further_targets"].append(
         {"metric": "spilled", "goal": "minimise", "low": 0.0, "high": 40.0, "importance": 0.5}
     )
-    config = study(tmp_path, monkeypatch, 4, measured, **both)
+    config = study(tmp_path, monkeypatch, 4, measured, **wanted)
     metrics = {"angle_of_repose_deg": angle, "height_mm": height}
     found = run_chain(config, 4, metrics | {"spilled": lambda a, b, c, d: 20.0 + 5.0 * c})
-    region = json.loads(Path("results/made-up/response_surface/region.json").read_text())
+    best, validated = found["optimise"], found["validation"]
+    assert best["rule"] == "desirability"
+    assert best["responses"]["height_mm"]["predicted"] == pytest.approx(13.0, abs=0.1)
+    assert validated["simulated_mean"] == pytest.approx(36.0, abs=0.2)
+    further = validated["further"]["height_mm"]
+    assert further["simulated_mean"] == pytest.approx(13.0, abs=0.2)
+    assert further["equivalent"]
+    folder = Path("results/made-up")
+    region = json.loads((folder / "response_surface/region.json").read_text())
     third = next(f for f in region if f["name"] == "f3")
-    assert found["optimise"]["optimum"]["f3"] < 0.5 * (third["low"] + third["high"])
-    assert found["validation"]["further"]["spilled"]["simulated_n"] == 6
+    assert best["optimum"]["f3"] < 0.5 * (third["low"] + third["high"])
+    for name in ("screening/pareto", "response_surface/surfaces", "optimise/front"):
+        assert (folder / f"{name}_height_mm.svg").exists()
+    front = pd.read_csv(folder / "optimise/front_height_mm.csv")
+    assert front["desirability of height_mm"].is_monotonic_increasing
+    assert front["angle_of_repose_deg"].between(26.0, 46.0).all()
 
 
 def test_a_factor_that_moves_only_the_second_target_goes_on(tmp_path, monkeypatch):

@@ -9,7 +9,7 @@ import time
 from types import SimpleNamespace
 
 import pytest
-from deployed import ROOT, write_study
+from deployed import write_study
 from snakemake_interface_logger_plugins.common import LogEvent
 
 from calibration.interface.cli import main
@@ -34,17 +34,6 @@ def own_affairs(lines):
     return [x for x in lines if x.strip().startswith(OWN_AFFAIRS)]
 
 
-def snakemake(*arguments):
-    """Lines that plain snakemake shows with the profile of the wheel's workflow."""
-    command = [sys.executable, "-m", "snakemake", "-j2", "-s", ROOT / "workflow/Snakefile"]
-    command += ["--configfile", "bounce/config.yaml", *arguments]
-    done = subprocess.run(
-        list(map(str, command)), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-    )
-    assert done.returncode == 0, done.stdout
-    return done.stdout.splitlines()
-
-
 def test_a_dry_run_is_a_line_a_job_and_our_own(study, capfd):
     assert main(["run", "bounce", "-n"]) == 0
     out, err = capfd.readouterr()
@@ -66,13 +55,6 @@ def test_a_mistake_is_its_sentence_alone(study, capfd):
     [line] = [x for x in found if not x.startswith("Using workflow specific profile")]
     assert "config.yaml, line" in line
     assert tells(line, "screening.replicats")
-
-
-def test_a_stage_that_lacks_a_key_is_refused_in_a_line(study, capfd):
-    assert main(["run", "bounce", "-n", "scaling"]) == 1
-    found = "".join(capfd.readouterr()).splitlines()
-    assert [line for line in found if tells(line, "scaling", "given")]
-    assert not own_affairs(found)
 
 
 def handler(capsys, **changed):

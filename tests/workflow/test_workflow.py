@@ -1,5 +1,5 @@
-"""The workflow as a user meets it: dry runs, wrong configuration, and a run that fails or is
-killed."""
+"""What a call of the workflow plans: the whole study, each stage that is asked for by name, further
+materials and profiles; and the rules as they are written."""
 
 import json
 import re
@@ -7,44 +7,89 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 import yaml
+from snakemake.cli import parse_args
 
-from dem.fingerprint import engine_fingerprint
-from dem.results import write_result
+from calibration.chain.jobs import study_of
+from calibration.chain.validation import plan_validation
+from calibration.runs.feasibility import check_ahead
+from calibration.runs.plans import read_plan
+from calibration.study.config import parse_config, point_spec, read_target
+from calibration.study.factors import read_factors
+from calibration.study.stages import load_stages
+from calibration.telling.export.stage import CODES, CONVERTED
+from dem.run import run
 from dem.spec import parse_spec
-from dem.template import template
+from diagnosis.declared import WAVES
+from diagnosis.verdict import validate
+from facts import tells
+from stage_files import Files, PlanFiles
+from workflow_rules import ROOT, dry_run, planned_jobs, read_workflow, rules_of
 
-ROOT = Path(__file__).parents[2]
-SNAKEMAKE = [sys.executable, "-m", "snakemake"]
-
-
-def snakemake(*arguments, cwd=ROOT):
-    return subprocess.run(
-        [*SNAKEMAKE, *arguments], cwd=cwd, capture_output=True, text=True, check=False
-    )
+SNAKEMAKE = [sys.executable, "-m", "snakemake", "-j2"]
+SOYBEAN = "examples/soybean/config.yaml"
+SEARCH = {"plan_export_scan", "plan_export_confirmation", "plan_export_correction"}
+SEARCH |= {"export_rolling", "export_converted"}
+BENCH = {"tilt", "drop", "shear"}
 
 
 @pytest.fixture
 def clone(tmp_path):
     """A checkout without results: links to everything that the workflow reads."""
-    for name in ("Snakefile", "workflow", "config", "profiles", "src", "data"):
+    for name in ("Snakefile", "workflow", "config", "profiles", "src", "data", "examples"):
         (tmp_path / name).symlink_to(ROOT / name)
     return tmp_path
 
 
-@pytest.mark.parametrize("profile", ["default", "quick", "test"])
-def test_a_dry_run_lists_the_first_stage(clone, profile):
-    done = snakemake("-n", "-j2", "--profile", f"profiles/{profile}", cwd=clone)
-    assert done.returncode == 0, done.stderr
-    assert "plan the screening" in done.stdout + done.stderr
+def snakemake(clone, *arguments):
+    """(status, what is said) of a call."""
+    done = subprocess.run(
+        [*SNAKEMAKE, *arguments], cwd=clone, capture_output=True, text=True, check=False
+    )
+    return done.returncode, done.stdout + done.stderr
 
 
-@pytest.mark.parametrize("target", ["optimise", "validation", "reference"])
-def test_each_stage_is_a_target(clone, target):
-    done = snakemake("-n", "-j2", target, cwd=clone)
-    assert done.returncode == 0, done.stderr
+@pytest.fixture(scope="module")
+def workflow():
+    return read_workflow(ROOT / "config/config.yaml", ROOT / "Snakefile", ROOT)
+
+
+@pytest.fixture(scope="module")
+def declared():
+    return rules_of(ROOT / "config/config.yaml", ROOT / "Snakefile", ROOT)
+
+
+def test_the_whole_study_is_planned_without_what_is_asked_for_by_name(clone):
+    jobs = planned_jobs(clone)
+    assert jobs["plan_screening"] == jobs["export"] == jobs["report"] == 1
+    assert "reproduction" in jobs
+    assert not (SEARCH | {"scaling"}) & jobs.keys()
+
+
+def test_each_stage_is_a_target(clone):
+    targets = "optimise validation scaling reproduction export_converted diagnose reference".split()
+    jobs = planned_jobs(clone, *targets)
+    wanted = {*targets, *SEARCH, *BENCH, "plan_scaling", "diagnosis_identify", "diagnosis_refine"}
+    assert wanted <= jobs.keys()
+
+
+def test_a_second_material_is_planned_alone_and_coarsened_by_a_profile(clone):
+    _, said = dry_run(clone, "--profile", "profiles/quick", "--configfile", SOYBEAN)
+    assert "report: results/soybean-quick/report.html" in said
+    assert "salt" not in said
+    assert "audit" not in said
+
+
+def test_screening_waits_for_the_bench_tests_when_told_to(clone):
+    jobs = planned_jobs(clone, "screening", "--config", "fixed_from=bench")
+    assert {"plan_screening"} | BENCH <= jobs.keys()
+
+
+@pytest.mark.slow
+def test_what_the_paper_claims_beyond_its_calibration_is_asked_for(clone):
+    jobs = planned_jobs(clone, "--configfile", "config/config.yaml", "config/claims.yaml")
+    assert {"plan_scaling", "scaling", "reproduction"} <= jobs.keys()
 
 
 @pytest.mark.slow
@@ -55,92 +100,189 @@ def test_every_study_of_the_reference_is_one(clone):
     studies = [re.findall(r'"(config/[\w/]+\.yaml)"', files) for files in lists]
     assert ["config/claims.yaml", "config/rigs/printed.yaml"] in studies
     for study in studies:
-        files = "--configfile", "config/config.yaml", *study
-        done = snakemake("-n", "-j2", *files, cwd=clone)
-        assert done.returncode == 0, done.stderr
+        code, said = snakemake(clone, "-n", "--configfile", "config/config.yaml", *study)
+        assert code == 0, said
         names = [yaml.safe_load((ROOT / f).read_text()).get("name") for f in study]
         name = next((n for n in reversed(names) if n), "salt")
-        assert f"results/{name}/" in done.stdout + done.stderr
+        assert f"results/{name}/" in said
 
 
-def test_a_wrong_configuration_stops_before_any_run(clone):
-    bad = clone / "bad.yaml"
-    bad.write_text("screening: {alpha: 7}\n")
-    done = snakemake("-j2", "--configfile", "config/config.yaml", "bad.yaml", cwd=clone)
-    assert done.returncode != 0
-    assert "screening.alpha" in done.stdout + done.stderr
-    assert not (clone / "results" / "runs").exists()
+@pytest.mark.parametrize("profile", ["default", "quick", "test"])
+def test_the_jobs_of_the_command_line_count_whatever_the_profile_says(profile, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    for given, jobs in (["-j1"], 1), ([], 2):
+        _, settings = parse_args([*given, "--profile", f"profiles/{profile}"])
+        # snakemake takes the jobs for the cores where no cores are set
+        assert (settings.jobs, settings.cores) == (jobs, None)
 
 
-def test_a_cut_off_result_is_missing_and_a_dry_run_says_so(clone, monkeypatch):
-    """Even where snakemake looks at times alone and knows nothing of these files."""
-    monkeypatch.chdir(clone)
-    data = yaml.safe_load(Path("config/config.yaml").read_text())
-    data["screening"]["foldover"] = False  # few enough runs for a job each
-    Path("own.yaml").write_text(yaml.safe_dump(data))
-    own = ("--configfile", "own.yaml", "--rerun-triggers", "mtime")
-    planned = snakemake("-j1", *own, "--", "results/salt/screening/plan.json", cwd=clone)
-    assert planned.returncode == 0, planned.stdout + planned.stderr
-    specs = json.loads(Path("results/salt/screening/plan.json").read_text())
-    Path("results/runs").mkdir(exist_ok=True)
-    Path(f"results/runs/engine-{engine_fingerprint()}.compiled").touch()
-    for name, spec in specs.items():
-        folder = Path("results/runs") / name
-        folder.mkdir()
-        np.savez(folder / "final.npz", position=np.zeros((1, 3)))
-        metrics = {"angle_of_repose_deg": 40.0}
-        write_result(folder, parse_spec(spec), metrics, {"wall_time_s": 1.0})
-    cut = list(specs)[4]
-    path = Path("results/runs") / cut / "result.json"
-    path.write_bytes(path.read_bytes()[:200])
-    done = snakemake("-n", "-j2", "screening", *own, cwd=clone)
-    shown = done.stdout + done.stderr
-    assert done.returncode == 0, shown
-    assert f"{cut}/result.json: is damaged" in shown
-    assert "Traceback" not in shown
-    assert [n for n in specs if f"DEM run {n}" in shown] == [cut], shown
+def test_values_of_the_bench_tests_reach_the_planned_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    config = parse_config(yaml.safe_load((ROOT / "config" / "config.yaml").read_text()))
+    found = tmp_path / "fixed.json"
+    found.write_text(json.dumps({"fixed": {"salt_steel_static_friction": 0.6543}}))
+    optimum = tmp_path / "optimum.json"
+    optimum.write_text(json.dumps({"optimum": {"salt_salt_rolling_friction": 0.2}}))
+    for files, friction in (([], 0.71), ([found], 0.6543)):
+        study = study_of(config.model_dump(mode="json")).with_bench(files)
+        plan_validation(study, Files(optimum=optimum), PlanFiles.of(tmp_path / "validation"))
+        specs = read_plan(tmp_path / "validation" / "plan.json").values()
+        assert {s["contacts"]["particle_wall"]["static_friction"] for s in specs} == {friction}
+        assert {s["contacts"]["particle_wall"]["restitution"] for s in specs} == {0.421}
 
 
-def test_further_targets_have_files_of_their_own(clone):
-    rows = (ROOT / "data/paper/measurements.csv").read_text()
-    heights = "".join(f"heap,height,{h},mm,,,,,,\n" for h in (20, 22))
-    (clone / "heights.csv").write_text(rows + heights)
-    two = clone / "two.yaml"
-    two.write_text(
-        "measurements: heights.csv\n"
-        "target: { low: 35, high: 55 }\n"
-        "further_targets:\n"
-        "  - { metric: height_mm, low: 10, high: 30, margin: 2 }\n"
-        "  - { metric: spilled, goal: minimise, low: 0, high: 2000 }\n"
-    )
-    files = ("validation/height_mm.svg", "screening/pareto_spilled.svg")
-    wanted = [f"results/salt/{name}" for name in files]
-    done = snakemake("-n", "-j2", "--configfile", two, "--", *wanted, cwd=clone)
-    assert done.returncode == 0, done.stderr
-    assert "validation: replicates" in done.stdout + done.stderr
+# --- the rules ---------------------------------------------------------------------------------
 
 
-def spec(tmp_path, **changes):
-    data = {
-        "particles": {"count": 300, "diameter_mm": 4.0},
-        "laws": {"rolling": "constant_torque"},  # so few grains make no heap under the default
-        "geometry": {"generation_rate_per_s": 600},
-        "output": {"checkpoint_interval_s": 0.05},
+def test_what_takes_seconds_runs_where_snakemake_does(workflow):
+    """All but what has a benchmark, and the runs: on a cluster each of these is a job."""
+    jobs = {rule.name for rule in workflow.rules} - workflow._localrules - {"all", "study"}
+    timed = {rule.name for rule in workflow.rules if rule.benchmark}
+    assert jobs == timed | {"compile_engine", "run_batch", "reference"}
+    assert {"dem_run", "joint", "posterior", "heaps", "diagnosis_refine"} <= timed
+
+
+def test_a_rule_names_the_tables_that_it_reads(workflow, declared):
+    inputs = {rule.name: list(rule.input.keys()) for rule in workflow.rules}
+    for name, rule in declared.items():
+        for section in ("factors", "measurements"):
+            assert (section in rule.reads) == (section in inputs[name]), (name, section)
+
+
+def test_each_stage_ends_with_a_rule_and_its_plans_are_made(declared):
+    stages = load_stages("calibration.study.stages", "diagnosis.declared", "paper.stages").values()
+    assert {stage.rule for stage in stages} <= set(declared)
+    made = {
+        re.sub(r"\{wave.*?\}", str(wave), str(Path(rule.plan).parent))
+        for rule in declared.values()
+        for wave in range(1, WAVES + 1)
+        if rule.plan
     }
-    path = tmp_path / "spec.yaml"
-    path.write_text(json.dumps(yaml.safe_load(template("heap")) | data | changes))
-    return path
+    assert made == {f"results/salt/{plan.folder}" for stage in stages for plan in stage.plans}
 
 
-DEM = [sys.executable, "-m", "dem.cli"]
+def test_the_export_makes_every_code_s_files(workflow):
+    made = {str(f) for rule in workflow.rules if "export" in rule.name for f in rule.output}
+    names = [*CODES, "dem.yaml", "study.yaml", *(f"converted/{name}" for name in CONVERTED)]
+    assert {f"results/salt/exports/{name}" for name in names} <= made
+    assert "results/salt/calibrated.yaml" in made
 
 
-def test_a_run_that_cannot_be_measured_says_why(tmp_path):
-    few = spec(tmp_path, particles={"count": 5, "diameter_mm": 4.0})
-    done = subprocess.run(
-        [*DEM, "run", few, "--out", tmp_path / "o"], capture_output=True, text=True, check=False
+# --- the diagnosis -----------------------------------------------------------------------------
+
+HEAD = "experiment,quantity,value,unit,sd,n,drop_height_mm\n"
+MINE = ("diagnose", "--config", "measurements=mine.csv")
+
+
+def test_a_table_of_single_contacts_trains_no_emulator(clone):
+    """Each stage is a process that loads the project: those that would make nothing are left
+    out."""
+    rows = "".join(f"drop,rebound_height,{0.3 * h},mm,1,5,{h}\n" for h in (50, 100, 200))
+    (clone / "mine.csv").write_text(HEAD + rows)
+    stages = {rule for rule in planned_jobs(clone, *MINE) if rule.startswith("diagnos")}
+    assert stages == {"diagnosis_calibrate", "diagnosis_identify", "diagnose"}
+
+
+def test_every_fault_of_a_users_table_is_shown_before_any_run(clone):
+    (clone / "mine.csv").write_text(
+        f"{HEAD}drop,rebound_height,20,kg,1,5,150\ndrop,rebound_height,30,mm,,5,200\n"
     )
-    assert done.returncode == 2
-    assert "no heap" in done.stderr
-    assert "Traceback" not in done.stderr
-    assert not (tmp_path / "o" / "result.json").exists()
+    code, said = snakemake(clone, *MINE)
+    assert code != 0
+    assert tells(said, "mine.csv", "line 2", "column unit", "kg", "mm")
+    assert tells(said, "mine.csv", "line 3", "column sd")
+    assert "Traceback" not in said
+    assert not (clone / "results/runs").exists()
+
+
+def test_a_plan_says_which_measurement_a_diagnosis_lacks(clone):
+    """Each test was made at one setting."""
+    (clone / "mine.csv").write_text(
+        f"{HEAD}drop,rebound_height,20,mm,1,5,150\ntilt,sliding_angle,30,deg,1,5,\n"
+        "heap,angle_of_repose,40,deg,1,5,\n"
+    )
+    code, said = snakemake(clone, "-n", *MINE)
+    assert code != 0
+    assert tells(said, "mine.csv", "drop_height_mm")
+
+
+@pytest.mark.long
+@pytest.mark.slow
+def test_the_shipped_case_runs_through_and_another_one_re_uses_its_runs(clone):
+    test_profile = ("--profile", "profiles/test", "diagnose")
+    code, said = snakemake(clone, *test_profile)
+    assert code == 0, said
+    folder = clone / "results" / "salt-test" / "diagnosis"
+    verdict = json.loads((folder / "verdict.json").read_text())
+    validate(verdict)
+    assert len(verdict["residuals"]) == 7
+    assert {r["experiment"] for r in verdict["residuals"]} == {"heap", *BENCH}
+    trained = set(json.loads((folder / "plan.json").read_text()))
+    # a heap that clogs the funnel has no result; the emulator does without it
+    results = {name: clone / "results/runs" / name / "result.json" for name in trained}
+    stamps = {path: path.stat().st_mtime_ns for path in results.values() if path.exists()}
+    assert len(stamps) > 0.8 * len(trained)
+    lines = (ROOT / "data/paper/measurements.csv").read_text().splitlines()
+    (clone / "mine.csv").write_text("\n".join(lines[:-1]) + "\n")
+    changed = ("--config", "measurements=mine.csv", "name=other")
+    code, said = snakemake(clone, *test_profile, *changed)
+    assert code == 0, said
+    again = clone / "results" / "other-test" / "diagnosis"
+    assert set(json.loads((again / "plan.json").read_text())) == trained
+    assert len(json.loads((again / "verdict.json").read_text())["residuals"]) == 6
+    assert {path: path.stat().st_mtime_ns for path in stamps} == stamps
+
+
+# --- further materials -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "measured", "sources", "published"),
+    [
+        ("maize", [23.5, 21.86], ["Agriculture"], 3),
+        ("quartz_sand", [32, 34, 36], ["Al-Hashemi", "Wensrich"], 3),
+        ("pp", [29.82, 30.54], ["Sudsawat"], 5),
+    ],
+)
+def test_a_study_begun_from_published_values_is_whole_and_names_their_sources(
+    name, measured, sources, published, monkeypatch
+):
+    monkeypatch.chdir(ROOT)
+    path = f"examples/{name}/config.yaml"
+    config = parse_config(yaml.safe_load(Path(path).read_text()), file=path)
+    check_ahead(config)
+    assert list(read_target(config)) == measured
+    told = [f.description for f in read_factors(config.factors)]
+    assert sum(any(s in text for s in sources) for text in told) == published
+
+
+@pytest.mark.slow
+def test_published_values_give_the_published_angle_within_the_laboratories_spread(
+    tmp_path, monkeypatch
+):
+    monkeypatch.chdir(ROOT)
+    config = parse_config(yaml.safe_load(Path(SOYBEAN).read_text()), file=SOYBEAN)
+    levels = {f.key: config.fixed[f.name] for f in read_factors(config.factors)}
+    spec = parse_spec(point_spec(config.run, config.experiment, levels, config.seed))
+    angle = run(spec, tmp_path)["metrics"]["angle_of_repose_deg"]
+    measured = read_target(config)
+    # one run's own spread from flank to flank is about four degrees
+    assert measured.min() - 2.0 < angle < measured.max() + 2.0
+
+
+@pytest.mark.long
+@pytest.mark.slow
+def test_the_whole_study_runs(clone):
+    code, said = snakemake(clone, "--configfile", SOYBEAN)
+    assert code == 0, said
+    study = clone / "results" / "soybean"
+    screening = json.loads((study / "screening" / "screening.json").read_text())
+    assert "bean_bean_rolling_friction" in screening["significant"]
+    optimum = json.loads((study / "optimise" / "optimum.json").read_text())
+    assert optimum["attainable"]
+    validation = json.loads((study / "validation" / "validation.json").read_text())
+    assert validation["simulated_n"] == 10
+    # the mean of ten heaps against the surface's prediction, each with its standard error
+    error = (validation["simulated_sd"] ** 2 / 10 + optimum["standard_error"] ** 2) ** 0.5
+    assert abs(validation["simulated_mean"] - optimum["predicted"]) < 3.0 * error
+    assert not list((clone / "results" / "runs").glob("*/failed.yaml"))
