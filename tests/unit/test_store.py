@@ -5,8 +5,6 @@ import errno
 import json
 import os
 import shutil
-import subprocess
-import sys
 import time
 from pathlib import Path
 from types import SimpleNamespace
@@ -421,18 +419,14 @@ def test_two_calls_do_not_work_in_one_folder(names):
 
 
 def test_a_job_of_the_call_that_holds_a_folder_works_there(tmp_path, monkeypatch):
-    monkeypatch.delenv("CALIBRATION_HELD", raising=False)
+    monkeypatch.setenv("CALIBRATION_HELD", "")
     hold(tmp_path)
-    call = [
-        sys.executable,
-        "-c",
-        f"from calibration.runs.verify import hold; hold({str(tmp_path)!r})",
-    ]
-    subprocess.run(call, check=True)
+    hold(tmp_path)  # as a job does, which has the environment of the call
     assert not is_held(tmp_path)
-    stranger = {k: v for k, v in os.environ.items() if k != "CALIBRATION_HELD"}
-    refused = subprocess.run(call, env=stranger, capture_output=True, text=True)
-    assert tells(refused.stderr, str(tmp_path), "another call")
+    monkeypatch.setenv("CALIBRATION_HELD", "")  # a stranger has not
+    assert is_held(tmp_path)
+    with refused(CalibrationError, str(tmp_path), "another call"):
+        hold(tmp_path)
 
 
 def lost():

@@ -47,6 +47,19 @@ runs_per_job: 4
 """
 
 
+READ = ("Snakefile", "workflow", "config", "profiles", "src", "data")
+"""What the workflow reads of a checkout."""
+
+
+def checkout(folder):
+    """Link everything that the workflow reads into a folder; returns it, without results."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in READ:
+        if not (folder / name).exists():
+            (folder / name).symlink_to(ROOT / name)
+    return folder
+
+
 def write_study(folder, name="drops", may_start=True):
     """A study of eight drops that a formula answers, for a workflow that runs in the folder above,
     where its program may start; returns its configuration file."""

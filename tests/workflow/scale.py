@@ -16,7 +16,7 @@ import time
 from pathlib import Path
 
 import psutil
-from test_kills import checkout
+from deployed import checkout
 
 from calibration.study.factors import read_factors
 from calibration.study.new.study import write_factors

@@ -1,5 +1,6 @@
 """What is made again: everything whose cause has changed, and nothing else, with snakemake's own
-records and without them. `tests/unit/test_store.py` has the checks of single files."""
+records and without them: a task whose function imports what was edited, or that reads the section
+that was changed. `tests/unit/test_store.py` has the checks of single files."""
 
 import json
 import os
@@ -14,15 +15,173 @@ import pytest
 import yaml
 from deployed import FACTORS
 
+from calibration.digests import digest, digest_with
 from calibration.intake.started_code import allow
+from calibration.study.config import overlay, parse_config
 from calibration.study.config.schema import Config
+from calibration.study.stages import resolve
 from dem.io.stl import write_stl
-from facts import tells
-from workflow_rules import dry_run
+from workflow_rules import ROOT, dry_run, rules_of
 
-pytestmark = pytest.mark.slow
+GROUPS = {
+    # what every task imports: the schemas of run specs, and with them experiments and laws
+    "EVERY": lambda name: True,
+    "PLANS": lambda name: name.startswith("plan_"),
+    "EXPORTS": lambda name: "export" in name and name != "joint_export",
+    "DIAGNOSIS": lambda name: name.startswith("diagn"),
+}
+"""Rules by a word."""
+EDITS = {
+    # a module that is edited: the rules that run again. A file's plan and analysis go together
+    "calibration/errors.py": {"EVERY"},
+    "calibration/chain/validation.py": {"plan_validation", "validation"},
+    "calibration/chain/bench_tests/shear.py": {"plan_shear", "shear"},
+    "calibration/runs/progress.py": set(),
+    "calibration/interface/api.py": set(),
+    "calibration/telling/provenance.py": {"provenance"},
+    "diagnosis/verdict.schema.json": {"DIAGNOSIS", "plan_disagreement", "disagreement"},
+    "dem/cli.py": set(),
+    "dem/contact/damping/tsuji.py": {"EVERY"},
+}
+SECTIONS = [
+    # a key that is changed: the rules that run again
+    ("screening", "alpha", 0.1, {"plan_screening", "screening", "export"}),
+    ("ascent", "steps", 6, {"plan_ascent", "screening", "export"}),
+    ("scaling", "margin_deg", 1.5, {"plan_scaling", "scaling", "export"}),
+    ("posterior", "draws", 60, {"posterior", "export"}),
+    ("name", None, "other", {"export", "joint_export"}),
+    ("runs_per_job", None, 3, {"export"}),
+    (
+        "seed", None, 5,
+        {"PLANS", "EXPORTS", "tilt", "drop", "candidate", "optimise", "posterior", "joint",
+         "joint_export"},
+    ),
+]  # fmt: skip
 
-ROOT = Path(__file__).parents[2]
+
+@pytest.fixture(scope="module")
+def tasks():
+    return rules_of(ROOT / "config/config.yaml", ROOT / "Snakefile", ROOT)
+
+
+def expanded(names, tasks):
+    """Names of rules, those of groups among them."""
+    groups = [GROUPS[name] for name in names if name in GROUPS]
+    return {t for t in tasks if t in names or any(group(t) for group in groups)}
+
+
+@pytest.fixture(scope="module")
+def data():
+    data = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
+    # the ends of the desirability, which a further target needs, and a rig, which a target names
+    more = {"target": {"low": 20.0, "high": 70.0}, "rigs": {"pour": {"experiment": "heap"}}}
+    return overlay(data, more)
+
+
+@pytest.fixture(scope="module")
+def config(data):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(ROOT)
+        return parse_config(data)
+
+
+@pytest.fixture(scope="module")
+def sources(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("copy") / "src"
+    shutil.copytree(ROOT / "src", folder, ignore=shutil.ignore_patterns("__pycache__"))
+    return folder
+
+
+def digests(tasks, config, sources):
+    """{rule: digest} as rules/common.smk makes it."""
+    return {
+        name: digest(
+            config, task.reads, [task.function.split(":")[0], "calibration.chain.study"], sources
+        )
+        for name, task in tasks.items()
+    }
+
+
+@pytest.fixture(scope="module")
+def before(tasks, config, sources):
+    return digests(tasks, config, sources)
+
+
+@pytest.mark.parametrize("module", EDITS)
+def test_an_edited_module_makes_stale_what_imports_it(module, tasks, config, sources, before):
+    path = sources / module
+    text = path.read_text()
+    edit = '{"a": 1}' if module.endswith(".json") else text + "\nEDITED = True\n"
+    path.write_text(edit)
+    after = digests(tasks, config, sources)
+    path.write_text(text)
+    stale = {name for name in tasks if after[name] != before[name]}
+    assert stale == expanded(EDITS[module], tasks)
+
+
+def test_packages_beside_the_projects_own_count_for_nothing(
+    tasks, config, sources, before, tmp_path
+):
+    """In a wheel's environment all packages lie in one folder, and some take names of their own."""
+    site = shutil.copytree(sources, tmp_path / "site-packages")
+    (site / "numpy").mkdir()
+    (site / "numpy/__init__.py").write_text("from numpy import array, linalg\n")
+    assert digests(tasks, config, site) == before
+
+
+def test_comments_and_docstrings_make_nothing_stale(tasks, config, sources, before):
+    path = sources / "calibration/chain/screening.py"
+    text = path.read_text()
+    path.write_text(
+        text.replace("Screening: which factors matter", "Other words") + "\n# a remark\n"
+    )
+    after = digests(tasks, config, sources)
+    path.write_text(text)
+    assert after == before
+
+
+@pytest.mark.parametrize(("section", "key", "value", "expected"), SECTIONS)
+def test_a_changed_key_makes_stale_what_reads_its_section(
+    section, key, value, expected, tasks, data, before, sources
+):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(ROOT)
+        changed = parse_config(overlay(data, {section: {key: value} if key else value}))
+    after = digests(tasks, changed, sources)
+    assert {name for name in tasks if after[name] != before[name]} == expanded(expected, tasks)
+
+
+def test_every_section_of_the_configuration_is_read_by_a_stage_or_stands_for_its_files(
+    tasks, config
+):
+    read = {section for name, task in tasks.items() if name != "export" for section in task.reads}
+    # where files are, which pages wait for which stage, and what only the written-out study has
+    files = {"name", "results", "supplements", "fixed_from", "published", "engine", "resolution"}
+    # how runs are shared among processes decides none of them
+    files |= {"runs_per_job"}
+    assert set(type(config).model_fields) == read | files
+
+
+def test_every_declared_function_exists_and_bears_the_rule_s_name(tasks):
+    for name, task in tasks.items():
+        assert task.function.endswith(f":{name}")
+        assert callable(resolve(task.function))
+
+
+def test_a_table_counts_by_what_is_in_it(tmp_path):
+    table = tmp_path / "factors.tsv"
+    found = {digest_with("code", [table])}
+    table.write_text("1")
+    found.add(digest_with("code", [table]))
+    os.utime(table, (1.0, 1.0))
+    assert digest_with("code", [table]) in found
+    table.write_text("2")
+    found.add(digest_with("code", [table]))
+    assert len(found) == 3
+
+
+# --- a finished study ----------------------------------------------------------------------
+
 SOLVER = """import json, sys, yaml
 
 spec = yaml.safe_load(open(sys.argv[1]))
@@ -161,23 +320,18 @@ def remarks(study):
             stream.write("# a remark\n")
 
 
-SAME = {
-    "nothing": lambda study: None,
-    "the times of a fresh checkout": touched,
-    "comments and layout": remarks,
-    "the order of keys": lambda s: edited(s / "study.yaml", "low: 0, high: 60", "high: 60, low: 0"),
-}
+def of_another_checkout(study):
+    """The same results without snakemake's records, beside sources of another layout."""
+    remarks(study)
+    touched(study)
+    edited(study / "study.yaml", "low: 0, high: 60", "high: 60, low: 0")
+    shutil.rmtree(study / ".snakemake")
 
 
-@pytest.mark.parametrize("change", SAME.values(), ids=SAME)
+@pytest.mark.slow
+@pytest.mark.parametrize("change", [lambda study: None, of_another_checkout], ids=["none", "all"])
 def test_what_changes_no_number_makes_nothing_again(study, change):
     change(study)
-    assert jobs(study) == {}
-
-
-def test_copied_results_are_as_good_without_the_records(study):
-    shutil.rmtree(study / ".snakemake")
-    touched(study)
     assert jobs(study) == {}
 
 
@@ -195,28 +349,10 @@ def truncated(path):
     path.write_bytes(path.read_bytes()[:-40])
 
 
-def without_record(study, rule, file):
-    """A table that was edited, and no record of the rule that left it."""
-    (study / "results/heaps/.made_from" / f"{rule}.json").unlink()
-    edited(study / "results/heaps" / file, "1", "2")
-
-
-def no_text(study, file):
-    (study / "results/heaps" / file).write_bytes(b"\xff\xfe\x81")
-
-
 OTHER = {
     "a digit of a metric": (digit_of_a_metric, RUN),
     "a state that is gone": (lambda s: first_run(s).with_name("final.npz").unlink(), RUN),
     "a mesh halved in place": (lambda s: mesh(s / "plate.stl", 50.0), PLAN),
-    "the table of the design": (
-        lambda s: (s / "table.csv").write_text(TABLE.replace("4,1", "4,-1")),
-        PLAN,
-    ),
-    "the design as it was planned": (
-        lambda s: edited(s / "results/heaps/screening/design.csv", "-1", "1"),
-        PLAN,
-    ),
     "the factor table": (lambda s: edited(s / "factors.tsv", "0.6", "0.7"), PLAN),
     "the code of the analysis": (
         lambda s: edited(s / "src/calibration/statistics/anova.py", "\n\n\n", "\n\nNEW = 1\n\n"),
@@ -226,24 +362,11 @@ OTHER = {
         lambda s: edited(s / "results/heaps/screening/effects.csv", "1", "2"),
         {"screening": 1},
     ),
-    "a table that was edited and the record that is gone": (
-        lambda s: without_record(s, "screening", "screening/effects.csv"),
-        {"screening": 1},
-    ),
     "a plan that is gone": (
         lambda s: (s / "results/heaps/screening/plan.json").unlink(),
         PLAN,
     ),
-    "a design that is gone": (
-        lambda s: (s / "results/heaps/screening/design.csv").unlink(),
-        PLAN,
-    ),
-    "a plan that is no text": (lambda s: no_text(s, "screening/plan.json"), PLAN),
     "the measured values": (lambda s: edited(s / "measured.csv", "36", "39"), {"screening": 1}),
-    "a setting of the analysis": (
-        lambda s: edited(s / "study.yaml", "high: 60", "high: 50"),
-        {"screening": 1},
-    ),
 }
 
 
@@ -251,15 +374,13 @@ TOLD = {
     "a digit of a metric": "result.json",
     "a state that is gone": "final.npz",
     "a mesh halved in place": "plan.json",
-    "the design as it was planned": "design.csv",
     "a digit of a stage's table": "effects.csv",
     "a plan that is gone": "plan.json",
-    "a design that is gone": "design.csv",
-    "a plan that is no text": "plan.json",
 }
 """The file that a dry run names."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", OTHER)
 def test_what_changes_a_number_makes_again_what_follows_from_it(study, what):
     change, expected = OTHER[what]
@@ -269,12 +390,7 @@ def test_what_changes_a_number_makes_again_what_follows_from_it(study, what):
     assert f"/{TOLD.get(what, '')}" in said
 
 
-def test_the_reason_is_that_the_digest_has_changed(study):
-    OTHER["the measured values"][0](study)
-    [line] = [x for x in snakemake(study, "-n").splitlines() if x.startswith("screening: ")]
-    assert tells(line, "settings", "changed")
-
-
+@pytest.mark.slow
 def test_so_does_it_in_copied_results_without_the_records(study):
     change, expected = OTHER["the measured values"]
     shutil.rmtree(study / ".snakemake")
@@ -282,6 +398,7 @@ def test_so_does_it_in_copied_results_without_the_records(study):
     assert jobs(study) == expected
 
 
+@pytest.mark.slow
 def test_after_it_was_made_again_nothing_is_left_to_be_made(study):
     tables = {p: p.read_text() for p in study.glob("results/heaps/screening/*.csv")}
     digit_of_a_metric(study)
@@ -291,6 +408,7 @@ def test_after_it_was_made_again_nothing_is_left_to_be_made(study):
     assert {p: p.read_text() for p in tables} == tables
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("question", ["--lint", "--rulegraph"])
 def test_a_question_that_makes_nothing_changes_nothing(study, question):
     digit_of_a_metric(study)

@@ -12,11 +12,10 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import psutil
 import pytest
-from deployed import FACTORS, MEASURED
+from deployed import FACTORS, MEASURED, checkout
 from filelock import FileLock, Timeout
 
 from calibration.runs.verify import faults_of
@@ -25,9 +24,6 @@ from facts import tells
 
 pytestmark = pytest.mark.slow
 
-ROOT = Path(__file__).parents[2]
-READ = ("Snakefile", "workflow", "config", "profiles", "src", "data")
-"""What the workflow reads of a checkout."""
 SEED = 14
 """Of the moments and victims. What then happens depends on the machine's speed too, so that a seed
 repeats the kills and not the outcome."""
@@ -39,15 +35,6 @@ VICTIMS = ("snakemake", "job", "job", "all")
 machine stops."""
 LAST_ORPHAN = 120.0
 """Seconds in which what was orphaned has ended after the campaign."""
-
-
-def checkout(folder):
-    """A folder with links to everything that the workflow reads, and no results."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for name in READ:
-        if not (folder / name).exists():
-            (folder / name).symlink_to(ROOT / name)
-    return folder
 
 
 def start(folder):
