@@ -207,6 +207,7 @@ def test_every_other_name_makes_a_study(name):
         (["--rate", "5kg/s"], ["--rate 5kg/s", "passes about 77.1 g/s"]),
         (["--measured", "26±1"], ["--measured 26±1", "a mean with its spread", "sd"]),
         (["--measured", "26+/-1", "27"], ["--measured 26+/-1", "sd"]),
+        (["--measured", "a.fit.png"], ["a.fit.png", "pictures of a fit"]),
     ],
 )
 def test_a_wrong_answer_gets_a_sentence_and_leaves_nothing(here, change, words, capsys):

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from calibration.errors import ConfigError
+from calibration.errors import CalibrationError, ConfigError
 from dem.io.checked import digest_of
 
 PICTURES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp")
@@ -25,7 +25,10 @@ def refuse_twice(paths: Sequence[Path]) -> None:
 
 def without_fits(paths: Sequence[Path]) -> tuple[list[Path], list[str]]:
     """(photographs, sentences): pictures of fits, which a pattern such as *.png catches too, are
-    left out and named."""
+    left out and named. Raises CalibrationError where nothing else is given."""
     kept = [p for p in paths if not p.name.endswith(FIT)]
     left = [p.name for p in paths if p.name.endswith(FIT)]
-    return kept, ([f"left out, as pictures of a fit: {', '.join(left)}"] if left else [])
+    said = f"left out, as pictures of a fit: {', '.join(left)}"
+    if not kept:
+        raise CalibrationError(f"{said}; allowed: the photographs beside them")
+    return kept, [said] if left else []

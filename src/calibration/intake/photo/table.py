@@ -37,8 +37,6 @@ def measure_photos(
         raise CalibrationError(f"{out}: exists already")
     per_pixel = _mm_per_pixel(scale) if scale else None
     names, lines = without_fits([Path(p) for p in paths])
-    if not names:
-        raise CalibrationError(f"{lines[0]}; allowed: the photographs beside them")
     refuse_twice(names)
     photos, heights = [measure_photo(p, view) for p in names], []
     for photo in photos:
