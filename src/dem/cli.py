@@ -67,7 +67,9 @@ class _Parser(argparse.ArgumentParser):
 
 def _parser(more):
     parser = _Parser(
-        prog="dem", description="Discrete element engine: virtual experiments with spheres."
+        prog="dem",
+        description="Discrete element engine: virtual experiments with spheres. "
+        "calibration --help lists the stages of a study.",
     )
     commands = parser.add_subparsers(required=True, metavar="command")
     resumed = [name for name, e in experiments().items() if e.resumes]
