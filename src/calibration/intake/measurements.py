@@ -167,11 +167,11 @@ def read_measured(
     if not table.rows:
         raise ConfigError("holds no reading", path=path, allowed="a row for each reading")
     covariates = _covariates(table, parameters)
-    for line, row in table.rows:
-        own = []  # type: ignore[var-annotated]
-        found = _measurement(table, row, line, own, parameters)
-        rows.append(found and replace(found, covariates=_recorded(table, row, line, covariates)))
-        faults += own
+    for line, cells in table.rows:
+        row = _Row(table, line, cells)
+        found = _measurement(row, parameters)
+        rows.append(found and replace(found, covariates=_recorded(table, cells, line, covariates)))
+        faults += row.faults
     conditions = _gathered([r for r in rows if r is not None], path, faults)
     raise_faults(faults)
     return Measurements(path, tuple(conditions), table.how)
@@ -282,128 +282,133 @@ def _recorded(table, row, line, names):
     return {name: table.number(line, name, row[name]) for name in names if row.get(name)}
 
 
-def _number(table, row, line, column, unit, low, high):
-    """Number of a cell, in `unit` where it carries one of its own."""
-    text, where = row.get(column, ""), {"path": table.path, "line": line, "column": column}
-    if not text:
-        instead = {"value": "a number, or what the test ended with in the column outcome"}
-        raise ConfigError("is missing", **where, allowed=instead.get(column))
-    value = table.number(line, column, text, partial(in_unit, unit=unit), finite=False)
-    if not low <= value <= high:
-        raise ConfigError("is out of range", **where, value=value, allowed=f"{low:g} to {high:g}")
-    return value
+class _Row:
+    """A row of a table while it is read; what is wrong with it goes to `faults`."""
 
+    def __init__(self, table, line, cells):
+        self.table, self.line, self.cells = table, line, cells
+        self.faults: list[ConfigError] = []
 
-def _measurement(table, row, line, faults, parameters=()):
-    """`Measurement` of a row, or None with what is wrong appended to `faults`."""
-    kind, path = row["experiment"], table.path
-    if kind not in QUANTITIES:
-        allowed = ", ".join(QUANTITIES)
-        where = {"path": path, "line": line, "column": "experiment"}
-        faults.append(ConfigError("is no experiment", value=kind, allowed=allowed, **where))
-        return None
-    known = measurable(kind)
-    if row["quantity"] not in known:
-        where = {"path": path, "line": line, "column": "quantity"}
-        reason, allowed = f"does not go with {kind}", ", ".join(known)
-        faults.append(ConfigError(reason, value=row["quantity"], allowed=allowed, **where))
-    q = known.get(row["quantity"], known[QUANTITIES[kind].name])
-    unit = _unit(table, row, q, line, faults)
+    def get(self, column):
+        """Text of a cell, empty where there is none."""
+        return self.cells.get(column) or ""
 
-    def number(column, least, most, own=None):
-        try:
-            return _number(table, row, line, column, own, least, most)
-        except ConfigError as error:
-            faults.append(error)
+    def fault(self, column, reason, **told):
+        """Note what is wrong with a cell."""
+        where = {"path": self.table.path, "line": self.line, "column": column}
+        self.faults.append(ConfigError(reason, **where, **told))
+
+    def number(self, column, low, high, unit=None):
+        """Number of a cell, in `unit` where it carries one of its own; None where it is wrong."""
+        text = self.get(column)
+        if not text:
+            instead = {"value": "a number, or what the test ended with in the column outcome"}
+            self.fault(column, "is missing", allowed=instead.get(column))
             return None
+        try:
+            inside = partial(in_unit, unit=unit)
+            value = self.table.number(self.line, column, text, inside, finite=False)
+        except ConfigError as error:
+            self.faults.append(error)
+            return None
+        if not low <= value <= high:
+            self.fault(column, "is out of range", value=value, allowed=f"{low:g} to {high:g}")
+            return None
+        return value
 
-    text = {c: row.get(c) or "" for c in ("note", *SHARED, "replicate")}
-    chosen = _chosen(row, path, line, faults)
-    scale = in_unit(f"1 {unit}", q.unit) if unit else 1.0
-    faults += _superfluous(row, chosen, path, line)
-    value, sd, n = _reading(row, q, scale, unit, number, chosen["outcome"])
-    if n is not None and n != int(n):
-        where = {"path": path, "line": line, "column": "n"}
-        faults.append(ConfigError("is not a whole number", value=n, **where))
-    levers = _levers(row, kind, path, line, number, faults)
-    lever_sd = _lever_sd(row, kind, path, line, number, faults)
-    known = tuple((name, number(name, -math.inf, math.inf)) for name in parameters)
-    if value is not None:
-        _doubt(table, row, line, q, scale * value, faults)
-    if faults:
+
+def _measurement(row, parameters=()):
+    """`Measurement` of a `_Row`, or None where it has faults."""
+    kind = row.get("experiment")
+    if kind not in QUANTITIES:
+        row.fault("experiment", "is no experiment", value=kind, allowed=", ".join(QUANTITIES))
         return None
-    more = text | chosen | {"quantity": row["quantity"], "line": line, "known": known}
+    known, name = measurable(kind), row.get("quantity")
+    if name not in known:
+        reason, allowed = f"does not go with {kind}", ", ".join(known)
+        row.fault("quantity", reason, value=name, allowed=allowed)
+    q = known.get(name, known[QUANTITIES[kind].name])
+    unit = _unit(row, q)
+    text = {c: row.get(c) for c in ("note", *SHARED, "replicate")}
+    chosen = _chosen(row)
+    scale = in_unit(f"1 {unit}", q.unit) if unit else 1.0
+    _refuse_superfluous(row, chosen["outcome"])
+    value, sd, n = _reading(row, q, scale, unit, chosen["outcome"])
+    if n is not None and n != int(n):
+        row.fault("n", "is not a whole number", value=n)
+    levers, lever_sd = _levers(row, kind), _lever_sd(row, kind)
+    given = tuple((p, row.number(p, -math.inf, math.inf)) for p in parameters)
+    if value is not None and not has_unit(row.get("value").replace(",", ".")):
+        # a number without a unit of its own that no material has
+        if asked := question(q.key, scale * value):
+            said = row.get("value")
+            row.fault("value", f"is doubtful: {asked}", value=said, allowed=AT_ITS_WORD)
+    if row.faults:
+        return None
+    more = text | chosen | {"quantity": name, "line": row.line, "known": given}
     if chosen["outcome"]:
         return Measurement(kind, math.nan, math.nan, int(n), levers, **more)
     value = value if scale == 1.0 else scale * value
     sd = sd if scale == 1.0 or sd is None else scale * sd
     if q.below and value >= levers.get(q.below, math.inf):
         allowed = f"less than {q.below} = {levers[q.below]:g}"
-        where = {"path": path, "line": line, "column": "value"}
-        faults.append(ConfigError("is too high", value=value, allowed=allowed, **where))
+        row.fault("value", "is too high", value=value, allowed=allowed)
         return None
     more |= {"lever_sd": lever_sd, "readings": (value,) if sd is None else ()}
     return Measurement(kind, value, sd, int(n), levers, **more)
 
 
-def _superfluous(row, chosen, path, line):
+def _refuse_superfluous(row, outcome):
     """Faults of cells that mean nothing beside an outcome or in the row of a replicate."""
-    beside = "outcome" if chosen["outcome"] else "replicate" if row.get("replicate") else None
-    empty = {"outcome": ("value", "sd"), "replicate": SPREAD, None: ()}[beside]
-    return [
-        ConfigError(
-            f"has no meaning beside {beside}", path=path, line=line, column=c, value=row[c],
-            allowed="empty",
-        )
-        for c in empty
-        if row.get(c)
-    ]  # fmt: skip
+    beside = "outcome" if outcome else "replicate"
+    empty = ("value", "sd") if outcome else SPREAD if row.get("replicate") else ()
+    for column in (c for c in empty if row.get(c)):
+        reason = f"has no meaning beside {beside}"
+        row.fault(column, reason, value=row.get(column), allowed="empty")
 
 
-def _reading(row, quantity, scale, unit, number, outcome):
+def _reading(row, quantity, scale, unit, outcome):
     """(value, sd, n) of a row. A test without a value has a number only. A reading counts as one
     and has no sd."""
     if outcome:
-        return None, None, number("n", 1, 1e6) if row.get("n") else 1.0
-    value = number("value", quantity.least / scale, quantity.most / scale, unit)
-    if row.get("replicate") or (not row.get("sd") and row.get("n", "") in ("", "1")):
+        return None, None, row.number("n", 1, 1e6) if row.get("n") else 1.0
+    value = row.number("value", quantity.least / scale, quantity.most / scale, unit)
+    if row.get("replicate") or (not row.get("sd") and row.get("n") in ("", "1")):
         return value, None, 1.0
-    most = min(quantity.most, MOST_SPREAD) / scale
-    sd = number("sd", 0.0, most, unit)
+    sd = row.number("sd", 0.0, min(quantity.most, MOST_SPREAD) / scale, unit)
     if sd is not None and value is not None:
         # readings that were rounded to one value scatter by nothing
         sd = max(sd, ALIKE_SD * abs(value))
-    return value, sd, number("n", 1, 1e6)
+    return value, sd, row.number("n", 1, 1e6)
 
 
-def _chosen(row, path, line, faults):
+def _chosen(row):
     """{role, outcome} of a row; what is not known is a fault."""
-    out = {"role": row.get("role") or ROLES[0], "outcome": row.get("outcome") or ""}
+    out = {"role": row.get("role") or ROLES[0], "outcome": row.get("outcome")}
     for column, allowed in (("role", ROLES), ("outcome", ("", *OUTCOMES))):
         if out[column] not in allowed:
-            where = {"path": path, "line": line, "column": column, "value": out[column]}
             known = ", ".join(a or "empty" for a in allowed)
-            faults.append(ConfigError("is not known", **where, allowed=known))
+            row.fault(column, "is not known", value=out[column], allowed=known)
     return out
 
 
-def _lever_sd(row, kind, path, line, number, faults):
+def _lever_sd(row, kind):
     """Standard deviation of the lever that the quantity is a share of; 0 where none is given."""
     if not row.get("lever_sd"):
         return 0.0
     lever = getattr(QUANTITIES[kind].scale, "lever", None)
-    if lever is None or row["quantity"] != QUANTITIES[kind].name:
-        where = {"path": path, "line": line, "column": "lever_sd", "value": row["lever_sd"]}
+    if lever is None or row.get("quantity") != QUANTITIES[kind].name:
         known = [k for k, q in QUANTITIES.items() if hasattr(q.scale, "lever")]
         allowed = f"empty, or a row of {', '.join(known)}"
-        faults.append(ConfigError(f"is not known for {kind}", **where, allowed=allowed))
+        reason = f"is not known for {kind}"
+        row.fault("lever_sd", reason, value=row.get("lever_sd"), allowed=allowed)
         return 0.0
-    return number("lever_sd", 0.0, levers_of(kind)[lever].most, unit_of(lever))
+    return row.number("lever_sd", 0.0, levers_of(kind)[lever].most, unit_of(lever))
 
 
-def _unit(table, row, quantity, line, faults):
+def _unit(row, quantity):
     """Unit of a row's value: the quantity's, or one that converts to it; else a fault."""
-    stated = row["unit"] or table.units.get("value", "")
+    stated = row.get("unit") or row.table.units.get("value", "")
     if not quantity.unit:
         stated = "" if stated == "1" else stated
     try:
@@ -411,40 +416,25 @@ def _unit(table, row, quantity, line, faults):
             in_unit(f"1 {stated}", quantity.unit or None)
         return stated or quantity.unit
     except UnitError:
-        where = {"path": table.path, "line": line, "column": "unit"}
-        reason = f"does not go with {row['experiment']}"
         allowed = f"{quantity.unit}, or what converts to it" if quantity.unit else "no unit"
-        faults.append(ConfigError(reason, value=stated, allowed=allowed, **where))
+        reason = f"does not go with {row.get('experiment')}"
+        row.fault("unit", reason, value=stated, allowed=allowed)
         return quantity.unit
 
 
-def _doubt(table, row, line, quantity, value, faults):
-    """A fault for a number without a unit of its own that no material has."""
-    own = has_unit(row["value"].replace(",", "."))
-    asked = None if own else question(quantity.key, value)
-    if asked:
-        where = {"path": table.path, "line": line, "column": "value"}
-        text = row["value"]
-        faults.append(
-            ConfigError(f"is doubtful: {asked}", value=text, allowed=AT_ITS_WORD, **where)
-        )
-
-
-def _levers(row, kind, path, line, number, faults):
+def _levers(row, kind):
     """{lever: value} of the levers that are set."""
     levers, own = {}, levers_of(kind)
     for name in LEVERS:
-        where = {"path": path, "line": line, "column": name}
-        if not row.get(name):
+        text = row.get(name)
+        if not text:
             if name in own and own[name].needed:
-                faults.append(ConfigError(f"is needed for {kind}", **where))
+                row.fault(name, f"is needed for {kind}")
         elif name not in own:
             allowed = f"empty, or a row of {', '.join(having(name))}"
-            faults.append(
-                ConfigError(f"is no lever of {kind}", value=row[name], allowed=allowed, **where)
-            )
+            row.fault(name, f"is no lever of {kind}", value=text, allowed=allowed)
         else:
-            levers[name] = number(name, own[name].least, own[name].most, unit_of(name))
+            levers[name] = row.number(name, own[name].least, own[name].most, unit_of(name))
     return levers
 
 

@@ -14,7 +14,7 @@ from calibration.study.new.answers import Faults, far_apart
 from calibration.study.new.grains import Grains, clump_of_axes, mean_axes, short, volume_mm3
 from calibration.study.new.heap import FEWEST, MOST, RAYLEIGH
 from calibration.study.new.methods import Entry, LaboratoryTest
-from calibration.study.new.methods.wall_friction import EXPERIMENT as SLID_ON_A_WALL
+from calibration.study.new.methods.shear import EXPERIMENT as SLID_ON_A_WALL
 from calibration.study.new.ranges import factors_of
 from calibration.study.new.sizes import mean_diameter, sieve_curve, size_distribution
 from dem.advice import TREMBLES, bed_pressure, pressed_step

@@ -179,7 +179,6 @@ class Deck:
         expected = read_json(path)
         if not isinstance(expected, dict) or expected.get("code") not in DECKS:
             raise InputError("says no code", path=path, key="code", allowed=" or ".join(DECKS))
-        _check(expected, path)
         return cls(folder, expected["code"], load_spec(folder / "spec.yaml"), expected)
 
     @property
@@ -195,25 +194,6 @@ class Deck:
     def with_seed(self, seed: int) -> dict[str, Any]:
         """Run spec (a mapping) of this heap with another seed."""
         return overlay(self.spec.model_dump(mode="json"), {"seed": seed})
-
-
-KEPT = {
-    "about": list, "heaps": list, "rolling": dict | None, "margin": float | int, "mean": float,
-    "sd": float, "runs": int, "unit": str,
-}  # fmt: skip
-"""What a deck says of the calibrated model beside its code."""
-
-
-def _check(expected, path):
-    """Raise InputError for a file that `write_deck` has not left."""
-    again = "the file as it was exported; the stage `export` makes it again"
-    for key, kind in KEPT.items():
-        if key not in expected or not isinstance(expected[key], kind):
-            raise InputError("is not as exported", path=path, key=key, allowed=again)
-    for n, heap in enumerate(expected["heaps"]):
-        known = isinstance(heap, dict) and heap.keys() == set(READERS)
-        if not known or not all(isinstance(v, float | int) for v in heap.values()):
-            raise InputError("is no profile", path=path, key=f"heaps[{n}]", allowed=again)
 
 
 def heaps_there(deck: Deck, seeds: Sequence[int], timeout_s: float) -> list[dict[str, float]]:

@@ -14,21 +14,12 @@ import numpy as np
 
 from calibration.errors import CalibrationError
 from calibration.intake.numbers_with_units import said_number
-from calibration.study.new.grains import Grains
 from dem.units import UNITS, UnitError, behind, has_unit, in_ascii, question, unit_of, without_unit
 
 WALLS = ("steel", "aluminium", "glass", "acrylic", "wood")
 """What a test's plate, cylinder or vessel may be of: hard against the softened grains, so that
 steel's elasticity stands for all. Rubber is not."""
 
-
-NORMAL_STRESS = ("normalspannung", "auflast", "contrainte normale", "normal load", "normal",
-                 "sigma", "σ")  # fmt: skip
-"""What tables call the load of a test."""
-
-ANGLES = ("angle", "winkel", "böschungswinkel", "schüttwinkel", "angle de talus",
-          "talus")  # fmt: skip
-"""What tables call an angle of repose."""
 
 LARGEST = 1e6
 """Of any number in its question's unit: what is beyond is no laboratory's."""
@@ -308,65 +299,6 @@ def simulated(
     return LaboratoryTest(rig, experiment, run, rows, **parts)
 
 
-FLATTEST = 5.8
-"""Angle [deg] at which spheres without any friction still stand (Peyneau and Roux 2008, Physical
-Review E 78:011307)."""
-STEEP, STEEPEST = 45.0, 60.0
-"""Angles [deg] beyond which few heaps of dry grains stand, and none: an internal friction of 1 and
-of 1.7. Choices of this project."""
-
-
-def doubts_of_angle(entry: Entry, key: str, grains: Grains) -> tuple[str, ...]:
-    """Questions about angles of repose that few grains have. Raises CalibrationError for one that
-    no friction allows; grains that stick stand as steeply as they will."""
-    doubts = []
-    for answer in entry.answers[key]:
-        friction = math.tan(math.radians(answer.value))
-        told = f"{answer.place}: a heap of {answer.value:g}° has an internal friction of "
-        told += f"{friction:.2f}"
-        if answer.value < FLATTEST:
-            raise CalibrationError(
-                f"{told}, and spheres without any friction stand at {FLATTEST:g}°; allowed: more "
-                "than that"
-            )
-        if answer.value > STEEPEST and not grains.sticky:
-            raise CalibrationError(
-                f"{told}; allowed: up to {STEEPEST:g}° of dry grains, or --moisture moist for "
-                "grains that stick together"
-            )
-        if answer.value > STEEP and not grains.sticky:
-            doubts.append(f"{told}: few heaps of dry grains are steeper than {STEEP:g}°. Do yours "
-                          "stick together (--moisture moist)?")  # fmt: skip
-    return tuple(doubts)
-
-
 def wall_question(text: str, option: str = "") -> Question:
     """The question of what a wall is of, which all methods with one ask alike."""
     return Question("wall", text, words=WALLS, option=option, example="steel")
-
-
-BAND_ERRORS, BAND_LEAST = 4.0, 0.2  # of a measured value
-
-
-def around(value: float, error: float) -> tuple[float, float]:
-    """(low, high) about a measured value: BAND_ERRORS of its standard errors to either side, and
-    BAND_LEAST of itself at least, so that the range does not decide what the data say."""
-    half = max(BAND_ERRORS * error, BAND_LEAST * value)
-    return round(max(value - half, 0.25 * value), 4), round(value + half, 4)
-
-
-def about_a_line(load: np.ndarray, stress: np.ndarray) -> np.ndarray:
-    """Standard deviation (n,) of single stresses (n,) under loads (n,): their scatter about the
-    line through them."""
-    line = np.polynomial.Polynomial.fit(load, stress, 1)
-    return np.full(len(load), np.sqrt(np.sum((stress - line(load)) ** 2) / (len(load) - 2)))
-
-
-def mean_and_error(rows: list[dict]) -> tuple[float, float]:
-    """Mean of rows and its standard error."""
-    values = [row["value"] for row in rows]
-    mean = sum(values) / len(values)
-    if len(values) == 1:
-        return mean, rows[0]["sd"] / math.sqrt(rows[0]["n"])
-    square = sum((v - mean) ** 2 for v in values) / (len(values) - 1)
-    return mean, math.sqrt(square / len(values))

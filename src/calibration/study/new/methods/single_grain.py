@@ -1,4 +1,5 @@
-"""A grain dropped on a plate: how high it rebounds."""
+"""Tests of grains on a plate: how high one that is dropped rebounds, and at what angle some that
+cannot roll slide."""
 
 import math
 
@@ -11,22 +12,41 @@ from calibration.study.new.methods.declare import (
     LaboratoryTest,
     Method,
     Question,
-    around,
-    mean_and_error,
     rows_of,
     simulated,
     wall_question,
 )
 from dem.units import has_unit
 
-KEY = "contacts.particle_wall.restitution"
+RESTITUTION = "contacts.particle_wall.restitution"
 DOUBTFUL = 0.01  # of the height of the drop: a bare rebound below it is asked about
 SMALLEST_MM = 0.3
 """Diameter below which drag decides a fall: a grain of 0.3 mm and 2.5 g/cm3 sinks in air at no
 more than 2 m/s."""
+FRICTION = "contacts.particle_wall.static_friction"
+PLATE_MM = (80.0, 60.0)
+WIDER = 4.0  # grains that a plate is long and wide at least
+BAND_ERRORS, BAND_LEAST = 4.0, 0.2  # of a measured value
 
 
-def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
+def around(value: float, error: float) -> tuple[float, float]:
+    """(low, high) about a measured value: BAND_ERRORS of its standard errors to either side, and
+    BAND_LEAST of itself at least, so that the range does not decide what the data say."""
+    half = max(BAND_ERRORS * error, BAND_LEAST * value)
+    return round(max(value - half, 0.25 * value), 4), round(value + half, 4)
+
+
+def mean_and_error(rows: list[dict]) -> tuple[float, float]:
+    """Mean of rows and its standard error."""
+    values = [row["value"] for row in rows]
+    mean = sum(values) / len(values)
+    if len(values) == 1:
+        return mean, rows[0]["sd"] / math.sqrt(rows[0]["n"])
+    square = sum((v - mean) ** 2 for v in values) / (len(values) - 1)
+    return mean, math.sqrt(square / len(values))
+
+
+def dropped(entry: Entry, grains: Grains) -> LaboratoryTest:
     """The experiment `drop` at the laboratory's height; its restitution is the root of rebound
     over height, as falls of millimetre grains are (no drag)."""
     height = entry.value("height")
@@ -68,7 +88,8 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
     return simulated(
         entry, "rebound", f"drop_{height:.6g}_mm".replace(".", "_"), "drop",
         {"particles": {"count": 1} | grains.single(), "geometry": {"drop_height_mm": height}},
-        rows, went=went, ranges={KEY: (*around(restitution, spread), source)}, said=tuple(said),
+        rows, went=went, ranges={RESTITUTION: (*around(restitution, spread), source)},
+        said=tuple(said),
     )  # fmt: skip
 
 
@@ -77,6 +98,27 @@ def about_one_restitution(height: np.ndarray, rebound: np.ndarray) -> np.ndarray
     restitutions about the mean, twice as large a part of a rebound as of its restitution."""
     restitution = np.sqrt(rebound / height)
     return 2.0 * restitution.std(ddof=1) / restitution.mean() * rebound
+
+
+def tilted(entry: Entry, grains: Grains) -> LaboratoryTest:
+    """The experiment `tilt`: bonded grains, so that none rolls; its tangent is the friction."""
+    rows = rows_of(entry, "angle", "tilt")
+    mean, error = mean_and_error(rows)
+    friction = math.tan(math.radians(mean))
+    spread = math.radians(error) * (1.0 + friction**2)
+    source = (
+        f"measured: a sliding angle of {mean:.4g}° is a friction of {friction:.3f} ± {spread:.3f}"
+    )
+    length, width = (max(x, WIDER * grains.diameter_mm) for x in PLATE_MM)
+    geometry = {"tilt_rate_deg_s": entry.value("rate", 5.0), "trials": 2,
+                "plate_length_mm": round(length, 3), "plate_width_mm": round(width, 3),
+                "spacing_mm": round(grains.diameter_mm, 4)}  # fmt: skip
+    went = {"angle": f"a target, and the range of friction on the wall ({friction:.3f})"}
+    return simulated(
+        entry, "angle", "plane", "tilt",
+        {"particles": {"count": 4} | grains.single(), "geometry": geometry},
+        rows, went=went, ranges={FRICTION: (*around(friction, spread), source)}, said=(source,),
+    )  # fmt: skip
 
 
 METHODS = (Method(
@@ -93,9 +135,24 @@ METHODS = (Method(
         wall_question("what the plate is of"),
     ),
     rank=40,
-    becomes=becomes,
+    becomes=dropped,
     spread=True,
     under="height",
     scatter=about_one_restitution,
     scatter_about="one restitution from {n} heights",
+), Method(
+    name="tilted-plane",
+    title="Tilted plane",
+    about="Grains that cannot roll (three or four glued together) lie on a plate, which is tilted "
+    "until they slide.",
+    questions=(
+        Question("angle", "angle at which they slide, each reading", "sliding_angle_deg",
+                 reading=True, needed=True, most=89.0, example="21",
+                 headings=("gleitwinkel", "rutschwinkel", "angle de glissement", "winkel")),
+        Question("rate", "speed of tilting", "tilt_rate_deg_s", most=90.0, example=""),
+        wall_question("what the plate is of"),
+    ),
+    rank=41,
+    becomes=tilted,
+    spread=True,
 ),)  # fmt: skip

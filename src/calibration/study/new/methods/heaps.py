@@ -1,0 +1,336 @@
+"""Heaps whose angle of repose is read: poured through a funnel onto a plate, or left by an open
+cylinder that is lifted."""
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from calibration.errors import CalibrationError
+from calibration.study.new.grains import Grains, filling, short, volume_mm3
+from calibration.study.new.methods.declare import (
+    Entry,
+    LaboratoryTest,
+    Method,
+    Question,
+    rows_of,
+    simulated,
+    wall_question,
+)
+from dem.experiments.heap import MIN_ORIFICE_RATIO
+
+if TYPE_CHECKING:  # the options are made from this file, and most commands need no more of it
+    from calibration.study.new.heap import Heap
+
+ANGLES = ("angle", "winkel", "böschungswinkel", "schüttwinkel", "angle de talus",
+          "talus")  # fmt: skip
+"""What tables call an angle of repose."""
+
+FLATTEST = 5.8
+"""Angle [deg] at which spheres without any friction still stand (Peyneau and Roux 2008, Physical
+Review E 78:011307)."""
+STEEP, STEEPEST = 45.0, 60.0
+"""Angles [deg] beyond which few heaps of dry grains stand, and none: an internal friction of 1 and
+of 1.7. Choices of this project."""
+NARROW = 5.0  # simulated grains across the orifice, below which it may clog
+ENOUGH = 1000  # grains of a heap; 600 of sand scattered by 2.3 deg, 2,500 by 0.9
+ACROSS = 10.0  # longest grains across a cylinder that is assumed, at least
+USUAL_MM = 50.0  # width of one that is assumed, at least: a choice of this project, no source
+LEAST = 5.0  # longest grains across any cylinder
+DEEP = 1.5  # depth of the grains over the cylinder's width, assumed
+SPEED = 20.0  # mm/s, assumed: slow enough that the grains follow the rim
+FASTEST = 2000.0  # mm/s: no hand is faster
+ROUND = 4.0  # of the largest grains by which a plate is wider than the cylinder, at least
+ROOM = 1.6  # of the plate over the width of a cone of the measured angle
+RIG_ASSUMED = 2.0
+"""Standard deviation [deg] by which the angle may be off where the cylinder's width is assumed:
+the rig moves it by degrees. A choice of this project, no source."""
+
+
+def doubts_of_angle(entry: Entry, key: str, grains: Grains) -> tuple[str, ...]:
+    """Questions about angles of repose that few grains have. Raises CalibrationError for one that
+    no friction allows; grains that stick stand as steeply as they will."""
+    doubts = []
+    for answer in entry.answers[key]:
+        friction = math.tan(math.radians(answer.value))
+        told = f"{answer.place}: a heap of {answer.value:g}° has an internal friction of "
+        told += f"{friction:.2f}"
+        if answer.value < FLATTEST:
+            raise CalibrationError(
+                f"{told}, and spheres without any friction stand at {FLATTEST:g}°; allowed: more "
+                "than that"
+            )
+        if answer.value > STEEPEST and not grains.sticky:
+            raise CalibrationError(
+                f"{told}; allowed: up to {STEEPEST:g}° of dry grains, or --moisture moist for "
+                "grains that stick together"
+            )
+        if answer.value > STEEP and not grains.sticky:
+            doubts.append(f"{told}: few heaps of dry grains are steeper than {STEEP:g}°. Do yours "
+                          "stick together (--moisture moist)?")  # fmt: skip
+    return tuple(doubts)
+
+
+def heap_of(entry: Entry, grains: Grains) -> "Heap":
+    """`Heap` of the answers. Raises CalibrationError for a rig in which no heap can be poured."""
+    from calibration.study.new.heap import Heap
+
+    angles = entry.values("measured")
+    heap = Heap(
+        diameter_mm=grains.diameter_mm,
+        density_kg_m3=grains.density_kg_m3,
+        orifice_diameter_mm=entry.value("orifice"),
+        plate_diameter_mm=entry.value("plate"),
+        discharge_height_mm=entry.value("height"),
+        angle_deg=sum(angles) / len(angles),
+        shear_modulus_Pa=grains.shear_modulus_Pa,
+        mass_flow_g_s=entry.value("rate"),
+        plate_rim_height_mm=entry.value("rim", 0.0),
+        least_restitution=grains.least_restitution,
+    )
+    _check_funnel(entry, heap, grains)
+    return heap
+
+
+def _check_funnel(entry, heap, grains):
+    """Refuse a rig that no grain passes, or that a heap of the measured angle would touch."""
+    length = grains.longest * grains.diameter_mm
+    across = heap.orifice_diameter_mm / length
+    if across < NARROW:
+        clogs = "any funnel clogs" if across < MIN_ORIFICE_RATIO else "most runs would clog"
+        raise CalibrationError(
+            f"{entry.place('orifice')}: {heap.orifice_diameter_mm:g} mm is {across:.1f} of the "
+            f"longest grain ({length:.3g} mm): {clogs}; allowed: {NARROW * length:.3g} mm or more, "
+            "or a lifted cylinder in its place"
+        )
+    if heap.plate_diameter_mm <= heap.orifice_diameter_mm:
+        raise CalibrationError(
+            f"{entry.place('plate')}: {heap.plate_diameter_mm:g} mm is no wider than the orifice; "
+            f"allowed: more than {heap.orifice_diameter_mm:g} mm"
+        )
+    if heap.discharge_height_mm <= heap.apex_mm:
+        raise CalibrationError(
+            f"{entry.place('height')}: a heap of {heap.angle_deg:.1f}° on the plate stands "
+            f"{heap.apex_mm:.3g} mm high and would reach the orifice at "
+            f"{heap.discharge_height_mm:g} mm; allowed: more than that"
+        )
+    if heap.mass_flow_g_s is not None and heap.feed_share >= 1.0:
+        raise CalibrationError(
+            f"{entry.place('rate')}: the orifice passes about "
+            f"{heap.mass_flow_g_s / heap.feed_share:.3g} g/s (Beverloo 1961); allowed: less"
+        )
+
+
+def funnel(entry: Entry, grains: Grains) -> LaboratoryTest:
+    """The experiment `heap` in the laboratory's own funnel."""
+    heap = heap_of(entry, grains)
+    longest = heap.orifice_diameter_mm / (NARROW * grains.longest)
+    poured = heap.of_at_most(grains.most)
+    diameter = grains.size(min(poured.diameter_mm, longest))
+    poured = replace(heap, diameter_mm=round(diameter, 4))
+    mouth = max(heap.plate_diameter_mm, 2 * heap.orifice_diameter_mm)
+    geometry = {
+        "orifice_diameter_mm": heap.orifice_diameter_mm,
+        "plate_diameter_mm": heap.plate_diameter_mm,
+        "discharge_height_mm": heap.discharge_height_mm,
+        "funnel_top_diameter_mm": mouth,
+        "generation_rate_per_s": round(poured.feed_per_s),
+    }
+    if heap.plate_rim_height_mm:
+        geometry["plate_rim_height_mm"] = heap.plate_rim_height_mm
+    run = {
+        "particles": grains.particles(poured.count, diameter),
+        "geometry": geometry,
+        "numerics": {
+            "max_time_s": round(max(12.0, 2 * poured.pouring_s + 5), 1),
+            "rayleigh_fraction": poured.rayleigh_fraction,
+        },
+    }
+    went = {"rate": f"grains made: {poured.feed_per_s:.0f} a second, the same mass"}
+    return simulated(
+        entry, "measured", "heap", "heap", run, rows_of(entry, "measured", "heap"), went=went,
+        said=(*doubts_of_angle(entry, "measured", grains),
+              *_said_of_funnel(entry, poured, grains, diameter, heap.count)),
+    )  # fmt: skip
+
+
+def _said_of_funnel(entry, heap, grains, diameter, own):
+    """Sentences on a heap; own: grains that the laboratory's own heap has."""
+    from calibration.study.config.schema import COARSER
+    from calibration.study.new.heap import roomy_height
+
+    fed = "as given" if entry.values("rate") else "assumed"
+    covers = (
+        f"{heap.count:,} grains cover the plate; the funnel is fed {heap.feed_share:.0%} of what "
+        f"its orifice passes (Beverloo 1961; {fed})"
+    )
+    larger = grains.enlarged(diameter)
+    across = heap.orifice_diameter_mm / (grains.longest * diameter * COARSER["quick"] ** (1 / 3))
+    narrow = (
+        f"the quick profile's larger grains may clog the orifice ({across:.1f} of them across)"
+        if across < NARROW
+        else ""
+    )
+    roomy = roomy_height(heap.plate_diameter_mm, heap.plate_rim_height_mm, heap.angle_deg)
+    low = (
+        f"warning: heaps little steeper than yours touch the orifice and are cut off; at {roomy} "
+        "mm (--height) they would not be"
+        if heap.discharge_height_mm < roomy
+        else ""
+    )
+    quick = COARSER["quick"]
+    few = (
+        f"warning: the quick profile pours {heap.count / quick:.0f} grains, whose heaps scatter by "
+        f"degrees; --grains {quick * ENOUGH:.0f} gives it {ENOUGH}"
+        if heap.count < quick * ENOUGH <= own
+        else ""
+    )
+    larger = f"its grains are {larger}" if larger else ""
+    return tuple(s for s in (covers, larger, narrow, low, few) if s)
+
+
+def cylinder(entry: Entry, grains: Grains) -> LaboratoryTest:
+    """The experiment `lifted_cylinder`, as wide and as full as was told."""
+    _refuse_unknown(entry, grains)
+    longest = grains.longest * grains.size(grains.diameter_mm)
+    wide = entry.value("cylinder", max(ACROSS * longest, USUAL_MM))
+    deep = entry.value("depth", DEEP * wide)
+    diameter = _size(entry, grains, wide, deep)
+    count = filling(math.pi / 4 * wide**2 * deep, diameter)
+    angles = entry.values("angle")
+    plate = entry.value("plate", _plate(count * volume_mm3(diameter) / 0.6, angles, wide))
+    least = wide + ROUND * diameter * grains.longest
+    if plate < least:
+        raise CalibrationError(
+            f"{entry.place('plate')}: {plate:g} mm is too narrow for the heap of a cylinder of "
+            f"{wide:g} mm; allowed: {least:.3g} mm or more"
+        )
+    run = {
+        "particles": grains.particles(count, diameter),
+        "geometry": {
+            "cylinder_diameter_mm": round(wide, 3),
+            "plate_diameter_mm": round(plate, 3),
+            "lift_speed_mm_s": entry.value("speed", SPEED),
+        },
+        "numerics": {"max_time_s": 5.0},
+    }
+    rows, assumed = rows_of(entry, "angle", "lifted_cylinder"), not entry.values("cylinder")
+    return simulated(
+        entry, "angle", "cylinder", "lifted_cylinder", run, rows,
+        went={"depth": f"{count:.0f} grains of {diameter:.3g} mm, as deep"},
+        discrepancy={"angle_of_repose_deg": RIG_ASSUMED} if assumed else {},
+        said=(*doubts_of_angle(entry, "angle", grains),
+              *_said_of_cylinder(entry, grains, diameter, wide, deep, count)),
+    )  # fmt: skip
+
+
+def _refuse_unknown(entry, grains):
+    """A heap of grains that stick is the steeper the smaller it is: its rig cannot be assumed."""
+    if grains.sticky and not entry.values("cylinder"):
+        raise CalibrationError(
+            f"{entry.place('angle')}: a powder that sticks heaps the steeper the smaller its heap "
+            "is, and the cylinder was not told; allowed: cylinder beside it (inner diameter, such "
+            "as 60 mm), and depth"
+        )
+
+
+def _size(entry, grains, wide, deep):
+    """Diameter of the simulated grains [mm]: at most `grains.most` fill the cylinder, and LEAST
+    fit across it. Raises CalibrationError for a cylinder that is too narrow for the laboratory's
+    own."""
+    limit = wide / (LEAST * grains.longest)
+    if grains.size(grains.diameter_mm) > limit:
+        length = grains.longest * grains.size(grains.diameter_mm)
+        raise CalibrationError(
+            f"{entry.place('cylinder')}: {wide:g} mm is {wide / length:.2g} of the longest "
+            f"simulated grain ({short(length)} mm); allowed: {LEAST:g} of them, "
+            f"{short(LEAST * length)} mm, or more"
+        )
+    own = filling(math.pi / 4 * wide**2 * deep, grains.diameter_mm)
+    wanted = grains.diameter_mm * max(own / grains.most, 1.0) ** (1 / 3)
+    # the quick profile's larger grains fit too
+    return grains.size(min(wanted, limit / _coarser()))
+
+
+def _coarser():
+    """How many times as wide the grains of the quick profile are."""
+    from calibration.study.config.schema import COARSER  # most commands need no more of this file
+
+    return COARSER["quick"] ** (1 / 3)
+
+
+def _plate(bulk, angles, wide):
+    """Width [mm] of a plate that a heap of `bulk` [mm3] at the measured angle does not cover."""
+    slope = math.tan(math.radians(sum(angles) / len(angles)))
+    cone = 2.0 * (3.0 * bulk / (math.pi * slope)) ** (1.0 / 3.0)
+    return math.ceil(max(ROOM * cone, 2.0 * wide))
+
+
+def _said_of_cylinder(entry, grains, diameter, wide, deep, count):
+    found = []
+    assumed = [k for k in ("cylinder", "depth", "speed") if not entry.values(k)]
+    if assumed:
+        words = {"cylinder": f"{wide:.3g} mm wide", "depth": f"filled {deep:.3g} mm deep",
+                 "speed": f"lifted at {SPEED:g} mm/s"}  # fmt: skip
+        found.append(
+            f"assumed of the cylinder, as it was not told: {', '.join(words[k] for k in assumed)}. "
+            f"The rig moves the angle by degrees: give {', '.join(f'{k}=' for k in assumed)}"
+        )
+        if "cylinder" in assumed:
+            found.append(
+                f"until then the angle counts with ± {RIG_ASSUMED:g}° beside its own error"
+            )
+    if wide < LEAST * grains.longest * diameter * _coarser():
+        found.append(
+            "the quick profile's larger grains do not fit the cylinder: use another profile"
+        )
+    larger = grains.enlarged(diameter)
+    return (*found, f"{count:.0f} grains fill the cylinder" + (f", of {larger}" if larger else ""))
+
+
+METHODS = (Method(
+    name="funnel",
+    title="Funnel heap",
+    about="Grains run through a funnel onto a plate, and the angle of the heap is read.",
+    questions=(
+        Question("measured", "measured angles of repose, each reading; in an option also the table "
+                 "or photographs that hold them", "angle_of_repose_deg", reading=True,
+                 needed=True, most=89.0, option="measured", example="26.1", headings=ANGLES),
+        Question("orifice", "diameter of the funnel's orifice", "orifice_diameter_mm",
+                 needed=True, option="orifice", example="25 mm"),
+        Question("plate", "diameter of the base plate", "plate_diameter_mm", needed=True,
+                 option="plate", example="100 mm"),
+        Question("height", "orifice above the plate; where pouring ended as the heap "
+                 "touched the funnel (a fixed funnel), a little above the heap",
+                 "discharge_height_mm", needed=True, option="height", example="75 mm"),
+        Question("rim", "height of the plate's rim, where it has one", "plate_rim_height_mm",
+                 option="rim", example=""),
+        Question("rate", "mass poured in a second, where it was measured", "mass_flow_g_s",
+                 option="rate", example=""),
+        wall_question("what the plate is of", "plate-of"),
+    ),
+    rank=10,
+    becomes=funnel,
+    spread=True,
+    own_options=True,
+    leads=True,
+), Method(
+    name="lifted-cylinder",
+    title="Lifted cylinder",
+    about="An open cylinder on a plate is filled and lifted, and the angle of the heap is read.",
+    questions=(
+        Question("angle", "angle of repose, each reading", "angle_of_repose_deg", reading=True,
+                 needed=True, most=89.0, example="26.1", headings=ANGLES),
+        Question("cylinder", "inner diameter of the cylinder", "inner_diameter_mm",
+                 example="60 mm"),
+        Question("depth", "depth of the grains in it before the lift", "depth_mm",
+                 example="90 mm"),
+        Question("speed", "speed of the lift", "lift_speed_mm_s", most=FASTEST,
+                 example="20 mm/s"),
+        Question("plate", "diameter of the base plate", "plate_diameter_mm", example=""),
+        wall_question("what cylinder and plate are of"),
+    ),
+    rank=11,
+    becomes=cylinder,
+    spread=True,
+    leads=True,
+),)  # fmt: skip
