@@ -158,16 +158,6 @@ def test_pellets_from_photographs(here, capsys):
     assert values[:3] == pytest.approx(list(HEAPS.values()), abs=0.3)
 
 
-@pytest.mark.parametrize("test", ["lifted-cylinder", "funnel"])
-def test_a_test_takes_photographs_too(here, test):
-    rig = {"lifted-cylinder": ["cylinder=60mm"],
-           "funnel": ["orifice=40mm", "plate=150mm", "height=70mm"]}[test]  # fmt: skip
-    grain = ["--density", "0.92g/cm3", "--grain", "3.8mm", "--no-pilot"]
-    assert main(["new", "own", f"--{test}", *HEAPS, *rig, *grain]) == 0
-    text = Path("own/measured.csv").read_text()
-    assert text.count("angle_of_repose") == 3
-
-
 def test_maize(here, capsys):
     found = targets(begun("maize"))
     assert found["cylinder", "angle_of_repose_deg"] == pytest.approx((23.50 + 21.86) / 2)
@@ -175,19 +165,6 @@ def test_maize(here, capsys):
 
 
 POWDER = ("--density", "2.7g/cm3", "--grain", "50um", "--moisture", "moist", "--no-pilot")
-LOADS = ("--shear-cell 1.9kPa load=2kPa --shear-cell 3.4kPa load=4kPa --shear-cell 4.8kPa "
-         "load=6kPa --shear-cell 6.4kPa load=8kPa").split()  # fmt: skip
-
-
-def test_a_powders_cylinder_is_asked_for(here, capsys):
-    assert main(["new", "own", "--lifted-cylinder", "51", "53", *POWDER]) == 2
-    assert tells(capsys.readouterr().err, "--lifted-cylinder", "cylinder", "60 mm")
-    assert not Path("own").exists()
-
-
-def test_where_no_test_has_two_readings_it_is_said(here, capsys):
-    assert main(["new", "own", *LOADS, *POWDER]) == 2
-    assert tells(capsys.readouterr().err, "--shear-cell 1.9kPa", "second reading", "n of 2 or more")
 
 
 def test_a_test_with_several_readings_leads(here):
@@ -203,21 +180,6 @@ def test_a_test_with_several_readings_leads(here):
     assert sizes.pop() == pytest.approx((0.6 * volume / 4000 * 6 / math.pi) ** (1 / 3), rel=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("table", "words"),
-    [
-        ("16;0\n8;40\n4;80\n2;100\n", ["Rückstand", "220 %", "coarser sieves"]),
-        ("8;50\n4;30\n2;20\n", ["50 %", "widest sieve", "8 mm", "100 %"]),
-        ("16;0\n8;40\n4;40\n2;15\n0;5\n", ["5 %", "pan", "finest grain"]),
-    ],
-    ids=["cumulative", "no widest", "a pan without a size"],
-)
-def test_what_stays_on_sieves_has_to_tell_all_sizes(here, table, words, capsys):
-    Path("sieve.csv").write_text("Siebweite [mm];Rückstand [%]\n" + table)
-    assert main([*words_of("gravel"), "--no-pilot"]) == 2
-    assert tells(capsys.readouterr().err, *words)
-
-
 def test_a_resolution_that_is_too_coarse_names_what_can_be_done(here):
     """Half the grain's length more than fits five times into the cylinder of 62 mm."""
     begun("wheat")
@@ -229,17 +191,6 @@ def test_a_resolution_that_is_too_coarse_names_what_can_be_done(here):
     assert tells(said, "resolution", "test", "2 times", "quick", "full")
     assert refused.value.line is None
     assert parse_resolved(data | {"resolution": "quick"}, files).name == "wheat-quick"
-
-
-def test_a_fault_of_the_study_itself_keeps_its_line(here):
-    begun("wheat")
-    files = [Path("wheat/config.yaml")]
-    files[0].write_text(files[0].read_text().replace("lift_speed_mm_s: 20.0", "lift_speed_mm_s: 0"))
-    data = yaml.safe_load(files[0].read_text())
-    with pytest.raises(ConfigError) as refused:
-        parse_resolved(data | {"resolution": "test"}, files)
-    assert refused.value.key == "run.geometry.lift_speed_mm_s"
-    assert refused.value.line
 
 
 def test_a_diagnosis_of_the_users_own_table_needs_no_edit(here):

@@ -7,7 +7,6 @@ so that the readers behind the library's own checks are reached.
 """
 
 import io
-import json
 import random
 import resource
 import signal
@@ -24,7 +23,7 @@ import openpyxl
 import pytest
 import yaml
 from PIL import Image
-from refusals import RUN, TEXTS
+from refusals import TEXTS
 from scipy.io import wavfile
 from test_refusals import READERS as REFUSING
 
@@ -32,12 +31,7 @@ from calibration.errors import CalibrationError
 from calibration.intake.measurements import read_measured
 from calibration.intake.photo import measure_photo
 from calibration.intake.sound import read_train
-from calibration.intake.started_code import remembered
 from calibration.intake.tables import read_table
-from calibration.runs.plans import read_metric
-from calibration.runs.records import FOLDER, altered, changed_inputs, made_again
-from calibration.runs.store import RunStore
-from calibration.runs.verify import faults_of, short_batches
 from calibration.study.config.as_data import data_of
 from calibration.study.config.resolution import parse_resolved
 from calibration.study.factors import read_factors
@@ -45,9 +39,7 @@ from calibration.study.new.answers import read_entries
 from calibration.study.new.laboratory_table import read_filled, write_empty
 from calibration.study.new.methods import methods
 from dem.errors import DemError
-from dem.io.checked import sealed
 from dem.io.stl import read_stl, write_stl
-from dem.results import RESULT
 from diagnosis.settings import read_settings
 
 pytestmark = pytest.mark.slow
@@ -85,7 +77,7 @@ def mutated(content, rng):
 
 
 def restated(content, rng):
-    """A YAML or JSON file with one or two of its values changed, and its checksum right again."""
+    """A YAML or JSON file with one or two of its values changed."""
     if rng.random() < 0.3:
         return mutated(content, rng)
     data = yaml.safe_load(content)
@@ -93,9 +85,6 @@ def restated(content, rng):
     for holder, key in rng.sample(places, min(len(places), rng.randint(1, 2))):
         with suppress(KeyError, IndexError, TypeError):
             holder[key] = rng.choice(ODD)
-    if "checksum" in data:
-        data = sealed({k: v for k, v in data.items() if k != "checksum"})
-        return json.dumps(data).encode()
     return yaml.safe_dump(data).encode(errors="replace")
 
 
@@ -211,49 +200,6 @@ def _configuration(path):
         parse_resolved(data_of(stream), [path])
 
 
-def beside(path, name, read):
-    """Put the file where the project writes such a one, and read it."""
-    place = path.parent / "own" / name
-    place.parent.mkdir(parents=True, exist_ok=True)
-    (path.parent / "own/study" / FOLDER).mkdir(parents=True, exist_ok=True)
-    place.write_bytes(path.read_bytes())
-    read(path.parent / "own")
-
-
-def _run_of(own):
-    """A run's files below a store, read by all that reads them."""
-    store = RunStore(own / "runs")
-    store.known(RUN)
-    [str(fault) for fault in faults_of(own)]
-    with suppress(DemError, CalibrationError):
-        store.entry(RUN, full=True)
-        read_metric([RUN], "angle_of_repose_deg")
-
-
-def _record(own):
-    """A stamp: the record of what a rule has left."""
-    list(altered(own / "study"))
-    list(changed_inputs(own / "study"))
-    made_again(own / "study", "screening", [own / "study"], "abc")
-
-
-def _consents(own):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_CONFIG_HOME", str(own))
-        remembered("/work")
-
-
-def _sealed_file(**data):
-    return json.dumps(sealed(data), indent=2).encode()
-
-
-RESULT_FILE = _sealed_file(
-    experiment="heap", seed=1, spec={"seed": 1}, numerics={"wall_time_s": 1.0}, engine="0" * 16,
-    metrics={"angle_of_repose_deg": 31.5},
-    manifest={"run": RUN, "inputs": {}, "software": {"numba": "0"}, "files": {}},
-)  # fmt: skip
-STAMP = _sealed_file(made_from="abc", files={"x.csv": "0"}, inputs={"y": "1"})
-INDEX = json.dumps({"run": RUN, "engine": "a", "files": {"result.json": [1, 2, 3, 4]}}).encode()
 YAML = ("run spec", "numerics", "metrics")
 OWN = ("configuration", "factors", "measured table", "design", "workbook", "photograph", "sound")
 """Kinds of `test_refusals.py` that have richer files below."""
@@ -273,22 +219,6 @@ READERS = {
     "factors": ("config/factors.tsv", read_factors, mutated),
     "diagnosis settings": ("config/diagnosis.yaml", read_settings, restated),
     "configuration": ("config/config.yaml", _configuration, restated),
-    "result": (RESULT_FILE, lambda p: beside(p, f"runs/{RUN}/{RESULT}", _run_of), restated),
-    "index": (INDEX, lambda p: beside(p, "runs/index.jsonl", _run_of), mutated),
-    "plan": (
-        json.dumps({RUN: {"experiment": "heap"}}).encode(),
-        lambda p: beside(p, "study/screening/plan.json", lambda own: list(faults_of(own))),
-        restated),
-    "record": (STAMP, lambda p: beside(p, f"study/{FOLDER}/screening.json", _record), restated),
-    "batch": (
-        json.dumps({"runs": [RUN], "failed": []}).encode(),
-        lambda p: beside(p, "study/screening/batches/0.json",
-                         lambda own: short_batches(own / "study/screening", [RUN])),
-        restated),
-    "consents": (
-        json.dumps({"/work": {"engine.command": "x"}}).encode(),
-        lambda p: beside(p, "granular-calibration/allowed.json", _consents),
-        restated),
 }  # fmt: skip
 """Name: (a valid input or the path of one, what reads the path of such a file, how it changes)."""
 

@@ -11,7 +11,6 @@ from calibration import engines
 from calibration.chain import responses
 from calibration.errors import CalibrationError
 from calibration.runs import runner
-from calibration.runs.progress import Plan, Progress
 from calibration.runs.store import RunStore
 from calibration.study.stages.screening import STAGES
 from calibration.telling import kept_results
@@ -55,12 +54,6 @@ def test_a_run_that_cannot_be_measured_is_kept_without_metrics(
     assert f"gives no value: {error}" in shown
     assert tells(shown, "screening", "run 3 of 12")
     assert str(error) in said
-
-
-def test_the_progress_counts_runs_without_a_value():
-    plans = Plan("screening", 12, 12, valueless=9), Plan("surface", 0, 17, planned=False)
-    said = Progress(plans, None, None).sentence(2)
-    assert tells(said, "12 of 29", "9 of them", "none failed")
 
 
 def test_any_other_failure_stays_one(tmp_path, monkeypatch):
@@ -117,12 +110,6 @@ def test_a_note_of_a_run_is_in_the_stages_table_and_sentences(tmp_path, monkeypa
     quiet = replace(stage, sentences=None)
     [said] = kept_results.sentences_of(quiet, summary, None)
     assert tells(said, "Run 2", "still spin")
-
-
-def test_a_study_without_notes_has_no_column_of_them(tmp_path, monkeypatch):
-    table = finished(tmp_path, monkeypatch)
-    assert "note" not in table
-    assert responses.told(table) == {"left_out": []}
 
 
 def test_a_design_with_too_few_values_says_why(runs):

@@ -40,8 +40,7 @@ def config(salt):
     return salt.model_copy(update={"optimise": salt.optimise.model_copy(update=rules)})
 
 
-@pytest.mark.parametrize("at_most", [10**9, 30])
-@pytest.mark.parametrize("sd", [0.1, 0.5, 1.0, 3.0])
+@pytest.mark.parametrize(("sd", "at_most"), [(0.1, 10**9), (1.0, 10**9), (1.0, 30), (3.0, 30)])
 def test_the_interval_covers_as_often_as_it_states_whatever_the_scatter(sd, at_most):
     rng, draws, first, half = np.random.default_rng(45), 10_000, 8, 0.5
     held, counts = 0, []

@@ -34,7 +34,6 @@ from calibration.runs.records import (
 from calibration.runs.simulated import simulate, untested
 from calibration.runs.store import RunStore
 from calibration.runs.verify import (
-    date_back,
     faults_of,
     hold,
     is_held,
@@ -366,13 +365,6 @@ def test_a_table_that_was_edited_since_is_told_of(study, capsys):
     assert Path("table.csv").exists()
 
 
-def test_a_plan_without_a_record_is_a_fault(study):
-    Path("results/meshed", FOLDER, "plan_screening.json").unlink()
-    [fault] = faults_of()
-    assert tells(str(fault), "planned from")
-    assert fault.file == Path("results/meshed/screening/plan.json")
-
-
 def test_verify_says_what_is_wrong_and_repair_makes_it_again(names, capsys):
     assert main(["verify"]) == 0
     assert "3 runs, 0 faults" in capsys.readouterr().out
@@ -389,25 +381,6 @@ def test_verify_says_what_is_wrong_and_repair_makes_it_again(names, capsys):
     assert (found[0], found[2]) == (1.5, 3.5)
     # the engine's own number: restitution 0.5 on the wall, of 5 mm
     assert found[1] == pytest.approx(5.0 * 0.5**2, rel=0.1)
-
-
-def test_verify_says_which_file_of_a_stage_was_changed(names, capsys):
-    table = Path("results/none/screening/effects.csv")
-    table.parent.mkdir(parents=True)
-    table.write_text("effect\n1.0\n")
-    record("results/none", "screening", "a", [table])
-    assert main(["verify"]) == 0
-    table.write_text("effect\n2.0\n")
-    assert main(["verify"]) == 1
-    assert tells(capsys.readouterr().out, "effects.csv", "screening")
-    assert main(["verify", "--repair"]) == 0
-    assert not table.exists()
-    assert [tells(str(fault), "missing") for fault in faults_of()] == [True]  # until snakemake
-
-
-def test_verify_refuses_a_folder_that_is_not_there(tmp_path, capsys):
-    assert main(["verify", str(tmp_path / "none")]) == 2
-    assert "is no folder" in capsys.readouterr().err
 
 
 def test_two_calls_do_not_work_in_one_folder(names):
@@ -460,22 +433,6 @@ def test_what_is_dated_in_the_future_gets_the_present_time(names):
     set_faults_aside(NO_STUDY)
     assert result_of(names[0]).stat().st_mtime <= time.time()
     assert read_metric(names, "rebound_height_mm") == [1.5, 2.5, 3.5]
-
-
-def test_a_table_dated_in_the_future_that_is_another_s_is_named(tmp_path, monkeypatch):
-    table = tmp_path / "factors.tsv"
-    table.write_text("a")
-    os.utime(table, (time.time() + 86_400,) * 2)
-
-    def refuse(*_):
-        raise PermissionError
-
-    with monkeypatch.context() as patch:
-        patch.setattr(os, "utime", refuse)
-        with refused(ConfigError, str(table)):
-            date_back(table)
-    date_back(table)
-    assert table.stat().st_mtime <= time.time()
 
 
 def test_only_what_this_project_made_is_dated_back_and_set_aside(names):

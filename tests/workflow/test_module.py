@@ -166,18 +166,6 @@ def test_what_snakedeploy_writes_plans_the_chain(tmp_path):
     assert re.search(r"drops: 0 of \d+", planned)
 
 
-@pytest.mark.slow
-@pytest.mark.long  # seen to pass with a formula for the engine only, which compiles for minutes
-def test_the_catalogue_s_case_runs(tmp_path):
-    """`snakemake --directory .test` in a copy: a dry run of all and one real stage."""
-    copy = copied(tmp_path / "copy")
-    planned = done(*SNAKEMAKE, "-n", "--directory", ".test", cwd=copy)
-    assert re.search(r"^report +1$", planned, re.M)
-    done(*SNAKEMAKE, "-j1", "--directory", ".test", "screening", cwd=copy)
-    assert (copy / ".test/results/drops/screening/screening.json").is_file()
-    assert not (copy / "results/runs").exists()
-
-
 def test_a_job_makes_its_runs_with_the_study_s_engine(monkeypatch, tmp_path):
     """What a job is handed is the configuration as it was written; its plans name the engine."""
     study = write_study(tmp_path / "bounce")

@@ -89,21 +89,6 @@ def test_each_step_is_a_line(capsys, dryrun, run):
     assert told(None, **changed, **STAGE) == (said if dryrun else "steepest ascent")
 
 
-@pytest.mark.parametrize(
-    ("stats", "line"),
-    [
-        ({"screening": 1, "heaps": 5, "all": 1}, "6 steps"),
-        ({"screening": 1, "dem_run": 4, "run_batch": 3}, "1 step and 7 jobs of runs"),
-    ],
-)
-def test_a_dry_run_counts_its_jobs_once_and_has_no_table(capsys, stats, line):
-    """Snakemake tells the table twice: before the jobs and after them."""
-    table = {"event": LogEvent.RUN_INFO, "stats": stats | {"total": sum(stats.values())}}
-    dry, made = handler(capsys, dryrun=True), handler(capsys)
-    assert [dry("Job stats:", **table), dry("Job stats:", **table)] == [line, ""]
-    assert made("Job stats:", **table) == ""
-
-
 def test_an_error_is_a_sentence(capsys):
     told = handler(capsys)
     said = told(None, logging.ERROR, event=LogEvent.JOB_ERROR, **FAILED)
