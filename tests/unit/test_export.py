@@ -85,6 +85,9 @@ MU_HELD = 0.35
 HELD = {"path": "no_rotation", "rolling_friction": 5.0, "static_friction": MU_HELD}
 
 
+SOURCE = Files(optimum=REFERENCE / "optimise" / "optimum.json")
+
+
 @pytest.fixture(scope="module")
 def config():
     return parse_config(read_mapping("config/config.yaml")[0])
@@ -92,7 +95,7 @@ def config():
 
 @pytest.fixture(scope="module")
 def mapping(config):
-    return stage._spec(Study(config, REFERENCE))
+    return stage._spec(Study(config, REFERENCE), SOURCE)
 
 
 @pytest.fixture(scope="module")
@@ -733,7 +736,7 @@ def files(config, tmp_path_factory):
     study = _study(config, out, export_correction={"rolling.json": found()})
     _export(study, out)
     written = Files(file=out / "exports" / "converted" / "any")
-    stage.export_converted(study, None, written)
+    stage.export_converted(study, SOURCE, written)
     return out
 
 
@@ -753,7 +756,10 @@ def _study(config, out, **more):
 def _export(study, out, runs=None):
     region = read_region(REFERENCE / "response_surface" / "region.json")
     runs = study.table("response_surface", "runs") if runs is None else runs
-    stage.write_exports(study, runs, region, out)
+    optimum = study.summary("optimise")
+    stage.write_exports(
+        study, stage._spec(study, SOURCE), *stage.by_chain(optimum, runs, region), out
+    )
 
 
 def test_a_run_that_was_lost_widens_what_is_exported(config, files, tmp_path):
@@ -952,21 +958,3 @@ def test_units_are_read_off_the_key():
     described = [k for k in RunSpec.model_fields["law_parameters"].annotation.model_fields]
     assert unit_of("surface_tension_N_m") == "N/m"
     assert {in_ascii(unit_of(k)) for k in described if k.endswith("_s")} == {"s", "Pa s", "m/s"}
-
-
-STATED = {
-    "measured_mean": 22.7, "measured_n": 2, "measured_sd": 1.2,
-    "simulated_mean": 22.9, "simulated_n": 10, "simulated_sd": 0.6,
-}  # fmt: skip
-
-
-def test_exports_of_a_joint_study_say_that_they_are_of_one_target():
-    files = ["examples/maize/config.yaml", "examples/maize/joint.yaml"]
-    data = overlay(*(read_mapping(path)[0] for path in files))
-    joint = parse_config(data, files=files)
-    (line,) = [text for text in stage.about(joint, STATED) if tells(text, "ALONE")]
-    assert tells(line, "angle_of_repose_deg", "vessel: poured_density_kg_m3")
-    assert tells(line, "all tests", "results/maize/joint_export")
-    assert stage.other_tests(joint) == ["vessel: poured_density_kg_m3"]
-    alone = parse_config({k: v for k, v in data.items() if k not in ("targets", "rigs", "joint")})
-    assert not any(tells(text, "ALONE") for text in stage.about(alone, STATED))

@@ -9,13 +9,13 @@ import pandas as pd
 import pytest
 import yaml
 
+from calibration.chain.joint.analysis import middle
 from calibration.chain.joint.words import sentences
 from calibration.chain.study import Study
 from calibration.errors import ConfigError
 from calibration.figures import ANGLE
 from calibration.runs.plans import read_plan, result_path
 from calibration.study.config import parse_config
-from calibration.telling.export.joint import middle
 from dem.results import write_result
 from dem.spec import parse_spec
 from facts import rows_in, tells
@@ -108,11 +108,22 @@ def calibrated(config):
 
 
 def goes_to_other_codes(study):
-    """A set that meets both tests, with intervals that hold whatever the others are."""
-    rule = rules_of(study.config.model_dump(mode="json"))["joint_export"]
-    rule.call(study)
-    folder = Path(rule.output.parameters).parent
-    found = yaml.safe_load(Path(rule.output.parameters).read_text())
+    """Where the report waits for all tests, the set that meets them is validated, answered for and
+    handed out, with intervals that hold whatever the others are."""
+    config = study.config.model_copy(update={"supplements": ["joint"]})
+    study, rules = Study(config), rules_of(config.model_dump(mode="json"))
+    for folder in ("screening", "ascent", "response_surface", "candidate_first", "candidate"):
+        (study.folder / folder).mkdir(exist_ok=True)
+        (study.folder / folder / "plan.json").write_text("{}")
+    for name in ("plan_validation", "validation", "plan_answer", "answer", "export"):
+        rules[name].call(study)
+        if rules[name].plan:
+            answer(rules[name].plan)
+    told = study.summary("answer")
+    assert told["by"] == "joint"
+    assert {(t["test"], t["state"]) for t in told["tests"]} == {("heap", "met"), ("plane", "met")}
+    folder = study.folder / "exports"
+    found = yaml.safe_load(Path(rules["export"].output.parameters).read_text())
     values = {name: found["parameters"][key] for name, key in KEYS.items()}
     level = {name: entry["value"] for name, entry in values.items()}
     # 15 + 25 (rolling + friction) and 50 wall + 5 are what was measured

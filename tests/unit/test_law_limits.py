@@ -2,6 +2,7 @@
 
 import pytest
 
+from answers import ANSWER
 from calibration.figures import response_of
 from calibration.telling.report.answer import answer
 from dem.advice import limits_of
@@ -27,6 +28,8 @@ def test_the_own_spin_torque_holds_at_rest_alone(tmp_path, laws, mu_r, limited):
     )
     (tmp_path / "exports").mkdir()
     (tmp_path / "exports" / "dem.yaml").write_text(text)
+    (tmp_path / "answer").mkdir()
+    (tmp_path / "answer" / "answer.json").write_text(ANSWER.model_dump_json())
     notes = answer(tmp_path, response_of("angle_of_repose_deg"))["notes"]
     assert any(tells(n, "constant_torque", "drum") for n in notes) == limited
     spec = {"experiment": "heap", "laws": laws}

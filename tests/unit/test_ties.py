@@ -5,12 +5,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from calibration.chain.joint.analysis import middle
 from calibration.statistics.composite import augmented
 from calibration.statistics.design import box_behnken
 from calibration.statistics.screening import screen, significant
 from calibration.statistics.ties import first_largest, first_least, largest_first
 from calibration.study.factors import Factor
-from calibration.telling.export.joint import middle
 from diagnosis.discrepancy import least_known
 from paper.reproduction.rows import printed_of
 

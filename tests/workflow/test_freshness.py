@@ -27,14 +27,15 @@ GROUPS = {
     # what every task imports: the schemas of run specs, and with them experiments and laws
     "EVERY": lambda name: True,
     "PLANS": lambda name: name.startswith("plan_"),
-    "EXPORTS": lambda name: "export" in name and name != "joint_export",
+    "EXPORTS": lambda name: "export" in name,
     "DIAGNOSIS": lambda name: name.startswith("diagn"),
 }
 """Rules by a word."""
 EDITS = {
     # a module that is edited: the rules that run again. A file's plan and analysis go together
     "calibration/errors.py": {"EVERY"},
-    "calibration/chain/validation.py": {"plan_validation", "validation"},
+    "calibration/chain/validation.py": {"plan_validation", "validation", "answer", "EXPORTS"}
+    | {"plan_answer"},
     "calibration/chain/bench_tests/shear.py": {"plan_shear", "shear"},
     "calibration/runs/progress.py": set(),
     "calibration/interface/api.py": set(),
@@ -45,16 +46,16 @@ EDITS = {
 }
 SECTIONS = [
     # a key that is changed: the rules that run again
-    ("screening", "alpha", 0.1, {"plan_screening", "screening", "export"}),
-    ("ascent", "steps", 6, {"plan_ascent", "screening", "export"}),
-    ("scaling", "margin_deg", 1.5, {"plan_scaling", "scaling", "export"}),
-    ("posterior", "draws", 60, {"posterior", "export"}),
-    ("name", None, "other", {"export", "joint_export"}),
-    ("runs_per_job", None, 3, {"export"}),
+    ("screening", "alpha", 0.1, {"plan_screening", "screening", "export", "answer"}),
+    ("ascent", "steps", 6, {"plan_ascent", "screening", "export", "answer"}),
+    ("scaling", "margin_deg", 1.5, {"plan_scaling", "scaling", "export", "answer"}),
+    ("posterior", "draws", 60, {"posterior", "export", "answer"}),
+    ("name", None, "other", {"export", "answer"}),
+    ("runs_per_job", None, 3, {"export", "answer"}),
     (
         "seed", None, 5,
         {"PLANS", "EXPORTS", "tilt", "drop", "candidate", "optimise", "posterior", "joint",
-         "joint_export"},
+         "answer"},
     ),
 ]  # fmt: skip
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from snakemake.io import is_flagged
 
 from calibration.study.config import Config, given, stands_alone
+from calibration.study.config.joint import handed_out_by
 from calibration.study.config.resolution import parse_resolved
 from calibration.errors import REFUSALS, in_words
 from calibration.intake.started_code import refuse_unasked

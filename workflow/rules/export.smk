@@ -12,13 +12,16 @@ DECKS = ["liggghts", "lammps"]
 
 rule export:
     input:
+        **HANDED_OUT,
+        answer=f"{STUDY}/answer/answer.json",
         fixed=BENCH_VALUES,
-        optimum=f"{STUDY}/optimise/optimum.json",
         validation=f"{STUDY}/validation/validation.json",
         validation_runs=f"{STUDY}/validation/runs.csv",
         runs=f"{STUDY}/response_surface/runs.csv",
         region=f"{STUDY}/response_surface/region.json",
         candidate=f"{STUDY}/candidate/design.csv",
+        joint=of_supplements({"joint": "joint.json"}),
+        predictions=of_supplements({"joint": "predictions.csv"}),
         factors=FACTORS,
         measurements=measured,
     output:
@@ -44,37 +47,10 @@ rule export:
         "../scripts/task.py"
 
 
-rule joint_export:
-    input:
-        factors=FACTORS,
-        fixed=BENCH_VALUES,
-        summary=f"{STUDY}/joint/joint.json",
-        draws=f"{STUDY}/joint/draws.csv",
-        predictions=f"{STUDY}/joint/predictions.csv",
-    output:
-        parameters=report(
-            f"{STUDY}/joint_export/calibrated.yaml",
-            caption="../report/joint_export.rst",
-            category="9 Export",
-        ),
-        blocks=[f"{STUDY}/joint_export/{file}" for file in BLOCKS],
-        by_hand=[f"{STUDY}/joint_export/{file}" for file in BY_HAND],
-        dem_yaml=f"{STUDY}/joint_export/dem.yaml",
-    log:
-        f"{STUDY}/logs/joint_export.log",
-    params:
-        function="calibration.telling.export.joint:joint_export",
-        reads=[*PLANNING, "name", "fixed_from", "joint", "published"],
-    message:
-        "joint export: a set of parameters by all tests together, as input for other codes"
-    script:
-        "../scripts/task.py"
-
-
 checkpoint plan_export_scan:
     input:
+        **HANDED_OUT,
         fixed=BENCH_VALUES,
-        optimum=f"{STUDY}/optimise/optimum.json",
         factors=FACTORS,
     output:
         design=f"{STUDY}/export_scan/design.csv",
@@ -92,8 +68,8 @@ checkpoint plan_export_scan:
 
 checkpoint plan_export_confirmation:
     input:
+        **HANDED_OUT,
         fixed=BENCH_VALUES,
-        optimum=f"{STUDY}/optimise/optimum.json",
         scan=f"{STUDY}/export_scan/design.csv",
         runs=runs_of("export_scan"),
         factors=FACTORS,
@@ -113,8 +89,8 @@ checkpoint plan_export_confirmation:
 
 checkpoint plan_export_correction:
     input:
+        **HANDED_OUT,
         fixed=BENCH_VALUES,
-        optimum=f"{STUDY}/optimise/optimum.json",
         scan=f"{STUDY}/export_scan/design.csv",
         confirmation=f"{STUDY}/export_confirmation/design.csv",
         validation=f"{STUDY}/validation/runs.csv",
@@ -136,8 +112,8 @@ checkpoint plan_export_correction:
 
 rule export_rolling:
     input:
+        **HANDED_OUT,
         fixed=BENCH_VALUES,
-        optimum=f"{STUDY}/optimise/optimum.json",
         scan=f"{STUDY}/export_scan/design.csv",
         confirmation=f"{STUDY}/export_confirmation/design.csv",
         correction=f"{STUDY}/export_correction/design.csv",
@@ -159,8 +135,9 @@ rule export_rolling:
 
 rule export_converted:
     input:
+        **HANDED_OUT,
+        answer=f"{STUDY}/answer/answer.json",
         fixed=BENCH_VALUES,
-        optimum=f"{STUDY}/optimise/optimum.json",
         validation=f"{STUDY}/validation/validation.json",
         validation_runs=f"{STUDY}/validation/runs.csv",
         rolling=f"{STUDY}/export_correction/rolling.json",

@@ -1,6 +1,12 @@
 """Functions that give a rule its input files."""
 
-CHAIN = ["screening", "ascent", "response_surface", "optimise", "validation", "export"]
+CALIBRATION = ["screening", "ascent", "response_surface", "optimise", "validation"]
+# the parameters that are handed out: the optimum of the chain, or of the draws that meet all tests
+BY_JOINT = handed_out_by(SETTINGS) == "joint"
+HANDED_OUT = {"optimum": f"{STUDY}/optimise/optimum.json"}
+if BY_JOINT:
+    HANDED_OUT["draws"] = f"{STUDY}/joint/draws.csv"
+CHAIN = [*CALIBRATION, "answer", "export"]
 
 
 def needs(key, stage):
@@ -74,3 +80,12 @@ def diagnosed(wildcards):
     except REFUSALS as error:
         raise WorkflowError(in_words(error) + other_settings(SETTINGS.measurements))
     return MEASUREMENTS
+
+
+def of_supplements(files):
+    """Those files {stage: file in its folder} that a supplement of the study makes."""
+    return [
+        f"{STUDY}/{stage}/{file}"
+        for stage, file in files.items()
+        if stage in SETTINGS.supplements
+    ]

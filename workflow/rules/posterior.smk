@@ -8,7 +8,8 @@ rule posterior:
             f"{STUDY}/ascent/design.csv",
             f"{STUDY}/response_surface/design.csv",
             f"{STUDY}/candidate/design.csv",
-            f"{STUDY}/validation/design.csv",
+            # of the joint posterior's parameters it is at other levels of what was held
+            *([] if BY_JOINT else [f"{STUDY}/validation/design.csv"]),
         ],
         validation=f"{STUDY}/validation/validation.json",
         runs=runs_of("validation"),

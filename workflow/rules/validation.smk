@@ -6,7 +6,7 @@
 
 checkpoint plan_validation:
     input:
-        optimum=f"{STUDY}/optimise/optimum.json",
+        **HANDED_OUT,
         factors=FACTORS,
         fixed=BENCH_VALUES,
     output:

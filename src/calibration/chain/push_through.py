@@ -27,6 +27,7 @@ from calibration.statistics.numbers import fixed
 from calibration.statistics.ties import first_largest
 from calibration.study.config import machine_run, point_spec
 from calibration.study.matching import agreeing, sample
+from calibration.study.simulated_tests import machines_of
 from dem.experiments import experiments
 from dem.io.files import write_json
 from dem.spec import parse_spec
@@ -48,14 +49,14 @@ def plan_push_through(study: Study, source: NamedFiles, output: NamedFiles) -> N
     config, parts = study.config, []
     every = read_written(source.draws)
     names = [f.name for f in study.factors if f.name in every]
+    tests = {test.name: test for test in machines_of(config)}
     for name, machine in config.push_through.items():
         rows = np.linspace(0, len(every) - 1, min(machine.draws, len(every))).astype(int)
-        run = machine_run(config, machine)
         for k, levels in enumerate(every.loc[rows, names].to_dict("records")):
             point = {"machine": name, "draw": k + 1} | levels
             design = pd.DataFrame([point] * machine.replicates)
             seed = config.seed + k * machine.replicates
-            parts.append(study.plan(design, machine.experiment, run, seed))
+            parts.append(study.plan_test(design, tests[name], seed))
     write_plan(Path(output.plan).parent, *together(parts))
 
 

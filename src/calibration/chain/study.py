@@ -11,6 +11,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from calibration.errors import CalibrationError
 from calibration.files import read_json
 from calibration.intake.tables import read_written
@@ -18,13 +20,13 @@ from calibration.study.config import Config, goals, is_measured, read_target
 from calibration.study.factors import read_factors
 
 if TYPE_CHECKING:
-    import numpy as np
     import pandas as pd
 
     from calibration.statistics.goals import Goal
     from calibration.statistics.stated import Stated
     from calibration.study.config.schema import Target
     from calibration.study.factors import Choice, Factor
+    from calibration.study.simulated_tests import SimulatedTest
 
 
 ALWAYS = ("name", "results")  # where a study's files are; it decides none of their content
@@ -143,3 +145,24 @@ class Study(Results):
         changes = {key: value for key, value in changes.items() if value is not None}
         config = self.config.model_copy(update=changes)
         return plan(design, self.factors, config, experiment, self.seeds)
+
+    def plan_test(
+        self, design: pd.DataFrame, test: SimulatedTest, seed: int | None = None
+    ) -> tuple[pd.DataFrame, dict[str, dict[str, Any]]]:
+        """`plan` for a test of the laboratory: with the levels that it holds, and those that its
+        grains have where they are of another size. The table keeps the levels of the study."""
+        from calibration.study.parcels import ratios, sized
+
+        by = ratios(self.config, test, [f.key for f in self.factors])
+        names = [f.name for f in self.factors if f.name in design]
+        levels = self.config.fixed | {name: design[name] for name in names}
+        grown = {
+            f.name: np.round(levels[f.name] * by[f.key], 9)
+            for f in self.factors
+            if f.key in by and f.name in levels
+        }
+        held = design.assign(**{**grown, **test.fixed})
+        table, specs = self.plan(held, test.experiment, sized(test.run, by), seed)
+        beside = (set(test.fixed) | set(grown)) - set(names)
+        own = {name: design[name].to_numpy() for name in names}
+        return table.drop(columns=list(beside)).assign(**own), specs

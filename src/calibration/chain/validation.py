@@ -1,4 +1,4 @@
-"""Validation: replicates at the optimum against the measurement."""
+"""Validation: replicates at the parameters handed out, against the measurement."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from calibration import figures
+from calibration.chain.joint.analysis import middle
 from calibration.chain.responses import naming_left_out, told, with_responses, with_value
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
@@ -26,13 +27,19 @@ if TYPE_CHECKING:
     from calibration.figures import Response
 
 
+def handed_out(source: NamedFiles) -> dict[str, float]:
+    """{factor: level} of the parameters that a study hands out: the optimum of the chain, or the
+    middle one of the draws that meet all tests."""
+    draws = source.get("draws")
+    return middle(read_written(draws)) if draws else read_json(source.optimum)["optimum"]
+
+
 def plan_validation(study: Study, source: NamedFiles, output: NamedFiles) -> None:
-    """Plan groups of replicates at the optimum."""
-    config = study.config
-    optimum = read_json(source.optimum)["optimum"]
+    """Plan groups of replicates at the parameters that are handed out."""
+    config, levels = study.config, handed_out(source)
     rows = [
         {"run": g * config.validation.replicates + r + 1, "group": g + 1, "replicate": r + 1}
-        | optimum
+        | levels
         for g in range(config.validation.groups)
         for r in range(config.validation.replicates)
     ]

@@ -24,6 +24,8 @@ from calibration.runs.snakemake_command import LOGGER, call, snakemake_command
 from calibration.study.config import overlay, stands_alone
 from calibration.study.config.resolution import parse_resolved
 from calibration.study.stages import load_stages
+from calibration.telling.answer.schema import Answer
+from calibration.telling.answer.words import lines
 from calibration.telling.kept_results import sentences_of
 from dem.io.mapping import read_mapping
 from dem.tables.limits import check_file
@@ -150,8 +152,17 @@ class Study(study.Study):
         named = self.config.target.metric if column in IN_THE_TARGET_S_UNIT else column
         return unit_of(named)
 
+    @property
+    def answer(self) -> Answer | None:
+        """What the study found: `parameters`, `tests`, `wrong`, `next`; None before the stage
+        answer has run. It prints as a table."""
+        found = self.summary("answer")
+        return Answer.model_validate(found) if found else None
+
     def __repr__(self) -> str:
-        done = [f"  {title}: {found}" for title, found in self._stages() if found != NOT_YET]
+        answer = self.answer
+        done = [f"  {text}" for text in (lines(answer) if answer else [])]
+        done += [f"  {title}: {found}" for title, found in self._stages() if found != NOT_YET]
         left = ", ".join(title for title, found in self._stages() if found == NOT_YET)
         return "\n".join([f"Study {self.name}: {self.folder}", *done, f"  {NOT_YET}: {left}"])
 

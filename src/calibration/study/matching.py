@@ -32,10 +32,10 @@ def agreeing(
             path=table.path,
             allowed=f"a row with experiment {experiment} and quantity {quantity}",
         )
-    apart = [_apart(m, spec, but) for m in found]
-    own = [m for m, why in zip(found, apart, strict=True) if why is None]
+    differing = [apart(m, spec, but) for m in found]
+    own = [m for m, why in zip(found, differing, strict=True) if why is None]
     if not own:
-        name, simulated = apart[0]
+        name, simulated = differing[0] or ("", 0.0)  # none agrees
         raise NotComparableError(
             f"was measured at another setting than is simulated, {simulated:g}",
             path=table.path,
@@ -47,8 +47,11 @@ def agreeing(
     return own
 
 
-def _apart(measured, spec, but):
-    """(lever, simulated value) of the first lever at which a run differs, None where none does."""
+def apart(
+    measured: Measurement, spec: RunSpec, but: Collection[str] = ()
+) -> tuple[str, float] | None:
+    """(lever, simulated value) of the first lever at which a run differs, None where none does;
+    those in `but` do not count."""
     for name, value in measured.levers.items():
         place = LEVERS[name].place
         if place is None or name in but:

@@ -10,13 +10,13 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from calibration.study.config import point_spec
-from calibration.study.config.joint import rig_spec
 from calibration.study.config.specs import states
 from dem.grains import grain_volume
 from dem.spec import parse_spec
 
 if TYPE_CHECKING:
     from calibration.study.config import Config
+    from calibration.study.simulated_tests import SimulatedTest
 
 LAW = "law_parameters"
 WITH_SIZE = tuple(
@@ -30,17 +30,18 @@ WITH_SIZE = tuple(
 of EEPA, and a liquid bridge's."""
 
 
-def ratios(config: Config, rig: str, keys: Iterable[str]) -> dict[str, float]:
-    """{key: by what a level of the study is multiplied in `rig`} of those among `keys` of factors
-    and of the study's run that go with the size of grains; none where the rig's grains are as
-    large as the study's. A level that the rig states itself stays. Raises SpecError."""
-    own, keys = config.rigs[rig].run, set(keys)
-    shared = {k for k in WITH_SIZE if states(config.run, k) and not states(own, k)}
+def ratios(config: Config, test: SimulatedTest, keys: Iterable[str]) -> dict[str, float]:
+    """{key: by what a level of the study is multiplied in a test} of those among `keys` of factors
+    and of the study's run that go with the size of grains; none where the test's grains are as
+    large as the study's. A level that the test states itself stays. Raises SpecError."""
+    keys = set(keys)
+    shared = {k for k in WITH_SIZE if states(config.run, k) and not states(test.own, k)}
     found = [k for k in WITH_SIZE if k in keys | shared]
     if not found:
         return {}
     whole = parse_spec(point_spec(config.run, config.experiment, {}, 1))
-    ratio = (grain_volume(rig_spec(config, rig)) / grain_volume(whole)) ** (1 / 3)
+    spec = parse_spec(point_spec(test.run, test.experiment, {}, 1))
+    ratio = (grain_volume(spec) / grain_volume(whole)) ** (1 / 3)
     return {} if abs(ratio - 1.0) < 1e-6 else dict.fromkeys(found, float(f"{ratio:.9g}"))
 
 

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 from calibration.study.config import point_spec, read_back
 from calibration.study.factors import Choice, read_factors
+from calibration.telling.answer.schema import Answer
+from calibration.telling.answer.words import lines
 from dem.spec import parse_spec
 
 if TYPE_CHECKING:
@@ -58,13 +60,13 @@ def _warnings(config, factors):
 
 
 def closing(study: Study) -> list[str]:
-    """Sentences: the verdict of a diagnosis with its page, and where the report is; whatever of
-    them is there."""
-    found = []
+    """Sentences: the answer, the page of a diagnosis, and where the report is; whatever of them is
+    there."""
+    found = study.summary("answer")
+    said = lines(Answer.model_validate(found)) if found else []
     verdict = study.summary("diagnosis", "verdict")
     if verdict:
-        causes = " and ".join(name.replace("_", " ") for name in verdict["causes"])
         page = Path(study.folder, "diagnosis", "diagnosis.html").absolute()
-        found.append(f"diagnosis: {verdict['verdict']}{f' ({causes})' if causes else ''}: {page}")
+        said.append(f"diagnosis: {verdict['verdict']}: {page}")
     report = Path(study.folder, "report.html").absolute()
-    return [*found, *([f"report: {report}"] if report.is_file() else [])]
+    return [*said, *([f"report: {report}"] if report.is_file() else [])]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
+from scipy.spatial.distance import cdist
 
 from calibration import figures
 from calibration.chain.joint.emulators import Emulators, free_factors, joint_of
@@ -16,6 +17,7 @@ from calibration.inference.joint.critique import ALPHA, agreement, borders, pull
 from calibration.inference.joint.diagnostics import misspecification
 from calibration.inference.joint.likelihood import Cloud
 from calibration.intake.tables import read_written
+from calibration.statistics.ties import first_least
 from calibration.study.config.joint import name_of, read_joint_target
 from calibration.study.physical_limits import physical_range
 from dem.io.files import write_json
@@ -64,6 +66,21 @@ def joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
         "next_test": following.to_dict("records"),
     }
     write_json(output.summary, found | criticism)
+
+
+def middle(draws: pd.DataFrame) -> dict[str, float]:
+    """{factor: level} of the medoid of draws (n, d): the one with the least distance to all others.
+
+    Distance is by the covariance of the draws (Mahalanobis). Of draws that are as near but for
+    rounding, the first one is taken. The means of parameters that hang together are no set that
+    meets the measurements; a draw is one.
+    """
+    values = draws.to_numpy(float)
+    sd = values.std(axis=0)
+    scaled = values / np.where(sd > 0.0, sd, 1.0)  # units do not spoil the inverse
+    shape = np.linalg.pinv(np.atleast_2d(np.cov(scaled, rowvar=False)))
+    nearest = first_least(cdist(scaled, scaled, "mahalanobis", VI=shape).sum(axis=1))
+    return {str(name): float(x) for name, x in zip(draws.columns, values[nearest], strict=True)}
 
 
 def _criticism(config, whole, draws):

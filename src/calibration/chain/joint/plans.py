@@ -19,8 +19,7 @@ from calibration.intake.tables import read_written
 from calibration.runs.plans import together, write_plan
 from calibration.statistics.space_filling import space_filling
 from calibration.statistics.ties import first_least
-from calibration.study.config import machine_run
-from calibration.study.parcels import ratios, sized
+from calibration.study.simulated_tests import rig_test
 from dem.experiments import experiments
 
 if TYPE_CHECKING:
@@ -66,26 +65,14 @@ def _planned(study, rig, factors, u, before):
     """Table and specs of the runs of a rig at u (n, d), each with a seed of its own: one seed for
     all would shift all of them alike, and no repeated point would show it. before: seeds that the
     rig's other runs have."""
-    config, own = study.config, study.config.rigs[rig]
+    config, test = study.config, rig_test(study.config, rig)
     levels = {f.name: np.round(f.natural(2.0 * u[:, k] - 1.0), 9) for k, f in enumerate(factors)}
-    design, run = pd.DataFrame({"rig": rig} | levels), machine_run(config, own)
-    # grains of another size stick by other levels, where a factor's are those of the study's grains
-    by = ratios(config, rig, [f.key for f in study.factors])
-    own_levels = config.fixed | {name: design[name] for name in levels}
-    grown = {
-        f.name: np.round(own_levels[f.name] * by[f.key], 9)
-        for f in study.factors
-        if f.key in by and f.name in own_levels
-    }
-    held = design.assign(**grown | own.fixed)
+    design = pd.DataFrame({"rig": rig} | levels)
     parts = [
-        study.plan(held.iloc[[n]], own.experiment, sized(run, by), config.seed + before + n)
-        for n in range(len(held))
+        study.plan_test(design.iloc[[n]], test, config.seed + before + n)
+        for n in range(len(design))
     ]
-    table, specs = together(parts)
-    # what the rig holds tells nothing of it there, and the point stays that of all rigs
-    beside = (set(own.fixed) | set(grown)) - set(levels)
-    return table.drop(columns=list(beside)).assign(**levels), specs
+    return together(parts)
 
 
 def _numbered(parts):

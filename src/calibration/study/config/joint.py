@@ -22,6 +22,7 @@ from dem.errors import SpecError
 from dem.spec import parse_spec
 
 if TYPE_CHECKING:
+    from calibration.intake.measurements import Measurement
     from calibration.study.config.schema import Config, JointTarget
     from calibration.study.factors import Factor
     from dem.spec import RunSpec
@@ -62,6 +63,22 @@ def rig_spec(config: Config, name: str) -> RunSpec:
     """`RunSpec` of a rig at the study's own levels. Raises SpecError."""
     rig = config.rigs[name]
     return parse_spec(point_spec(machine_run(config, rig), rig.experiment, {}, 1))
+
+
+def handed_out_by(config: Config) -> str:
+    """What the parameters that a study hands out come from, `chain` or `joint`."""
+    waits = config.targets and "joint" in config.supplements
+    return config.calibrate.by or ("joint" if waits else "chain")
+
+
+def stated_error(config: Config, row: Measurement) -> float | None:
+    """Standard error that a target states for a measured row of its experiment and metric, None
+    where none does."""
+    for target in config.targets:
+        own = target.metric and quantity_name(target.metric) == row.quantity
+        if own and config.rigs[target.rigs[0]].experiment == row.experiment:
+            return target.error
+    return None
 
 
 def joint_factors(config: Config, factors: Iterable[Factor | Choice]) -> list[Factor | Choice]:
@@ -167,6 +184,10 @@ def check_joint(config: Config, factors: Sequence[Factor | Choice], file: str) -
         seen.append(name_of(target))
         read_joint_target(config, target)
     _check_names(config, factors, file)
+    if config.calibrate.by == "joint" and not (config.targets and "joint" in config.supplements):
+        allowed = "chain, or `targets` and joint among the supplements"
+        key = "calibrate.by"
+        raise ConfigError("has no stage", path=file, key=key, value="joint", allowed=allowed)
 
 
 def _check_metrics(rig, key, file):

@@ -423,6 +423,16 @@ class JointConfig(_Part):
     )
 
 
+class CalibrateConfig(_Part):
+    """Which parameters the study hands out."""
+
+    by: Literal["chain", "joint"] | None = Field(
+        None,
+        description="chain: those of the surface, to one target; joint: those of all `targets` "
+        "together. Unless given joint where the report waits for the stage `joint`",
+    )
+
+
 class PublishedConfig(_Part):
     """Values printed elsewhere, which calibrated.yaml sets beside this study's."""
 
@@ -514,6 +524,7 @@ class Config(_Part):
         description="measured metrics of any rig, to which the stage `joint` calibrates",
     )
     joint: JointConfig = JointConfig()
+    calibrate: CalibrateConfig = CalibrateConfig()
     published: PublishedConfig = PublishedConfig()
     numerics: str | None = Field(
         None, description="YAML file of points and variants; the stage `numerics` needs it"

@@ -27,6 +27,7 @@ from calibration.study.config import machine_run, overlay, parse_config, point_s
 from calibration.study.config.joint import read_joint_target
 from calibration.study.new.study import configuration, write_settings
 from calibration.study.parcels import WITH_SIZE, ratios
+from calibration.study.simulated_tests import rig_test
 from dem.errors import DemError, MeasureError, StoppedError
 from dem.spec import parse_spec
 from dem.units import behind, unit_of
@@ -221,7 +222,7 @@ def _tried(lab, k, show):
 def _levels(config, lab, rig, end):
     """{key: level} of an end of the ranges in a rig: the rough one has all friction and no
     bounce."""
-    by = ratios(config, rig, [f.key for f in lab.factors])
+    by = ratios(config, rig_test(config, rig), [f.key for f in lab.factors])
     levels = {f.key: f.centre for f in lab.factors}
     for f in lab.factors if end != MIDDLE else ():
         if f.key.endswith("friction"):

@@ -5,7 +5,6 @@ from calibration.study.stages.stage import Plan, Stage
 
 STAGES = (
     Stage(name="export", title="Export", place=9),
-    Stage(name="joint_export", title="Export of all tests together", place=9.05),
     Stage(
         name="exports/converted",
         title="Export with converted rolling friction",

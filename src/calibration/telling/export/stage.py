@@ -10,16 +10,20 @@ from typing import TYPE_CHECKING, Any
 from calibration.chain.files import read_region
 from calibration.chain.optimum import augmented_runs
 from calibration.chain.responses import with_value
+from calibration.chain.validation import handed_out
 from calibration.engines import lammps, liggghts, yade
 from calibration.engines.conversion import Conversion, granulate, left_out
-from calibration.files import write_text
+from calibration.files import read_json, write_text
+from calibration.intake.tables import read_written
 from calibration.runs.store import RunStore
 from calibration.statistics.surface import fit_surface
-from calibration.study.config.joint import name_of
+from calibration.telling.answer.schema import Answer
+from calibration.telling.answer.words import head
 from calibration.telling.export import by_hand, mercurydpm
 from calibration.telling.export.by_hand import Expected
 from calibration.telling.export.decks import scatter_of_one, write_decks
 from calibration.telling.export.heap_comparison import profile
+from calibration.telling.export.joint import by_joint
 from calibration.telling.export.parameters import (
     calibrated_entries,
     entries,
@@ -49,7 +53,6 @@ if TYPE_CHECKING:
 
     from calibration.chain.handed_over import NamedFiles
     from calibration.chain.study import Study
-    from calibration.statistics.surface import Surface
     from calibration.study.config import Config
     from calibration.study.factors import Factor
     from dem.spec import RunSpec
@@ -68,31 +71,31 @@ BY_HAND = {"edem.md": "edem", "rocky.md": "rocky"}
 CODES = (*CONVERTED, *BY_HAND)
 
 
-def _spec(study):
-    return calibrated_spec(study.config, study.factors, study.summary("optimise")["optimum"])
+def _spec(study, source):
+    return calibrated_spec(study.config, study.factors, handed_out(source))
 
 
 def plan_export_scan(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan the search for rolling friction in other laws."""
-    plan_scan(_spec(study), output)
+    plan_scan(_spec(study, source), output)
 
 
 def plan_export_confirmation(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan the runs that confirm what the search found."""
     scan = read_scan(source.scan, study.config.target.metric)
-    plan_confirmation(_spec(study), scan, output)
+    plan_confirmation(_spec(study, source), scan, output)
 
 
 def plan_export_correction(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan the runs at a number that is moved by what the one found misses."""
-    plan_correction(_spec(study), _evidence(study, source), output)
+    plan_correction(_spec(study, source), _evidence(study, source), output)
 
 
 def export_rolling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Write rolling.json: the conversion of rolling friction."""
     correction = read_scan(source.correction, study.config.target.metric)
     found = conclude(
-        parse_spec(_spec(study)),
+        parse_spec(_spec(study, source)),
         _evidence(study, source),
         correction,
         in_ascii(unit_of(study.config.target.metric)),
@@ -111,44 +114,21 @@ def _evidence(study, source):
     )
 
 
-def about(config: Config, validation: Mapping[str, Any]) -> list[str]:
-    """Lines of provenance for the head of each file."""
+def about(study: Study) -> list[str]:
+    """Lines of provenance for the head of each file: what the validation found and, where the
+    answer is at hand, what it says of every measured row."""
+    config, validation = study.config, study.summary("validation")
     unit, metric = in_ascii(unit_of(config.target.metric)), config.target.metric
+    found = study.summary("answer")
     return [
         f"Study {config.name}: {metric} measured {validation['measured_mean']:.2f} {unit} "
         f"({validation['measured_n']} values, sd {validation['measured_sd']:.2f}); the calibrated "
         f"model gives "
         f"{validation['simulated_mean']:.2f} {unit} ({validation['simulated_n']} runs, sd "
         f"{validation['simulated_sd']:.2f}) in the rig and with the grains of calibrated.yaml.",
-        *_of_one_target(config),
-        made_by(config),
-    ]
-
-
-def made_by(config: Config) -> str:
-    """The last line of provenance: the engine, and where the conversions stand."""
-    return (
-        f"Engine {engine_of(config)}. SI units. How each number was converted: docs/other-codes.md."
-    )
-
-
-def other_tests(config: Config) -> list[str]:
-    """Names of a joint study's targets that the numbers of its own target do not come from."""
-    own = config.experiment, config.target.metric
-    return [
-        name_of(t) for t in config.targets if (config.rigs[t.rigs[0]].experiment, t.metric) != own
-    ]
-
-
-def _of_one_target(config):
-    """Which of a joint study's tests the numbers are from."""
-    others = other_tests(config)
-    if not others:
-        return []
-    return [
-        f"Calibrated to {config.target.metric} ALONE: {', '.join(others)} "
-        f"{'is' if len(others) == 1 else 'are'} not in these numbers. A set by all tests together "
-        f"stands in {config.results}/{config.name}/joint_export, by the rule joint_export."
+        *(head(Answer.model_validate(found)) if found else []),
+        f"Engine {engine_of(config)}. SI units. How each number was converted: "
+        "docs/other-codes.md.",
     ]
 
 
@@ -176,16 +156,13 @@ def known_parameters(
 
 
 def summary(
-    study: Study,
-    optimum: Mapping[str, Any],
-    validation: Mapping[str, Any],
-    surface: Surface,
-    region: Sequence[Factor],
+    study: Study, mapping: Mapping[str, Any], known: Mapping[str, dict], more: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Content of calibrated.yaml."""
-    config = study.config
-    spec = parse_spec(calibrated_spec(config, study.factors, optimum["optimum"]))
-    metric, exports = config.target.metric, f"{config.results}/{config.name}/exports"
+    """Content of calibrated.yaml. mapping: run spec at the parameters handed out; known: entries of
+    those that were calibrated; more: what their way says besides."""
+    config, validation = study.config, study.summary("validation")
+    spec, metric = parse_spec(mapping), config.target.metric
+    exports = f"{config.results}/{config.name}/exports"
     return {
         "study": config.name,
         "engine": engine_of(config),
@@ -202,23 +179,33 @@ def summary(
             "measured_mean": validation["measured_mean"],
             "measured_sd": validation["measured_sd"],
             "measured_n": validation["measured_n"],
-            **({"other_tests": others} if (others := other_tests(config)) else {}),
         },
         "validated": _validated(validation, in_ascii(unit_of(metric))),
-        "solution": {
-            "rule": optimum["rule"],
-            "attainable": optimum["attainable"],
-            "predicted": optimum["predicted"],
-            "confirmation_interval_95": optimum["confirmation_interval"],
-            "note": "One response does not fix several parameters: solution_set is the range of "
-            "each over all points "
-            "that give the measured value. interval_95_others_held covers 95 % only if the others "
-            "are exactly right; the stage `posterior` gives the interval that covers it whatever "
-            "they are.",
-        },
-        "parameters": known_parameters(study, spec, calibrated_entries(surface, region, optimum)),
+        **more,
+        "parameters": known_parameters(study, spec, known),
         "not_converted": left_out(spec),
     }
+
+
+def by_chain(
+    optimum: Mapping[str, Any], runs: pd.DataFrame, region: Sequence[Factor]
+) -> tuple[dict[str, dict[str, Any]], dict[str, Any]]:
+    """({key: entry} of the factors that the chain calibrated, what calibrated.yaml says of the
+    solution). optimum: content of optimum.json; runs: those whose values the surface is fitted
+    to."""
+    fitted = with_value(runs, "response")
+    surface = fit_surface(fitted, [f.code for f in region], fitted["response"])
+    solution = {
+        "rule": optimum["rule"],
+        "attainable": optimum["attainable"],
+        "predicted": optimum["predicted"],
+        "confirmation_interval_95": optimum["confirmation_interval"],
+        "note": "One response does not fix several parameters: solution_set is the range of each "
+        "over all points that give the measured value. interval_95_others_held covers 95 % only "
+        "if the others are exactly right; the stage `posterior` gives the interval that covers it "
+        "whatever they are.",
+    }
+    return calibrated_entries(surface, region, optimum), {"solution": solution}
 
 
 def _validated(validation, unit):
@@ -236,27 +223,28 @@ def _validated(validation, unit):
 
 def export(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Write calibrated.yaml and exports/ beside it, without any run."""
-    region = read_region(source.optimum)
-    runs = augmented_runs(study.config, source.runs, region, source.candidate)
-    write_exports(study, runs, region, Path(output.parameters).parent)
+    if source.get("draws"):
+        found = by_joint(study, read_json(source.joint[0]), read_written(source.predictions[0]))
+    else:
+        region = read_region(source.optimum)
+        runs = augmented_runs(study.config, source.runs, region, source.candidate)
+        found = by_chain(read_json(source.optimum), runs, region)
+    write_exports(study, _spec(study, source), *found, Path(output.parameters).parent)
 
 
 def write_exports(
-    study: Study, runs: pd.DataFrame, region: Sequence[Factor], out: str | Path
+    study: Study,
+    mapping: dict[str, Any],
+    known: Mapping[str, dict[str, Any]],
+    more: Mapping[str, Any],
+    out: str | Path,
 ) -> None:
-    """Write calibrated.yaml and exports/ into folder `out`, each file atomically.
-
-    runs: table of the runs whose values the surface is fitted to; region: its factors.
-    """
-    config, optimum = study.config, study.summary("optimise")
-    validation = study.summary("validation")
-    fitted = with_value(runs, "response")
-    surface = fit_surface(fitted, [f.code for f in region], fitted["response"])
-    mapping, lines, exports = _spec(study), about(config, validation), Path(out) / "exports"
-    data = summary(study, optimum, validation, surface, region)
+    """Write calibrated.yaml and exports/ into folder `out`, each file atomically; see `summary`."""
+    lines, exports = about(study), Path(out) / "exports"
+    data = summary(study, mapping, known, more)
     write_set(mapping, data, lines, exports, Path(out) / "calibrated.yaml", _expected(study))
     _write_decks(study, mapping, Conversion(parse_spec(mapping)), lines, exports)
-    write_text(to_yaml(config.model_dump(mode="json")), exports / "study.yaml")
+    write_text(to_yaml(study.config.model_dump(mode="json")), exports / "study.yaml")
 
 
 def write_set(
@@ -288,9 +276,9 @@ def write_set(
 
 def export_converted(study: Study, source: NamedFiles, output: Sequence[str]) -> None:
     """Write the blocks of codes with other rolling laws, with what the search found."""
-    mapping = _spec(study)
+    mapping = _spec(study, source)
     conversion = Conversion(parse_spec(mapping), study.summary("export_correction", "rolling"))
-    lines = about(study.config, study.summary("validation"))
+    lines = about(study)
     _write_blocks(mapping, conversion, lines, Path(output[0]).parent)
     _write_decks(study, mapping, conversion, lines, Path(output[0]).parent)
 

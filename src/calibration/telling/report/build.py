@@ -13,12 +13,10 @@ from jinja2 import Environment, PackageLoader
 from calibration.figures import response_of
 from calibration.files import write_text
 from calibration.telling.report.answer import answer
-from calibration.telling.report.block import block
 from calibration.telling.report.carried import carried, citation
 from calibration.telling.report.embed import download, downloads_of
 from calibration.telling.report.findings import findings
 from calibration.telling.report.heaps import viewer
-from calibration.telling.report.known import of_one_test
 from calibration.telling.report.parts import section
 from calibration.telling.report.profiler import profiler
 from calibration.telling.report.runs import runs_section
@@ -70,13 +68,11 @@ def build(
         lstrip_blocks=True,
     )
     parts, exports = _parts(study, stages, response), _exports(study)
-    said, rows, found = answer(study, response), block(study), findings(study, response)
-    carry = carried(study.name, said, rows, found) if said["parameters"] else []
+    said, found = answer(study, response), findings(study, response)
+    carry = carried(study.name, said, found) if said else []
     page = environment.get_template("page.html.j2").render(
         name=study.name,
         answer=said,
-        of_one_test=of_one_test(study, response)[1],
-        block=rows,
         findings=found,
         carried=carry,
         citation=citation(study.name),
@@ -88,7 +84,8 @@ def build(
         files=json.dumps(downloads_of(carry, parts, exports)),
     )
     write_text(page, out)
-    return [
+    absent = [] if said else [f"{study / 'answer'}: answer.json missing; the page is without"]
+    return absent + [
         f"{study / part['key']}: {', '.join(part['missing'])} missing; the page is without"
         for part in parts
         if part.get("missing")
@@ -105,17 +102,15 @@ def _exports(study):
     """Files that carry the parameters elsewhere, or None: what to know of them, and of each what it
     is, its text for copying and its download. A block with converted rolling friction takes the
     place of the one without."""
-    folder, together = study / "exports", study / "joint_export"
+    folder = study / "exports"
     named = {study / "calibrated.yaml": EVERY}
     for name, text in CARRIED.items():
         converted = folder / "converted" / name
         named[converted if converted.is_file() else folder / name] = text
-    for name, text in ({"calibrated.yaml": EVERY} | CARRIED).items():
-        named[together / name] = f"By all tests together. {text}"
     files = [
         {
             **download(p),
-            "file": f"joint_{p.name}" if p.parent == together else p.name,
+            "file": p.name,
             "path": p.relative_to(study),
             "about": text,
             "text": p.read_text(),
@@ -123,7 +118,5 @@ def _exports(study):
         for p, text in named.items()
         if p.is_file()
     ]
-    # what replaces them is of the study's own target
-    own = [f["text"] for f in files if f["path"].parts[0] != together.name]
-    note = NOT_CONVERTED if any(NOT_CONVERTED_MARK in text for text in own) else ""
+    note = NOT_CONVERTED if any(NOT_CONVERTED_MARK in f["text"] for f in files) else ""
     return {"note": note, "files": files} if files else None

@@ -27,30 +27,28 @@ def citation(name: str) -> str:
 def carried(
     name: str,
     answer: Mapping[str, Any],
-    rows: Sequence[Mapping[str, str]],
     findings: Sequence[tuple[str, str]],
 ) -> list[dict[str, str]]:
     """Downloads of the page: the answer as a workbook.
 
-    answer: as the page has it; rows: the whole block; findings: (heading, text).
+    answer: as the page has it; findings: (heading, text).
     """
-    return [packed(f"{name}.xlsx", workbook(name, answer, rows, findings))]
+    return [packed(f"{name}.xlsx", workbook(name, answer, findings))]
 
 
 def workbook(
     name: str,
     answer: Mapping[str, Any],
-    rows: Sequence[Mapping[str, str]],
     findings: Sequence[tuple[str, str]],
 ) -> bytes:
-    """A workbook: a sheet of the calibrated parameters, one of the whole block, one of words.
+    """A workbook: a sheet of every parameter, one of every measured value, one of words.
 
     Values that are numbers stand as numbers."""
     import openpyxl  # takes a quarter of a second
 
     book = openpyxl.Workbook()
     book.remove(book.active)
-    for title, table in (("calibrated", answer["parameters"]), ("all parameters", rows)):
+    for title, table in (("parameters", answer["block"]), ("tests", answer["tests"])):
         if table:
             _table_sheet(book.create_sheet(title), table)
     words = book.create_sheet("words")
@@ -81,8 +79,10 @@ def _number(text):
 
 
 def _told(answer):
-    """[(name, value and its words)] of the tiles."""
-    return [(t["name"], f"{t['value']}: {t['text']}") for t in answer["tiles"]]
+    """[(heading, text)] of what the answer says in sentences."""
+    found = [(row["name"], f"{row['value']}: {row['known']}") for row in answer["first"]]
+    found.append(("What is wrong", answer["wrong"]))
+    return [*found, ("What to measure next", answer["next"])] if answer["next"] else found
 
 
 def _at_one_time(package):

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 from calibration.chain.study import Results
 from calibration.figures import label, response_of
 from calibration.intake.tables import read_written
+from calibration.telling.answer.words import said_by_diagnosis
 from calibration.telling.kept_results import sentences_of
 from calibration.telling.report.embed import caption, download, figure, table
-from calibration.telling.report.known import said_by_diagnosis
 
 if TYPE_CHECKING:
     from pathlib import Path
