@@ -91,13 +91,6 @@ def test_the_first_law_must_be_the_right_one():
     assert _marks("v^-0.3, 3 levels", 10.0, laws=[])["leads"] == 0
 
 
-def test_a_law_of_two_levels_may_stand_among_rivals():
-    rival = [{"experiment": "tilt", "slot": "reading", "state": ["rate"]}]
-    errors = [{"experiment": "tilt", "of": "tilt_rate_deg_s", "rivals": rival}]
-    assert _marks("late hand, 2 rates", 10.0, verdict="ambiguous", errors=errors)["leads"] == 1
-    assert _marks("late hand, 2 rates", 10.0, verdict="ambiguous")["leads"] == 0
-
-
 def test_adequate_at_a_misfit_is_wrong_whoever_found_it():
     assert _marks("v^-0.25, 4 levels", 10.0, verdict="adequate")["adequate_wrongly"] == 1
     misfit = {"p": 0.0}
@@ -121,16 +114,3 @@ def test_a_name_is_wrong_unless_it_is_this_effects():
 )  # fmt: skip
 def test_a_table_without_a_law_must_claim_none(kind, verdict, silent):
     assert _marks(kind, 5.0, verdict=verdict)["silent"] == silent
-
-
-def test_faulty_rows_are_pointed_at_without_accusing_many_good_ones():
-    case = cases.Case("three rows mislabelled", 15.0, 9)
-    drawn = case.draw()
-    lines = drawn.faults[0].lines
-
-    def pointed(said):
-        rows = [{"line": n, "standard_deviations": 9.0} for n in said]
-        return score.marks(case, drawn, _said(rows=rows))["pointed"]
-
-    assert pointed(lines) == pointed(lines[:2]) == 1
-    assert pointed(lines[:1]) == pointed(range(2, 22)) == 0

@@ -10,7 +10,6 @@ from calibration.errors import ConfigError
 from calibration.runs import feasibility
 from calibration.runs.feasibility import chance_to_empty, check_ahead, cost_ahead
 from calibration.study.config import overlay, parse_config
-from calibration.study.cost import run_seconds
 from facts import refused, tells
 
 ROOT = Path(__file__).parents[2]
@@ -144,19 +143,3 @@ def test_a_rig_that_the_engine_cannot_run_is_told_first(section):
     check(["silo"])
     with refused(ConfigError, "liggghts", "bulk_density", key=f"{section}.vessel"):
         check(["silo", "vessel"])
-
-
-def test_a_discharge_has_an_estimate_too():
-    """Without what all runs take, the time goes with the simulated one: the fall, the rest, and
-    half of the outflow, which by Beverloo's law falls with the power 5/2 of the clear opening."""
-    particles = {"count": 20000, "diameter_mm": 2.0}
-
-    def outflow(orifice):
-        geometry = {"orifice_diameter_mm": orifice, "silo_diameter_mm": 70.0}
-        spec = {"experiment": "discharge", "particles": particles, "geometry": geometry}
-        return run_seconds(spec)
-
-    narrow, middle, wide = (outflow(d) for d in (12.0, 15.0, 20.0))
-    times = [(d - 1.4 * 2.0) ** -2.5 for d in (12.0, 15.0, 20.0)]
-    shares = (times[0] - times[1]) / (times[1] - times[2])
-    assert (narrow - middle) / (middle - wide) == pytest.approx(shares, rel=1e-6)

@@ -59,9 +59,7 @@ def cone(path, angle, colours, tilt=0.0, **more):
 
 
 TROUBLES = [
-    {},
     {"noise": 0.05},
-    {"tilt": 2.0},
     {"tilt": -3.0, "noise": 0.03},
     {"shadow": 0.35},
     {"backdrop": "gradient", "noise": 0.02},

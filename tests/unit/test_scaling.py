@@ -1,7 +1,7 @@
 from fractions import Fraction
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from calibration.chain.scaling.dimensions import (
@@ -68,6 +68,7 @@ def test_length_mass_density_leave_time_open():
     assert error.value.quantity == "force"
 
 
+@settings(deadline=None)
 @given(
     a=st.tuples(*[st.fractions(min_value=-2, max_value=2, max_denominator=4)] * 3),
     held=st.lists(st.sampled_from(sorted(DIMENSIONS)), min_size=3, max_size=6, unique=True),

@@ -59,13 +59,6 @@ def test_every_key_with_a_unit_is_known(model):
     assert {k for k in unscaled if quantity_of(k) is None} <= bare
 
 
-def test_longest_unit_wins():
-    assert quantity_of("air_viscosity_Pa_s") == "viscosity"
-    assert quantity_of("shear_speed_mm_s") == "velocity"
-    assert quantity_of("surface_energy_J_m2") == "surface_energy"
-    assert quantity_of("restitution") is None
-
-
 @pytest.mark.parametrize("rule", RULES.values(), ids=list(RULES))
 def test_an_enlarged_run_has_the_factors_of_its_rule(rule):
     one, two = (enlarged(HEAP, "heap", rule, h) for h in (1, 2))
@@ -83,11 +76,6 @@ def test_an_enlarged_run_has_the_factors_of_its_rule(rule):
     assert two["particles"]["count"] == one["particles"]["count"]
     assert two["contacts"] == one["contacts"]
     assert two["output"] == one["output"]
-
-
-def test_a_mesh_cannot_be_enlarged():
-    with pytest.raises(ScalingError, match="plate_stl"):
-        enlarged(HEAP | {"geometry": {"plate_stl": "plate.stl"}}, "heap", PAPER_RULE, 2)
 
 
 @pytest.mark.parametrize(("slot", "law"), [("friction", "friction_curve"),

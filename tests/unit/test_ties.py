@@ -12,7 +12,6 @@ from calibration.statistics.screening import screen, significant
 from calibration.statistics.ties import first_largest, first_least, largest_first
 from calibration.study.factors import Factor
 from diagnosis.discrepancy import least_known
-from paper.reproduction.rows import printed_of
 
 
 def moved(values, seed):
@@ -92,9 +91,3 @@ def test_the_least_known_of_mirrored_settings_is_the_first():
         return tuple(least_known(own)["levers"].values())
 
     always_the_same(setting)
-
-
-def test_a_half_of_printed_numbers_is_rounded_away_from_zero():
-    assert always_the_same(lambda s: printed_of(float(moved(-6.275, s)), 2).text) == "-6.28"
-    assert always_the_same(lambda s: printed_of(float(moved(1.025, s)), 2).text) == "1.03"
-    assert printed_of(1.0249999, 2).text == "1.02"
