@@ -149,6 +149,8 @@ def test_every_measured_row_stands_in_the_answer(tmp_path, monkeypatch):
     assert rows["heap", "height_mm"]["state"] == "not judged"
     assert rows["heap", "height_mm"]["predicted"] is not None
     assert len(pd.read_csv(folder / "answer" / "tests.csv")) == 5
+    drawn = (folder / "answer" / "pulls.svg").read_text()
+    assert "rebound height at drop height 150 mm" in drawn
     assert found["runs"] == {"made": 12, "failed": 0, "seconds": 24.0}
     validate(found, json.loads(SCHEMA.read_text("utf-8")))
     assert Answer.model_validate(found).model_dump(mode="json") == found

@@ -55,6 +55,11 @@ rule answer:
     output:
         answer=f"{STUDY}/answer/answer.json",
         tests=f"{STUDY}/answer/tests.csv",
+        figure=report(
+            f"{STUDY}/answer/pulls.svg",
+            caption="../report/answer.rst",
+            category="0 The whole study",
+        ),
     log:
         f"{STUDY}/logs/answer.log",
     params:

@@ -14,6 +14,7 @@ from calibration.figures.labels import (
 from calibration.figures.optimum import contours, desirability_contours, front
 from calibration.figures.posterior_pairs import next_measurements, posterior_pairs, pushed_forward
 from calibration.figures.pour_rate import pour_rate
+from calibration.figures.pulls import pulls
 from calibration.figures.push_through import pushed_through
 from calibration.figures.replicates import validation
 from calibration.figures.screening import half_normal, pareto
@@ -43,6 +44,7 @@ __all__ = [
     "posterior_pairs",
     "pour_rate",
     "predicted_actual",
+    "pulls",
     "pushed_forward",
     "pushed_through",
     "residual_panel",

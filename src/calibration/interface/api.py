@@ -159,6 +159,13 @@ class Study(study.Study):
         found = self.summary("answer")
         return Answer.model_validate(found) if found else None
 
+    @property
+    def draws(self) -> pd.DataFrame | None:
+        """Sets of parameters that meet what was measured, each as probable as the others (pandas):
+        of all tests together, else of one; None before `joint` or `posterior` has run."""
+        found = self.table("joint", "draws")
+        return self.table("posterior", "draws") if found is None else found
+
     def __repr__(self) -> str:
         answer = self.answer
         done = [f"  {text}" for text in (lines(answer) if answer else [])]

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from calibration import engines
+from calibration import engines, figures
 from calibration.chain.joint.words import against
 from calibration.chain.validation import handed_out
 from calibration.figures import label, response_of
@@ -182,6 +182,8 @@ def answer(study: Study, source: NamedFiles, output: NamedFiles) -> None:
         runs=_runs(source),
     )
     write_json(output.answer, found.model_dump(mode="json"))
+    judged = [(words.title(t), t.pull, t.state == "missed") for t in tests if t.pull is not None]
+    figures.save(figures.pulls(judged), output.figure)
     rows = [t.model_dump() for t in tests]
     for row in rows:
         row["setting"] = words.setting(row["setting"])
