@@ -7,10 +7,7 @@ checkpoint plan_ascent:
         factors=FACTORS,
         fixed=BENCH_VALUES,
     output:
-        design=f"{STUDY}/ascent/design.csv",
-        plan=f"{STUDY}/ascent/plan.json",
-    log:
-        f"{STUDY}/logs/plan_ascent.log",
+        **planned("ascent"),
     params:
         function="calibration.chain.ascent:plan_ascent",
         reads=[*PLANNING, "ascent"],
@@ -30,13 +27,7 @@ rule ascent:
     output:
         runs=f"{STUDY}/ascent/runs.csv",
         summary=f"{STUDY}/ascent/ascent.json",
-        path=report(
-            f"{STUDY}/ascent/path.svg",
-            caption="../report/ascent_path.rst",
-            category="2 Steepest ascent",
-        ),
-    log:
-        f"{STUDY}/logs/ascent.log",
+        path=page("ascent/path.svg", "2 Steepest ascent", "ascent_path"),
     params:
         function="calibration.chain.ascent:ascent",
         reads=[*RESPONSES, "factors", "response_surface"],

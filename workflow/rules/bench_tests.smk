@@ -8,10 +8,7 @@ checkpoint plan_tilt:
         needs=needs("bench.tilt", "plan_tilt"),
         factors=FACTORS,
     output:
-        design=f"{STUDY}/tilt/design.csv",
-        plan=f"{STUDY}/tilt/plan.json",
-    log:
-        f"{STUDY}/logs/plan_tilt.log",
+        **planned("tilt"),
     params:
         function="calibration.chain.bench_tests.sweep:plan_tilt",
         reads=[*PLANNING, "bench"],
@@ -23,16 +20,12 @@ checkpoint plan_tilt:
 
 checkpoint plan_tilt_confirmation:
     input:
-        needs=needs("bench.tilt", "plan_tilt_confirmation"),
         sweep=f"{STUDY}/tilt/design.csv",
         runs=runs_of("tilt"),
         factors=FACTORS,
         measurements=MEASUREMENTS,
     output:
-        design=f"{STUDY}/tilt_confirmation/design.csv",
-        plan=f"{STUDY}/tilt_confirmation/plan.json",
-    log:
-        f"{STUDY}/logs/plan_tilt_confirmation.log",
+        **planned("tilt_confirmation"),
     params:
         function="calibration.chain.bench_tests.sweep:plan_tilt_confirmation",
         reads=[*PLANNING, "bench", "measurements"],
@@ -44,7 +37,6 @@ checkpoint plan_tilt_confirmation:
 
 rule tilt:
     input:
-        needs=needs("bench.tilt", "tilt"),
         sweep=f"{STUDY}/tilt/design.csv",
         confirmation=f"{STUDY}/tilt_confirmation/design.csv",
         runs=runs_of("tilt_confirmation"),
@@ -53,13 +45,7 @@ rule tilt:
     output:
         summary=f"{STUDY}/tilt/tilt.json",
         runs=f"{STUDY}/tilt/runs.csv",
-        figure=report(
-            f"{STUDY}/tilt/tilt.svg",
-            caption="../report/tilt.rst",
-            category="7 Bench tests",
-        ),
-    log:
-        f"{STUDY}/logs/tilt.log",
+        figure=page("tilt/tilt.svg", "7 Bench tests"),
     params:
         function="calibration.chain.bench_tests.sweep:tilt",
         reads=[*PLANNING, "bench", "measurements"],
@@ -74,10 +60,7 @@ checkpoint plan_drop:
         needs=needs("bench.drop", "plan_drop"),
         factors=FACTORS,
     output:
-        design=f"{STUDY}/drop/design.csv",
-        plan=f"{STUDY}/drop/plan.json",
-    log:
-        f"{STUDY}/logs/plan_drop.log",
+        **planned("drop"),
     params:
         function="calibration.chain.bench_tests.sweep:plan_drop",
         reads=[*PLANNING, "bench"],
@@ -89,16 +72,12 @@ checkpoint plan_drop:
 
 checkpoint plan_drop_confirmation:
     input:
-        needs=needs("bench.drop", "plan_drop_confirmation"),
         sweep=f"{STUDY}/drop/design.csv",
         runs=runs_of("drop"),
         factors=FACTORS,
         measurements=MEASUREMENTS,
     output:
-        design=f"{STUDY}/drop_confirmation/design.csv",
-        plan=f"{STUDY}/drop_confirmation/plan.json",
-    log:
-        f"{STUDY}/logs/plan_drop_confirmation.log",
+        **planned("drop_confirmation"),
     params:
         function="calibration.chain.bench_tests.sweep:plan_drop_confirmation",
         reads=[*PLANNING, "bench", "measurements"],
@@ -110,7 +89,6 @@ checkpoint plan_drop_confirmation:
 
 rule drop:
     input:
-        needs=needs("bench.drop", "drop"),
         sweep=f"{STUDY}/drop/design.csv",
         confirmation=f"{STUDY}/drop_confirmation/design.csv",
         runs=runs_of("drop_confirmation"),
@@ -119,13 +97,7 @@ rule drop:
     output:
         summary=f"{STUDY}/drop/drop.json",
         runs=f"{STUDY}/drop/runs.csv",
-        figure=report(
-            f"{STUDY}/drop/drop.svg",
-            caption="../report/drop.rst",
-            category="7 Bench tests",
-        ),
-    log:
-        f"{STUDY}/logs/drop.log",
+        figure=page("drop/drop.svg", "7 Bench tests"),
     params:
         function="calibration.chain.bench_tests.sweep:drop",
         reads=[*PLANNING, "bench", "measurements"],
@@ -140,10 +112,7 @@ checkpoint plan_shear:
         needs=needs("bench.shear", "plan_shear"),
         factors=FACTORS,
     output:
-        design=f"{STUDY}/shear/design.csv",
-        plan=f"{STUDY}/shear/plan.json",
-    log:
-        f"{STUDY}/logs/plan_shear.log",
+        **planned("shear"),
     params:
         function="calibration.chain.bench_tests.shear:plan_shear",
         reads=[*PLANNING, "bench"],
@@ -155,7 +124,6 @@ checkpoint plan_shear:
 
 rule shear:
     input:
-        needs=needs("bench.shear", "shear"),
         design=f"{STUDY}/shear/design.csv",
         runs=runs_of("shear"),
         factors=FACTORS,
@@ -163,13 +131,7 @@ rule shear:
     output:
         summary=f"{STUDY}/shear/shear.json",
         runs=f"{STUDY}/shear/runs.csv",
-        figure=report(
-            f"{STUDY}/shear/yield_locus.svg",
-            caption="../report/shear_yield_locus.rst",
-            category="7 Bench tests",
-        ),
-    log:
-        f"{STUDY}/logs/shear.log",
+        figure=page("shear/yield_locus.svg", "7 Bench tests", "shear_yield_locus"),
     params:
         function="calibration.chain.bench_tests.shear:shear",
         reads=["factors", "fixed", "bench", "run", "measurements"],
@@ -187,8 +149,6 @@ rule bench_parameters:
         shear=f"{STUDY}/shear/shear.json",
     output:
         fixed=f"{STUDY}/bench/fixed.json",
-    log:
-        f"{STUDY}/logs/bench_parameters.log",
     params:
         function="calibration.chain.bench_tests.sweep:bench_parameters",
         reads=[],

@@ -23,22 +23,12 @@ from calibration.study.stages import load_stages
 from calibration.chain.study import Study
 from dem.experiments import experiments
 
-# options that ask something and make nothing; of a dry run alone snakemake tells the workflow
-ASKS = {
-    *("--lint", "--rulegraph", "--dag", "--filegraph", "--d3dag", "--summary", "-S"),
-    *(
-        "--detailed-summary",
-        "-D",
-        "--list-rules",
-        "--list",
-        "-l",
-        "--list-target-rules",
-    ),
-}
-# this call is no job of another, and makes something
-STARTS = workflow.is_main_process and not (
-    ASKS & {word.partition("=")[0] for word in sys.argv}
+# what asks and makes nothing: of a dry run alone snakemake tells the workflow
+ASKS = (
+    "--lint --list --rulegraph --dag --filegraph --d3dag --summary --detailed-summary"
 )
+# this call is no job of another, and makes something
+STARTS = workflow.is_main_process and not {*ASKS.split()} & {*sys.argv}
 
 CONFIG_FILES = list(workflow.overwrite_configfiles)
 
@@ -82,7 +72,6 @@ wildcard_constraints:
     experiment="|".join(experiments()),
     digest="[0-9a-f]{16}",
     batch=r"\d+",
-    shard=r"\d+",
     wave=r"\d+",
 
 
@@ -98,6 +87,21 @@ def user_file(path):
     return ancient(local(str(path))) if path else []
 
 
+def planned(folder):
+    """Outputs of who plans runs: the points, and the spec of each run."""
+    return {
+        "design": f"{STUDY}/{folder}/design.csv",
+        "plan": f"{STUDY}/{folder}/plan.json",
+    }
+
+
+def page(file, category, caption=None):
+    """An output: a file of the study that snakemake's report shows, with the caption of its name
+    unless given."""
+    caption = f"../report/{caption or Path(file).stem}.rst"
+    return report(f"{STUDY}/{file}", caption=caption, category=category)
+
+
 # sections that whoever plans runs reads, and whoever reads what came out of them
 PLANNING = ["seed", "experiment", "fixed", "run", "factors"]
 RESPONSES = ["target", "further_targets", "measurements", "experiment", "run"]
@@ -111,14 +115,18 @@ BENCH_VALUES = [f"{STUDY}/bench/fixed.json"] if SETTINGS.fixed_from == "bench" e
 
 
 def complete():
-    """Give each rule that calls a function of the packages the param `made_from` and the input
-    `again`. One without a benchmark takes seconds and so runs where snakemake does. Called after
-    the last rule of a Snakefile."""
+    """Give each rule that calls a function of the packages the param `made_from`, the input `again`
+    and, unless it has one, a log of its name. One without a benchmark takes seconds and so runs where snakemake does.
+    Called after the last rule of a Snakefile."""
     for each in workflow.rules:
         named = set(each.params.keys())
         if "reads" in named and "made_from" not in named:
             each.set_input(again=again(each))
             each.set_params(made_from=made_from(each))
+            if not each.log:
+                each.log_modifier = each.output_modifier
+                names = [each.name, *(f"{{{w}}}" for w in each.wildcard_names)]
+                each.set_log(f"{STUDY}/logs/{'_'.join(names)}.log")
             if not each.benchmark:
                 workflow.localrules(each.name)
 

@@ -7,33 +7,21 @@ from diagnosis.measurements import read_measurements
 
 DIAGNOSIS_SETTINGS = user_file(SETTINGS.diagnosis.get("settings"))
 
-# fixed, bench and push_through give levels and rigs that the settings do not
-DIAGNOSIS_READS = [
-    "experiment",
-    "run",
-    "factors",
-    "diagnosis",
-    "measurements",
-    "fixed",
-    "bench",
-    "push_through",
-]
-
-
+DIAGNOSIS_READS = ["experiment", "run", "factors", "diagnosis", "measurements"]
+# they give levels and rigs that the settings do not
+DIAGNOSIS_READS += ["fixed", "bench", "push_through"]
+BOTH = {"settings": DIAGNOSIS_SETTINGS, "factors": FACTORS}
 EACH_WAVE = [f"{STUDY}/diagnosis/wave_{k}" for k in range(1, WAVES + 1)]
 
 
 checkpoint diagnosis_plan:
     input:
-        settings=DIAGNOSIS_SETTINGS,
-        factors=FACTORS,
+        **BOTH,
         measurements=diagnosed,
     output:
         design=f"{STUDY}/diagnosis/design.json",
         plan=f"{STUDY}/diagnosis/plan.json",
         written=f"{STUDY}/diagnosis/settings.yaml",
-    log:
-        f"{STUDY}/logs/diagnosis_plan.log",
     params:
         function="diagnosis.stages:diagnosis_plan",
         reads=DIAGNOSIS_READS,
@@ -45,8 +33,7 @@ checkpoint diagnosis_plan:
 
 rule diagnosis_emulate:
     input:
-        settings=DIAGNOSIS_SETTINGS,
-        factors=FACTORS,
+        **BOTH,
         measurements=MEASUREMENTS,
         design=f"{STUDY}/diagnosis/design.json",
         plan=f"{STUDY}/diagnosis/plan.json",
@@ -54,8 +41,6 @@ rule diagnosis_emulate:
     output:
         emulators=f"{STUDY}/diagnosis/emulators.npz",
         errors=f"{STUDY}/diagnosis/emulators.json",
-    log:
-        f"{STUDY}/logs/diagnosis_emulate.log",
     benchmark:
         f"{STUDY}/logs/diagnosis_emulate.tsv"
     params:
@@ -69,16 +54,13 @@ rule diagnosis_emulate:
 
 checkpoint diagnosis_wave:
     input:
-        settings=DIAGNOSIS_SETTINGS,
-        factors=FACTORS,
+        **BOTH,
         measurements=MEASUREMENTS,
         emulators=lambda w: wave_before(w, "emulators.npz"),
     output:
         design=f"{STUDY}/diagnosis/wave_{{wave}}/design.json",
         plan=f"{STUDY}/diagnosis/wave_{{wave}}/plan.json",
         left=f"{STUDY}/diagnosis/wave_{{wave}}/left.json",
-    log:
-        f"{STUDY}/logs/diagnosis_wave_{{wave}}.log",
     benchmark:
         f"{STUDY}/logs/diagnosis_wave_{{wave}}.tsv"
     params:
@@ -92,8 +74,7 @@ checkpoint diagnosis_wave:
 
 rule diagnosis_refine:
     input:
-        settings=DIAGNOSIS_SETTINGS,
-        factors=FACTORS,
+        **BOTH,
         measurements=MEASUREMENTS,
         emulators=lambda w: wave_before(w, "emulators.npz"),
         errors=lambda w: wave_before(w, "emulators.json"),
@@ -103,8 +84,6 @@ rule diagnosis_refine:
     output:
         refined_emulators=f"{STUDY}/diagnosis/wave_{{wave}}/emulators.npz",
         refined_errors=f"{STUDY}/diagnosis/wave_{{wave}}/emulators.json",
-    log:
-        f"{STUDY}/logs/diagnosis_refine_{{wave}}.log",
     benchmark:
         f"{STUDY}/logs/diagnosis_refine_{{wave}}.tsv"
     params:
@@ -118,20 +97,13 @@ rule diagnosis_refine:
 
 rule diagnosis_calibrate:
     input:
-        settings=DIAGNOSIS_SETTINGS,
-        factors=FACTORS,
+        **BOTH,
         measurements=diagnosed,
         emulators=lambda w: trained(SETTINGS, f"{EACH_WAVE[-1]}/emulators.npz"),
     output:
         summary=f"{STUDY}/diagnosis/calibration.json",
         table=f"{STUDY}/diagnosis/residuals.csv",
-        residuals=report(
-            f"{STUDY}/diagnosis/residuals.svg",
-            caption="../report/diagnosis_residuals.rst",
-            category="6 Diagnosis",
-        ),
-    log:
-        f"{STUDY}/logs/diagnosis_calibrate.log",
+        residuals=page("diagnosis/residuals.svg", "6 Diagnosis", "diagnosis_residuals"),
     benchmark:
         f"{STUDY}/logs/diagnosis_calibrate.tsv"
     params:
@@ -145,8 +117,7 @@ rule diagnosis_calibrate:
 
 checkpoint diagnosis_identify:
     input:
-        settings=DIAGNOSIS_SETTINGS,
-        factors=FACTORS,
+        **BOTH,
         measurements=MEASUREMENTS,
         emulators=lambda w: trained(SETTINGS, f"{EACH_WAVE[-1]}/emulators.npz"),
         errors=lambda w: trained(SETTINGS, f"{EACH_WAVE[-1]}/emulators.json"),
@@ -155,18 +126,10 @@ checkpoint diagnosis_identify:
         plan=f"{STUDY}/diagnosis/extension/plan.json",
         findings=f"{STUDY}/diagnosis/findings.json",
         extension=f"{STUDY}/diagnosis/extension.json",
-        predictions=report(
-            f"{STUDY}/diagnosis/predictions.svg",
-            caption="../report/diagnosis_predictions.rst",
-            category="6 Diagnosis",
+        predictions=page(
+            "diagnosis/predictions.svg", "6 Diagnosis", "diagnosis_predictions"
         ),
-        ranking=report(
-            f"{STUDY}/diagnosis/ranking.svg",
-            caption="../report/diagnosis_ranking.rst",
-            category="6 Diagnosis",
-        ),
-    log:
-        f"{STUDY}/logs/diagnosis_identify.log",
+        ranking=page("diagnosis/ranking.svg", "6 Diagnosis", "diagnosis_ranking"),
     benchmark:
         f"{STUDY}/logs/diagnosis_identify.tsv"
     params:
@@ -180,8 +143,7 @@ checkpoint diagnosis_identify:
 
 rule diagnose:
     input:
-        settings=DIAGNOSIS_SETTINGS,
-        factors=FACTORS,
+        **BOTH,
         measurements=MEASUREMENTS,
         calibration=f"{STUDY}/diagnosis/calibration.json",
         findings=f"{STUDY}/diagnosis/findings.json",
@@ -190,19 +152,9 @@ rule diagnose:
         runs=runs_of("diagnosis/extension"),
     output:
         verdict=f"{STUDY}/diagnosis/verdict.json",
-        page=report(
-            f"{STUDY}/diagnosis/diagnosis.md",
-            caption="../report/diagnosis.rst",
-            category="6 Diagnosis",
-        ),
+        page=page("diagnosis/diagnosis.md", "6 Diagnosis"),
         alone=f"{STUDY}/diagnosis/diagnosis.html",
-        gain=report(
-            f"{STUDY}/diagnosis/gain.svg",
-            caption="../report/diagnosis_gain.rst",
-            category="6 Diagnosis",
-        ),
-    log:
-        f"{STUDY}/logs/diagnose.log",
+        gain=page("diagnosis/gain.svg", "6 Diagnosis", "diagnosis_gain"),
     params:
         function="diagnosis.stages:diagnose",
         reads=DIAGNOSIS_READS,
@@ -215,15 +167,12 @@ rule diagnose:
 # before anything is measured: what a plan of measurements would show
 rule diagnosis_power:
     input:
-        settings=DIAGNOSIS_SETTINGS,
-        factors=FACTORS,
+        **BOTH,
         measurements=MEASUREMENTS,
         emulators=lambda w: trained(SETTINGS, f"{STUDY}/diagnosis/emulators.npz"),
     output:
         power=f"{STUDY}/diagnosis/power.json",
         page=f"{STUDY}/diagnosis/power.md",
-    log:
-        f"{STUDY}/logs/diagnosis_power.log",
     benchmark:
         f"{STUDY}/logs/diagnosis_power.tsv"
     params:

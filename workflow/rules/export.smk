@@ -25,18 +25,12 @@ rule export:
         factors=FACTORS,
         measurements=measured,
     output:
-        parameters=report(
-            f"{STUDY}/calibrated.yaml",
-            caption="../report/export.rst",
-            category="9 Export",
-        ),
+        parameters=page("calibrated.yaml", "9 Export", "export"),
         blocks=[f"{STUDY}/exports/{file}" for file in BLOCKS],
         by_hand=[f"{STUDY}/exports/{file}" for file in BY_HAND],
         dem_yaml=f"{STUDY}/exports/dem.yaml",
         study_yaml=f"{STUDY}/exports/study.yaml",
         decks=[directory(f"{STUDY}/exports/{code}") for code in DECKS],
-    log:
-        f"{STUDY}/logs/export.log",
     params:
         # it writes the whole configuration
         function="calibration.telling.export.stage:export",
@@ -53,10 +47,7 @@ checkpoint plan_export_scan:
         fixed=BENCH_VALUES,
         factors=FACTORS,
     output:
-        design=f"{STUDY}/export_scan/design.csv",
-        plan=f"{STUDY}/export_scan/plan.json",
-    log:
-        f"{STUDY}/logs/plan_export_scan.log",
+        **planned("export_scan"),
     params:
         function="calibration.telling.export.stage:plan_export_scan",
         reads=[*PLANNING, "target"],
@@ -74,10 +65,7 @@ checkpoint plan_export_confirmation:
         runs=runs_of("export_scan"),
         factors=FACTORS,
     output:
-        design=f"{STUDY}/export_confirmation/design.csv",
-        plan=f"{STUDY}/export_confirmation/plan.json",
-    log:
-        f"{STUDY}/logs/plan_export_confirmation.log",
+        **planned("export_confirmation"),
     params:
         function="calibration.telling.export.stage:plan_export_confirmation",
         reads=[*PLANNING, "target"],
@@ -97,10 +85,7 @@ checkpoint plan_export_correction:
         runs=runs_of("export_confirmation"),
         factors=FACTORS,
     output:
-        design=f"{STUDY}/export_correction/design.csv",
-        plan=f"{STUDY}/export_correction/plan.json",
-    log:
-        f"{STUDY}/logs/plan_export_correction.log",
+        **planned("export_correction"),
     params:
         function="calibration.telling.export.stage:plan_export_correction",
         reads=[*PLANNING, "target", "validation"],
@@ -122,8 +107,6 @@ rule export_rolling:
         factors=FACTORS,
     output:
         rolling=f"{STUDY}/export_correction/rolling.json",
-    log:
-        f"{STUDY}/logs/export_rolling.log",
     params:
         function="calibration.telling.export.stage:export_rolling",
         reads=[*PLANNING, "target", "validation"],
@@ -146,8 +129,6 @@ rule export_converted:
     output:
         blocks=[f"{STUDY}/exports/converted/{file}" for file in BLOCKS],
         decks=[directory(f"{STUDY}/exports/converted/{code}") for code in DECKS],
-    log:
-        f"{STUDY}/logs/export_converted.log",
     params:
         function="calibration.telling.export.stage:export_converted",
         reads=[*PLANNING, "target", "targets", "rigs"],

@@ -22,13 +22,23 @@ def needs(key, stage):
     return check
 
 
-def measured(wildcards):
-    """The table of measurements, as an input; refuses one that has no values of the target."""
-    try:
-        STUDY_OBJECT.measured()
-    except REFUSALS as error:
-        raise WorkflowError(in_words(error) + other_settings(SETTINGS.measurements))
-    return MEASUREMENTS
+def table_that(reads):
+    """Input function: the table of measurements; refuses one that `reads` refuses."""
+
+    def check(wildcards):
+        try:
+            reads()
+        except REFUSALS as error:
+            raise WorkflowError(in_words(error) + other_settings(SETTINGS.measurements))
+        return MEASUREMENTS
+
+    return check
+
+
+# it has values of the target
+measured = table_that(STUDY_OBJECT.measured)
+# a diagnosis can be made of it
+diagnosed = table_that(lambda: read_measurements(SETTINGS.measurements))
 
 
 def each_further(pattern, measured=False):
@@ -71,15 +81,6 @@ def waves_until(wildcards, file):
 def wave_before(wildcards, file):
     """The same file of the wave before that of the wildcards."""
     return waves_until(wildcards, file)[-2]
-
-
-def diagnosed(wildcards):
-    """The table of measurements, as an input; refuses one that no diagnosis can be made of."""
-    try:
-        read_measurements(SETTINGS.measurements)
-    except REFUSALS as error:
-        raise WorkflowError(in_words(error) + other_settings(SETTINGS.measurements))
-    return MEASUREMENTS
 
 
 def of_supplements(files):

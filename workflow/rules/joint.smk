@@ -9,10 +9,7 @@ checkpoint plan_joint_first:
         factors=FACTORS,
         fixed=BENCH_VALUES,
     output:
-        design=f"{STUDY}/joint_first/design.csv",
-        plan=f"{STUDY}/joint_first/plan.json",
-    log:
-        f"{STUDY}/logs/plan_joint_first.log",
+        **planned("joint_first"),
     params:
         function="calibration.chain.joint.plans:plan_joint_first",
         reads=[*PLANNING, "joint", "rigs"],
@@ -33,10 +30,7 @@ checkpoint plan_joint:
         first=f"{STUDY}/joint_first/design.csv",
         runs=runs_of("joint_first"),
     output:
-        design=f"{STUDY}/joint/design.csv",
-        plan=f"{STUDY}/joint/plan.json",
-    log:
-        f"{STUDY}/logs/plan_joint.log",
+        **planned("joint"),
     benchmark:
         f"{STUDY}/logs/plan_joint.tsv"
     params:
@@ -64,13 +58,7 @@ rule joint:
         targets=f"{STUDY}/joint/targets.csv",
         next=f"{STUDY}/joint/next.csv",
         predictions=f"{STUDY}/joint/predictions.csv",
-        pairs=report(
-            f"{STUDY}/joint/pairs.svg",
-            caption="../report/joint_pairs.rst",
-            category="5 All tests together",
-        ),
-    log:
-        f"{STUDY}/logs/joint.log",
+        pairs=page("joint/pairs.svg", "5 All tests together", "joint_pairs"),
     benchmark:
         f"{STUDY}/logs/joint.tsv"
     params:
@@ -99,10 +87,7 @@ checkpoint plan_joint_push_through:
         factors=FACTORS,
         fixed=BENCH_VALUES,
     output:
-        design=f"{STUDY}/joint_push_through/design.csv",
-        plan=f"{STUDY}/joint_push_through/plan.json",
-    log:
-        f"{STUDY}/logs/plan_joint_push_through.log",
+        **planned("joint_push_through"),
     params:
         function="calibration.chain.joint.machines:plan_joint_push_through",
         reads=[*PLANNING, "push_through"],
@@ -115,7 +100,6 @@ checkpoint plan_joint_push_through:
 
 rule joint_push_through:
     input:
-        needs=needs("push_through", "joint_push_through"),
         design=f"{STUDY}/joint_push_through/design.csv",
         runs=runs_of("joint_push_through"),
         measurements=MEASUREMENTS,
@@ -125,13 +109,10 @@ rule joint_push_through:
         metrics=f"{STUDY}/joint_push_through/metrics.csv",
         shares=f"{STUDY}/joint_push_through/shares.csv",
         runs=f"{STUDY}/joint_push_through/runs.csv",
-        figure=report(
-            f"{STUDY}/joint_push_through/push_through.svg",
-            caption="../report/push_through.rst",
-            category="5 What stays open, in other machines",
+        figure=page(
+            "joint_push_through/push_through.svg",
+            "5 What stays open, in other machines",
         ),
-    log:
-        f"{STUDY}/logs/joint_push_through.log",
     params:
         function="calibration.chain.joint.machines:joint_push_through",
         reads=["experiment", "run", "factors", "measurements", "push_through"],

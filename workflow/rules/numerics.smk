@@ -8,10 +8,7 @@ checkpoint plan_numerics:
         factors=FACTORS,
         fixed=BENCH_VALUES,
     output:
-        design=f"{STUDY}/numerics/design.csv",
-        plan=f"{STUDY}/numerics/plan.json",
-    log:
-        f"{STUDY}/logs/plan_numerics.log",
+        **planned("numerics"),
     params:
         function="calibration.chain.numerics:plan_numerics",
         reads=[*PLANNING, "numerics"],
@@ -27,13 +24,7 @@ rule numerics:
         runs=runs_of("numerics"),
     output:
         table=f"{STUDY}/numerics/numerics.csv",
-        figure=report(
-            f"{STUDY}/numerics/numerics.svg",
-            caption="../report/numerics.rst",
-            category="11 Numerics",
-        ),
-    log:
-        f"{STUDY}/logs/numerics.log",
+        figure=page("numerics/numerics.svg", "11 Numerics"),
     params:
         function="calibration.chain.numerics:numerics",
         reads=["target"],

@@ -11,8 +11,6 @@ rule candidate:
         summary=f"{STUDY}/candidate/optimum.json",
         solutions=f"{STUDY}/candidate/solution_set.csv",
         contours=f"{STUDY}/candidate/contours.svg",
-    log:
-        f"{STUDY}/logs/candidate.log",
     params:
         function="calibration.chain.optimum:candidate",
         reads=[*RESPONSES, "seed", "optimise", "validation"],
@@ -28,10 +26,7 @@ checkpoint plan_candidate_first:
         factors=FACTORS,
         fixed=BENCH_VALUES,
     output:
-        design=f"{STUDY}/candidate_first/design.csv",
-        plan=f"{STUDY}/candidate_first/plan.json",
-    log:
-        f"{STUDY}/logs/plan_candidate_first.log",
+        **planned("candidate_first"),
     params:
         function="calibration.chain.optimum:plan_candidate_first",
         reads=[*PLANNING, "optimise", "response_surface"],
@@ -51,11 +46,8 @@ checkpoint plan_candidate:
         first=f"{STUDY}/candidate_first/design.csv",
         runs=runs_of("candidate_first"),
     output:
-        design=f"{STUDY}/candidate/design.csv",
-        plan=f"{STUDY}/candidate/plan.json",
+        **planned("candidate"),
         region=f"{STUDY}/candidate/region.json",
-    log:
-        f"{STUDY}/logs/plan_candidate.log",
     params:
         function="calibration.chain.optimum:plan_candidate",
         reads=[*PLANNING, "optimise", "response_surface", "target", "further_targets"],
@@ -76,15 +68,9 @@ rule optimise:
     output:
         summary=f"{STUDY}/optimise/optimum.json",
         solutions=f"{STUDY}/optimise/solution_set.csv",
-        contours=report(
-            f"{STUDY}/optimise/contours.svg",
-            caption="../report/contours.rst",
-            category="4 Optimum",
-        ),
+        contours=page("optimise/contours.svg", "4 Optimum"),
         front=each_further("optimise/front_{}.csv"),
         front_figures=each_further("optimise/front_{}.svg"),
-    log:
-        f"{STUDY}/logs/optimise.log",
     params:
         function="calibration.chain.optimum:optimise",
         reads=[*RESPONSES, "seed", "optimise", "validation"],

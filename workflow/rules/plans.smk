@@ -84,9 +84,7 @@ def lost(plan, in_batches):
     makes nothing again that is missing while what was made from it is there."""
     folder = STUDY_OBJECT.folder / plan
     if in_batches:
-        files = [
-            f"{STUDY}/{plan}/batches/{mark}" for mark in short_batches(folder, STORE)
-        ]
+        found, where = short_batches(folder, STORE), f"{STUDY}/{plan}/batches/{{}}"
     else:
-        files = [f"{RUNS}/{name}/result.json" for name in lost_runs(folder, STORE)]
-    return [str(MODIFIER.modify_path(file)) for file in files]
+        found, where = lost_runs(folder, STORE), f"{RUNS}/{{}}/result.json"
+    return [str(MODIFIER.modify_path(where.format(name))) for name in found]

@@ -19,23 +19,21 @@ rule posterior:
         draws=f"{STUDY}/posterior/draws.csv",
         parameters=f"{STUDY}/posterior/parameters.csv",
         next=f"{STUDY}/posterior/next.csv",
-        pairs=report(
-            f"{STUDY}/posterior/pairs.svg",
-            caption="../report/posterior_pairs.rst",
-            category="5 The parameters as a distribution",
+        pairs=page(
+            "posterior/pairs.svg",
+            "5 The parameters as a distribution",
+            "posterior_pairs",
         ),
-        pushed=report(
-            f"{STUDY}/posterior/pushed.svg",
-            caption="../report/posterior_pushed.rst",
-            category="5 The parameters as a distribution",
+        pushed=page(
+            "posterior/pushed.svg",
+            "5 The parameters as a distribution",
+            "posterior_pushed",
         ),
-        following=report(
-            f"{STUDY}/posterior/next.svg",
-            caption="../report/posterior_next.rst",
-            category="5 The parameters as a distribution",
+        following=page(
+            "posterior/next.svg",
+            "5 The parameters as a distribution",
+            "posterior_next",
         ),
-    log:
-        f"{STUDY}/logs/posterior.log",
     benchmark:
         f"{STUDY}/logs/posterior.tsv"
     params:

@@ -8,10 +8,7 @@ checkpoint plan_pour_rate:
         factors=FACTORS,
         fixed=BENCH_VALUES,
     output:
-        design=f"{STUDY}/pour_rate/design.csv",
-        plan=f"{STUDY}/pour_rate/plan.json",
-    log:
-        f"{STUDY}/logs/plan_pour_rate.log",
+        **planned("pour_rate"),
     params:
         function="calibration.chain.pour_rate:plan_pour_rate",
         reads=[*PLANNING, "pour_rate"],
@@ -24,20 +21,13 @@ checkpoint plan_pour_rate:
 
 rule pour_rate:
     input:
-        needs=needs("pour_rate", "pour_rate"),
         design=f"{STUDY}/pour_rate/design.csv",
         runs=runs_of("pour_rate"),
     output:
         summary=f"{STUDY}/pour_rate/pour_rate.json",
         table=f"{STUDY}/pour_rate/rates.csv",
         runs=f"{STUDY}/pour_rate/runs.csv",
-        figure=report(
-            f"{STUDY}/pour_rate/pour_rate.svg",
-            caption="../report/pour_rate.rst",
-            category="7 Pour rate",
-        ),
-    log:
-        f"{STUDY}/logs/pour_rate.log",
+        figure=page("pour_rate/pour_rate.svg", "7 Pour rate"),
     params:
         function="calibration.chain.pour_rate:pour_rate",
         reads=["target", "experiment", "run", "pour_rate"],

@@ -16,8 +16,6 @@ rule provenance:
             directory(f"{STUDY}/provenance/{copied}")
             for copied in ("inputs", "results")
         ],
-    log:
-        f"{STUDY}/logs/provenance.log",
     params:
         function="calibration.telling.provenance:provenance",
         reads=["factors", "measurements", "target"],

@@ -8,10 +8,7 @@ checkpoint plan_push_through:
         factors=FACTORS,
         fixed=BENCH_VALUES,
     output:
-        design=f"{STUDY}/push_through/design.csv",
-        plan=f"{STUDY}/push_through/plan.json",
-    log:
-        f"{STUDY}/logs/plan_push_through.log",
+        **planned("push_through"),
     params:
         function="calibration.chain.push_through:plan_push_through",
         reads=[*PLANNING, "push_through"],
@@ -24,7 +21,6 @@ checkpoint plan_push_through:
 
 rule push_through:
     input:
-        needs=needs("push_through", "push_through"),
         design=f"{STUDY}/push_through/design.csv",
         runs=runs_of("push_through"),
         measurements=MEASUREMENTS,
@@ -32,13 +28,9 @@ rule push_through:
         summary=f"{STUDY}/push_through/push_through.json",
         metrics=f"{STUDY}/push_through/metrics.csv",
         runs=f"{STUDY}/push_through/runs.csv",
-        figure=report(
-            f"{STUDY}/push_through/push_through.svg",
-            caption="../report/push_through.rst",
-            category="5 What stays open, in other machines",
+        figure=page(
+            "push_through/push_through.svg", "5 What stays open, in other machines"
         ),
-    log:
-        f"{STUDY}/logs/push_through.log",
     params:
         function="calibration.chain.push_through:push_through",
         reads=["experiment", "run", "measurements", "push_through"],

@@ -16,8 +16,6 @@ rule heaps:
             category="8 Heaps",
             subcategory="{stage}",
         ),
-    log:
-        f"{STUDY}/logs/heaps_{{stage}}.log",
     benchmark:
         f"{STUDY}/logs/heaps_{{stage}}.tsv"
     wildcard_constraints:
@@ -39,13 +37,7 @@ rule report:
         also=also_shown,
         heaps=expand(f"{STUDY}/heaps/{{stage}}", stage=PICTURED),
     output:
-        report(
-            f"{STUDY}/report.html",
-            caption="../report/report.rst",
-            category="0 The whole study",
-        ),
-    log:
-        f"{STUDY}/logs/report.log",
+        page("report.html", "0 The whole study"),
     params:
         code="calibration.telling.report.build",
         declared=DECLARED,

@@ -10,11 +10,8 @@ checkpoint plan_response_surface:
         factors=FACTORS,
         fixed=BENCH_VALUES,
     output:
-        design=f"{STUDY}/response_surface/design.csv",
-        plan=f"{STUDY}/response_surface/plan.json",
+        **planned("response_surface"),
         region=f"{STUDY}/response_surface/region.json",
-    log:
-        f"{STUDY}/logs/plan_response_surface.log",
     params:
         function="calibration.chain.response_surface:plan_response_surface",
         reads=[*PLANNING, "response_surface"],
@@ -39,28 +36,10 @@ rule response_surface:
         summary=f"{STUDY}/response_surface/response_surface.json",
         further=each_further("response_surface/{}.json"),
         further_figures=each_further("response_surface/surfaces_{}.svg"),
-        surfaces=report(
-            f"{STUDY}/response_surface/surfaces.svg",
-            caption="../report/surfaces.rst",
-            category="3 Response surface",
-        ),
-        predicted=report(
-            f"{STUDY}/response_surface/predicted_actual.svg",
-            caption="../report/predicted_actual.rst",
-            category="3 Response surface",
-        ),
-        residuals=report(
-            f"{STUDY}/response_surface/residuals.svg",
-            caption="../report/residuals.rst",
-            category="3 Response surface",
-        ),
-        perturbation=report(
-            f"{STUDY}/response_surface/perturbation.svg",
-            caption="../report/perturbation.rst",
-            category="3 Response surface",
-        ),
-    log:
-        f"{STUDY}/logs/response_surface.log",
+        surfaces=page("response_surface/surfaces.svg", "3 Response surface"),
+        predicted=page("response_surface/predicted_actual.svg", "3 Response surface"),
+        residuals=page("response_surface/residuals.svg", "3 Response surface"),
+        perturbation=page("response_surface/perturbation.svg", "3 Response surface"),
     params:
         function="calibration.chain.response_surface:response_surface",
         reads=RESPONSES,

@@ -6,10 +6,7 @@ checkpoint plan_scaling:
         needs=needs("scaling", "plan_scaling"),
         factors=FACTORS,
     output:
-        design=f"{STUDY}/scaling/design.csv",
-        plan=f"{STUDY}/scaling/plan.json",
-    log:
-        f"{STUDY}/logs/plan_scaling.log",
+        **planned("scaling"),
     params:
         function="calibration.chain.scaling.plan:plan_scaling",
         reads=[*PLANNING, "scaling"],
@@ -21,20 +18,13 @@ checkpoint plan_scaling:
 
 rule scaling:
     input:
-        needs=needs("scaling", "scaling"),
         design=f"{STUDY}/scaling/design.csv",
         runs=runs_of("scaling"),
     output:
         summary=f"{STUDY}/scaling/scaling.json",
         runs=f"{STUDY}/scaling/runs.csv",
         table=f"{STUDY}/scaling/scaling.csv",
-        figure=report(
-            f"{STUDY}/scaling/scaling.svg",
-            caption="../report/scaling.rst",
-            category="7 Bench tests",
-        ),
-    log:
-        f"{STUDY}/logs/scaling.log",
+        figure=page("scaling/scaling.svg", "7 Bench tests"),
     params:
         function="calibration.chain.scaling.study:scaling",
         reads=["run", "scaling"],

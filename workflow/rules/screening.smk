@@ -8,10 +8,7 @@ checkpoint plan_screening:
         table=user_file(SETTINGS.screening.design),
         fixed=BENCH_VALUES,
     output:
-        design=f"{STUDY}/screening/design.csv",
-        plan=f"{STUDY}/screening/plan.json",
-    log:
-        f"{STUDY}/logs/plan_screening.log",
+        **planned("screening"),
     params:
         function="calibration.chain.screening:plan_screening",
         reads=[*PLANNING, "screening"],
@@ -35,18 +32,8 @@ rule screening:
         summary=f"{STUDY}/screening/screening.json",
         further=each_further("screening/effects_{}.csv"),
         further_figures=each_further("screening/pareto_{}.svg"),
-        half_normal=report(
-            f"{STUDY}/screening/half_normal.svg",
-            caption="../report/half_normal.rst",
-            category="1 Screening",
-        ),
-        pareto=report(
-            f"{STUDY}/screening/pareto.svg",
-            caption="../report/pareto.rst",
-            category="1 Screening",
-        ),
-    log:
-        f"{STUDY}/logs/screening.log",
+        half_normal=page("screening/half_normal.svg", "1 Screening"),
+        pareto=page("screening/pareto.svg", "1 Screening"),
     params:
         function="calibration.chain.screening:screening",
         reads=[*RESPONSES, "factors", "screening", "ascent"],

@@ -7,9 +7,8 @@ from snakemake.io import get_flag_value
 from calibration.runs.batches import unpack_runs
 
 STORED = workflow.storage_settings.default_storage_provider is not None
-if (
-    STORED
-):  # jobs inherit it, and write no records of files that another machine may have made
+# jobs inherit it, and write no records of files that another machine may have made
+if STORED:
     os.environ.update(RESULTS_ARE_STORED="1")
 if STORED and not workflow.storage_settings.keep_storage_local:
     raise WorkflowError(

@@ -10,10 +10,7 @@ checkpoint plan_validation:
         factors=FACTORS,
         fixed=BENCH_VALUES,
     output:
-        design=f"{STUDY}/validation/design.csv",
-        plan=f"{STUDY}/validation/plan.json",
-    log:
-        f"{STUDY}/logs/plan_validation.log",
+        **planned("validation"),
     params:
         function="calibration.chain.validation:plan_validation",
         reads=[*PLANNING, "validation"],
@@ -33,13 +30,7 @@ rule validation:
         summary=f"{STUDY}/validation/validation.json",
         runs=f"{STUDY}/validation/runs.csv",
         further_figures=each_further("validation/{}.svg", measured=True),
-        figure=report(
-            f"{STUDY}/validation/validation.svg",
-            caption="../report/validation.rst",
-            category="5 Validation",
-        ),
-    log:
-        f"{STUDY}/logs/validation.log",
+        figure=page("validation/validation.svg", "5 Validation"),
     params:
         function="calibration.chain.validation:validation",
         reads=[*RESPONSES, "validation"],

@@ -2,10 +2,7 @@ checkpoint plan_repeat:
     input:
         factors=FACTORS,
     output:
-        design=f"{STUDY}/repeat/design.csv",
-        plan=f"{STUDY}/repeat/plan.json",
-    log:
-        f"{STUDY}/logs/plan_repeat.log",
+        **planned("repeat"),
     params:
         function="calibration.chain.repeat:plan_repeat",
         reads=["seed", "experiment", "fixed", "run", "factors"],
@@ -24,8 +21,6 @@ rule repeat:
         summary=f"{STUDY}/repeat/repeat.json",
         table=f"{STUDY}/repeat/runs.csv",
         figure=f"{STUDY}/repeat/spread_of_seeds.svg",
-    log:
-        f"{STUDY}/logs/repeat.log",
     params:
         function="calibration.chain.repeat:repeat",
         reads=["target"],

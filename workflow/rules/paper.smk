@@ -28,20 +28,14 @@ rule audit:
         tables=TABLES,
     output:
         table=f"{STUDY}/audit/audit.csv",
-        page=report(
-            f"{STUDY}/audit/audit.html",
-            caption="report/audit.rst",
-            category="12 Audit of the paper",
-        ),
-    log:
-        f"{STUDY}/logs/audit.log",
+        page=page("audit/audit.html", "12 Audit of the paper"),
     params:
         function="paper.tasks:audit",
         reads=[],
     message:
         "audit: recompute every printed figure of the paper"
     script:
-        "scripts/task.py"
+        "../scripts/task.py"
 
 
 rule reproduction:
@@ -56,21 +50,15 @@ rule reproduction:
         shear=f"{STUDY}/shear/shear.json",
         scaling=SCALED,
     output:
-        table=report(
-            f"{STUDY}/reproduction/reproduction.csv",
-            caption="report/reproduction.rst",
-            category="10 Reproduction",
-        ),
+        table=page("reproduction/reproduction.csv", "10 Reproduction"),
         summary=f"{STUDY}/reproduction/reproduction.json",
-    log:
-        f"{STUDY}/logs/reproduction.log",
     params:
         function="paper.tasks:reproduction",
         reads=[],
     message:
         "reproduction: the paper's results beside this study's values"
     script:
-        "scripts/task.py"
+        "../scripts/task.py"
 
 
 checkpoint plan_disagreement:
@@ -79,27 +67,23 @@ checkpoint plan_disagreement:
         causes=CAUSES,
         factors=FACTORS,
     output:
-        design=f"{STUDY}/disagreement/design.csv",
-        plan=f"{STUDY}/disagreement/plan.json",
+        **planned("disagreement"),
         simulated=SIMULATED,
-    log:
-        f"{STUDY}/logs/plan_disagreement.log",
     params:
         function="paper.disagreement:plan_disagreement",
         reads=[*PLANNING, "bench"],
     message:
         "disagreement: read the paper's tables as runs, plan what may differ at each"
     script:
-        "scripts/task.py"
+        "../scripts/task.py"
 
 
 rule disagreement:
     input:
+        **planned("disagreement"),
         tables=TABLES,
         causes=CAUSES,
         settings=DIAGNOSIS_SETTINGS,
-        design=f"{STUDY}/disagreement/design.csv",
-        plan=f"{STUDY}/disagreement/plan.json",
         runs=runs_of("disagreement"),
         screening=f"{STUDY}/screening/runs.csv",
         ascent=f"{STUDY}/ascent/runs.csv",
@@ -110,20 +94,14 @@ rule disagreement:
         factors=FACTORS,
     output:
         summary=f"{STUDY}/disagreement/disagreement.json",
-        page=report(
-            f"{STUDY}/disagreement/disagreement.md",
-            caption="report/disagreement.rst",
-            category="10 Reproduction",
-        ),
-    log:
-        f"{STUDY}/logs/disagreement.log",
+        page=page("disagreement/disagreement.md", "10 Reproduction"),
     params:
         function="paper.disagreement:disagreement",
         reads=["experiment", "fixed", "run", "factors", "diagnosis"],
     message:
         "disagreement: the cause of each table's, or that none tried explains it"
     script:
-        "scripts/task.py"
+        "../scripts/task.py"
 
 
 complete()
