@@ -8,7 +8,7 @@ include: "workflow/Snakefile"
 
 if "paper.stages" in DECLARED:
 
-    include: "workflow/rules/paper.smk"
+    include: "workflow/paper.smk"
 
 
 # the default target of an included file does not count

@@ -1,6 +1,6 @@
 """What is made again: everything whose cause has changed, and nothing else, with snakemake's own
-records and without them: a task whose function imports what was edited, or that reads the section
-that was changed. `tests/unit/test_store.py` has the checks of single files."""
+records and without them: a task whose packages were edited, or that reads the section that was
+changed. `tests/unit/test_store.py` has the checks of single files."""
 
 import json
 import os
@@ -15,7 +15,8 @@ import pytest
 import yaml
 from deployed import FACTORS
 
-from calibration.digests import digest, digest_with
+from calibration import digests
+from calibration.digests import digest
 from calibration.intake.started_code import allow
 from calibration.study.config import overlay, parse_config
 from calibration.study.config.schema import Config
@@ -24,26 +25,12 @@ from dem.io.stl import write_stl
 from workflow_rules import ROOT, dry_run, rules_of
 
 GROUPS = {
-    # what every task imports: the schemas of run specs, and with them experiments and laws
     "EVERY": lambda name: True,
     "PLANS": lambda name: name.startswith("plan_"),
     "EXPORTS": lambda name: "export" in name,
     "DIAGNOSIS": lambda name: name.startswith("diagn"),
 }
 """Rules by a word."""
-EDITS = {
-    # a module that is edited: the rules that run again. A file's plan and analysis go together
-    "calibration/errors.py": {"EVERY"},
-    "calibration/chain/validation.py": {"plan_validation", "validation", "answer", "EXPORTS"}
-    | {"plan_answer"},
-    "calibration/chain/bench_tests/shear.py": {"plan_shear", "shear"},
-    "calibration/runs/progress.py": set(),
-    "calibration/interface/api.py": set(),
-    "calibration/telling/provenance.py": {"provenance"},
-    "diagnosis/verdict.schema.json": {"DIAGNOSIS", "plan_disagreement", "disagreement"},
-    "dem/cli.py": set(),
-    "dem/contact/damping/tsuji.py": {"EVERY"},
-}
 SECTIONS = [
     # a key that is changed: the rules that run again
     ("screening", "alpha", 0.1, {"plan_screening", "screening", "export", "answer"}),
@@ -86,69 +73,77 @@ def config(data):
         return parse_config(data)
 
 
-@pytest.fixture(scope="module")
-def sources(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("copy") / "src"
-    shutil.copytree(ROOT / "src", folder, ignore=shutil.ignore_patterns("__pycache__"))
-    return folder
-
-
-def digests(tasks, config, sources):
+def digests_of(tasks, config):
     """{rule: digest} as rules/common.smk makes it."""
     return {
-        name: digest(
-            config, task.reads, [task.function.split(":")[0], "calibration.chain.study"], sources
-        )
+        name: digest(config, task.reads, [task.function.split(":")[0]], [])
         for name, task in tasks.items()
     }
 
 
 @pytest.fixture(scope="module")
-def before(tasks, config, sources):
-    return digests(tasks, config, sources)
+def before(tasks, config):
+    return digests_of(tasks, config)
 
 
-@pytest.mark.parametrize("module", EDITS)
-def test_an_edited_module_makes_stale_what_imports_it(module, tasks, config, sources, before):
-    path = sources / module
-    text = path.read_text()
-    edit = '{"a": 1}' if module.endswith(".json") else text + "\nEDITED = True\n"
-    path.write_text(edit)
-    after = digests(tasks, config, sources)
-    path.write_text(text)
-    stale = {name for name in tasks if after[name] != before[name]}
-    assert stale == expanded(EDITS[module], tasks)
+PAPER = {"audit", "reproduction", "plan_disagreement", "disagreement"}
 
 
-def test_packages_beside_the_projects_own_count_for_nothing(
-    tasks, config, sources, before, tmp_path
+@pytest.mark.parametrize(
+    ("package", "stale"),
+    [
+        ("dem", {"EVERY"}),
+        ("calibration", {"EVERY"}),
+        ("diagnosis", {"DIAGNOSIS"} | PAPER),
+        ("paper", PAPER),
+    ],
+)
+def test_an_edited_package_makes_stale_what_is_in_it_and_above(
+    package, stale, tasks, config, before, monkeypatch
 ):
-    """In a wheel's environment all packages lie in one folder, and some take names of their own."""
-    site = shutil.copytree(sources, tmp_path / "site-packages")
-    (site / "numpy").mkdir()
-    (site / "numpy/__init__.py").write_text("from numpy import array, linalg\n")
-    assert digests(tasks, config, site) == before
-
-
-def test_comments_and_docstrings_make_nothing_stale(tasks, config, sources, before):
-    path = sources / "calibration/chain/screening.py"
-    text = path.read_text()
-    path.write_text(
-        text.replace("Screening: which factors matter", "Other words") + "\n# a remark\n"
+    own = digests.package_digest
+    monkeypatch.setattr(
+        digests, "package_digest", lambda p: "edited" if p.name == package else own(p)
     )
-    after = digests(tasks, config, sources)
-    path.write_text(text)
-    assert after == before
+    after = digests_of(tasks, config)
+    assert {name for name in tasks if after[name] != before[name]} == expanded(stale, tasks)
+
+
+def test_a_package_counts_by_its_modules_templates_and_tables(tmp_path):
+    folder = tmp_path / "package"
+    (folder / "deep").mkdir(parents=True)
+    found = []
+
+    def count():
+        found.append(digests.package_digest.__wrapped__(folder))
+
+    count()
+    for name in ("a.py", "deep/b.j2", "deep/c.json", "deep/d.csv"):
+        (folder / name).write_text("x")
+        count()
+    shutil.move(folder / "a.py", folder / "e.py")
+    count()
+    assert len(set(found)) == len(found)
+    os.utime(folder / "e.py", (1.0, 1.0))
+    (folder / "e.pyc").write_text("x")
+    count()
+    assert found[-1] == found[-2]
+
+
+def test_another_version_of_a_library_makes_stages_stale(tasks, config, before, monkeypatch):
+    own = digests._version
+    monkeypatch.setattr(digests, "_version", lambda name: "0" if name == "scipy" else own(name))
+    assert not set(digests_of(tasks, config).items()) & set(before.items())
 
 
 @pytest.mark.parametrize(("section", "key", "value", "expected"), SECTIONS)
 def test_a_changed_key_makes_stale_what_reads_its_section(
-    section, key, value, expected, tasks, data, before, sources
+    section, key, value, expected, tasks, data, before
 ):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(ROOT)
         changed = parse_config(overlay(data, {section: {key: value} if key else value}))
-    after = digests(tasks, changed, sources)
+    after = digests_of(tasks, changed)
     assert {name for name in tasks if after[name] != before[name]} == expanded(expected, tasks)
 
 
@@ -169,15 +164,19 @@ def test_every_declared_function_exists_and_bears_the_rule_s_name(tasks):
         assert callable(resolve(task.function))
 
 
-def test_a_table_counts_by_what_is_in_it(tmp_path):
+def test_a_table_counts_by_what_is_in_it(tmp_path, config):
     table = tmp_path / "factors.tsv"
-    found = {digest_with("code", [table])}
+
+    def held():
+        return digest(config, ["seed"], ["calibration.chain.screening"], [table])
+
+    found = {held()}
     table.write_text("1")
-    found.add(digest_with("code", [table]))
+    found.add(held())
     os.utime(table, (1.0, 1.0))
-    assert digest_with("code", [table]) in found
+    assert held() in found
     table.write_text("2")
-    found.add(digest_with("code", [table]))
+    found.add(held())
     assert len(found) == 3
 
 
@@ -313,7 +312,7 @@ def touched(study):
 
 
 def remarks(study):
-    for name in ("src/dem/step.py", "src/calibration/chain/screening.py"):
+    for name in ("src/dem/step.py", "src/calibration/engines/program.py"):
         path = study / name
         path.write_text(f"# a remark\n{path.read_text()}\n# another\n")
     for name in ("workflow/scripts/task.py", "workflow/scripts/dem_run.py", "Snakefile"):
@@ -322,8 +321,7 @@ def remarks(study):
 
 
 def of_another_checkout(study):
-    """The same results without snakemake's records, beside sources of another layout."""
-    remarks(study)
+    """The same results without snakemake's records, beside sources of other times."""
     touched(study)
     edited(study / "study.yaml", "low: 0, high: 60", "high: 60, low: 0")
     shutil.rmtree(study / ".snakemake")
@@ -355,10 +353,8 @@ OTHER = {
     "a state that is gone": (lambda s: first_run(s).with_name("final.npz").unlink(), RUN),
     "a mesh halved in place": (lambda s: mesh(s / "plate.stl", 50.0), PLAN),
     "the factor table": (lambda s: edited(s / "factors.tsv", "0.6", "0.7"), PLAN),
-    "the code of the analysis": (
-        lambda s: edited(s / "src/calibration/statistics/anova.py", "\n\n\n", "\n\nNEW = 1\n\n"),
-        PLAN,
-    ),
+    # stages, by any byte of it, and no run: the engine, and what starts another, is as it was
+    "the code, in remarks": (remarks, PLAN),
     "a digit of a stage's table": (
         lambda s: edited(s / "results/heaps/screening/effects.csv", "1", "2"),
         {"screening": 1},

@@ -16,7 +16,7 @@ from calibration.study.config.joint import handed_out_by
 from calibration.study.config.resolution import parse_resolved
 from calibration.errors import REFUSALS, in_words
 from calibration.intake.started_code import refuse_unasked
-from calibration.digests import digest, digest_with
+from calibration.digests import digest
 from calibration.runs.records import made_again, refuse_outside
 from calibration.runs.verify import date_back, plan_faults
 from calibration.study.stages import load_stages
@@ -95,10 +95,15 @@ def planned(folder):
     }
 
 
+CAPTIONS = Path(
+    workflow.current_basedir.get_path_or_uri(secret_free=False), "../report"
+)
+
+
 def page(file, category, caption=None):
     """An output: a file of the study that snakemake's report shows, with the caption of its name
     unless given."""
-    caption = f"../report/{caption or Path(file).stem}.rst"
+    caption = f"{CAPTIONS}/{caption or Path(file).stem}.rst"
     return report(f"{STUDY}/{file}", caption=caption, category=category)
 
 
@@ -133,19 +138,18 @@ def complete():
 
 def made_from(each):
     """Param of a rule, a function of the wildcards: a digest of the sections of the configuration
-    that the rule reads, of the code that its function and what it has `declared` import, and of the
-    user's files among its input. Snakemake makes the rule's files again when it changes.
+    that the rule reads, of the code of its packages, and of the user's files among its input.
+    Snakemake makes the rule's files again when it changes.
     """
 
     @cache
     def content():
         params = each.params
         own = params.get("code") or params.function.split(":")[0]
-        code = [own, "calibration.chain.study", *params.get("declared", ())]
-        files = [str(f) for f in each.input if is_flagged(f, "local")]
-        files += [SETTINGS.measurements] if "measurements" in params.reads else []
-        content = digest(SETTINGS, params.reads, code)
-        return digest_with(content, sorted(set(files)))
+        files = {str(f) for f in each.input if is_flagged(f, "local")}
+        files |= {SETTINGS.measurements} if "measurements" in params.reads else set()
+        named = [own, *params.get("declared", ())]
+        return digest(SETTINGS, params.reads, named, sorted(files))
 
     return lambda wildcards: content()
 

@@ -16,12 +16,13 @@ import pkgutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from calibration.digests import code_digest
+from calibration.digests import adapter_digest
 from calibration.errors import ConfigError
 from dem.errors import DemError
 from dem.io.files import write_arrays
@@ -30,8 +31,6 @@ from dem.run import run
 from dem.spec import parse_spec
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from dem.spec import RunSpec
 
 
@@ -131,8 +130,7 @@ def _identity(engine, settings):
     found = engine.identity(settings)
     if not engine.experiments:
         return found
-    module = f"{__name__}.{engine.name}"
-    return found | {"adapter": code_digest(module, ("calibration.engines", "dem"))}
+    return found | {"adapter": adapter_digest(Path(__file__).parent)}
 
 
 def check(spec: RunSpec) -> None:

@@ -35,7 +35,7 @@ rule audit:
     message:
         "audit: recompute every printed figure of the paper"
     script:
-        "../scripts/task.py"
+        "scripts/task.py"
 
 
 rule reproduction:
@@ -58,7 +58,7 @@ rule reproduction:
     message:
         "reproduction: the paper's results beside this study's values"
     script:
-        "../scripts/task.py"
+        "scripts/task.py"
 
 
 checkpoint plan_disagreement:
@@ -75,7 +75,7 @@ checkpoint plan_disagreement:
     message:
         "disagreement: read the paper's tables as runs, plan what may differ at each"
     script:
-        "../scripts/task.py"
+        "scripts/task.py"
 
 
 rule disagreement:
@@ -101,7 +101,7 @@ rule disagreement:
     message:
         "disagreement: the cause of each table's, or that none tried explains it"
     script:
-        "../scripts/task.py"
+        "scripts/task.py"
 
 
 complete()
