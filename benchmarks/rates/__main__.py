@@ -4,7 +4,7 @@ import argparse
 import json
 import sys
 
-from benchmarks.rates import bulk_tables, single_grains
+from benchmarks.rates import bulk_tables, engine_tables, single_grains
 from benchmarks.rates.strangers import campaign
 
 TRIALS = {
@@ -12,6 +12,7 @@ TRIALS = {
     "strangers": campaign.TRIAL,
     "strangers_gains": campaign.GAINS,
     "bulk_tables": bulk_tables.TRIAL,
+    "engine_tables": engine_tables.TRIAL,
 }
 
 

@@ -3,7 +3,7 @@ table is, with a budget of runs.
 
 The engine's runs are the closed forms too, with a scatter from seed to seed and what small rigs
 have: readings that do not follow the size of the grains smoothly. So every stage runs as it does in
-a study, and a case takes seconds.
+a study, and a case takes seconds. The engine itself is asked in `engine_tables.py`.
 
 Nature is the closed form at coefficients of its own, within the table of factors, with an effect or
 without one. The seeds from 520 on are for this campaign alone: no rule was chosen by looking at

@@ -23,7 +23,7 @@ import pandas as pd
 from scipy import stats
 
 from calibration.digests import SOURCES
-from dem.fingerprint import code_of, kernel_fingerprint
+from dem.fingerprint import code_of, engine_fingerprint, kernel_fingerprint
 
 ROOT = Path(__file__).parents[2]
 KEPT = ROOT / "results/reference/discovery"
@@ -64,8 +64,10 @@ DECIDE = {
         "diagnosis/withdrawal.py",
     ),
 }
-"""Files that decide what is said of single contacts before the engine's gains, and of bulk
-tests."""
+# what runs of an engine are told beside
+DECIDE["engine tables"] = (*DECIDE["bulk"], "diagnosis/untried.py")
+"""Files that decide what is said of single contacts before the engine's gains, of bulk tests, and
+of bulk tests whose runs an engine made."""
 
 TOLD = {"next_setting.py", "engine_gain.py", "in_engine.py"}
 """Of these, what is only proposed or run afterwards."""
@@ -75,6 +77,8 @@ TOLD = {"next_setting.py", "engine_gain.py", "in_engine.py"}
 def present(of: str = "contacts") -> dict[str, str]:
     """Digests of the rules as they are and, of contacts, of what the engine compiles. The bulk
     tables that are drawn are of closed forms, which run no engine."""
+    if of == "engine tables":
+        return {"engine": engine_fingerprint(), "rules": rules(of="engine tables")}
     engine = {"engine": kernel_fingerprint()} if of == "contacts" else {}
     return engine | {"rules": rules(of=of)}
 

@@ -613,3 +613,11 @@ MIDDLE = tuple(
     if kind not in {c.kind for c in FIXED}
 )
 """The slow tests' cases: every other kind once."""
+
+
+def case(name: str) -> Case:
+    """The case of a name as `Case.name` writes it. Raises StopIteration for an unknown kind."""
+    kind, rest = name.rsplit("@", 1)
+    strength, seed = rest.split("#")
+    kind = next(k for k in KINDS if k.replace(" ", "_") == kind.replace(" ", "_"))
+    return Case(kind, float(strength), int(seed))

@@ -142,6 +142,14 @@ PARTS = (
         ),
     ),
     Part(
+        "emulated benchmark",
+        "laws hidden in heaps, silos, shear cells and densities of engines, and nulls",
+        (
+            (*RATES, "engine_tables", "run"),
+            (*RATES, "engine_tables", "table"),
+        ),
+    ),
+    Part(
         "crossed causes",
         "what differs between the simulations: the pour and the rig, three seeds at a row",
         tuple(
