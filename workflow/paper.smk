@@ -28,7 +28,7 @@ rule audit:
         tables=TABLES,
     output:
         table=f"{STUDY}/audit/audit.csv",
-        page=page("audit/audit.html", "12 Audit of the paper"),
+        page=page("audit/audit.html", "12 Audit of the paper", captions="report"),
     params:
         function="paper.tasks:audit",
         reads=[],
@@ -50,7 +50,9 @@ rule reproduction:
         shear=f"{STUDY}/shear/shear.json",
         scaling=SCALED,
     output:
-        table=page("reproduction/reproduction.csv", "10 Reproduction"),
+        table=page(
+            "reproduction/reproduction.csv", "10 Reproduction", captions="report"
+        ),
         summary=f"{STUDY}/reproduction/reproduction.json",
     params:
         function="paper.tasks:reproduction",
@@ -94,7 +96,7 @@ rule disagreement:
         factors=FACTORS,
     output:
         summary=f"{STUDY}/disagreement/disagreement.json",
-        page=page("disagreement/disagreement.md", "10 Reproduction"),
+        page=page("disagreement/disagreement.md", "10 Reproduction", captions="report"),
     params:
         function="paper.disagreement:disagreement",
         reads=["experiment", "fixed", "run", "factors", "diagnosis"],

@@ -20,10 +20,7 @@ checkpoint plan_answer:
         fixed=BENCH_VALUES,
         measurements=measured,
     output:
-        design=f"{STUDY}/answer/design.csv",
-        plan=f"{STUDY}/answer/plan.json",
-    log:
-        f"{STUDY}/logs/plan_answer.log",
+        **planned("answer"),
     params:
         function="calibration.telling.answer.stage:plan_answer",
         reads=[*PLANNING, *RESPONSES, "supplements", "bench", "rigs", "targets"]
@@ -38,9 +35,8 @@ checkpoint plan_answer:
 rule answer:
     input:
         **HANDED_OUT,
+        **planned("answer"),
         bench=of_supplements(BENCH),
-        design=f"{STUDY}/answer/design.csv",
-        plan=f"{STUDY}/answer/plan.json",
         runs=runs_of("answer"),
         validated=f"{STUDY}/validation/runs.csv",
         validation=f"{STUDY}/validation/validation.json",
@@ -55,13 +51,7 @@ rule answer:
     output:
         answer=f"{STUDY}/answer/answer.json",
         tests=f"{STUDY}/answer/tests.csv",
-        figure=report(
-            f"{STUDY}/answer/pulls.svg",
-            caption="../report/answer.rst",
-            category="0 The whole study",
-        ),
-    log:
-        f"{STUDY}/logs/answer.log",
+        figure=page("answer/pulls.svg", "0 The whole study", "answer"),
     params:
         # it names each value's source, which any section may be
         function="calibration.telling.answer.stage:answer",

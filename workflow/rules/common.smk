@@ -95,15 +95,10 @@ def planned(folder):
     }
 
 
-CAPTIONS = Path(
-    workflow.current_basedir.get_path_or_uri(secret_free=False), "../report"
-)
-
-
-def page(file, category, caption=None):
+def page(file, category, caption=None, captions="../report"):
     """An output: a file of the study that snakemake's report shows, with the caption of its name
-    unless given."""
-    caption = f"{CAPTIONS}/{caption or Path(file).stem}.rst"
+    unless given; captions: their folder from that of the rules."""
+    caption = f"{captions}/{caption or Path(file).stem}.rst"
     return report(f"{STUDY}/{file}", caption=caption, category=category)
 
 
