@@ -406,7 +406,8 @@ def _origin(study, name):
     [factor] = [f for f in study.factors if f.name == name]
     spec = parse_spec(calibrated_spec(study.config, study.factors, {}))
     entry = known_parameters(study, spec, {})[factor.key]
-    return entry.get("paper") or entry["source"]
+    where, _, printed = entry.get("paper", "").partition(": ")
+    return f"as printed, {where}" if printed == "the same" else entry["source"]
 
 
 def _next(source, by):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from calibration.chain.validation import judged
 from calibration.figures import PLACES, label, response_of
-from calibration.statistics.numbers import difference_of, fixed, signed
+from calibration.statistics.numbers import difference_of, fixed
 from dem.units import without_unit
 
 if TYPE_CHECKING:
@@ -59,10 +59,11 @@ def instead(found: Instead, origin: str) -> str:
     )
     if found.change is None or found.change_95 is None:
         return said
-    low, high = found.change_95
+    ends = dict(zip(("difference_low", "difference_high"), found.change_95, strict=True))
+    change, low, high = difference_of({"difference": found.change} | ends)
     return (
-        f"{said} With it the {response.name} changes by {signed(found.change)}{response.unit} "
-        f"(95 %: {signed(low)} to {signed(high)}, {found.runs} runs)."
+        f"{said} With it the {response.name} changes by {change}{response.unit} (95 %: {low} to "
+        f"{high}, {found.runs} runs)."
     )
 
 
@@ -118,8 +119,9 @@ def value(parameter: Parameter) -> str:
     """A parameter's value with its unit; one that the data do not bound has two digits."""
     if isinstance(parameter.value, str):
         return label(parameter.value)
-    digits = 2 if parameter.bounded is False else 4
-    return f"{parameter.value:.{digits}g} {parameter.unit}".strip()
+    digits = 2 if parameter.bounded is False else 4 if parameter.value % 1 else 6
+    unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+    return f"{parameter.value:.{digits}g}{unit}"
 
 
 def known(parameter: Parameter) -> str:
@@ -128,7 +130,7 @@ def known(parameter: Parameter) -> str:
         return parameter.source
     low, high = (f"{end:.3g}" for end in parameter.interval_95)
     if parameter.bounded is False:
-        return f"not bounded by what was measured ({low} to {high})"
+        return f"not bounded by what was measured: {low} to {high}"
     of = OF[parameter.interval_of] if parameter.interval_of else ""
     return f"95 %{' ' if of else ''}{of}: {low} to {high}"
 
@@ -151,9 +153,10 @@ def calibrated(answer: Answer) -> list[Parameter]:
 
 def compared(test: Test) -> dict[str, str]:
     """A row of the table of tests in words."""
-    said = response_of(test.metric).value
-    give = f" ± {said(test.error)}" if test.error else ""
-    own = f" ± {said(test.predicted_sd)}" if test.predicted_sd else ""
+    response = response_of(test.metric)
+    said, unit = response.value, response.unit
+    give = f" ± {test.error:.2g}{unit}" if test.error else ""
+    own = f" ± {test.predicted_sd:.2g}{unit}" if test.predicted_sd else ""
     if test.interval_95:
         own = f" ({said(test.interval_95[0])} to {said(test.interval_95[1])})"
     return {
@@ -183,7 +186,7 @@ def following(answer: Answer) -> str:
 def lines(answer: Answer) -> list[str]:
     """The answer in few lines of plain text."""
     by = "all tests together" if answer.by == "joint" else "one test"
-    said = [f"{p.name} {value(p)} ({known(p)})" for p in calibrated(answer)]
+    said = [f"{p.name} {value(p)}, {known(p)}" for p in calibrated(answer)]
     found = [f"{answer.study}, calibrated to {by}: {'; '.join(said)}"]
     for test in answer.tests:
         row = compared(test)

@@ -53,7 +53,7 @@ def _block(answered):
     rows = []
     for place, words_of in PLACES.items():
         for p in (p for p in answered.parameters if p.key.startswith(f"{place}.")):
-            said, unit = words.value(p), p.unit
+            said, unit = words.value(p), "" if p.unit == "1" else p.unit
             rows.append(
                 {
                     "where": words_of,
