@@ -153,6 +153,7 @@ def test_differences_of_the_size_of_the_seeds_are_none(tmp_path):
     assert compare(runs, ours, causes(ours), spread=0.05)["verdict"] != "agree"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("replicates", [2, 5])
 def test_runs_that_differ_by_their_replicates_alone_agree(replicates):
     """The spread is that of the table's own few replicates: the median of such spreads, taken as
@@ -203,6 +204,7 @@ def test_the_convention_that_differs_is_named(tmp_path, read, cause, strength):
     assert cause in found["sentence"].lower()
 
 
+@pytest.mark.slow
 def test_chance_alone_is_no_cause(tmp_path):
     ours = np.degrees(np.arctan(MU))
     named = 0

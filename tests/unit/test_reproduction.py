@@ -96,6 +96,7 @@ def test_the_paper_s_own_numbers_agree_and_shifted_ones_do_not(study):
     assert other["eq28.A"] == EQUIVALENT
 
 
+@pytest.mark.slow
 def test_a_study_of_other_factors_is_not_compared_point_by_point(study):
     folder = study()
     path = folder / "response_surface" / "region.json"
@@ -208,6 +209,7 @@ def test_the_readme_gets_the_rows_that_matter(study, tmp_path, monkeypatch):
     assert block(kept, link) in text
 
 
+@pytest.mark.slow
 def test_the_region_s_runs_at_other_seeds_count_together(repository, tmp_path):
     """Of the same region they narrow a coefficient; of another they say nothing of it."""
     own, more, else_where = (tmp_path / n for n in ("salt", "salt-9", "salt-8"))

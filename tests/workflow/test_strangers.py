@@ -73,6 +73,7 @@ def test_an_engine_s_command_is_not_run_until_it_is_allowed(tmp_path):
     done(*planned, cwd=tmp_path)
 
 
+@pytest.mark.slow
 def test_the_command_line_s_own_command_runs_a_study(tmp_path):
     """Braces and quotation marks reach the jobs as they were typed."""
     config = yaml.safe_load(write_study(tmp_path / "bounce", may_start=False).read_text())

@@ -137,6 +137,7 @@ def height(a, b, c, *others):
     return 12.0 + 2.0 * a - 3.0 * b + 1.0 * c
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("count", "runs"), [(4, 8), (11, 32)])
 def test_four_to_eleven_factors_are_screened_and_calibrated(tmp_path, monkeypatch, count, runs):
     config = study(tmp_path, monkeypatch, count, {"angle_of_repose_deg": 36.0})

@@ -67,6 +67,7 @@ def test_the_whole_study_is_planned_without_what_is_asked_for_by_name(clone):
     assert not (SEARCH | {"scaling"}) & jobs.keys()
 
 
+@pytest.mark.slow
 def test_each_stage_is_a_target(clone):
     targets = "optimise validation scaling reproduction export_converted diagnose reference".split()
     jobs = planned_jobs(clone, *targets)
@@ -81,6 +82,7 @@ def test_a_second_material_is_planned_alone_and_coarsened_by_a_profile(clone):
     assert "audit" not in said
 
 
+@pytest.mark.slow
 def test_screening_waits_for_the_bench_tests_when_told_to(clone):
     jobs = planned_jobs(clone, "screening", "--config", "fixed_from=bench")
     assert {"plan_screening"} | BENCH <= jobs.keys()
@@ -174,6 +176,7 @@ HEAD = "experiment,quantity,value,unit,sd,n,drop_height_mm\n"
 MINE = ("diagnose", "--config", "measurements=mine.csv")
 
 
+@pytest.mark.slow
 def test_a_table_of_single_contacts_trains_no_emulator(clone):
     """Each stage is a process that loads the project: those that would make nothing are left
     out."""
