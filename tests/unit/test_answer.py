@@ -26,12 +26,13 @@ KEYS = {
     "bounce": "contacts.particle_wall.restitution",
     "rolling": "contacts.particle_particle.rolling_friction",
 }
-MEASURED = """experiment,quantity,value,unit,sd,n,drop_height_mm,note
-heap,angle_of_repose,30.1,deg,0.8,20,,
-drop,rebound_height,20.5,mm,1.0,5,150,
-drop,rebound_height,13.7,mm,0.7,5,100,
-tilt,sliding_angle,25.0,deg,0.5,5,,nobody simulates it
-heap,height,31.0,mm,,,,a single reading
+MEASURED = """experiment,quantity,value,unit,sd,n,drop_height_mm,role,outcome,note
+heap,angle_of_repose,30.1,deg,0.8,20,,,,
+drop,rebound_height,20.5,mm,1.0,5,150,,,
+drop,rebound_height,13.7,mm,0.7,5,100,hold out,,
+tilt,sliding_angle,25.0,deg,0.5,5,,,,nobody simulates it
+tilt,sliding_angle,,deg,,3,,,did_not_slide,
+heap,height,31.0,mm,,,,,,a single reading
 """
 PRINTED = 0.421
 
@@ -144,11 +145,13 @@ def test_every_measured_row_stands_in_the_answer(tmp_path, monkeypatch):
     """Also one that no test simulates, and one that nobody gives an error of."""
     found, folder = answered(config_of(tmp_path, monkeypatch, 0.37))
     rows = rows_of(found)
-    assert len(rows) == 5
-    assert rows["tilt", "sliding_angle_deg"]["state"] == "not simulated"
+    tilts = [t for t in found["tests"] if t["test"] == "tilt"]
+    assert [t["measured"] for t in tilts] == [25.0, None]
+    assert {t["state"] for t in tilts} == {"not simulated"}
+    assert "did not slide" in tilts[1]["note"]
     assert rows["heap", "height_mm"]["state"] == "not judged"
     assert rows["heap", "height_mm"]["predicted"] is not None
-    assert len(pd.read_csv(folder / "answer" / "tests.csv")) == 5
+    assert len(pd.read_csv(folder / "answer" / "tests.csv")) == 6
     drawn = (folder / "answer" / "pulls.svg").read_text()
     assert "rebound height at drop height 150 mm" in drawn
     assert found["runs"] == {"made": 12, "failed": 0, "seconds": 24.0}

@@ -3,7 +3,7 @@ whichever way they were found, and answer.json says how it compares."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,7 +17,7 @@ from calibration.chain.joint.words import against
 from calibration.chain.validation import handed_out
 from calibration.figures import label, response_of
 from calibration.files import read_json, write_table
-from calibration.intake.measurements import ROLES, read_measured
+from calibration.intake.measurements import read_measured
 from calibration.intake.quantities import measurable
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_plan, together, write_plan
@@ -94,16 +94,15 @@ def _simulated(study: Study) -> Iterator[tuple[int, Measurement, SimulatedTest |
     validation has its runs, or where the study's engine cannot run it."""
     tests = tests_of(study.config)
     for n, row in enumerate(_rows(study)):
-        test = test_of(tests, row)
+        test = None if row.outcome else test_of(tests, row)
         if test and _validated(study, row, test):
             test = None
         yield n, row, test if test and not _refused(at_setting(test, row)) else None
 
 
 def _rows(study):
-    """Measured conditions that hold a value and are not held out."""
-    found = read_measured(study.config.measurements).conditions
-    return [m for m in found if not m.outcome and m.role == ROLES[0]]
+    """Measured conditions, those that are held out of a diagnosis among them."""
+    return read_measured(study.config.measurements).conditions
 
 
 def _validated(study, row, test):
@@ -132,7 +131,7 @@ def _refused(test):
 def _disputed(study, source, levels):
     """(factor, level, test) where a bench test of the study finds another level of a factor than is
     handed out: the interval of its level does not hold the one handed out."""
-    config, levels = study.config, config_levels(study, levels)
+    config, levels = study.config, study.config.fixed | levels
     for file in source.bench:
         found, test = read_json(file), Path(file).stem
         name = found["factor"]
@@ -155,11 +154,6 @@ def _of_the_bench(config, test, found):
     reach = stats.t.ppf(1 - ALPHA / 2, max(rows[0].n - 1, 1)) * errors[0]
     slope = abs(np.polyval(np.polyder(found["quadratic"]), found["inverse"]))
     return found["inverse"] - reach / slope, found["inverse"] + reach / slope
-
-
-def config_levels(study: Study, levels: Mapping[str, float]) -> dict[str, Any]:
-    """{factor: level} of all factors: those handed out, and of the others the study's own."""
-    return {**study.config.fixed, **levels}
 
 
 def answer(study: Study, source: NamedFiles, output: NamedFiles) -> None:
@@ -198,8 +192,10 @@ def _compared(study, source, design):
     tests = tests_of(config)
     for n, row in enumerate(_rows(study)):
         test, metric = test_of(tests, row), measurable(row.experiment)[row.quantity].key
-        if test is None:
+        if row.outcome or test is None:
             note = f"no test of the configuration is a {row.experiment}"
+            if row.outcome:
+                note = f"the laboratory's test ended with {label(row.outcome)}"
             rows.append(_row(config, row, row.experiment, metric, np.array([]), note))
         elif _validated(study, row, test):
             column = "response" if metric == config.target.metric else metric
@@ -233,6 +229,8 @@ def _values(names, metric):
 def _error(config, row):
     """(standard error of a row's mean, its degrees of freedom); (None, inf) where nobody states
     it."""
+    if row.outcome:
+        return None, np.inf
     if row.sd is not None:
         return row.sd / np.sqrt(row.n), row.n - 1.0 if row.n > 1 else np.inf
     return stated_error(config, row), np.inf
@@ -256,7 +254,8 @@ def _row(config, row, name, metric, values, why):
         note = "a single reading without a standard deviation: nobody can judge it"
     return Test(
         test=name, metric=metric, setting=dict(row.levers), unit=in_ascii(unit_of(metric)),
-        measured=row.value, error=error, n=row.n, predicted=mean, predicted_sd=own,
+        measured=None if row.outcome else row.value, error=error, n=row.n, predicted=mean,
+        predicted_sd=own,
         interval_95=None, runs=len(values), pull=pull, p=p,
         state="not simulated" if mean is None else "not judged", note=note,
     ), p  # fmt: skip
@@ -291,7 +290,7 @@ def _predictions(source):
 
 def _instead(study, source, design, levels):
     """`Instead` of each disputed parameter."""
-    whole, metric = config_levels(study, levels), study.config.target.metric
+    whole, metric = study.config.fixed | levels, study.config.target.metric
     validated = read_written(source.validated)["response"].dropna().to_numpy(float)
     for name, level, test in _disputed(study, source, levels):
         values, _ = _values(design.loc[design["instead"] == name, "run_id"], metric)

@@ -96,7 +96,7 @@ def outside(beside: Iterable[Beside]) -> list[str]:
 
 def nothing_wrong(tests: Sequence[Test]) -> str:
     """What is said where nothing speaks against the parameters, with what was not asked."""
-    measured = [t for t in tests if t.state != "prediction"]
+    measured = [t for t in tests if t.measured is not None]
     met = [t for t in measured if t.state == "met"]
     if not met:
         return "No measured value could be held against the parameters."
@@ -202,7 +202,7 @@ def lines(answer: Answer) -> list[str]:
 def head(answer: Answer) -> list[str]:
     """Lines in ASCII for the head of a file that another code reads: every measured row, and what
     is wrong."""
-    measured = [t for t in answer.tests if t.state != "prediction"]
+    measured = [t for t in answer.tests if t.measured is not None]
     rows = [compared(t) for t in measured]
     said = [
         f"{row['test']}: measured {row['measured']}, predicted {row['predicted'] or 'nothing'}, "
