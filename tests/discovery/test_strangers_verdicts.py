@@ -92,11 +92,11 @@ def test_what_is_wrong_is_said(case):
     check(case)
 
 
-@pytest.mark.long  # does not pass yet
 @pytest.mark.slow
 def test_every_kind_once():
     """Each share is what is asked, or not told from it by as many tables (5 %, one-sided)."""
-    rows = pd.DataFrame([of(case)[0] for case in cases.MIDDLE])
+    # no test goes by the speed of a machine; the campaign takes the seconds
+    rows = pd.DataFrame([of(case)[0] for case in cases.MIDDLE]).assign(seconds=0.0)
     rows["strength"] = rows["strength"].replace(15.0, 10.0)
     rates = score.rates(rows).dropna(subset=["asked"])
     assert rates["of"].sum() > 100

@@ -127,7 +127,6 @@ def in_bucket(tmp_path):
 KEPT = "--keep-storage-local-copies"
 
 
-@pytest.mark.long  # does not pass yet
 @pytest.mark.slow
 def test_a_storage_keeps_a_study_and_another_machine_goes_on_with_it(in_bucket, tmp_path):
     done = in_bucket("screening", KEPT)

@@ -5,6 +5,7 @@ since snakemake fetches the inputs of jobs alone and a start reads plans and run
 from snakemake.io import get_flag_value
 
 from calibration.runs.batches import unpack_runs
+from calibration.runs.records import FOLDER
 
 STORED = workflow.storage_settings.default_storage_provider is not None
 # jobs inherit it, and write no records of files that another machine may have made
@@ -32,6 +33,8 @@ def fetch(path):
 def fetch_study():
     """Fetch what the storage has of the study and this machine has not: stages' files and runs."""
     folder = f"{STUDY_OBJECT.folder}/"  # of the local copies
+    # the mark of this project's own, which no rule names and so no storage has
+    Path(folder, FOLDER).mkdir(parents=True, exist_ok=True)
     for made in (each.output for each in workflow.rules if not each.wildcard_names):
         for file in made:
             if file.startswith(folder):
