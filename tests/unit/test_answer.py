@@ -37,15 +37,15 @@ heap,height,31.0,mm,,,,,,a single reading
 PRINTED = 0.421
 
 
-def config_of(tmp_path, monkeypatch, bounce):
+def config_of(tmp_path, monkeypatch, bounce, measured=MEASURED, rigs=None):
     monkeypatch.chdir(tmp_path)
     rows = [f"{c}\t{n}\t{k}\t0.1\t0.9" for c, (n, k) in zip("AB", KEYS.items(), strict=True)]
     Path("factors.tsv").write_text("\n".join(["code\tname\tkey\tlow\thigh", *rows]) + "\n")
-    Path("measured.csv").write_text(MEASURED)
+    Path("measured.csv").write_text(measured)
     data = {
         "name": "made-up", "factors": "factors.tsv", "measurements": "measured.csv",
         "target": {"metric": "angle_of_repose_deg"}, "fixed": {"bounce": bounce},
-        "supplements": ["drop"],
+        "supplements": ["drop"], "rigs": rigs or {},
         "run": {"materials": RUN["materials"], "contacts": RUN["contacts"],
                 "particles": {"count": 100, "diameter_mm": 2.0},
                 "geometry": {"generation_rate_per_s": 1000}},
@@ -161,6 +161,19 @@ def test_every_measured_row_stands_in_the_answer(tmp_path, monkeypatch):
     assert by_key[KEYS["rolling"]]["interval_95"] == [0.18, 0.22]
     assert by_key[KEYS["rolling"]]["source"] == "calibrated"
     assert by_key[KEYS["bounce"]]["source"] == "fixed"
+
+
+def test_a_rig_of_the_same_name_is_simulated_and_not_taken_for_the_validated_heap(
+    tmp_path, monkeypatch
+):
+    """Grains of 3 mm, where the study's own have 2 mm."""
+    head, *rows = MEASURED.splitlines()
+    other = "heap,angle_of_repose,30.4,deg,0.8,20,,,,,3.0"
+    lines = [f"{head},particle_diameter_mm", *(f"{row}," for row in rows), other]
+    rigs = {"heap": {"experiment": "heap", "run": {"particles": {"diameter_mm": 3.0}}}}
+    found, _ = answered(config_of(tmp_path, monkeypatch, 0.37, "\n".join(lines) + "\n", rigs))
+    heaps = {t["measured"]: t for t in found["tests"] if t["metric"] == "angle_of_repose_deg"}
+    assert (heaps[30.1]["runs"], heaps[30.4]["runs"]) == (30, stage.RUNS)
 
 
 def test_the_kept_schema_is_that_of_the_code():

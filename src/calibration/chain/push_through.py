@@ -25,7 +25,7 @@ from calibration.runs.plans import read_values, together, write_plan
 from calibration.statistics.nested import nested
 from calibration.statistics.numbers import fixed
 from calibration.statistics.ties import first_largest
-from calibration.study.config import machine_run, point_spec
+from calibration.study.config import point_spec
 from calibration.study.matching import agreeing, sample
 from calibration.study.simulated_tests import machines_of
 from dem.experiments import experiments
@@ -115,7 +115,7 @@ def _row(config, name, machine, metric, table, parameters):
     row |= {"mean": found.mean, "low": low, "high": high}
     row |= {"sd_parameters": found.between_sd, "sd_seed": found.within_sd}
     row |= _decides(has, metric, parameters)
-    measured = _measured(config, machine, metric)
+    measured = _measured(config, name, metric)
     return row | {
         "measured": measured,
         "within": None if measured is None else bool(low <= measured <= high),
@@ -136,14 +136,15 @@ def _decides(table, metric, parameters):
     return {"decides": best, "rank_correlation": float(found[best].statistic)}
 
 
-def _measured(config, machine, metric):
+def _measured(config, name, metric):
     """Mean of what was measured of the metric at the machine's settings; None where nothing was."""
     table, quantity = read_measured(config.measurements), quantity_name(metric)
-    if not table.of(machine.experiment, quantity):
+    [test] = [test for test in machines_of(config) if test.name == name]
+    if not table.of(test.experiment, quantity):
         return None
-    spec = parse_spec(point_spec(machine_run(config, machine), machine.experiment, {}, 1))
+    spec = parse_spec(point_spec(test.run, test.experiment, {}, 1))
     try:
-        found = agreeing(table, machine.experiment, quantity, spec)
+        found = agreeing(table, test.experiment, quantity, spec)
         return float(found[0].value if len(found) == 1 else sample(found, table.path).mean())
     except ConfigError:
         return None  # measured at other settings, or as several means

@@ -11,15 +11,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-EXPECTED = 2.0
-"""Pulls within are what chance makes of a row that is met."""
+SHADE = 2.0
+"""Standard errors of the band."""
 
 
 def pulls(rows: Sequence[tuple[str, float, bool]]) -> Figure:
-    """The pull of each judged row, with the band that chance makes; rows: (name, pull, whether it
-    is missed), the first on top."""
+    """The pull of each judged row beside a band of two standard errors; rows: (name, pull, whether
+    it is missed), the first on top."""
     figure, ax = subplots(size=(6.4, 0.9 + 0.34 * max(len(rows), 1)))
-    ax.axvspan(-EXPECTED, EXPECTED, color=BLUE, alpha=0.1, lw=0)
+    ax.axvspan(-SHADE, SHADE, color=BLUE, alpha=0.1, lw=0)
     ax.axvline(0.0, color=GREY, lw=1.0)
     for k, (_, pull, missed) in enumerate(rows):
         ax.plot([0.0, pull], [k, k], color=ORANGE if missed else BLUE, lw=2.0, ls="-")

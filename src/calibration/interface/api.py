@@ -182,7 +182,8 @@ class Study(study.Study):
             f"<tr><td>{html.escape(title)}</td><td>{html.escape(found)}</td></tr>"
             for title, found in self._stages()
         )
-        return f"<b>{html.escape(self.name)}</b><table>{cells}</table>"
+        answer = f"<pre>{html.escape(str(self.answer))}</pre>" if self.answer else ""
+        return f"<b>{html.escape(self.name)}</b>{answer}<table>{cells}</table>"
 
     def _found(self, stage):
         """What a stage says of itself in a line."""

@@ -67,8 +67,11 @@ def rig_spec(config: Config, name: str) -> RunSpec:
 
 def handed_out_by(config: Config) -> str:
     """What the parameters that a study hands out come from, `chain` or `joint`."""
-    waits = config.targets and "joint" in config.supplements
-    return config.calibrate.by or ("joint" if waits else "chain")
+    return config.calibrate.by or ("joint" if _waits_for_all(config) else "chain")
+
+
+def _waits_for_all(config):
+    return config.targets and "joint" in config.supplements
 
 
 def stated_error(config: Config, row: Measurement) -> float | None:
@@ -184,7 +187,7 @@ def check_joint(config: Config, factors: Sequence[Factor | Choice], file: str) -
         seen.append(name_of(target))
         read_joint_target(config, target)
     _check_names(config, factors, file)
-    if config.calibrate.by == "joint" and not (config.targets and "joint" in config.supplements):
+    if config.calibrate.by == "joint" and not _waits_for_all(config):
         allowed = "chain, or `targets` and joint among the supplements"
         key = "calibrate.by"
         raise ConfigError("has no stage", path=file, key=key, value="joint", allowed=allowed)

@@ -106,11 +106,12 @@ def _rows(study):
 
 
 def _validated(study, row, test):
-    """Whether the validation has simulated a row: of the study's own test and targets."""
-    if test.name != study.config.experiment:
+    """Whether the validation has simulated a row: one of the study's targets, in a run that is the
+    study's own."""
+    if test.experiment != study.config.experiment:
         return False
     metrics = {t.metric for t in study.targets}
-    own = at_setting(test, row).run == test.run
+    own = at_setting(test, row).run == study.config.run and not test.fixed
     return own and measurable(row.experiment)[row.quantity].key in metrics
 
 
