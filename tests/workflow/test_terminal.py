@@ -43,7 +43,7 @@ def test_a_dry_run_is_a_line_a_job_and_our_own(study, capfd):
     assert all(line.strip() for line in lines)
     assert not own_affairs(lines)
     counted, *steps = out.splitlines()  # each in a line of its own
-    assert counted.split(" and ")[0] == f"{len(steps)} steps"
+    assert counted == f"{len(steps) - 2} steps and 2 jobs of runs"  # the answer's
     assert "plan the screening" in steps
 
 
