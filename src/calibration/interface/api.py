@@ -24,7 +24,7 @@ from calibration.runs.snakemake_command import LOGGER, call, snakemake_command
 from calibration.study.config import overlay, stands_alone
 from calibration.study.config.resolution import parse_resolved
 from calibration.study.stages import load_stages
-from calibration.telling.answer.schema import Answer
+from calibration.telling.answer.schema import Answer, answer_of
 from calibration.telling.answer.words import lines
 from calibration.telling.kept_results import sentences_of
 from dem.io.mapping import read_mapping
@@ -156,8 +156,7 @@ class Study(study.Study):
     def answer(self) -> Answer | None:
         """What the study found: `parameters`, `tests`, `wrong`, `next`; None before the stage
         answer has run. It prints as a table."""
-        found = self.summary("answer")
-        return Answer.model_validate(found) if found else None
+        return answer_of(self)
 
     @property
     def draws(self) -> pd.DataFrame | None:

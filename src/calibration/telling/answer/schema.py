@@ -6,9 +6,12 @@ file."""
 from __future__ import annotations
 
 import json
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
+
+if TYPE_CHECKING:
+    from calibration.chain.study import Results
 
 
 class _Part(BaseModel):
@@ -124,6 +127,12 @@ class Answer(_Part):
         return "\n".join(lines(self))
 
     __repr__ = __str__
+
+
+def answer_of(results: Results) -> Answer | None:
+    """The answer in a study's results, None before the stage has run."""
+    found = results.summary("answer")
+    return None if found is None else Answer.model_validate(found)
 
 
 if __name__ == "__main__":

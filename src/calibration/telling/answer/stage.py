@@ -69,6 +69,8 @@ SYMBOLS = {
     "surface_energy_J_m2": "γ",
 }
 """Last part of a key -> the field's symbol."""
+PURE = "1"
+"""Unit of a pure number in calibrated.yaml."""
 
 
 def plan_answer(study: Study, source: NamedFiles, output: NamedFiles) -> None:
@@ -330,7 +332,7 @@ def _parameters(study, source, levels):
             name=label(free[key]) if key in free else words.name_of(key),
             symbol=SYMBOLS.get(key.rpartition(".")[2]),
             value=entry["value"],
-            unit=entry.get("unit", ""),
+            unit=entry.get("unit", "").removeprefix(PURE),
             **known.get(free.get(key), NOT_KNOWN),
             source=_source(entry),
         )

@@ -115,13 +115,17 @@ def said_by_diagnosis(verdict: Mapping[str, Any]) -> list[str]:
     return [f"The diagnosis: {': '.join(p for p in parts if p)}."]
 
 
-def value(parameter: Parameter) -> str:
-    """A parameter's value with its unit; one that the data do not bound has two digits."""
+def number(parameter: Parameter) -> str:
+    """A parameter's value without its unit; one that the data do not bound has two digits."""
     if isinstance(parameter.value, str):
         return label(parameter.value)
     digits = 2 if parameter.bounded is False else 4 if parameter.value % 1 else 6
-    unit = "" if parameter.unit == "1" else f" {parameter.unit}"
-    return f"{parameter.value:.{digits}g}{unit}"
+    return f"{parameter.value:.{digits}g}"
+
+
+def value(parameter: Parameter) -> str:
+    """A parameter's value with its unit."""
+    return f"{number(parameter)} {parameter.unit}".strip()
 
 
 def known(parameter: Parameter) -> str:

@@ -17,7 +17,7 @@ from calibration.files import read_json, write_text
 from calibration.intake.tables import read_written
 from calibration.runs.store import RunStore
 from calibration.statistics.surface import fit_surface
-from calibration.telling.answer.schema import Answer
+from calibration.telling.answer.schema import answer_of
 from calibration.telling.answer.words import head
 from calibration.telling.export import by_hand, mercurydpm
 from calibration.telling.export.by_hand import Expected
@@ -119,14 +119,14 @@ def about(study: Study) -> list[str]:
     answer is at hand, what it says of every measured row."""
     config, validation = study.config, study.summary("validation")
     unit, metric = in_ascii(unit_of(config.target.metric)), config.target.metric
-    found = study.summary("answer")
+    found = answer_of(study)
     return [
         f"Study {config.name}: {metric} measured {validation['measured_mean']:.2f} {unit} "
         f"({validation['measured_n']} values, sd {validation['measured_sd']:.2f}); the calibrated "
         f"model gives "
         f"{validation['simulated_mean']:.2f} {unit} ({validation['simulated_n']} runs, sd "
         f"{validation['simulated_sd']:.2f}) in the rig and with the grains of calibrated.yaml.",
-        *(head(Answer.model_validate(found)) if found else []),
+        *(head(found) if found else []),
         f"Engine {engine_of(config)}. SI units. How each number was converted: "
         "docs/other-codes.md.",
     ]

@@ -9,7 +9,7 @@ from calibration.chain.optimum import given_nowhere, out_of_reach
 from calibration.chain.study import Results
 from calibration.figures import PLACES, label
 from calibration.telling.answer import words
-from calibration.telling.answer.schema import Answer
+from calibration.telling.answer.schema import answer_of
 from calibration.telling.report.findings import predicts
 from dem.advice import limits_of
 from dem.errors import DemError
@@ -27,10 +27,10 @@ def answer(study: Path, response: Response) -> dict[str, Any] | None:
     parameter in brief), `tests` (rows of every measured value), `by`, `wrong`, `right` (whether
     nothing is), `beside`, `next`, `block` (rows of every parameter), `solution` (rows of the
     surface's) and `notes`."""
-    found = Results(study).summary("answer")
-    if found is None:
+    answered = answer_of(Results(study))
+    if answered is None:
         return None
-    answered, optimum = Answer.model_validate(found), Results(study).summary("optimise", "optimum")
+    optimum = Results(study).summary("optimise", "optimum")
     return {
         "by": "all tests together" if answered.by == "joint" else f"the {response.name} alone",
         "first": [
@@ -53,13 +53,12 @@ def _block(answered):
     rows = []
     for place, words_of in PLACES.items():
         for p in (p for p in answered.parameters if p.key.startswith(f"{place}.")):
-            said, unit = words.value(p), "" if p.unit == "1" else p.unit
             rows.append(
                 {
                     "where": words_of,
                     "parameter": label(without_unit(p.key.rpartition(".")[2])),
-                    "value": said.removesuffix(f" {unit}") if unit else said,
-                    "unit": unit,
+                    "value": words.number(p),
+                    "unit": p.unit,
                     "how it is known": _known(p),
                 }
             )
