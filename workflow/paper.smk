@@ -30,7 +30,7 @@ rule audit:
         table=f"{STUDY}/audit/audit.csv",
         page=page("audit/audit.html", "12 Audit of the paper", captions="report"),
     params:
-        function="paper.tasks:audit",
+        function="paper.audit:audit",
         reads=[],
     message:
         "audit: recompute every printed figure of the paper"
@@ -55,7 +55,7 @@ rule reproduction:
         ),
         summary=f"{STUDY}/reproduction/reproduction.json",
     params:
-        function="paper.tasks:reproduction",
+        function="paper.reproduction.table:reproduction",
         reads=[],
     message:
         "reproduction: the paper's results beside this study's values"

@@ -322,12 +322,6 @@ def test_written_files_hold_every_claim(shipped, tmp_path):
     ]
 
 
-def test_unknown_suffix_writes_nothing(shipped, tmp_path):
-    with refused(ValueError, "a.xls", ".csv", ".html"):
-        write_audit(shipped.reset_index(), tmp_path / "a.csv", tmp_path / "a.xls")
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_levels_restored_from_the_print_are_those_of_the_copied_table():
     from paper.audit.paper import Paper
     from paper.audit.surface import restored_levels

@@ -1,6 +1,146 @@
-"""Recompute every printed figure of the paper from its printed tables and say which agree."""
+"""Recompute every printed figure of the paper from its printed tables and say which agree.
 
-from paper.audit.paper import AuditInputError, Paper
-from paper.audit.run import COLUMNS, run_audit, write_audit
+Each module of a part of the paper has a table CLAIMS: claim of claims.csv -> what the printed
+tables give for it, and functions CELLS of the cells of tables. This is the one evaluator."""
 
-__all__ = ["COLUMNS", "AuditInputError", "Paper", "run_audit", "write_audit"]
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from calibration.files import write_text
+from paper.audit import bench, materials, screening, surface, theory
+from paper.audit.paper import AuditInputError, Claim, Found, Paper
+
+if TYPE_CHECKING:
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
+
+MODULES = (bench, materials, screening, surface, theory)
+CLAIMS = {i: give for m in MODULES for ids, give in m.CLAIMS.items() for i in ids.split()}
+AGREES, DISAGREES, NOT_COMPUTABLE = "agrees", "disagrees", "not_computable"
+USUAL = {AGREES: "None: the printed figure stands.", DISAGREES: "Use the recomputed figure."}
+COLUMNS = (
+    "id", "where", "claim", "printed", "recomputed", "unit", "tolerance", "verdict", "consequence",
+)  # fmt: skip
+HEAD = {name: name for name in COLUMNS if name != "tolerance"} | {"claim": "statement"}
+ORDER = (
+    "section11 eq4 eq5 eq6 eq2 eq8 section121 eq9 eq10 eq11 eq14 eq15 section122 table01 "
+    "table02 table03 heap table04 table05 table06 table07 table08 eq21 tilt table09 eq23 drop "
+    "shear table10 ascent section235 table11 eq28 table12 model interaction fig9a fig9b "
+    "conclusion optimum table13 validation labels reference"
+).split()
+"""First parts of the claims' ids in the order of the paper."""
+
+
+def audit(study: Study, source: NamedFiles, output: NamedFiles) -> None:
+    """Recompute every printed figure of the paper, as the workflow calls it."""
+    write_audit(run_audit(Path(source.tables[0]).parent), output.table, output.page)
+
+
+def run_audit(folder: str | Path) -> pd.DataFrame:
+    """Recompute every printed figure of the paper.
+
+    Parameters
+    ----------
+    folder : the printed tables, laid out as data/paper
+
+    Returns
+    -------
+    DataFrame, a row a claim, columns `COLUMNS`. `tolerance` is half a unit in the last printed
+    place plus what the rounding of printed inputs adds, in the claim's unit. It is empty if the
+    verdict is no such comparison. `verdict` is agrees, disagrees or not_computable.
+
+    Raises
+    ------
+    AuditInputError : a missing file, column or row, a cell that is no number, a claim that no
+    module knows
+    """
+    paper = Paper(folder)
+    rows = [_judged(claim, found) for claim, found in _findings(paper)]
+    rows.sort(key=lambda row: ORDER.index(row["id"].split(".")[0]))
+    table = pd.DataFrame(rows, columns=list(COLUMNS))
+    repeated = table.id[table.id.duplicated()]
+    if len(repeated):
+        raise AuditInputError(
+            "two rows give the id", path=paper.folder, key=", ".join(sorted(set(repeated)))
+        )
+    return table
+
+
+def _findings(paper: Paper) -> Iterator[tuple[Claim, Found]]:
+    unknown = set(paper.claims) ^ set(CLAIMS)
+    if unknown:
+        raise AuditInputError(
+            "claims and checks differ", path=paper.folder / "claims.csv",
+            key=", ".join(sorted(unknown)),
+        )  # fmt: skip
+    for claim in paper.claims.values():
+        found = CLAIMS[claim.id](paper, claim)
+        if not isinstance(found, dict):
+            yield claim, found if isinstance(found, Found) else Found(found)
+            continue
+        for end, part in found.items():
+            yield replace(claim, id=f"{claim.id}.{end}", claim=f"{claim.claim} ({end})"), part
+    told = paper.text("cell_claims", "id", "where", "claim", "unit", AGREES, DISAGREES)
+    told = told.set_index("id")
+    for cells in (cells for module in MODULES for cells in module.CELLS):
+        for key, printed, found in cells(paper):
+            row = told.loc[key]
+            filled = {k: row[k].format(**found.names) for k in ("where", "claim", "unit")}
+            sentences = {verdict: row[verdict] for verdict in USUAL}
+            yield (
+                Claim(key.format(**found.names), printed=printed, sentences=sentences, **filled),
+                found,
+            )
+
+
+def _judged(claim: Claim, found: Found) -> dict[str, Any]:
+    """Return one row of the audit."""
+    text = claim.printed if found.printed is None else found.printed
+    value = found.value.item() if isinstance(found.value, np.generic) else found.value
+    holds, tolerance = found.compared(text)
+    verdict = NOT_COMPUTABLE if value is None else AGREES if holds else DISAGREES
+    told = claim.sentences.get("unknown" if value is None else verdict, "")
+    names = {"value": value, "printed": text, "unit": claim.unit} | dict(found.names)
+    return {
+        "id": claim.id, "where": claim.where, "claim": claim.claim, "printed": text,
+        "recomputed": value, "unit": claim.unit, "tolerance": tolerance, "verdict": verdict,
+        "consequence": told.format(**names) if told else USUAL.get(verdict, ""),
+    }  # fmt: skip
+
+
+def write_audit(table: pd.DataFrame, csv: str | Path, html: str | Path) -> None:
+    """Write the audit, a table as of `run_audit`, as CSV and as a page."""
+    shown = table.map(_shown)
+    write_text(shown.to_csv(index=False), csv)
+    write_text(_page(table, shown), html)
+
+
+def _shown(value):
+    if value is None or (isinstance(value, float) and pd.isna(value)):
+        return ""
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _page(table, shown):
+    n = table.verdict.value_counts()
+    counts = ", ".join(f"{n.get(v, 0)} {v.replace('_', ' ')}" for v in (*USUAL, NOT_COMPUTABLE))
+    rows = shown[list(HEAD)].rename(columns=HEAD).to_html(index=False, border=0)
+    for verdict in (DISAGREES, NOT_COMPUTABLE):
+        rows = rows.replace(f"<td>{verdict}</td>", f'<td class="{verdict}">{verdict}</td>')
+    style = (
+        "body{font:14px sans-serif}table{border-collapse:collapse}"
+        "td,th{border:1px solid #ccc;padding:3px 6px;text-align:left;vertical-align:top}"
+        ".disagrees{background:#fbe3df}.not_computable{background:#eee}"
+    )
+    return (
+        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>Audit</title>'
+        f"<style>{style}</style></head>\n<body><h1>Audit of the printed figures</h1>"
+        f"<p>{len(table)} claims: {counts}.</p>\n{rows}\n</body></html>\n"
+    )

@@ -7,9 +7,8 @@ import numpy as np
 
 from dem.contact.registry import Material
 from dem.timescales import hertz_contact_time, rayleigh_time
-from paper.audit.evaluate import Cells, Found, Given, cells, check
 from paper.audit.materials import SIEVES_MM, intrinsic
-from paper.audit.paper import Claim, Paper, Printed, propagate
+from paper.audit.paper import Cells, Claims, Found, Paper, Printed, propagate
 
 # Hertz: duration = 2.9432 x peak overlap / speed (Johnson, Contact Mechanics, 1985, 11.4).
 DURATION_OVER_OVERLAP_TIME = 2.9432
@@ -65,45 +64,35 @@ def inverse_quadratic(curve: np.ndarray, y: float, low: float, high: float) -> f
     return float(real[np.argmin(np.abs(real - (low + high) / 2))]) if len(real) else float("nan")
 
 
-def readings(paper: Paper, name: str) -> float | None:
+def _readings(name):
     """Mean of readings_<name>.csv, None where the paper does not print them and no such file was
     added."""
     file = f"readings_{name}"
-    return float(paper.numbers(file, "value")["value"].mean()) if paper.has(file) else None
+    return lambda paper, _: paper.numbers(file, "value").value.mean() if paper.has(file) else None
 
 
-def _points(paper: Paper, claim: Claim) -> tuple[np.ndarray, np.ndarray]:
+def _points(paper, claim):
     return SWEEPS[claim.group].points(paper)
 
 
-@check("table08.groups", "table09.groups")
-def group_count(paper: Paper, claim: Claim) -> Given:
-    return len(_points(paper, claim)[0])
+def _end(of):
+    return lambda paper, claim: Found(of(_points(paper, claim)[0]), exact=True)
 
 
-@check("table08.low", "table09.low", "table08.high", "table09.high")
-def range_ends(paper: Paper, claim: Claim) -> Given:
-    x = _points(paper, claim)[0]
-    return Found(float(x.min() if claim.part == "low" else x.max()), exact=True)
-
-
-@check("table08.step", "table09.step")
-def increment(paper: Paper, claim: Claim) -> Given:
+def _increment(paper, claim):
     steps = np.diff(_points(paper, claim)[0])
     even = np.ptp(steps) < 1e-9
-    return Found(float(np.median(steps)), exact=True, holds=None if even else False)
+    return Found(np.median(steps), exact=True, holds=None if even else False)
 
 
-@check("table08.range", "table09.range")
-def implied_count(paper: Paper, claim: Claim) -> Given:
-    low, high, step = (
-        paper.claims[f"{claim.group}.{end}"].number().value for end in ("low", "high", "step")
-    )
+def _implied_count(paper, claim):
+    ends = (f"{claim.group}.{end}" for end in ("low", "high", "step"))
+    low, high, step = (paper.claims[end].value for end in ends)
     return round((high - low) / step) + 1
 
 
-@cells
 def coefficients(paper: Paper) -> Cells:
+    """The printed coefficients of Eqs. 21 and 23."""
     for sweep in (TILT, DROP):
         x, y = sweep.points(paper)
         printed = sweep.curve(paper)
@@ -112,119 +101,98 @@ def coefficients(paper: Paper) -> Cells:
         for power, value, cell in zip((2, 1, 0), np.polyfit(x, y, 2), printed, strict=True):
             names = {"equation": sweep.equation, "power": power, "unit": sweep.unit}
             names |= {"where": where, "deviation": deviation}
-            yield "{equation}.c{power}", cell.text, Found(float(value), names=names)
+            yield "{equation}.c{power}", cell.text, Found(value, names=names)
 
 
-@check("tilt.r2", "drop.r2")
-def fit_r2(paper: Paper, claim: Claim) -> Given:
+def _fit_r2(paper, claim):
     x, y = _points(paper, claim)
     printed = [p.value for p in SWEEPS[claim.group].curve(paper)]
     best, curve = (r_squared(y, np.polyval(c, x)) for c in (np.polyfit(x, y, 2), printed))
     return Found(best, names={"curve": curve})
 
 
-@check("tilt.inverse", "drop.inverse")
-def inverse_of_print(paper: Paper, claim: Claim) -> Given:
+def _inverse_of_print(paper, claim):
     sweep = SWEEPS[claim.group]
     x, _ = sweep.points(paper)
-    inputs = [*sweep.curve(paper), paper.scalar(sweep.measured)]
+    measured = paper.value(sweep.measured)  # it was put into the equation, and counts as exact
 
-    def inverse(values):
-        return inverse_quadratic(values[:3], values[3], x.min(), x.max())
+    def inverse(curve):
+        return inverse_quadratic(curve, measured, x.min(), x.max())
 
-    # the measured mean is what was put into the equation
-    exact = Printed(inputs[3].text, inputs[3].value, 0.0)
-    half_width = propagate(inverse, [*inputs[:3], exact])
-    return Found(inverse([p.value for p in inputs]), half_width=half_width)
+    printed = sweep.curve(paper)
+    return Found(inverse([p.value for p in printed]), half_width=propagate(inverse, printed))
 
 
-@check("tilt.refit", "drop.refit")
-def inverse_of_fit(paper: Paper, claim: Claim) -> Given:
+def _inverse_of_fit(paper, claim):
     x, y = _points(paper, claim)
     measured = paper.value(SWEEPS[claim.group].measured)
     return inverse_quadratic(np.polyfit(x, y, 2), measured, x.min(), x.max())
 
 
-@check("tilt.direct", "drop.direct")
-def direct(paper: Paper, claim: Claim) -> Given:
-    measured = paper.value(SWEEPS[claim.group].measured)
-    if claim.group == "tilt":
-        return Found(float(np.tan(np.radians(measured))), names={"law": "tan(angle)"})
-    value = float(np.sqrt(measured / paper.value("drop_height")))
+def _direct_tilt(paper, claim):
+    value = np.tan(np.radians(paper.value(TILT.measured)))
+    return Found(value, names={"law": "tan(angle)"})
+
+
+def _direct_drop(paper, claim):
+    value = np.sqrt(paper.value(DROP.measured) / paper.value("drop_height"))
     return Found(value, names={"law": "sqrt(h/H)"})
 
 
-@check("tilt.error", "drop.error")
-def confirmation_error(paper: Paper, claim: Claim) -> Given:
+def _confirmation_error(paper, claim):
     sweep = SWEEPS[claim.group]
     measured = paper.value(sweep.measured)
     return 100 * abs(paper.value(sweep.confirmed) - measured) / measured
 
 
-@check("tilt.between", "drop.between")
-def between_neighbours(paper: Paper, claim: Claim) -> Given:
+def _between(paper, claim):
     x, y = _points(paper, claim)
     at = paper.value(SWEEPS[claim.group].parameter)
     low, high = y[x <= at].max(initial=-np.inf), y[x >= at].min(initial=np.inf)
-    holds = bool(low <= claim.number().value <= high)
-    return Found(f"{low:g} to {high:g}", holds=holds, names={"at": at})
+    return Found(f"{low:g} to {high:g}", holds=low <= claim.value <= high, names={"at": at})
 
 
-@check("tilt.bench", "tilt.simulated", "drop.bench", "drop.simulated")
-def mean_of_readings(paper: Paper, claim: Claim) -> Given:
-    return readings(paper, claim.id.replace(".", "_"))
-
-
-@check("tilt.reach")
-def tilt_reach(paper: Paper, claim: Claim) -> Given:
+def _tilt_reach(paper, claim):
     angles = TILT.points(paper)[1]
     needed = paper.value("tilt_start") + angles.max() / paper.value("inclined_plane_tilt_rate")
-    return Found(float(needed), holds=claim.number().value >= needed)
+    return Found(needed, holds=claim.value >= needed)
 
 
-@check("drop.duration")
-def drop_duration(paper: Paper, claim: Claim) -> Given:
+def _drop_duration(paper, claim):
     """Fall, then rise to the highest printed rebound."""
     heights, g = DROP.points(paper)[1], paper.value("gravity")
     needed = sum(np.sqrt(2e-3 * h / g) for h in (paper.value("drop_height"), heights.max()))
-    return Found(float(needed), holds=claim.number().value >= needed)
+    return Found(needed, holds=claim.value >= needed)
 
 
-@cells
 def tangents(paper: Paper) -> Cells:
+    """The friction that each angle of Table 8 implies."""
     printed = paper.printed(TILT.table, TILT.parameter)
     for row, (cell, angle) in enumerate(zip(printed, TILT.points(paper)[1], strict=True), start=1):
         late = angle - np.degrees(np.arctan(cell.value))
         names = {"row": row, "late": abs(late), "when": "after" if late > 0 else "before"}
-        value = float(np.tan(np.radians(angle)))
+        value = np.tan(np.radians(angle))
         yield "table08.tangent.{row}", cell.text, Found(value, names=names)
 
 
-@check("shear.slope", "shear.intercept")
-def yield_locus(paper: Paper, claim: Claim) -> Given:
+def _yield_locus(paper, claim):
     """Slope or intercept of readings_yield_locus.csv; the intercept's share of the frictional
     strength at the depth of a conical heap that covers the base plate."""
     value = None
     if paper.has("readings_yield_locus"):
         points = paper.numbers("readings_yield_locus", "normal_stress_kPa", "shear_stress_kPa")
         line = np.polyfit(points.normal_stress_kPa, points.shear_stress_kPa, 1)
-        value = float(line[int(claim.part == "intercept")])
+        value = line[int(claim.part == "intercept")]
     slope = np.tan(np.radians(paper.value("measured_angle_of_repose")))
     height_m = 0.5e-3 * paper.value("base_plate_diameter") * slope
     stress = paper.value("section_1_1_density") * paper.value("gravity") * height_m
     intercept, friction = map(paper.value, ("yield_locus_intercept", "yield_locus_slope"))
-    return Found(value, names={"share": float(1e3 * intercept / (friction * stress))})
+    return Found(value, names={"share": 1e3 * intercept / (friction * stress)})
 
 
-@check("shear.friction")
-def yield_friction(paper: Paper, claim: Claim) -> Given:
+def _yield_friction(paper, claim):
     slope = paper.scalar("yield_locus_slope")
     return Found(slope.value, half_width=slope.half_unit)
-
-
-@check("shear.particle")
-def particle_friction(paper: Paper, claim: Claim) -> Given:
-    return readings(paper, "particle_shear_slope")
 
 
 # --- time steps -----------------------------------------------------------------------------------
@@ -282,25 +250,23 @@ def _by_diameter(paper, judged):
     }
 
 
-@check("tilt.time_step", "drop.time_step")
-def below_rayleigh(paper: Paper, claim: Claim) -> Given:
+def _below_rayleigh(paper, claim):
     def judged(radius, density, constants):
         limit = rayleigh_time(radius, density, *constants)
-        share = claim.number().value / limit
+        share = claim.value / limit
         return Found(limit, holds=share < 1, names={"share": share})
 
     return _by_diameter(paper, judged)
 
 
-@check("drop.contact")
-def shorter_than_contact(paper: Paper, claim: Claim) -> Given:
+def _shorter_than_contact(paper, claim):
     names = ("density", "shear_modulus", "poisson_ratio")
     plate = Material(*(intrinsic(paper, f"steel_{n}").value for n in names))
     speed = np.sqrt(2e-3 * paper.value("drop_height") * paper.value("gravity"))
 
     def judged(radius, density, constants):
         duration = hertz_contact_time(radius, speed, Material(density, *constants), plate)
-        steps = duration / claim.number().value
+        steps = duration / claim.value
         return Found(duration, holds=steps > 1, names={"steps": steps})
 
     return _by_diameter(paper, judged)
@@ -319,8 +285,7 @@ def _stepped_heights(paper, steps):
     return low, high, (low <= printed) & (printed <= high)
 
 
-@check("table09.law")
-def heights_on_law(paper: Paper, claim: Claim) -> Given:
+def _heights_on_law(paper, claim):
     heights = zip(paper.printed(DROP.table, DROP.response), _law_heights(paper), strict=True)
     on = sum(abs(cell.value - h) <= cell.half_unit * (1 + 1e-9) for cell, h in heights)
     counts = []
@@ -328,26 +293,52 @@ def heights_on_law(paper: Paper, claim: Claim) -> Given:
         low, high, inside = _stepped_heights(paper, steps)
         width = np.mean(high - low)
         counts.append(f"{inside.sum()} at N = {steps:g} (ranges {width:.1f} mm wide)")
-    return Found(int(on), names={"counts": ", ".join(counts)})
+    return Found(on, names={"counts": ", ".join(counts)})
 
 
-@cells
 def heights(paper: Paper) -> Cells:
+    """The rebounds of Table 9."""
     within = {f"{s:g}": _stepped_heights(paper, s)[2] for s in FEW_STEPS}
-    found = zip(
-        DROP.points(paper)[0],
-        paper.printed(DROP.table, DROP.response),
-        _law_heights(paper),
-        strict=True,
-    )
-    for i, (e, cell, law) in enumerate(found):
+    printed, law_heights = paper.printed(DROP.table, DROP.response), _law_heights(paper)
+    for i, e in enumerate(DROP.points(paper)[0]):
+        cell, law = printed[i], law_heights[i]
         steps = ", ".join(s for s, inside in within.items() if inside[i])
         names = {"row": i + 1, "e": e, "off": cell.value / law - 1}
         names["steps"] = steps or "neither 3, 3.5 nor 4"
-        yield "table09.height.{row}", cell.text, Found(float(law), names=names)
+        yield "table09.height.{row}", cell.text, Found(law, names=names)
 
 
-@check("heap.generation")
-def generation(paper: Paper, claim: Claim) -> Given:
+def _generation(paper, claim):
     needed = paper.value("particle_count") / paper.value("generation_rate")
-    return Found(needed, holds=needed <= claim.number().value)
+    return Found(needed, holds=needed <= claim.value)
+
+
+CLAIMS: Claims = {
+    "table08.groups table09.groups": lambda paper, claim: len(_points(paper, claim)[0]),
+    "table08.low table09.low": _end(np.min),
+    "table08.high table09.high": _end(np.max),
+    "table08.step table09.step": _increment,
+    "table08.range table09.range": _implied_count,
+    "tilt.r2 drop.r2": _fit_r2,
+    "tilt.inverse drop.inverse": _inverse_of_print,
+    "tilt.refit drop.refit": _inverse_of_fit,
+    "tilt.direct": _direct_tilt,
+    "drop.direct": _direct_drop,
+    "tilt.error drop.error": _confirmation_error,
+    "tilt.between drop.between": _between,
+    **{
+        f"{t}.{of}": _readings(f"{t}_{of}")
+        for t in ("tilt", "drop")
+        for of in ("bench", "simulated")
+    },
+    "tilt.reach": _tilt_reach,
+    "drop.duration": _drop_duration,
+    "shear.slope shear.intercept": _yield_locus,
+    "shear.friction": _yield_friction,
+    "shear.particle": _readings("particle_shear_slope"),
+    "tilt.time_step drop.time_step": _below_rayleigh,
+    "drop.contact": _shorter_than_contact,
+    "table09.law": _heights_on_law,
+    "heap.generation": _generation,
+}
+CELLS = coefficients, tangents, heights

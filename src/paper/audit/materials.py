@@ -2,8 +2,7 @@
 what each citation shows."""
 
 from calibration.chain.scaling.dimensions import DIMENSIONS
-from paper.audit.evaluate import Cells, Found, Given, cells, check
-from paper.audit.paper import Claim, Paper, Printed
+from paper.audit.paper import Cells, Claims, Found, Paper, Printed
 
 UNITS = {
     "kg": (1, 0, 0), "m": (0, 1, 0), "s": (0, 0, 1), "Pa": (1, -1, -2), "N": (1, 1, -2),
@@ -27,35 +26,26 @@ def intrinsic(paper: Paper, parameter: str) -> Printed:
     return dict(zip(names, paper.printed("table04_intrinsic", "value"), strict=True))[parameter]
 
 
-@check("table01.mean")
-def measured_mean(paper: Paper, claim: Claim) -> Given:
-    return float(paper.angles().angle_deg.mean())
-
-
-@check("table01.groups")
-def measured_groups(paper: Paper, claim: Claim) -> Given:
-    return int(paper.angles().group.nunique())
-
-
-@check("table01.readings")
-def measured_readings(paper: Paper, claim: Claim) -> Given:
+def _readings(paper, claim):
     sizes = paper.angles().groupby("group").size()
-    return int(sizes.iloc[0]) if sizes.nunique() == 1 else ", ".join(map(str, sizes))
+    return sizes.iloc[0] if sizes.nunique() == 1 else ", ".join(map(str, sizes))
 
 
-@cells
 def group_means(paper: Paper) -> Cells:
+    """The printed means of Tables 1 and 13."""
     tables = {"table01": paper.angles(), "table13": paper.numbers("table13_validation")}
     for table, readings in tables.items():
         means = readings.groupby("group").angle_deg.mean()
         printed = paper.text(f"{table}_printed_means", "group", "mean")
         for group, text in zip(printed.group, printed["mean"], strict=True):
-            found = Found(float(means[float(group)]), names={"group": group})
-            yield f"{table}.mean.{{group}}", text, found
+            yield (
+                f"{table}.mean.{{group}}",
+                text,
+                Found(means[float(group)], names={"group": group}),
+            )
 
 
-@check("table02.sum")
-def sieve_sums(paper: Paper, claim: Claim) -> Given:
+def _sieve_sums(paper, claim):
     name = "table02_sieve_fractions"
     rows = zip(*(paper.printed(name, sieve) for sieve in SIEVES_MM), strict=True)
     found = {}
@@ -67,39 +57,31 @@ def sieve_sums(paper: Paper, claim: Claim) -> Given:
     return found
 
 
-@cells
 def sieve_means(paper: Paper) -> Cells:
+    """The printed means of Table 2."""
     fractions = paper.numbers("table02_sieve_fractions", *SIEVES_MM)
     printed = paper.text("table02_printed_means", "sieve_mm", "mean")
     for sieve, text in zip(printed.sieve_mm, printed["mean"], strict=True):
-        yield "table02.mean.{sieve}", text, Found(float(fractions[sieve].mean()),
-            names={"sieve": sieve})  # fmt: skip
+        yield "table02.mean.{sieve}", text, Found(fractions[sieve].mean(), names={"sieve": sieve})
 
 
-@cells
 def densities(paper: Paper) -> Cells:
+    """The densities of Table 3."""
     name = "table03_density"
     table = paper.numbers(name, "number", "mass_g", "volume_cm3")
     printed = paper.printed(name, "density_printed_kg_m3")
     for row, cell in zip(table.itertuples(), printed, strict=True):
         density = 1000 * row.mass_g / row.volume_cm3
-        cut = int(density) == cell.value
         why = (
             "The figure is cut off, not rounded: no consequence."
-            if cut
+            if int(density) == cell.value
             else "Mass over volume gives another figure."
         )
         names = {"row": f"{row.number:.0f}", "why": why}
         yield "table03.density.{row}", cell.text, Found(density, names=names)
 
 
-@check("table03.mean")
-def density_mean(paper: Paper, claim: Claim) -> Given:
-    return float(paper.numbers("table03_density", "density_printed_kg_m3").mean().iloc[0])
-
-
-@check("table03.particle")
-def particle_density(paper: Paper, claim: Claim) -> Given:
+def _particle_density(paper, claim):
     crystal, brine = salt_crystal_density(paper), paper.value("brine_density")
     low, high = paper.value("loosest_packing"), paper.value("densest_packing")
     printed = float(claim.printed)
@@ -110,8 +92,7 @@ def particle_density(paper: Paper, claim: Claim) -> Given:
     return Found(crystal, names={**numbers, "is_not": is_not})
 
 
-@check("table03.brine")
-def brine_volume(paper: Paper, claim: Claim) -> Given:
+def _brine_volume(paper, claim):
     """The least liquid that fills the voids of the sample at its densest packing."""
     mass_g = paper.numbers("table03_density", "mass_g").mass_g.max()
     solid = 1000 * mass_g / salt_crystal_density(paper)
@@ -119,8 +100,8 @@ def brine_volume(paper: Paper, claim: Claim) -> Given:
     return Found(voids, holds=float(claim.printed) >= voids, names={"mass": mass_g})
 
 
-@cells
 def units(paper: Paper) -> Cells:
+    """The units of Table 4."""
     table = paper.text("table04_printed_units", "parameter", "printed_unit")
     for parameter, unit in zip(table.parameter, table.printed_unit, strict=True):
         quantity = next((q for q in ("density", "modulus") if parameter.endswith(q)), "angle")
@@ -143,28 +124,29 @@ def unit_dimension(unit: str) -> tuple[int, ...] | None:
     return tuple(total)
 
 
-@check("section11.density", "section11.poisson", "section11.shear")
-def steel(paper: Paper, claim: Claim) -> Given:
-    names = {"density": "density", "poisson": "poisson_ratio", "shear": "shear_modulus"}
-    given, scale = intrinsic(paper, f"steel_{names[claim.part]}"), 1.0
-    if claim.part == "shear":
-        scale = 1e-6  # the claim is in MPa
-    salts = paper.value("section_1_1_density") == intrinsic(paper, "salt_density").value
-    reason = (
-        "The density beside it is the salt's: Section 1.1 lists the salt and calls it steel"
-        if salts
-        else "Section 1.1 and Table 4 differ"
-    )
-    return Found(given.value * scale, half_width=given.half_unit * scale, names={"reason": reason})
+def _of_steel(name, scale=1.0):
+    """A value of steel in Table 4, times a scale that makes it of the claim's unit."""
+
+    def found(paper, claim):
+        given = intrinsic(paper, f"steel_{name}")
+        salts = paper.value("section_1_1_density") == intrinsic(paper, "salt_density").value
+        reason = (
+            "The density beside it is the salt's: Section 1.1 lists the salt and calls it steel"
+            if salts
+            else "Section 1.1 and Table 4 differ"
+        )
+        half_width = given.half_unit * scale
+        return Found(given.value * scale, half_width=half_width, names={"reason": reason})
+
+    return found
 
 
-@check("section235.poisson")
-def salt_poisson_ratio(paper: Paper, claim: Claim) -> Given:
+def _poisson_ratio(paper, claim):
     return None if paper.optional("salt_poisson_ratio") is None else "calibrated"
 
 
-@cells
 def citations(paper: Paper) -> Cells:
+    """What the text cites."""
     labels = paper.text("labels", "label", "shows")
     cited = paper.text("cross_references", "id", "where", "cites", "about")
     for row in cited.itertuples(index=False):
@@ -176,8 +158,26 @@ def citations(paper: Paper) -> Cells:
         yield "reference.{id}", row.cites, Found(value, names=names)
 
 
-@check("labels.unique")
-def unique_labels(paper: Paper, claim: Claim) -> Given:
+def _unique_labels(paper, claim):
     counts = paper.text("labels", "label").label.value_counts()
     twice = sorted(counts.index[counts > 1])
     return Found(len(twice), names={"twice": ", ".join(twice)})
+
+
+CLAIMS: Claims = {
+    "table01.mean": lambda paper, _: paper.angles().angle_deg.mean(),
+    "table01.groups": lambda paper, _: paper.angles().group.nunique(),
+    "table01.readings": _readings,
+    "table02.sum": _sieve_sums,
+    "table03.mean": lambda paper, _: paper.numbers(
+        "table03_density", "density_printed_kg_m3"
+    ).density_printed_kg_m3.mean(),
+    "table03.particle": _particle_density,
+    "table03.brine": _brine_volume,
+    "section11.density": _of_steel("density"),
+    "section11.poisson": _of_steel("poisson_ratio"),
+    "section11.shear": _of_steel("shear_modulus", 1e-6),  # the claim is in MPa
+    "section235.poisson": _poisson_ratio,
+    "labels.unique": _unique_labels,
+}
+CELLS = group_means, sieve_means, densities, units, citations

@@ -1,12 +1,14 @@
 """The folder of printed tables, read as text so that no printed digit is lost: its figures with the
-rounding that their digits allow, and its claims."""
+rounding that their digits allow, its claims, and what is found for one."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from calibration.errors import ConfigError
@@ -74,6 +76,14 @@ class AuditInputError(ConfigError):
     column, and the row's name as `key`."""
 
 
+def _number(text, **where):
+    """The number in a text; raises AuditInputError where it is none."""
+    number = Printed.parse(text)
+    if number is None:
+        raise AuditInputError("is not a number", value=text, **where)
+    return number
+
+
 @dataclass(frozen=True)
 class Claim:
     """One statement of the paper: where it stands, what it says, the printed value and its unit.
@@ -96,14 +106,56 @@ class Claim:
         """Second part of the id, as `low` of `table08.low`."""
         return self.id.split(".")[1]
 
-    def number(self) -> Printed:
+    @property
+    def value(self) -> float:
         """The printed number; raises AuditInputError where it is none."""
-        printed = Printed.parse(self.printed)
-        if printed is None:
-            raise AuditInputError(
-                "is not a number", path="claims.csv", key=self.id, value=self.printed
-            )
-        return printed
+        return _number(self.printed, path="claims.csv", key=self.id).value
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the tables give for a claim.
+
+    value : number, text, or None where the printed tables do not determine it
+    half_width : what the rounding of printed inputs adds to the tolerance, in the claim's unit
+    exact : a setting or an exponent, which has no rounding; an integer, a count, is always exact
+    holds : whether the claim holds, where that is not equality with `value` within the tolerance
+    printed : the printed text, where it stands in a table and not in claims.csv
+    names : what the claim's id and sentences are filled with, beside value, printed and unit
+    """
+
+    value: float | str | None
+    half_width: float = 0.0
+    exact: bool = False
+    holds: bool | None = None
+    printed: str | None = None
+    names: Mapping[str, Any] = field(default_factory=dict)
+
+    def compared(self, text: str) -> tuple[bool | None, float | None]:
+        """(whether the claim that is printed as `text` holds, None where it cannot be computed; the
+        tolerance, where this is a comparison within one)."""
+        printed = Printed.parse(text)
+        if self.value is None or self.holds is not None:
+            return self.holds, None
+        if printed is None or isinstance(self.value, str):
+            return text.strip() == str(self.value).strip(), None
+        if printed.relation:
+            below = self.value < printed.value
+            return (below if printed.relation == "<" else self.value > printed.value), None
+        exact = self.exact or isinstance(self.value, int | np.integer)
+        tolerance = 0.0 if exact else printed.half_unit + self.half_width
+        # A decimal half unit is not exact in binary: allow it its last bits.
+        slack = 1e-9 * max(abs(printed.value), tolerance)
+        return abs(self.value - printed.value) <= tolerance + slack, tolerance
+
+
+Given = Found | dict[str, Found] | float | str | None
+"""What the table of a module gives for a claim of claims.csv: a value, a `Found`, or {end of the
+id: Found} where the claim stands for several rows."""
+Claims = dict[str, Callable[["Paper", Claim], Given]]
+"""{ids of claims.csv, with spaces between: what the printed tables give for each}."""
+Cells = Iterator[tuple[str, str, Found]]
+"""(Row of cell_claims.csv, printed text, what is found) of the cells of a table."""
 
 
 class Paper:
@@ -147,16 +199,15 @@ class Paper:
     def printed(self, name: str, column: str) -> list[Printed]:
         """The cells of a column with their printed digits; raises AuditInputError at a cell that is
         no number."""
-        parsed = []
-        for row, text in enumerate(self.text(name, column)[column], start=1):
-            number = Printed.parse(text)
-            if number is None:
-                raise AuditInputError(
-                    "is not a number", path=self.folder / f"{name}.csv", key=f"row {row}",
-                    column=column, value=text,
-                )  # fmt: skip
-            parsed.append(number)
-        return parsed
+        path = self.folder / f"{name}.csv"
+        return [
+            _number(text, path=path, key=f"row {row}", column=column)
+            for row, text in enumerate(self.text(name, column)[column], start=1)
+        ]
+
+    def keyed(self, name: str, key: str, *columns: str) -> pd.DataFrame:
+        """The named columns of `name`.csv as float64, by the texts of its column `key`."""
+        return self.numbers(name, *columns).set_axis(self.text(name, key)[key])
 
     def angles(self) -> pd.DataFrame:
         """Table 1: `group` and `angle_deg` of the 25 measured angles of repose."""
@@ -204,12 +255,7 @@ class Paper:
     def scalar(self, name: str) -> Printed:
         """A single figure with its printed digits. Raises AuditInputError for a text that is no
         number."""
-        number = Printed.parse(self.scalar_text(name))
-        if number is None:
-            raise AuditInputError(
-                "is not a number", path=self.folder, key=name, value=self.scalar_text(name)
-            )
-        return number
+        return _number(self.scalar_text(name), path=self.folder, key=name)
 
     def value(self, name: str) -> float:
         """A single figure."""

@@ -3,16 +3,16 @@
 import numpy as np
 
 from calibration.statistics.screening import screen
-from paper.audit.evaluate import Cells, Found, Given, cells, check
-from paper.audit.paper import Claim, Paper, Printed
+from paper.audit.paper import Cells, Claims, Found, Paper
 
 FACTORS = tuple("ABCDEFG")
 ANOVA = ("sum_sq", "df", "mean_sq", "F", "p")
-ASCENT = {
+NAMES = {
     "X": "salt_salt_rolling_friction",
     "Y": "salt_salt_restitution",
     "Z": "salt_steel_rolling_friction",
 }
+"""Axes of Tables 10 and 11: factor."""
 PATH = "table10_steepest_ascent"
 RANGES = "table05_contact_parameter_ranges"
 
@@ -23,41 +23,37 @@ def _design(paper):
 
 def _screening(paper):
     """Main effects of the Plackett-Burman design."""
-    table = _design(paper)
-    return screen(table, list(FACTORS), table.angle_deg)
+    return screen(_design(paper), list(FACTORS), _design(paper).angle_deg)
 
 
 def _anova(paper):
-    return _screening(paper).anova.set_index("source")
+    return _screening(paper).anova.set_index("source").astype(float)
 
 
 def _ranges(paper):
-    return paper.numbers(RANGES, "low", "high").set_axis(paper.text(RANGES, "name").name)
+    return paper.keyed(RANGES, "name", "low", "high")
 
 
-def _letter(paper, name):
-    table = paper.text(RANGES, "factor", "name")
-    return dict(zip(table["name"], table.factor, strict=True))[name]
+def _letters(paper):
+    """The factors' letters by name."""
+    return paper.text(RANGES, "factor", "name").set_index("name").factor
 
 
-@check("table05.twice")
-def twice(paper: Paper, claim: Claim) -> Given:
+def _twice(paper, claim):
     ratios = (_ranges(paper).high / _ranges(paper).low).round(6)
-    return Found(int((ratios == 2).sum()), names={"ratios": ", ".join(f"{r:.2f}" for r in ratios)})
+    return Found((ratios == 2).sum(), names={"ratios": ", ".join(f"{r:.2f}" for r in ratios)})
 
 
-@check("table06.orthogonal")
-def orthogonal(paper: Paper, claim: Claim) -> Given:
+def _orthogonal(paper, claim):
     terms = _design(paper)[list(FACTORS)].assign(mean=1.0).to_numpy()
     products = terms.T @ terms
-    return Found(float(np.abs(products - np.diag(np.diag(products))).max()), exact=True)
+    return Found(np.abs(products - np.diag(np.diag(products))).max(), exact=True)
 
 
-@check("table06.coded")
-def coded(paper: Paper, claim: Claim) -> Given:
-    odd = [x.value for x in paper.printed("table06_printed_levels", "E_printed")]
-    odd = [c for c in odd if c not in (-1, 1)]
-    natural = sorted(set(odd)) == [_ranges(paper).high["salt_salt_restitution"]]
+def _coded(paper, claim):
+    odd = paper.numbers("table06_printed_levels", "E_printed").E_printed
+    odd = odd[~odd.isin((-1, 1))]
+    natural = set(odd) == {_ranges(paper).high["salt_salt_restitution"]}
     what = (
         "is the natural high level of Table 5 and stands for +1"
         if natural
@@ -67,18 +63,17 @@ def coded(paper: Paper, claim: Claim) -> Given:
     return Found(len(odd), names={"shown": shown, "what": what})
 
 
-@cells
 def anova_cells(paper: Paper) -> Cells:
+    """Table 7."""
     anova, name = _anova(paper), "table07_plackett_burman_anova"
     for row in paper.text(name, "source", *ANOVA).to_dict("records"):
         for column in ANOVA:
             names = {"source": row["source"], "column": column}
-            found = Found(float(anova.loc[row["source"], column]), names=names)
+            found = Found(anova.loc[row["source"], column], names=names)
             yield "table07.{source}.{column}", row[column], found
 
 
-@check("table07.highly", "table07.others")
-def significant(paper: Paper, claim: Claim) -> Given:
+def _significant(paper, claim):
     p = _anova(paper).p[list(FACTORS)]
     chosen = p < 0.01 if claim.part == "highly" else p > 0.05
     found = [f for f in FACTORS if chosen[f]]
@@ -86,56 +81,49 @@ def significant(paper: Paper, claim: Claim) -> Given:
     return Found(" ".join(found), holds=holds, names={"smallest": p[~(p < 0.01)].min()})
 
 
-@check("table07.first")
-def largest_p(paper: Paper, claim: Claim) -> Given:
-    return float(_anova(paper).p[[_letter(paper, name) for name in ASCENT.values()]].max())
+def _largest_p(paper, claim):
+    return _anova(paper).p[_letters(paper)[list(NAMES.values())]].max()
 
 
 def _path(paper):
-    return paper.numbers(PATH, "level", *ASCENT, "angle_deg")
+    return paper.numbers(PATH, "level", *NAMES, "angle_deg")
 
 
-@cells
 def ascent_errors(paper: Paper) -> Cells:
+    """The relative errors of Table 10."""
     target = paper.value("measured_angle_of_repose")
-    printed = paper.printed(PATH, "relative_error_printed")
-    for row, cell in zip(_path(paper).itertuples(), printed, strict=True):
+    printed = paper.text(PATH, "relative_error_printed").relative_error_printed
+    for row, text in zip(_path(paper).itertuples(), printed, strict=True):
         found = Found(abs(row.angle_deg - target) / target, names={"level": f"{row.level:.0f}"})
-        yield "table10.error.{level}", cell.text, found
+        yield "table10.error.{level}", text, found
 
 
-@check("ascent.start")
-def ascent_start(paper: Paper, claim: Claim) -> Given:
+def _start(paper, claim):
     centres = _ranges(paper).mean(axis=1)
     return {
-        axis: Found(float(centres[name]), exact=True, printed=paper.printed(PATH, axis)[0].text)
-        for axis, name in ASCENT.items()
+        axis: Found(centres[name], exact=True, printed=paper.text(PATH, axis)[axis][0])
+        for axis, name in NAMES.items()
     }
 
 
-@check("ascent.step_y", "ascent.step_z")
-def ascent_step(paper: Paper, claim: Claim) -> Given:
+def _step(paper, claim):
     """The step of an axis that goes with X's when both follow the screening's coefficients per
     coded unit."""
     axis = claim.id[-1].upper()
     slope = _screening(paper).table.set_index("code").effect / 2
     half = (_ranges(paper).high - _ranges(paper).low) / 2
-    x, name = ASCENT["X"], ASCENT[axis]
+    x, y = NAMES["X"], NAMES[axis]
+    letters = _letters(paper)
     step_x = float(_path(paper).X.diff().iloc[1])
-    step = step_x / half[x] * slope[_letter(paper, name)] / slope[_letter(paper, x)] * half[name]
-    printed = _first_step(paper.printed(PATH, axis))
-    names = {"axis": axis, "times": abs(float(printed) / step)}
-    return Found(float(step), printed=printed, names=names)
-
-
-def _first_step(cells: list[Printed]) -> str:
-    """The first step down a column, printed to the column's finest digit."""
+    step = step_x / half[x] * slope[letters[y]] / slope[letters[x]] * half[y]
+    # the first step down the column, to the column's finest digit
+    cells = paper.printed(PATH, axis)
     decimals = max(len(x.text.partition(".")[2]) for x in cells)
-    return f"{cells[1].value - cells[0].value:.{decimals}f}"
+    printed = f"{cells[1].value - cells[0].value:.{decimals}f}"
+    return Found(step, printed=printed, names={"axis": axis, "times": abs(float(printed) / step)})
 
 
-@check("ascent.best")
-def ascent_best(paper: Paper, claim: Claim) -> Given:
+def _best(paper, claim):
     table, target = _path(paper), paper.value("measured_angle_of_repose")
     printed_gap, gap = (
         np.diff(np.sort((table.angle_deg - t).abs()))[0]
@@ -145,17 +133,29 @@ def ascent_best(paper: Paper, claim: Claim) -> Given:
     return Found(int(best), names={"printed_gap": printed_gap, "gap": gap})
 
 
-@check("ascent.low", "ascent.high")
-def ascent_levels(paper: Paper, claim: Claim) -> Given:
+def _levels(paper, claim):
     """The level of Table 10 whose values the coding of Table 11 uses. X gives the direction (Y
     falls as X rises)."""
-    coding = paper.numbers("table11_coding", "low", "high")
-    coding = coding.set_axis(paper.text("table11_coding", "factor").factor)
+    coding = paper.keyed("table11_coding", "factor", "low", "high")
     ends = {"X": claim.part, "Y": {"low": "high", "high": "low"}[claim.part], "Z": claim.part}
     table = _path(paper)
     same = [np.isclose(table[axis], coding.loc[axis, end]) for axis, end in ends.items()]
     match = table.level[np.all(same, axis=0)]
-    said = table[table.level == claim.number().value]
-    span = ", ".join(f"{axis} {said[axis].iloc[0]:g}" for axis in ASCENT) if len(said) else ""
+    said = table[table.level == claim.value]
+    span = ", ".join(f"{axis} {said[axis].iloc[0]:g}" for axis in NAMES) if len(said) else ""
     value = int(match.iloc[0]) if len(match) else "none"
     return Found(value, names={"span": span or "no level"})
+
+
+CLAIMS: Claims = {
+    "table05.twice": _twice,
+    "table06.orthogonal": _orthogonal,
+    "table06.coded": _coded,
+    "table07.highly table07.others": _significant,
+    "table07.first": _largest_p,
+    "ascent.start": _start,
+    "ascent.step_y ascent.step_z": _step,
+    "ascent.best": _best,
+    "ascent.low ascent.high": _levels,
+}
+CELLS = anova_cells, ascent_errors

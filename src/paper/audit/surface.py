@@ -16,13 +16,11 @@ from calibration.statistics.surface import (
     quadratic_terms,
     term_name,
 )
-from paper.audit.evaluate import AGREES, Cells, Found, Given, cell_claims, cells, check, judge
-from paper.audit.paper import AuditInputError, Claim, Paper, Printed, propagate
-from paper.audit.screening import ANOVA, ASCENT
+from paper.audit.paper import AuditInputError, Cells, Claims, Found, Paper, Printed, propagate
+from paper.audit.screening import ANOVA, NAMES
 
 DESIGN, RUNS = "table11_box_behnken", "table13_validation"
 CODES = ["A", "B", "C"]
-AXES = ("X", "Y", "Z")
 INTERACTIONS = ("AB", "AC", "BC")
 EDGES = 12
 
@@ -55,7 +53,7 @@ def _evaluate(equation: Mapping[str, float], levels: np.ndarray) -> np.ndarray:
 
 def _printed_levels(paper):
     """Coded levels as printed, (n, 3)."""
-    return paper.numbers(DESIGN, *(f"{axis}_printed" for axis in AXES)).to_numpy()
+    return paper.numbers(DESIGN, *(f"{axis}_printed" for axis in NAMES)).to_numpy()
 
 
 def restored_levels(paper: Paper) -> np.ndarray:
@@ -89,33 +87,30 @@ def _model(paper: Paper) -> Surface:
 
 def _anova(paper):
     anova = _model(paper).anova
-    return anova.set_index(anova["source"].map(_key))
+    return anova.set_index(anova["source"].map(_key))[list(ANOVA)].astype(float)
 
 
-@check("table11.rank")
-def design_rank(paper: Paper, claim: Claim) -> Given:
+def _rank(paper, claim):
     terms = model_matrix(_printed_levels(paper), CODES, list(ALL_TERMS.values()))
-    verdicts = [judge(*one)["verdict"] for one in cell_claims(paper, anova_cells)]
-    names = {"terms": terms.shape[1], "right": verdicts.count(AGREES), "cells": len(verdicts)}
+    right = [found.compared(text)[0] for _, text, found in anova_cells(paper)]
+    names = {"terms": terms.shape[1], "right": sum(right), "cells": len(right)}
     return Found(int(np.linalg.matrix_rank(terms)), names=names)
 
 
-@check("table11.misprints")
-def misprints(paper: Paper, claim: Claim) -> Given:
+def _misprints(paper, claim):
     wrong = np.any(_printed_levels(paper) != restored_levels(paper), axis=1)
     runs = paper.text(DESIGN, "run").run[wrong]
-    return Found(int(wrong.sum()), names={"runs": ", ".join(runs)})
+    return Found(wrong.sum(), names={"runs": ", ".join(runs)})
 
 
-@check("table11.rotatable")
-def rotatable(paper: Paper, claim: Claim) -> Given:
+def _rotatable(paper, claim):
     levels = restored_levels(paper)
     ratio = (levels[:, 0] ** 4).sum() / (levels[:, 0] ** 2 * levels[:, 1] ** 2).sum()
-    return Found(float(ratio), exact=True)
+    return Found(ratio, exact=True)
 
 
-@cells
 def anova_cells(paper: Paper) -> Cells:
+    """The analysis of variance of Table 12."""
     anova, name = _anova(paper), "table12_box_behnken_anova"
     for row in paper.text(name, "source", *ANOVA).to_dict("records"):
         if row["source"] not in anova.index:
@@ -125,11 +120,10 @@ def anova_cells(paper: Paper) -> Cells:
             )  # fmt: skip
         for column in (c for c in ANOVA if row[c]):
             names = {"source": row["source"], "column": column}
-            found = Found(float(anova.loc[row["source"], column]), names=names)
+            found = Found(anova.loc[row["source"], column], names=names)
             yield "table12.{source}.{column}", row[column], found
 
 
-@cells
 def headings(paper: Paper) -> Cells:
     """Which of two columns is df times the other, by the majority of the rows with more than one
     df."""
@@ -157,30 +151,23 @@ def _is_product(total, df, mean):
     return abs(total.value - df * mean.value) <= slack
 
 
-@cells
 def summary_cells(paper: Paper) -> Cells:
+    """The statistics below Table 12."""
     found = _model(paper).summary
     table = paper.text("table12_summary", "statistic", "value")
     for name, text in zip(table.statistic, table.value, strict=True):
-        yield "table12.summary.{statistic}", text, Found(float(found[name]),
-            names={"statistic": name})  # fmt: skip
+        yield "table12.summary.{statistic}", text, Found(found[name], names={"statistic": name})
 
 
-@check(*(f"model.{s}" for s in "cv r2 r2_adj r2_pred precision p lack_of_fit".split()))
-def text_statistics(paper: Paper, claim: Claim) -> Given:
-    sources = {"p": "Model", "lack_of_fit": "Lack of Fit"}
-    if claim.part in sources:
-        return float(_anova(paper).loc[sources[claim.part], "p"])
-    names = {"cv": "CV_percent", "precision": "adequate_precision"}
-    name = names.get(claim.part, claim.part.replace("r2", "R2"))
-    return float(_model(paper).summary[name])
+def _statistic(name):
+    return lambda paper, _: _model(paper).summary[name]
 
 
-@check(
-    "model.highly", "model.significant", "interaction.highly", "interaction.significant",
-    "conclusion.highly",
-)  # fmt: skip
-def significant_terms(paper: Paper, claim: Claim) -> Given:
+def _p(source):
+    return lambda paper, _: _anova(paper).loc[source, "p"]
+
+
+def _significant(paper, claim):
     terms = TERMS if claim.group == "model" else INTERACTIONS
     p = _anova(paper).p[list(terms)]
     low, high = (0.0, 0.01) if claim.part == "highly" else (0.01, 0.05)
@@ -190,8 +177,7 @@ def significant_terms(paper: Paper, claim: Claim) -> Given:
     return Found(" ".join(found) or "none", holds=holds, names={"shown": shown})
 
 
-@check("fig9a.trend", "fig9b.trend")
-def trend(paper: Paper, claim: Claim) -> Given:
+def _trend(paper, claim):
     """Sign of the slope along one axis over the square of X and that axis, the other axis at its
     centre."""
     b = _coefficients(_model(paper))
@@ -204,11 +190,6 @@ def trend(paper: Paper, claim: Claim) -> Given:
     # The statement is about the tendency: the mean slope decides.
     value = "rises" if slope.mean() > 0 else "falls"
     return Found(value, names={"name": name, "rises": share, "falls": 1 - share})
-
-
-@check("fig9b.growth")
-def growth(paper: Paper, claim: Claim) -> Given:
-    return float(_anova(paper).loc["C2", "p"])
 
 
 def _printed_equation(paper):
@@ -227,7 +208,6 @@ def _printed_equation(paper):
     return found
 
 
-@cells
 def equation_coefficients(paper: Paper) -> Cells:
     """Against the full model and the model of the printed terms alone; the one that comes nearer
     counts."""
@@ -239,11 +219,10 @@ def equation_coefficients(paper: Paper) -> Cells:
     nearer = full if misses[0] <= misses[1] else reduced
     for term, cell in printed.items():
         names = {"term": term, "full": full[term], "reduced": reduced[term]}
-        yield "eq28.{term}", cell.text, Found(float(nearer[term]), names=names)
+        yield "eq28.{term}", cell.text, Found(nearer[term], names=names)
 
 
-@check("eq28.terms")
-def equation_terms(paper: Paper, claim: Claim) -> Given:
+def _equation_terms(paper, claim):
     p = _anova(paper).p[list(TERMS)]
     significant, kept = {t for t in TERMS if p[t] < 0.05}, set(_printed_equation(paper)) - {"1"}
     lost, idle = sorted(significant - kept), sorted(kept - significant)
@@ -253,12 +232,11 @@ def equation_terms(paper: Paper, claim: Claim) -> Given:
 
 
 def _optimum(paper):
-    return [paper.scalar(f"optimum_{name}") for name in ASCENT.values()]
+    return [paper.scalar(f"optimum_{name}") for name in NAMES.values()]
 
 
 def _coding(paper):
-    table = paper.numbers("table11_coding", "low", "centre", "high")
-    return table.set_axis(paper.text("table11_coding", "factor").factor).loc[list(AXES)]
+    return paper.keyed("table11_coding", "factor", "low", "centre", "high").loc[list(NAMES)]
 
 
 def _predict(paper, equation, natural):
@@ -276,8 +254,7 @@ def _setting_rounding(paper, equation):
     return propagate(lambda natural: _predict(paper, equation, natural), settings)
 
 
-@check("optimum.eq28")
-def optimum_of_equation(paper: Paper, claim: Claim) -> Given:
+def _optimum_of_equation(paper, claim):
     printed, at = _printed_equation(paper), [s.value for s in _optimum(paper)]
     values = {term: cell.value for term, cell in printed.items()}
 
@@ -289,17 +266,16 @@ def optimum_of_equation(paper: Paper, claim: Claim) -> Given:
     return Found(value, half_width=rounding, names={"miss": abs(value - target)})
 
 
-@check("optimum.regression")
-def optimum_of_regression(paper: Paper, claim: Claim) -> Given:
+def _optimum_of_regression(paper, claim):
     equation, grid = _coefficients(_model(paper)), np.linspace(-1, 1, 41)
     cube = np.stack(np.meshgrid(grid, grid, grid, indexing="ij"), axis=-1).reshape(-1, 3)
     target = paper.value("measured_angle_of_repose")
-    band = paper.claims["validation.error"].number().value / 100 * target
+    band = paper.claims["validation.error"].value / 100 * target
     near = cube[np.abs(_evaluate(equation, cube) - target) <= band]
     coding = _coding(paper)
     half = ((coding.high - coding.low) / 2).to_numpy()
     low, high = (coding.centre.to_numpy() + half * f(near, axis=0) for f in (np.min, np.max))
-    ends = zip(AXES, low, high, strict=True)
+    ends = zip(NAMES, low, high, strict=True)
     ranges = ", ".join(f"{axis} {a:.3g} to {b:.3g}" for axis, a, b in ends)
     value = _predict(paper, equation, [s.value for s in _optimum(paper)])
     names = {"share": len(near) / len(cube), "ranges": ranges}
@@ -313,18 +289,7 @@ def _runs(paper):
     return paper.numbers(RUNS, "group", "replicate", "angle_deg")
 
 
-@check("validation.mean")
-def total_mean(paper: Paper, claim: Claim) -> Given:
-    return float(_runs(paper).angle_deg.mean())
-
-
-@check("validation.replicates")
-def replicates(paper: Paper, claim: Claim) -> Given:
-    return len(_runs(paper))
-
-
-@check("validation.repeats")
-def repeats(paper: Paper, claim: Claim) -> Given:
+def _repeats(paper, claim):
     """Chance of at least the printed number of equal neighbours in a group, for independent normal
     angles."""
     runs = _runs(paper)
@@ -335,21 +300,46 @@ def repeats(paper: Paper, claim: Claim) -> Given:
     # Two readings of N(m, s) fall on the same step of the scale with the density of their
     # difference at 0.
     each = min(1.0, resolution / (2 * np.sqrt(np.pi) * runs.angle_deg.std()))
-    chance = float(stats.binom.sf(equal - 1, len(neighbours), each))
+    chance = stats.binom.sf(equal - 1, len(neighbours), each)
     return Found(chance, names={"equal": equal, "neighbours": len(neighbours)})
 
 
-@check("validation.error")
-def relative_error(paper: Paper, claim: Claim) -> Given:
+def _relative_error(paper, claim):
     measured = paper.value("measured_angle_of_repose")
     return 100 * abs(paper.value("validated_angle_of_repose") - measured) / measured
 
 
-@check("validation.t_test")
-def t_test(paper: Paper, claim: Claim) -> Given:
+def _t_test(paper, claim):
     tables = _runs(paper), paper.angles()
     welch = stats.ttest_ind(*(t.angle_deg for t in tables), equal_var=False)
     means = (t.groupby("group").angle_deg.mean() for t in tables)
     low, high = welch.confidence_interval()
     groups = stats.ttest_ind(*means, equal_var=False).pvalue
-    return Found(float(welch.pvalue), names={"low": low, "high": high, "groups": groups})
+    return Found(welch.pvalue, names={"low": low, "high": high, "groups": groups})
+
+
+CLAIMS: Claims = {
+    "table11.rank": _rank,
+    "table11.misprints": _misprints,
+    "table11.rotatable": _rotatable,
+    "model.cv": _statistic("CV_percent"),
+    "model.r2": _statistic("R2"),
+    "model.r2_adj": _statistic("R2_adj"),
+    "model.r2_pred": _statistic("R2_pred"),
+    "model.precision": _statistic("adequate_precision"),
+    "model.p": _p("Model"),
+    "model.lack_of_fit": _p("Lack of Fit"),
+    "model.highly model.significant": _significant,
+    "interaction.highly interaction.significant conclusion.highly": _significant,
+    "fig9a.trend fig9b.trend": _trend,
+    "fig9b.growth": _p("C2"),
+    "eq28.terms": _equation_terms,
+    "optimum.eq28": _optimum_of_equation,
+    "optimum.regression": _optimum_of_regression,
+    "validation.mean": lambda paper, _: _runs(paper).angle_deg.mean(),
+    "validation.replicates": lambda paper, _: len(_runs(paper)),
+    "validation.repeats": _repeats,
+    "validation.error": _relative_error,
+    "validation.t_test": _t_test,
+}
+CELLS = anova_cells, headings, summary_cells, equation_coefficients

@@ -6,44 +6,31 @@ from itertools import product
 import numpy as np
 
 from calibration.chain.scaling import dimensions
-from paper.audit.evaluate import Cells, Found, Given, cells, check
-from paper.audit.paper import Claim, Paper
+from paper.audit.paper import Cells, Claims, Found, Paper
 
 RULE = dimensions.PAPER_RULE.held
 REAL_GRAVITY = dimensions.GRAVITY_RULE.held
 
 
-@check("eq4.independent")
-def independent(paper: Paper, claim: Claim) -> Given:
-    return dimensions.independent(["length", "mass", "density"])
+def _power(quantity, held=RULE):
+    return int(dimensions.exponent(quantity, held))
 
 
-@check("eq4.mass", "eq5.mass")
-def mass(paper: Paper, claim: Claim) -> Given:
-    return int(dimensions.exponent("mass", {"length": 1, "density": 0}))
-
-
-@check("eq6.force", "eq8.modulus", "section121.stiffness")
-def exponent(paper: Paper, claim: Claim) -> Given:
-    return int(dimensions.exponent(claim.part, RULE))
-
-
-@check("eq2.weight")
-def weight(paper: Paper, claim: Claim) -> Given:
+def _weight(paper, claim):
     settings = dimensions.settings_of(dimensions.PAPER_RULE, ("acceleration",))
     table = dimensions.group_exponents(settings)
     needed = dimensions.exponent("acceleration", RULE)
     names = {"broken": ", ".join(table.group[~table.kept]), "needed": needed}
-    return Found(int(dimensions.exponent("force", REAL_GRAVITY)), names=names)
+    return Found(_power("force", REAL_GRAVITY), names=names)
 
 
-@check("section121.modulus")
-def modulus_adapts(paper: Paper, claim: Claim) -> Given:
+def _modulus_adapts(paper, claim):
     value = "adapts" if dimensions.exponent("modulus", RULE) else "is unchanged"
     return Found(value, names={"power": dimensions.exponent("modulus", REAL_GRAVITY)})
 
 
 def _groups(paper):
+    """{dimensionless group: {quantity: its exponent}}."""
     table = paper.text("dimensionless_groups", "group", "quantity", "exponent")
     powers = paper.numbers("dimensionless_groups", "exponent").exponent
     found = {}
@@ -52,42 +39,39 @@ def _groups(paper):
     return found
 
 
-def _needed_exponent(powers, quantity):
+def _needed(paper, group, quantity):
     """Exponent of the radius with which `quantity` must go for the group to keep its value."""
+    powers = _groups(paper)[group]
     rest = sum(power * RULE[q] for q, power in powers.items() if q != quantity)
     return -rest / powers[quantity]
 
 
-@cells
 def dimensionless(paper: Paper) -> Cells:
+    """The dimensions of each group of Eq. 15."""
     for group, powers in _groups(paper).items():
         total = [sum(p * dimensions.DIMENSIONS[q][i] for q, p in powers.items()) for i in range(3)]
         value = " ".join(f"{t:g}" for t in total)
         yield "eq15.{group}", "0 0 0", Found(value, names={"group": group})
 
 
-@check("section122.stiffness", "section122.damping")
-def invariant_ratio(paper: Paper, claim: Claim) -> Given:
-    group, quantity = {
-        "stiffness": ("pi2", "stiffness"),
-        "damping": ("pi3", "damping_coefficient"),
-    }[claim.part]
-    power = _needed_exponent(_groups(paper)[group], quantity)
-    names = {"group": group, "quantity": quantity.replace("_", " ")}
-    return Found(power, exact=True, names=names)
+def _ratio(group, quantity):
+    """How a quantity must go with the radius for a group of Eq. 15 to stay as it is."""
+
+    def found(paper, claim):
+        names = {"group": group, "quantity": quantity.replace("_", " ")}
+        return Found(_needed(paper, group, quantity), exact=True, names=names)
+
+    return found
 
 
-@check("section122.restitution")
-def restitution(paper: Paper, claim: Claim) -> Given:
-    groups = _groups(paper)
-    k = _needed_exponent(groups["pi2"], "stiffness")
-    c = _needed_exponent(groups["pi3"], "damping_coefficient")
+def _restitution(paper, claim):
+    k = _needed(paper, "pi2", "stiffness")
+    c = _needed(paper, "pi3", "damping_coefficient")
     ratio = dimensions.damping_ratio_exponent(k, c, float(dimensions.exponent("mass", RULE)))
     return Found(float(ratio), exact=True, names={"damping": c, "ratio": ratio})
 
 
-@check("eq10.mass", "eq11.radius", "eq14.terms")
-def identity(paper: Paper, claim: Claim) -> Given:
+def _identity(paper, claim):
     """Whether both sides of an equation are equal for spheres of radii R and `ratio` R: the
     effective mass and radius, and Eq. 9 in the dimensionless quantities of Eq. 12."""
     radius, density, stiffness, damping, speed = 1e-3, 1210.0, 800.0, 0.01, 1.7
@@ -96,25 +80,21 @@ def identity(paper: Paper, claim: Claim) -> Given:
         printed = 4 * np.pi * radius**3 * density * ratio**3 / (3 * (1 + ratio**3))
         mass = sphere * ratio**3 / (1 + ratio**3)
         terms = np.array([mass * speed**2 / radius, stiffness * radius, damping * speed])
+        numbers = [
+            4 * np.pi * ratio**3 / (3 * (1 + ratio**3)),
+            stiffness / (radius * density * speed**2),
+            damping / (radius**2 * density * speed),
+        ]
         sides = {
             "mass": (printed, 1 / (1 / sphere + 1 / (sphere * ratio**3))),
             "radius": (radius * ratio / (1 + ratio), 1 / (1 / radius + 1 / (ratio * radius))),
-            "terms": (
-                [
-                    4 * np.pi * ratio**3 / (3 * (1 + ratio**3)),
-                    stiffness / (radius * density * speed**2),
-                    damping / (radius**2 * density * speed),
-                ],
-                terms / (radius**2 * density * speed**2),
-            ),
+            "terms": (numbers, terms / (radius**2 * density * speed**2)),
         }
-        left, right = map(np.asarray, sides[claim.part])
-        same.append(np.allclose(left, right, rtol=1e-12, atol=0.0))
+        same.append(np.allclose(*sides[claim.part], rtol=1e-12, atol=0.0))
     return "equal" if all(same) else "not equal"
 
 
-@check("eq9.signs")
-def contact_signs(paper: Paper, claim: Claim) -> Given:
+def _contact_signs(paper, claim):
     """The signs with which m x'' = +-k x +-c x' oscillates and decays (m = k = 1, weak damping)."""
     signs = {1: "+", -1: "-"}
     return " ".join(
@@ -122,3 +102,18 @@ def contact_signs(paper: Paper, claim: Claim) -> Given:
         for k, c in product((1, -1), repeat=2)
         if np.linalg.eigvals(np.array([[0, 1], [k, 0.1 * c]])).real.max() < 0
     )
+
+
+CLAIMS: Claims = {
+    "eq4.independent": lambda paper, _: dimensions.independent(["length", "mass", "density"]),
+    "eq4.mass eq5.mass": lambda paper, _: _power("mass", {"length": 1, "density": 0}),
+    "eq6.force eq8.modulus section121.stiffness": lambda paper, claim: _power(claim.part),
+    "eq2.weight": _weight,
+    "section121.modulus": _modulus_adapts,
+    "section122.stiffness": _ratio("pi2", "stiffness"),
+    "section122.damping": _ratio("pi3", "damping_coefficient"),
+    "section122.restitution": _restitution,
+    "eq10.mass eq11.radius eq14.terms": _identity,
+    "eq9.signs": _contact_signs,
+}
+CELLS = (dimensionless,)

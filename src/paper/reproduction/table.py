@@ -4,6 +4,7 @@ spread, and the agreement. What follows from the paper's own figures is in the a
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pandas as pd
@@ -18,7 +19,8 @@ from paper.reproduction.rows import COLUMNS, IN_TABLE, Place, whole
 from paper.reproduction.study import Study
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study as CalibratedStudy
 
 PAPER = "data/paper"
 ORDER = (
@@ -28,6 +30,15 @@ ORDER = (
 """Items in the order of the paper."""
 WHOLE = {"Table 6": "deg", "Table 8": "deg", "Table 9": "mm", "Table 10": "deg", "Table 11": "deg"}
 """Tables of simulated values, and their unit."""
+
+
+def reproduction(study: CalibratedStudy, source: NamedFiles, output: NamedFiles) -> None:
+    """Set the paper's results beside this study's values, and those of the studies beside it, as
+    the workflow calls it."""
+    others = [Path(path).parents[1] for path in source.beside]
+    repeats = list(dict.fromkeys(Path(path).parents[1] for path in source.repeats))
+    table = reproduce([study.folder, *others], repeats=repeats)
+    write_reproduction(table, output.table, output.summary)
 
 
 def reproduce(
