@@ -9,21 +9,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from calibration.errors import CalibrationError
 from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDABLE, UNDECIDED
 from calibration.statistics.validate import compare
-from calibration.telling import kept_results
 from dem.io.files import write_json
-from facts import refused, tells
+from facts import tells
 from frozen import FROZEN
 from paper.audit.paper import Paper
-from paper.reference import BEGIN, END, block, main, short_block
+from paper.release import pages
 from paper.reproduction import rows as r
 from paper.reproduction.study import Study as Kept
 from paper.reproduction.table import ORDER, PAPER, counts, reproduce, write_reproduction
 
-COMMITTED = FROZEN / "salt/reproduction/reproduction.csv"
-NO_STAGES = f"{kept_results.BEGIN}\n{kept_results.END}\n"
 PLACE = r.Place("Table 13", "t", "angle", "deg")
 
 
@@ -176,37 +172,15 @@ def test_scatter_earns_no_verdict_and_exactness_is_not_punished():
     assert r.point(PLACE, far, 47.0, 0.1, 1)["agreement"] == r.IN_TABLE
 
 
-def test_the_readme_gets_the_rows_that_matter(study, tmp_path, monkeypatch):
-    folder = study()
-    table = reproduce([folder])
-    with refused(CalibrationError, "reproduction.csv", "snakemake -j2 reproduction"):
-        main(folder)
-    write_reproduction(
-        table, folder / "reproduction" / "reproduction.csv", folder / "reproduction" / "r.json"
-    )
-    (tmp_path / "docs").mkdir()
-    pages = [tmp_path / "README.md", tmp_path / "docs" / "results.md"]
-    for page in pages:
-        page.write_text(f"{NO_STAGES}before\n{BEGIN}\nold\n{END}\nafter\n")
-    monkeypatch.chdir(tmp_path)
-    main(folder)
-    for page in pages:
-        text = page.read_text()
-        assert "before\n" in text
-        assert text.endswith(f"{END}\nafter\n")
-        assert "old" not in text
-    short, text = (page.read_text().removeprefix(NO_STAGES) for page in pages)
+def test_the_readme_gets_the_rows_that_matter(study, tmp_path):
+    folder = study(name="salt")
+    files = (folder / "reproduction" / name for name in ("reproduction.csv", "r.json"))
+    write_reproduction(reproduce([folder]), *files)
+    short = pages.filled("readme_table", tmp_path).strip()
     assert tells(short, "validated angle", "45.26 | 45.55")
-    assert len(short.splitlines()) == 8  # marks, what is around them, head, and what this study has
+    assert len(short.splitlines()) == 4  # head, and what this study has
     assert tells(short, "doubled", "0.0", r.NOT_RUN)  # no scaling here
-    committed = pd.read_csv(COMMITTED, dtype={"paper": str})
-    assert len(short_block(committed, "salt", 45.26).splitlines()) == 8  # head and six rows
-    assert tells(text, "Table 13", "validated angle", "[deg] | 45.55")
-    (link,) = set(re.findall(r"\(([^)]*reproduction\.csv)\)", text))
-    assert (tmp_path / "docs" / link).is_file()
-    shutil.rmtree(tmp_path / "results")
-    kept = pd.read_csv(folder / "reproduction" / "reproduction.csv", dtype={"paper": str})
-    assert block(kept, link) in text
+    assert len(pages.filled("readme_table", FROZEN).strip().splitlines()) == 8  # and six rows
 
 
 @pytest.mark.slow

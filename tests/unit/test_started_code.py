@@ -34,7 +34,7 @@ OWN = {
     "dem/contact/dispatch.py": "a function that the laws' own declarations are written out to",
     "dem/lazy.py": "a module of an installed package, when it is first used",
     "workflow/scripts/reference.py": "snakemake, for each study of the paper's reference",
-    "paper/release/command.py": "the release's own commands",
+    "paper/release/__main__.py": "the release's own commands",
 }
 """Sources that start code of this project alone, and which; below src, or of the workflow."""
 NUMBA = "dem/kernel_cache.py"

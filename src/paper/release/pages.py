@@ -12,21 +12,27 @@ import jinja2
 import yaml
 
 from calibration.chain import validation
-from calibration.figures import label
+from calibration.chain.joint import words
+from calibration.figures import label, response_of
 from calibration.files import read_json, write_text
 from calibration.intake.tables import read_written
 from calibration.statistics.numbers import fixed
+from calibration.telling.export import trials
 from calibration.telling.kept_results import put
+from diagnosis import compared
+from paper import rigs
 from paper.audit import run_audit
-from paper.reference import BEGIN, END, PAGE, README, TABLE, blocks
 from paper.release import values
+from paper.reproduction.table import counts
 
-KEPT = Path("results/reference")
+KEPT, FUNNELS = Path("results/reference"), "funnels.csv"
 RECORD = KEPT / "release.json"
 """{part of a release: the engine that made it, the date of its end, what its commands took in the
 call that ended it [s; null where nobody recorded it] and the cores that they had}."""
+README, PAGE = Path("README.md"), Path("docs/results.md")
 EVIDENCE, CODES = Path("docs/evidence.md"), Path("docs/other-codes.md")
 PIECES = {
+    "readme_table": (README, "results"),
     "readme": (README, "said"),
     "comparison": (EVIDENCE, "ways"),
     "bulk_processes": (EVIDENCE, "bulk"),
@@ -34,6 +40,7 @@ PIECES = {
     "deck_trials": (CODES, "trials"),
 }
 """{template: (page, name of the marks between which it stands)}."""
+NUMBERS = ("none", "one", "two", "three", "four", "five", "six", "seven")
 WIDTH = 100
 ASIS = ("#", "|", "<!--", "```", "![", "`salt", "All rows")
 
@@ -65,6 +72,11 @@ def listed(items: Iterable[str]) -> str:
     return " and ".join(part for part in (", ".join(items[:-1]), *items[-1:]) if part)
 
 
+def counted(number: int) -> str:
+    """A number up to seven in a word."""
+    return NUMBERS[number] if number < len(NUMBERS) else str(number)
+
+
 def filled(template: str, kept: Path) -> str:
     """Text of a template, from the folder of kept results, wrapped."""
     environment = jinja2.Environment(
@@ -76,9 +88,11 @@ def filled(template: str, kept: Path) -> str:
         "signed": partial(fixed, sign="+"),
         "sig": lambda value, digits: f"{value:.{digits}g}",
         "minus": lambda text: text.replace("-", "−"),
+        "degrees": lambda value, digits=1: f"{value:+.{digits}f}°".replace("-", "−"),
         "label": label,
         "listed": listed,
-        "differs": values.differs,
+        "counted": counted,
+        "told": compared.told,
     }
     environment.globals |= {
         "kept": kept,
@@ -88,29 +102,30 @@ def filled(template: str, kept: Path) -> str:
         "table": lambda path, key: read_written(kept / path).set_index(key),
         "there": lambda path: (kept / path).exists(),
         "config": lambda path: yaml.safe_load(Path(path).read_text("utf-8")),
-        "printed": lambda name: read_written(values.PAPER / f"{name}.csv", comment="#"),
+        "printed": lambda name: read_written(f"data/paper/{name}.csv", comment="#"),
         "made": lambda *parts: made(parts, read_record(kept / "release.json")),
         "judged": lambda found: validation.judged(found, "°"),
-        "audited": lambda: len(run_audit(values.PAPER)),
-        "reproduction": read_written(kept / "salt" / TABLE, dtype={"paper": str}).set_index("id"),
+        "audited": lambda: len(run_audit("data/paper")),
+        "reproduction": read_written(
+            kept / "salt" / "reproduction" / "reproduction.csv", dtype={"paper": str}
+        ).set_index("id"),
+        "counts": counts,
+        "bounded": lambda found: words.kinds(found)["bounded"],
+        "response_of": response_of,
+        "rigs": rigs,
+        "trials": trials,
     }
     return wrapped(environment.get_template(f"{template}.md.j2").render())
-
-
-def results_page(kept: str | Path = KEPT) -> str:
-    """Text of docs/results.md, from the folder of kept results."""
-    kept = Path(kept)
-    return filled("results", kept).replace("@table@", blocks(kept / "salt")[PAGE])
 
 
 def pieces(kept: str | Path = KEPT) -> dict[tuple[Path, str, str], str]:
     """{(page, begin, end): text between these marks} of the pages that only a part of is written:
     the README's table and what it says, and what is known of ways to calibrate, bulk processes
     and other codes."""
-    kept = Path(kept)
-    table = {(README, BEGIN, END): blocks(kept / "salt")[README]}
-    return table | {
-        (page, f"<!-- {mark}: begin -->", f"<!-- {mark}: end -->"): filled(template, kept).strip()
+    return {
+        (page, f"<!-- {mark}: begin -->", f"<!-- {mark}: end -->"): filled(
+            template, Path(kept)
+        ).strip()
         for template, (page, mark) in PIECES.items()
     }
 
@@ -133,7 +148,7 @@ def wrapped(text: str) -> str:
     code = False
     for line in text.split("\n"):
         fence = line.startswith("```")
-        if code or fence or not line.strip() or line.startswith((*ASIS, "@")):
+        if code or fence or not line.strip() or line.startswith(ASIS):
             flush()
             out.append(line)
             code ^= fence
@@ -147,6 +162,6 @@ def wrapped(text: str) -> str:
 
 def write_pages(kept: str | Path = KEPT, root: str | Path = ".") -> None:
     """Write every page that shows a release's data into the folder `root`."""
-    write_text(results_page(kept), Path(root) / PAGE)
+    write_text(filled("results", Path(kept)), Path(root) / PAGE)
     for (page, begin, end), text in pieces(kept).items():
         put(Path(root) / page, text, begin, end)

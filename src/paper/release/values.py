@@ -3,67 +3,41 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
-import yaml
 from scipy import stats
 
-from calibration.chain.joint.words import kinds
 from calibration.chain.screening import aliasing
 from calibration.errors import CalibrationError
-from calibration.figures import label, response_of
+from calibration.figures import label
 from calibration.files import read_json
 from calibration.intake.tables import read_written
-from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT
-from calibration.statistics.numbers import fixed
+from calibration.statistics.equivalence import UNDECIDABLE, UNDECIDED
+from calibration.statistics.numbers import fixed, spread
 from calibration.statistics.screening import screen
-from calibration.telling.export.decks import NAMES as CODES
-from calibration.telling.export.trials import rows_in, trials
-from diagnosis.compared import told as size
-from paper.release.parts import TRIED
+from calibration.telling.export.decks import NAMES
 from paper.reproduction.screening import CODES as FACTORS
 from paper.reproduction.screening import own_half
-from paper.reproduction.table import WHOLE
-from paper.rigs import chosen, judged
 
-PAPER = Path("data/paper")
 PACKED = 1250
 """Most grains in the funnel at once [-] above which a pour of the paper's rig has packed: the two
 kinds of pours lie hundreds of grains apart on either side of it."""
 SEEDS = {1: "salt", 2: "salt-2", 3: "salt-3", 4: "salt-4"}
 """{seed: kept study} of the screening at other seeds."""
-CONFIGURATIONS = {"salt": "config/config.yaml", "maize": "examples/maize/config.yaml"}
-"""{kept study: configuration of its calibration to one target}."""
 STIFFER = "full scale, shear modulus 10 MPa"
 """Variant of the study of the numerics."""
 ENOUGH = 1.0 / 3.0
 """A third of the margin of 1 degree that the salt's validation asks for: decided before the ways
 were tried."""
-MARGIN = 2.0
-"""Of a deck's angle [deg], where the heaps scatter less."""
-SIMULATED = {
-    "Table 6": "heaps of the screening",
-    "Table 8": "sliding angles",
-    "Table 9": "rebounds",
-    "Table 10": "heaps along the ascent",
-    "Table 11": "heaps of the region",
-}
-"""What the paper's tables of simulated values hold."""
+TRIED = ("crossed", "rig-causes")
+"""What follows the name of a study in those that try causes with several seeds at a row."""
 HEAPS = ("Table 6", "Table 10", "Table 11")
-STUDIES = {"in-liggghts": "LIGGGHTS", "in-lammps": "LAMMPS", "in-dem": "this engine"}
-"""{study: code that made its runs}."""
-ANSWER = (
-    "optimum",
-    "validated",
-    "less the measured angle (95 %)",
-    "parameters (95 %), and whether those of the measured heaps lie inside",
-)
-"""What is told of a study that was validated."""
-NUMBERS = ("none", "one", "two", "three", "four", "five", "six", "seven")
+CODES = {"dem": "this engine", **NAMES}
+"""{code: its name in words}."""
 FALL, GRAIN = "penetration-25K", 1e-3
 """Case of the bulk processes whose falls are compared, and the radius of its bed's grains [m]."""
 END = 0.04
@@ -75,55 +49,48 @@ STARTS = {
 """Runs of this engine whose starts differ by one to four of a unit: what chance makes of a fall."""
 
 
-def counted(number: int) -> str:
-    """A number up to seven in a word."""
-    return NUMBERS[number] if number < len(NUMBERS) else str(number)
+# --- the reproduction table ---------------------------------------------------------------------
 
 
-def degrees(value: float, digits: int = 1) -> str:
-    """'+18.1°', with a true minus."""
-    return f"{value:+.{digits}f}°".replace("-", "−")
+def verdict_of(row: Any, reason: str = "") -> str:
+    """A row's verdict, with the number of further runs that would decide it, or why none would."""
+    if row.agreement == UNDECIDED and not pd.isna(row.more_runs):
+        return f"{UNDECIDED}: {int(row.more_runs)} more runs"
+    if row.agreement == UNDECIDABLE and reason:
+        return f"{UNDECIDABLE}: {reason}"
+    return row.agreement
 
 
-# --- the README ---------------------------------------------------------------------------------
+def ours(row: Any) -> str:
+    """This project's value to a digit more than the paper prints, with its standard deviation where
+    it has one."""
+    if pd.isna(row.this_project):
+        return ""
+    try:
+        value = float(row.this_project)
+    except ValueError:
+        return str(row.this_project)
+    printed = str(row.paper).partition(".")[2]
+    digits = min(len(printed) + 1, 3)
+    sd = "" if pd.isna(row.sd) or row.sd == 0 else f" ± {spread(row.sd, digits)}"
+    return f"{fixed(value, digits)}{sd}"
 
 
-def strongest(table: pd.DataFrame) -> dict[str, Any]:
-    """The factor with the largest effect, ours and the paper's, of a reproduction table by id."""
-    rows = table.loc[[i for i in table.index if i.startswith("table07.")]]
-    rows = rows.assign(theirs=rows["paper"].astype(float), ours=rows["this_project"].astype(float))
-    ours, theirs = (rows.loc[rows[c].abs().idxmax()] for c in ("ours", "theirs"))
-    names = [row["quantity"].removeprefix("effect of ") for row in (ours, theirs)]
-    return {
-        "name": names[0],
-        "effect": degrees(ours["ours"]),
-        "paper": degrees(ours["theirs"]),
-        "same": names[0] == names[1],
-        "theirs": names[1],
-        "different": counted(int((rows["agreement"] == DIFFERENT).sum())),
-        "all": counted(len(rows)),
-    }
+def difference(row: Any) -> tuple[str, str]:
+    """The difference with its interval, and the margin; empty where nothing was computed."""
+    if pd.isna(row.low) or pd.isna(row.margin):
+        return "", ""
+    digits = 3 if row.margin < 0.1 else 2
+    low, high, apart = (fixed(x, digits, "+") for x in (row.low, row.high, row.difference))
+    return f"{apart} ({low} to {high})", f"{row.margin:.{digits}g}"
 
 
-def tables(table: pd.DataFrame) -> dict[str, list[str]]:
-    """{verdict: ['sliding angles (Table 8)', ...]} of the tables of simulated values."""
-    found: dict[str, list[str]] = {DIFFERENT: [], EQUIVALENT: []}
-    for item in WHOLE:
-        verdict = table.loc[f"{item.lower().replace(' ', '')}.whole", "agreement"]
-        found.setdefault(verdict, []).append(f"{SIMULATED[item]} ({item})")
-    return found
-
-
-def bounded(kept: Path) -> dict[str, Any]:
-    """How many parameters the posterior of a study bounds, and that of all its tests, as (so many,
-    of so many) in words; and whether the tests contradict each other."""
-    alone = read_json(kept / "posterior" / "posterior.json")["parameters"]
-    every = read_json(kept / "joint" / "joint.json")
-    return {
-        "alone": (counted(sum(p["bounded"] for p in alone.values())), counted(len(alone))),
-        "together": (counted(len(kinds(every)["bounded"])), counted(len(every["parameters"]))),
-        "contradict": every["agreement"]["contradicts"],
-    }
+def strongest(table: pd.DataFrame, column: str) -> pd.Series:
+    """The row of the largest effect in a column of a reproduction table, with the effect's words
+    under `factor`."""
+    rows = table[table.index.str.startswith("table07.")]
+    row = rows.loc[rows[column].astype(float).abs().idxmax()]
+    return pd.concat([row, pd.Series({"factor": row["quantity"].removeprefix("effect of ")})])
 
 
 # --- the paper's results ------------------------------------------------------------------------
@@ -144,19 +111,11 @@ def funnels(kept: Path) -> dict[str, Any]:
     return {"runs": len(runs), "packed": int(packed.sum()), "steeper": steeper, "lost": lost}
 
 
-def screening(kept: Path) -> dict[str, Any]:
-    """Effects of a study's screening beside the paper's."""
-    table = read_written(kept / "screening" / "effects.csv").set_index("code")
-    paper = read_written(PAPER / "table06_plackett_burman.csv", comment="#")
-    printed = {c: float((paper["angle_deg"] * paper[c]).mean() * 2.0) for c in FACTORS}
-    off = np.sqrt(np.mean([(table["effect"][c] - printed[c]) ** 2 for c in FACTORS]))
-    return {
-        "effect": {c: degrees(table["effect"][c]) for c in FACTORS},
-        "printed": {c: degrees(printed[c], 2) for c in FACTORS},
-        "se": f"{table['se'].iloc[0]:.2f}°",
-        "off": f"{off:.1f}°",
-        "found": [c for c in FACTORS if table["p"][c] < 0.05],
-    }
+def off_the_paper(effects: pd.DataFrame) -> float:
+    """Root mean square [deg] of the differences of a study's effects, by code, from the paper's."""
+    paper = read_written("data/paper/table06_plackett_burman.csv", comment="#")
+    printed = paper[FACTORS].mul(paper["angle_deg"], axis=0).mean() * 2.0
+    return float(np.sqrt(((effects["effect"] - printed) ** 2).mean()))
 
 
 def other_seeds(kept: Path) -> dict[str, Any]:
@@ -174,11 +133,7 @@ def _together(runs):
     table = screen(runs, FACTORS, runs["response"]).table.set_index("code")
     there = table[table["p"] < 0.05].sort_values("effect", key=abs, ascending=False)
     aliases = aliasing(runs, FACTORS)["aliases"].values()
-    return {
-        "heaps": len(runs),
-        "carried": max(map(len, aliases), default=0),
-        "found": [f"{r.Index} {degrees(r.effect)} ± {r.se:.1f}°" for r in there.itertuples()],
-    }
+    return {"heaps": len(runs), "carried": max(map(len, aliases), default=0), "found": there}
 
 
 def without_value(kept: Path) -> str:
@@ -189,31 +144,6 @@ def without_value(kept: Path) -> str:
         without += len(read_json(kept / stage / f"{stage}.json").get("left_out", []))
         valued += int(read_written(kept / stage / "runs.csv")["response"].notna().sum())
     return f"{without} of {without + valued}"
-
-
-def rigs(kept: Path) -> dict[str, Any]:
-    """What the runs of `paper.rigs` say of the rate of the pour and the speed that is not
-    printed, by the rule that was stated before them."""
-    table = read_written(kept / "runs.csv")
-    found = judged(table).set_index(["rate", "speed"]).assign(words=lambda t: t.index.map(_rig))
-    return {
-        "runs": len(table),
-        "moves": {
-            rate: [f"{m:.1f}°" for m in own["moves"].dropna()]
-            for rate, own in found.groupby(level=0)
-        },
-        "well_posed": list(found.loc[found["well_posed"], "words"]),
-        "two_kinds": [
-            f"{r.words} ({r.least:,} to {r.most:,} grains in the funnel)"
-            for r in found[~found["one_kind"]].itertuples()
-        ],
-        "chosen": _rig(chosen(found.reset_index())),
-        "chosen_moves": f"{found.loc[chosen(found.reset_index()), 'moves']:.1f}°",
-    }
-
-
-def _rig(at):
-    return f"{at[0]:,} a second at {at[1]} m/s"
 
 
 def softening(table: pd.DataFrame) -> str:
@@ -232,10 +162,9 @@ def softening(table: pd.DataFrame) -> str:
         for r in stiff.itertuples()
     )
     mean = stiff["difference"].mean()
-    shown = abs(mean) > half
     advice = (
         "Correct an angle by this where it is to stand for 10 MPa."
-        if shown
+        if abs(mean) > half
         else "So no change is shown."
     )
     return (
@@ -269,169 +198,45 @@ def _of_all(found):
     return next(one for one in found if ranking[0] in one["ranking"]) | {"ranking": ranking}
 
 
-def differs(one: Mapping[str, Any]) -> list[str]:
-    """Cells of a table of simulated values: what it differs by, the verdict, the cause that
-    predicts it best, what that leaves and its chance."""
-    best, unit = one["ranking"][0], one["unit"]
-    at = f" at {best['strength']:.3g} {best['unit']}".removesuffix(" 1") if best["unit"] else ""
-    cause = f"{best['cause'].replace('_', ' ')}{at} (p = {best['p']:.2g})"
-    left = size(best["scatter_after"], unit)
-    if best["p_left"] is not None:
-        left += f" (p = {best['p_left']:.1g})"
-    cells = size(one["scatter_before"], unit), one["verdict"], cause, left
-    return [cell.replace(" deg", "°") for cell in cells]
-
-
-# --- studies by all their tests -----------------------------------------------------------------
-
-
-def joint(kept: Path) -> dict[str, Any]:
-    """What one kept study says: what the calibration to one target gives in every test, and what
-    that to all targets gives."""
-    fixed_at = yaml.safe_load(Path(CONFIGURATIONS[kept.name]).read_text("utf-8")).get("fixed", {})
-    found, single = read_json(kept / "joint" / "joint.json"), _machines(kept, "push_through")
-    both, parameters = _machines(kept, "joint_push_through"), found["parameters"]
-    path = kept / "posterior" / "parameters.csv"
-    rows = read_written(path).to_dict("records") if path.is_file() else []
-    alone = {r["parameter"]: (r["low"], r["high"]) for r in rows}
-    return {
-        "tests": [_test(target, single, both) for target in found["targets"]],
-        "parameters": [
-            {
-                "name": label(name),
-                "levels": _ends(found["box"][name]),
-                "single": _ends(alone[name])
-                if name in alone
-                else f"held at {fixed_at[name]:g}"
-                if name in fixed_at
-                else "held",
-                "joint": _ends(p["interval"]),
-            }
-            for name, p in parameters.items()
-        ],
-        "outside": outside(parameters, {n: v for n, v in fixed_at.items() if n not in alone}),
-        "largest_pull": fixed(max(abs(t["pull_others"]) for t in found["targets"]), 1),
-    }
-
-
-def _machines(kept, stage):
-    """Rows of what the draws of a posterior gave in the machines; none where none was run."""
-    path = kept / stage / f"{stage}.json"
-    return read_json(path)["metrics"] if path.is_file() else []
-
-
-def _test(target, single, both):
-    """A target beside what each calibration gives in its test."""
-    metric, measured = response_of(target["metric"]), target["measured"]
-    return {
-        "name": f"{label(target['rig'])}, {metric.name}",
-        "measured": metric.value(measured),
-        "single": _given(_machine(target, single), measured, metric),
-        "joint": _given(_machine(target, both), measured, metric)
-        or f"{metric.value(target['predicted'])}, {_missed(target['predicted'], measured)}",
-    }
-
-
-def _machine(target, machines):
-    """The machine that is the target's rig: by its name, else the only one with its metric."""
-    same = [m for m in machines if m["metric"] == target["metric"]]
-    return next((m for m in same if m["machine"] == target["rig"]), same[0] if same else None)
-
-
-def _given(row, measured, metric):
-    """Mean with the interval of a further run, by how much the mean misses, and whether the
-    measured value lies in the interval; empty without runs."""
-    if row is None:
-        return ""
-    if row["low"] is None:
-        return "no value"
-    ends = f"{metric.value(row['low'])} to {metric.value(row['high'])}"
-    where = "inside" if row["low"] <= measured <= row["high"] else "outside"
-    return f"{metric.value(row['mean'])} ({ends}), {_missed(row['mean'], measured)}, {where}"
-
-
-def _missed(value, measured):
-    return f"{fixed(100.0 * (value / measured - 1.0), 1, '+').replace('-', '−')} %"
-
-
-def outside(parameters: Mapping[str, Any], held: Mapping[str, float]) -> list[str]:
-    """ "name (value)" of the parameters that one target's calibration holds outside the interval by
-    all."""
-    ends = {n: parameters[n]["interval"] for n in held if n in parameters}
+def outside(
+    parameters: Mapping[str, Any], held: Mapping[str, float], calibrated: Iterable[str] = ()
+) -> list[str]:
+    """ "name (value)" of the parameters that one target's calibration holds and has not calibrated,
+    where the value is outside the interval by all."""
+    ends = {n: parameters[n]["interval"] for n in held if n in parameters and n not in calibrated}
     return [
         f"{label(n)} ({held[n]:g})" for n, (low, high) in ends.items() if not low <= held[n] <= high
     ]
 
 
-def _ends(ends):
-    return f"{ends[0]:.3g} to {ends[1]:.3g}"
-
-
 # --- evidence and other codes -------------------------------------------------------------------
 
 
-def ways(kept: Path) -> dict[str, Any]:
-    """The comparison of ways to calibrate. `of` gives a column at each number of runs, in words.
+def ways(kept: Path) -> pd.DataFrame:
+    """The comparison of ways to calibrate, a row a kind of responses, a way and a number of runs.
     The ways of libraries that are not installed here stand as they were found when they were."""
     own, others = (read_written(kept / f"{name}.csv") for name in ("summary", "libraries"))
     every = pd.concat([own[~own["way"].isin(others["way"])], others])
-
-    def of(responses, way, column, digits):
-        rows = every[(every["responses"] == responses) & (every["way"] == way)]
-        return [fixed(value, digits) for value in rows.sort_values("runs")[column].dropna()]
-
-    groups: dict[int | None, list[str]] = {}
-    for way, runs in runs_needed(own[own["responses"] == "smooth"]).items():
-        groups.setdefault(runs, []).append(way)
-    return {
-        "ways": list(dict.fromkeys(every["way"])),
-        "enough": sorted(groups.items(), key=lambda group: group[0] or math.inf),
-        "of": of,
-        "most": own["runs"].max(),
-        "others_date": others["made"].max(),
-    }
+    return every.sort_values("runs", kind="stable")
 
 
-def runs_needed(found: pd.DataFrame) -> dict[str, int | None]:
-    """Return {way: fewest runs whose error is at most ENOUGH, or None}."""
+def enough(found: pd.DataFrame) -> list[tuple[int | None, list[str]]]:
+    """[(fewest runs whose error is at most ENOUGH, or None; the ways that need so many)], the
+    fewest first."""
     good = found[found["rmse"] <= ENOUGH].groupby("way")["runs"].min()
-    return {way: int(good[way]) if way in good else None for way in dict.fromkeys(found["way"])}
+    groups: dict[int | None, list[str]] = {}
+    for way in dict.fromkeys(found["way"]):
+        groups.setdefault(int(good[way]) if way in good else None, []).append(way)
+    return sorted(groups.items(), key=lambda group: group[0] or math.inf)
 
 
-def bulk(kept: Path) -> dict[str, Any]:
-    """The bulk processes that others chose: speeds of the codes, and how far their spheres fall
-    apart."""
-    speeds, runs = read_written(kept / "speeds.csv"), read_written(kept / "runs.csv")
-    names = {"dem": "this engine", **CODES}
-    here = runs[runs["case"] == FALL]
-    falls = {
-        code: read_written(kept / f"{FALL}.{code}.csv").set_index("time_s")["height_m"]
-        for code in here["code"]
-    }
-    ours, others = falls["dem"], {names[c]: falls[c] for c in CODES if c in falls}
-    starts = {u: [falls[c] for c in own if c in falls] for u, own in STARTS.items()}
+def falls(kept: Path) -> dict[str, pd.Series]:
+    """{code: height [m] over time [s] of the sphere that falls into a bed}."""
+    runs = read_written(kept / "runs.csv")
     return {
-        "speeds": [_speeds(case, own, names) for case, own in speeds.groupby("case", sort=False)],
-        "codes": list(names.values()),
-        "machine": " and ".join(sorted(speeds["machine"].unique())),
-        "date": speeds["date"].max(),
-        "engine": runs.loc[runs["code"] == "dem", "engine"].iloc[-1],
-        "apart": {name: _apart(ours, fall) for name, fall in others.items()},
-        "lowest_ms": f"{1000 * ours.idxmin():g}",
-        "chance": {
-            name: {unit: _chance(own, fall) for unit, own in starts.items() if len(own) > 2}
-            for name, fall in others.items()
-        },
+        code: read_written(kept / f"{FALL}.{code}.csv").set_index("time_s")["height_m"]
+        for code in runs.loc[runs["case"] == FALL, "code"]
     }
-
-
-def _speeds(case, rows, names):
-    """A case's row of the table: million particle-steps a second of each code, with the part of
-    this engine's that it is."""
-    rates = (rows.set_index("code")["particle_steps_per_s"] / 1e6).to_dict()
-    parts = {c: "" if c == "dem" else f" (1/{rates['dem'] / rates[c]:.3g})" for c in rates}
-    cells = [f"{rates[c]:.3g}{parts[c]}" if c in rates else "not run" for c in names]
-    return {"case": case, "grains": f"{int(rows['grains'].iloc[0]):,}", "cells": cells}
 
 
 def _at(fall, time):
@@ -439,65 +244,23 @@ def _at(fall, time):
     return fall.iloc[abs(fall.index - time).argmin()]
 
 
-def _apart(ours, fall):
+def apart(ours: pd.Series, fall: pd.Series) -> tuple[float, float]:
     """Largest distance of a code's sphere from ours at a common look, on the way down and at any,
     in radii of a grain."""
     looks = fall.index[fall.index <= ours.index.max() + 1e-9]
     off = [abs(_at(ours, look) - fall[look]) / GRAIN for look in looks]
     down = [d for d, look in zip(off, looks, strict=True) if look < ours.idxmin()]
-    return fixed(max(down), 2), fixed(max(off), 2)
+    return max(down), max(off)
 
 
-def _chance(starts, fall):
-    """p of another code's last height as one more of the starts' (t test of one new value)."""
-    own = np.array([_at(start, END) for start in starts])
-    error = own.std(ddof=1) * math.sqrt(1.0 + 1.0 / len(own))
-    return float(2.0 * stats.t.sf(abs(_at(fall, END) - own.mean()) / error, len(own) - 1))
-
-
-def deck_trials() -> dict[str, Any]:
-    """Decks with the numbers as they are, beside this engine: the angles of the kept heaps
-    (`calibration.telling.export.trials`)."""
-    kept, names = trials(), {"dem": "this engine", **CODES}
-    told = []
-    for name, trial in kept["trials"].items():
-        found = {c: rows_in(c, name, MARGIN)[1] for c in CODES if c in trial["heaps"]}
-        told.append((name, next(iter(found.values())), found))
-    return {
-        "poured": [f"{names[code]} `{version}`" for code, version in kept["poured_by"].items()],
-        "codes": {c: CODES[c] for _, _, found in told for c in found},
-        "trials": told,
-    }
-
-
-def code_studies(kept: Path) -> dict[str, dict[str, str]]:
-    """{code: {row of the table: cell}} of one study of heaps in three codes: what each took and
-    found, and whether the values lie in its intervals with which the heaps were made that count as
-    measured."""
-    made_with = yaml.safe_load(Path("examples/other-codes/config.yaml").read_text("utf-8"))["fixed"]
-    here = {name: code for name, code in STUDIES.items() if (kept / name).is_dir()}
-    return {code: _study(kept / name, made_with) for name, code in here.items()}
-
-
-def _study(kept, made_with):
-    times, found = read_json(kept / "times.json"), dict.fromkeys(ANSWER, "none")
-    if not times["ended"]:
-        optimum = read_json(kept / "optimise" / "optimum.json")["optimum"]
-        v = read_json(kept / "validation" / "validation.json")
-        ends = (fixed(v[f"difference{end}"], 1, "+") for end in ("", "_low", "_high"))
-        apart = "{}° ({} to {})".format(*ends).replace("-", "−")
-        intervals = (
-            f"{label(r.parameter)} {r.low:.3g} to {r.high:.3g} ({made_with[r.parameter]:.3g} "
-            f"{'inside' if r.low <= made_with[r.parameter] <= r.high else 'outside'})"
-            for r in read_written(kept / "posterior" / "parameters.csv").itertuples()
-        )
-        cells = (
-            ", ".join(f"{label(k)} {x:.3g}" for k, x in optimum.items()),
-            f"{v['simulated_mean']:.1f}° (sd {v['simulated_sd']:.1f}, {v['simulated_n']} heaps)",
-            apart,
-            "; ".join(intervals),
-        )
-        found = dict(zip(ANSWER, cells, strict=True))
-    runs = {"runs, those without a value": f"{times['runs']}, {times['without_value']}"}
-    verdict = read_json(kept / "diagnosis" / "verdict.json")["verdict"]
-    return runs | found | {"verdict of the diagnosis": verdict}
+def chances(kept: Mapping[str, pd.Series], fall: pd.Series) -> list[float]:
+    """p of another code's last height as one more of the starts' (t test of one new value), for
+    each of STARTS of which more than two are kept."""
+    found = []
+    for own in STARTS.values():
+        ends = np.array([_at(kept[code], END) for code in own if code in kept])
+        if len(ends) > 2:
+            error = ends.std(ddof=1) * math.sqrt(1.0 + 1.0 / len(ends))
+            off = abs(_at(fall, END) - ends.mean()) / error
+            found.append(float(2.0 * stats.t.sf(off, len(ends) - 1)))
+    return found
