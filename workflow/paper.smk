@@ -73,7 +73,7 @@ checkpoint plan_disagreement:
         simulated=SIMULATED,
     params:
         function="paper.disagreement:plan_disagreement",
-        reads=[*PLANNING, "bench"],
+        reads=[*PLANNING, *TESTS],
     message:
         "disagreement: read the paper's tables as runs, plan what may differ at each"
     script:
@@ -99,7 +99,7 @@ rule disagreement:
         page=page("disagreement/disagreement.md", "10 Reproduction", captions="report"),
     params:
         function="paper.disagreement:disagreement",
-        reads=["experiment", "fixed", "run", "factors", "diagnosis"],
+        reads=[*TESTS, "own_run", "experiment", "fixed", "factors", "diagnosis"],
     message:
         "disagreement: the cause of each table's, or that none tried explains it"
     script:

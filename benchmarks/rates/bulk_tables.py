@@ -288,9 +288,8 @@ def _in_folder(table, kind, runs):
     head = "code\tname\tkey\tlow\thigh\tdescription"
     Path("factors.tsv").write_text("\n".join([head, *factors]) + "\n")
     config = parse_config({
-        "name": "stranger", "experiment": kind, "factors": "factors.tsv",
-        "measurements": "table.csv", "run": RUN | RIGS[kind],
-        "target": {"metric": measurable(kind)[QUANTITIES[kind].name].key},
+        "name": "stranger", "factors": "factors.tsv", "measurements": "table.csv",
+        "tests": {"test": {"experiment": kind, "run": RUN | RIGS[kind]}},
         "fixed": {"rolling": 0.2, "friction": 0.6, "wall_friction": 0.6},
         "diagnosis": {"runs": runs},
     })  # fmt: skip

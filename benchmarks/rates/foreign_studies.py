@@ -47,14 +47,10 @@ DENSITY = GRAINS | {
 }
 # grains that nothing keeps from spinning about the vertical never come to rest
 RESTING = RUN | {"laws": RUN["laws"] | {"torsion": "marshall"}}
-HEAPS = {"experiment": "heap", "target": {"metric": "angle_of_repose_deg"}, "run": RESTING}
-SILOS = {"experiment": "discharge", "target": {"metric": "mass_flow_g_s"}, "run": SILO}
-SHEARS = {"experiment": "shear", "target": {"metric": "shear_stress_kPa"}, "run": SHEAR}
-DENSITIES = {
-    "experiment": "bulk_density",
-    "target": {"metric": "poured_density_kg_m3"},
-    "run": DENSITY,
-}
+HEAPS = {"tests": {"heap": {"experiment": "heap", "run": RESTING}}}
+SILOS = {"tests": {"silo": {"experiment": "discharge", "run": SILO}}}
+SHEARS = {"tests": {"cell": {"experiment": "shear", "run": SHEAR}}}
+DENSITIES = {"tests": {"vessel": {"experiment": "bulk_density", "run": DENSITY}}}
 
 
 def filled(run, diameter_mm):

@@ -15,6 +15,7 @@ import yaml
 
 from benchmarks.rates import hidden
 from benchmarks.rates.kept_rates import KEPT, ROOT, Trial, shares
+from calibration.study.config import overlay
 from diagnosis import contacts
 from diagnosis.catalogue import load_catalogue
 from diagnosis.rig import Rig
@@ -64,7 +65,8 @@ def strengths() -> dict[str, float]:
 @cache
 def study() -> tuple[Rig, dict]:
     """Return rig and catalogue."""
-    base = yaml.safe_load((ROOT / "config/config.yaml").read_text())["run"]
+    salt = yaml.safe_load((ROOT / "config/config.yaml").read_text())
+    base = overlay(salt["run"], salt["tests"]["heap"]["run"]) | {"experiment": "heap"}
     settings = read_settings(ROOT / "benchmarks/rates/settings.yaml")
     factors = parameters_of(settings, ROOT / "config/factors.tsv", ["drop", "tilt"])
     return Rig(settings, base, tuple(factors)), load_catalogue()

@@ -17,6 +17,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pydantic_core import to_jsonable_python
+
 from dem.fingerprint import engine_fingerprint, kept_code
 from dem.io.checked import digest_of
 
@@ -43,7 +45,7 @@ def digest(
     """First 12 hex digits of a hash of sections of a `Config`, the libraries' versions, the
     packages of the modules `names` with those that they import, and what `files` hold; one that is
     missing counts as such."""
-    values = config.model_dump(mode="json", include=set(sections))
+    values = to_jsonable_python({name: getattr(config, name) for name in sections})
     last = max(1, *(PACKAGES.index(name.split(".")[0]) for name in names))
     held = [digest_of(f) if Path(f).is_file() else "" for f in files]
     parts = [json.dumps(values, sort_keys=True), *map(_version, LIBRARIES), *held]

@@ -185,16 +185,12 @@ def _held_factors(config, factors, parameters):
 
 def _rig(kind, config, given, where):
     """Grains, rig and numerics of an experiment as the study has them."""
-    if kind == config.experiment:
-        return {k: v for k, v in config.run.items() if k in ("particles", "geometry", "numerics")}
-    bench = getattr(config.bench, kind, None)
-    if bench is not None:
-        return bench.run
-    for machine in config.push_through.values():
-        if machine.experiment == kind:
-            return machine.run
+    name = config.own if kind == config.experiment else config.of_experiment(kind)
+    if name:
+        own = config.run_of(name).items()
+        return {k: v for k, v in own if k in ("particles", "geometry", "numerics")}
     if kind in SINGLE:
-        size = config.run.get("particles", {}).get("diameter_mm")
+        size = config.own_run.get("particles", {}).get("diameter_mm")
         grain = {} if size is None else {"particles": {"diameter_mm": size}}
         return overlay(SINGLE[kind]["run"], grain)
     if given:
@@ -203,8 +199,8 @@ def _rig(kind, config, given, where):
     raise ConfigError(
         reason,
         **where,
-        allowed=f"`experiment: {kind}` with its `run`, a machine of it in `push_through`, or "
-        f"diagnosis.experiments.{kind}.run: {{particles: ..., geometry: ...}}",
+        allowed=f"a test in `tests` with experiment: {kind} and its run: {{particles: ..., "
+        "geometry: ...}",
     )
 
 

@@ -9,7 +9,7 @@ from calibration import engines
 from calibration.errors import ConfigError
 from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import LEVERS, POURED, Condition
-from calibration.study.config import Config, overlay
+from calibration.study.config import overlay
 from calibration.study.factors import Factor
 from dem.errors import DemError, SpecError
 from dem.spec import parse_spec
@@ -48,9 +48,8 @@ class Rig:
         own = self.settings.experiments[experiment]
         levers = own.held | levers
         # the experiment that was calibrated on stands in the calibration's own rig
-        calibrated = self.base.get("experiment", Config.model_fields["experiment"].default)
         shared = ["materials", "contacts", "law_parameters"]
-        shared += ["geometry"] if experiment == calibrated else []
+        shared += ["geometry"] if experiment == self.base.get("experiment") else []
         shared += ["engine"] if experiment not in CONTACTS else []  # our own integrates those
         spec = overlay({k: v for k, v in self.base.items() if k in shared}, own.run)  # type: ignore[arg-type]  # `derived` fills it in
         spec["laws"] = dict(self.base.get("laws", {}))

@@ -92,7 +92,7 @@ class Setup:
         return self._bare(self.settings).of(known)
 
     def _bare(self, settings):
-        return Rig(settings, self.config.run | {"experiment": self.config.experiment})
+        return Rig(settings, self.config.own_run | {"experiment": self.config.experiment})
 
     @cached_property
     def factors(self) -> list[Factor]:

@@ -22,7 +22,7 @@ from calibration.intake.quantities import QUANTITIES, measurable
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
 from calibration.runs.simulated import simulate
-from calibration.study.config import bench_run, overlay, point_spec
+from calibration.study.config import overlay, point_spec
 from dem.io.files import write_json
 from diagnosis import other_code
 from diagnosis.compared import compare, in_part, told
@@ -150,9 +150,9 @@ def spec_of(
     def made(run, values, changes):
         kind = run.experiment
         if kind == config.experiment:
-            base = overlay(config.run, changes)
+            base = overlay(config.own_run, changes)
         else:
-            base = bench_run(config, overlay(getattr(config.bench, kind).run, changes))
+            base = overlay(config.run_of(config.of_experiment(kind)), changes)
             base = overlay(base, {k: v for k, v in changes.items() if k == "materials"})
         levels = {keys[k]: v for k, v in (config.fixed | values).items()}
         return point_spec(base, kind, levels, config.seed)
@@ -305,7 +305,7 @@ def _contacts(study, kind):
     """(`Rig`, {name: Mechanism}) of a single contact."""
     settings = study_settings(study.config.diagnosis)
     factors = parameters_of(settings, study.config.factors, [kind])
-    return Rig(settings, study.config.run, factors), catalogue_of(settings, [kind])
+    return Rig(settings, study.config.own_run, factors), catalogue_of(settings, [kind])
 
 
 def page(found: Mapping[str, Mapping[str, Any]]) -> str:

@@ -53,7 +53,7 @@ def specs(study: Study) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
                 for speed in SPEEDS:
                     row = dict(zip(KEYS, (point, rate, speed), strict=True)) | {"seed": seed}
                     changes = {k: row[k] for k in KEYS[1:]}
-                    base = overlay(study.config.run, {"geometry": changes})
+                    base = overlay(study.config.own_run, {"geometry": changes})
                     yield row, point_spec(base, "heap", values, seed)
 
 
@@ -127,7 +127,7 @@ def chosen(rigs: pd.DataFrame) -> tuple[int, float]:
 def main(out: str | Path, config: str | Path = "config") -> None:
     """Make what is missing of the runs and write OUT/runs.csv."""
     study, rows = Study(config), []
-    plate = 0.5e-3 * study.config.run["geometry"]["plate_diameter_mm"]
+    plate = 0.5e-3 * study.config.own_run["geometry"]["plate_diameter_mm"]
     for row, spec in specs(study):
         folder = Path(out) / "{point}_{generation_rate_per_s}_{injection_speed_m_s}_{seed}".format(
             **row

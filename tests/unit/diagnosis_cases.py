@@ -5,6 +5,7 @@ from pathlib import Path
 
 import yaml
 
+from calibration.study.config import overlay
 from diagnosis.design import plan
 from diagnosis.emulator import train
 from diagnosis.model import Emulated
@@ -12,7 +13,8 @@ from diagnosis.rig import Rig
 from diagnosis.settings import catalogue_of, parameters_of, read_settings
 
 FACTORS = "config/factors.tsv"
-BASE = yaml.safe_load(Path("config/config.yaml").read_text())["run"]
+SALT = yaml.safe_load(Path("config/config.yaml").read_text())
+BASE = overlay(SALT["run"], SALT["tests"]["heap"]["run"]) | {"experiment": "heap"}
 
 
 def closed_form(spec):

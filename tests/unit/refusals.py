@@ -17,7 +17,7 @@ from scipy.io import wavfile
 CONFIGURATION = """name: wheat
 factors: factors.tsv
 measurements: measured.csv
-target: { metric: angle_of_repose_deg }
+tests: { heap: { experiment: heap } }
 fixed: { friction: 0.5 }
 run:
   materials:
@@ -62,17 +62,17 @@ TEXTS = {
 """Kind: a sound file; a configuration stands beside the two tables below it."""
 
 SIZES = "particles: {{sizes: {{by: number, diameters_mm: {}, fractions: {}}}}}"
-BOTH = """target: { metric: angle_of_repose_deg, low: 26, high: 46 }
-further_targets: [{ metric: METRIC, low: 8, high: 18, margin: 1 }]
+BOTH = """calibrate:
+  to: { angle_of_repose_deg: { low: 26, high: 46 }, height_mm: { low: 8, high: 18, margin: 1 } }
 """
 
 
 def further(*changes):
-    """The target of the sound configuration, and a further one with changes (old, new)."""
-    new = BOTH.replace("METRIC", "angle_of_repose_deg" if not changes else "height_mm")
+    """Two metrics to calibrate to, behind the sound configuration, with changes (old, new)."""
+    new = BOTH
     for old, changed in changes:
         new = new.replace(old, changed)
-    return "target: { metric: angle_of_repose_deg }\n", new
+    return "", new
 
 
 CASES = {
@@ -80,9 +80,25 @@ CASES = {
         ("a key twice", "name: wheat", "name: wheat\nname: oats", "line 2", "oats"),
         ("a name that leaves the folder", "wheat", "../wheat", "line 1", "../wheat"),
         ("a name with a space", "wheat", "my wheat", "line 1", "my wheat", "letters"),
-        ("no target", "target: { metric: angle_of_repose_deg }\n", "", "target"),
+        ("no test", "tests: { heap: { experiment: heap } }\n", "", "tests", "must be given"),
+        ("no experiment", "{ experiment: heap }", "{}", "line 4", "tests.heap.experiment"),
+        ("an experiment of nothing", "{ experiment: heap }", "{ experiment: pile }", "line 4",
+         "pile", "heap"),
+        ("the name of a test that is none", "heap: {", "2nd: {", "line 4", "tests.2nd", "letter"),
+        ("like no other", "experiment: heap }", "experiment: heap, like: pile }", "line 4",
+         "tests.heap.like", "pile"),
+        ("a sweep of a heap", "experiment: heap }", "experiment: heap, sweep: { levels: "
+         "[0.1, 0.2, 0.3, 0.4] } }", "line 4", "tests.heap.sweep", "tilt, drop, shear"),
+        *(
+            (f"the old key {old}", "", f"{old}: {{}}", "line 12", old, "no more", new)
+            for old, new in (
+                ("target", "calibrate"), ("further_targets", "calibrate"), ("bench", "sweep"),
+                ("rigs", "tests"), ("targets", "table of measurements"), ("experiment", "tests"),
+                ("push_through", "predict"),
+            )
+        ),
         ("no measurements", "measurements: measured.csv\n", "", "measurements"),
-        ("a list for a mapping", "{ metric: angle_of_repose_deg }", "[angle]", "line 4", "target"),
+        ("a list for a mapping", "{ experiment: heap }", "[angle]", "line 4", "tests.heap"),
         ("a word for a number", "1350", "heavy", "line 8", "heavy"),
         ("a date for a number", "1350", "2024-01-05", "line 8", "2024"),
         ("infinity", "1350", ".inf", "line 8", "inf"),
@@ -104,10 +120,8 @@ CASES = {
         ("half a run", "runs: 12", "runs: 12.5", "line 11", "12.5"),
         ("a level of significance above 1", "runs: 12", "alpha: 2", "line 11", "screening.alpha",
          "2", "less than 1"),
-        ("a metric of nothing", "angle_of_repose_deg", "colour", "line 4", "colour",
+        ("a metric of nothing", "", "calibrate: { to: { colour: {} } }", "line 12", "colour",
          "angle_of_repose_deg"),
-        ("a file for each target", "metric: angle_of_repose_deg", "file: angles.csv", "line 4",
-         "target.file", "measurements"),
         ("a table that is not there", "measured.csv", "none.csv", "none.csv"),
         ("factors that are not there", "factors.tsv", "none.tsv", "none.tsv"),
         ("a factor of nothing", "fixed: { friction", "fixed: { fricton", "line 5", "fricton",
@@ -122,14 +136,13 @@ CASES = {
         ("a rule without its point", "", "optimise: { rule: closest_to_point }", "optimise.point"),
         ("a law without its number", "  particles:", "  laws: { cohesion: sjkr }\n  particles:",
          "cohesion_energy_density_J_m3"),
-        ("a further target and no ends of the first", "",
-         "further_targets: [{ metric: height_mm, low: 8, high: 18 }]", "target.low"),
-        ("a target twice", *further(), "further_targets.0.metric", "twice"),
+        ("two metrics and no ends of the first", *further(("{ low: 26, high: 46 }", "{}")),
+         "calibrate.to.angle_of_repose_deg.low"),
         ("a goal of nothing", *further(("low: 8", "goal: best, low: 8")),
-         "further_targets.0.goal", "maximise"),
-        ("a target that nobody measured", *further(("", "")), "measured.csv", "quantity height"),
+         "calibrate.to.height_mm.goal", "maximise"),
+        ("a metric that nobody measured", *further(), "measured.csv", "quantity height"),
         ("ends that are turned", *further(("low: 8", "goal: minimise, low: 20")),
-         "further_targets.0", "below high"),
+         "calibrate.to.height_mm", "below high"),
     ],
     "factors": [
         ("a level of words", "0.2\t0.8\nB", "low\t0.8\nB", "line 2", "low"),

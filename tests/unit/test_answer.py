@@ -35,22 +35,22 @@ tilt,sliding_angle,,deg,,3,,,did_not_slide,
 heap,height,31.0,mm,,,,,,a single reading
 """
 PRINTED = 0.421
+HEAP = {"particles": {"count": 100, "diameter_mm": 2.0},
+        "geometry": {"generation_rate_per_s": 1000}}  # fmt: skip
 
 
-def config_of(tmp_path, monkeypatch, bounce, measured=MEASURED, rigs=None):
+def config_of(tmp_path, monkeypatch, bounce, measured=MEASURED, tests=None):
     monkeypatch.chdir(tmp_path)
     rows = [f"{c}\t{n}\t{k}\t0.1\t0.9" for c, (n, k) in zip("AB", KEYS.items(), strict=True)]
     Path("factors.tsv").write_text("\n".join(["code\tname\tkey\tlow\thigh", *rows]) + "\n")
     Path("measured.csv").write_text(measured)
     data = {
         "name": "made-up", "factors": "factors.tsv", "measurements": "measured.csv",
-        "target": {"metric": "angle_of_repose_deg"}, "fixed": {"bounce": bounce},
-        "supplements": ["drop"], "rigs": rigs or {},
-        "run": {"materials": RUN["materials"], "contacts": RUN["contacts"],
-                "particles": {"count": 100, "diameter_mm": 2.0},
-                "geometry": {"generation_rate_per_s": 1000}},
-        "bench": {"drop": {"levels": [0.3, 0.4, 0.5, 0.6],
-                           "run": {"geometry": {"drop_height_mm": 150}}}},
+        "fixed": {"bounce": bounce}, "supplements": ["drop"],
+        "run": {"materials": RUN["materials"], "contacts": RUN["contacts"]},
+        "tests": {"heap": {"experiment": "heap", "run": HEAP},
+                  "ball": {"experiment": "drop", "sweep": {"levels": [0.3, 0.4, 0.5, 0.6]},
+                           "run": {"geometry": {"drop_height_mm": 150}}}} | (tests or {}),
     }  # fmt: skip
     return parse_config(data)
 
@@ -114,7 +114,7 @@ def test_a_row_that_the_parameters_miss_is_named_and_the_change_it_makes_measure
     found, _ = answered(config_of(tmp_path, monkeypatch, PRINTED))
     rows = rows_of(found)
     for height, measured, error in ((150, 20.5, 1.0), (100, 13.7, 0.7)):
-        row = rows["drop", "rebound_height_mm", height]
+        row = rows["ball", "rebound_height_mm", height]
         assert row["state"] == "missed"
         assert row["predicted"] == pytest.approx(height * PRINTED**2, rel=0.01)
         pull = (measured - height * PRINTED**2) / (error / np.sqrt(5))
@@ -135,8 +135,8 @@ def test_a_row_that_the_parameters_miss_is_named_and_the_change_it_makes_measure
 def test_parameters_that_meet_what_was_measured_are_not_blamed(tmp_path, monkeypatch):
     found, _ = answered(config_of(tmp_path, monkeypatch, 0.37))
     states = {key: row["state"] for key, row in rows_of(found).items()}
-    assert states["drop", "rebound_height_mm", 150] == "met"
-    assert states["drop", "rebound_height_mm", 100] == "met"
+    assert states["ball", "rebound_height_mm", 150] == "met"
+    assert states["ball", "rebound_height_mm", 100] == "met"
     assert found["wrong"]["verdict"] == "met"
     assert (found["wrong"]["rows"], found["wrong"]["instead"]) == ([], [])
 
@@ -163,15 +163,15 @@ def test_every_measured_row_stands_in_the_answer(tmp_path, monkeypatch):
     assert by_key[KEYS["bounce"]]["source"] == "fixed"
 
 
-def test_a_rig_of_the_same_name_is_simulated_and_not_taken_for_the_validated_heap(
+def test_another_test_of_the_experiment_is_simulated_and_not_taken_for_the_validated_heap(
     tmp_path, monkeypatch
 ):
     """Grains of 3 mm, where the study's own have 2 mm."""
     head, *rows = MEASURED.splitlines()
     other = "heap,angle_of_repose,30.4,deg,0.8,20,,,,,3.0"
     lines = [f"{head},particle_diameter_mm", *(f"{row}," for row in rows), other]
-    rigs = {"heap": {"experiment": "heap", "run": {"particles": {"diameter_mm": 3.0}}}}
-    found, _ = answered(config_of(tmp_path, monkeypatch, 0.37, "\n".join(lines) + "\n", rigs))
+    large = {"large": {"like": "heap", "run": {"particles": {"diameter_mm": 3.0}}}}
+    found, _ = answered(config_of(tmp_path, monkeypatch, 0.37, "\n".join(lines) + "\n", large))
     heaps = {t["measured"]: t for t in found["tests"] if t["metric"] == "angle_of_repose_deg"}
     assert (heaps[30.1]["runs"], heaps[30.4]["runs"]) == (30, stage.RUNS)
 
@@ -191,7 +191,7 @@ def test_right_parameters_are_blamed_as_often_as_stated(tmp_path, monkeypatch):
             readings = rng.normal(10.0, sd, n)
             row = Measurement("drop", readings.mean(), readings.std(ddof=1), n, {})
             values = rng.normal(10.0, 0.5, stage.RUNS)
-            tests.append(stage._row(config, row, "drop", "rebound_height_mm", values, ""))
+            tests.append(stage._row(row, "drop", "rebound_height_mm", values, ""))
         blamed += any(stage._judged(config, t, p, count).state == "missed" for t, p in tests)
     assert stats.binomtest(blamed, studies, stage.ALPHA).pvalue > 1e-3 or blamed < 0.05 * studies
 

@@ -39,12 +39,10 @@ def config(tmp_path, monkeypatch):
         (tmp_path / name).symlink_to(ROOT / name)
     monkeypatch.chdir(tmp_path)
     data = yaml.safe_load(Path("examples/soybean/config.yaml").read_text())
-    tests = {
-        "tilt": {"levels": [0.2, 0.25, 0.3, 0.35]},
-        "drop": {"levels": [0.4, 0.5, 0.6, 0.7]},
-    }
+    levels = {"tilt": [0.2, 0.25, 0.3, 0.35], "drop": [0.4, 0.5, 0.6, 0.7]}
+    tests = {name: {"experiment": name, "sweep": {"levels": own}} for name, own in levels.items()}
     write_measured()
-    return parse_config(overlay(data, {"bench": tests, "measurements": "bench.csv"}))
+    return parse_config(overlay(data, {"tests": tests, "measurements": "bench.csv"}))
 
 
 MEASURED = {"tilt": 18.0, "drop": 30.0}
@@ -85,13 +83,11 @@ def test_a_sweep_finds_the_level_that_gives_the_measured_value(config, test):
     assert LAWS[test](found["inverse"]) == pytest.approx(measured, rel=1e-6)
     assert found["confirmed_mean"] == pytest.approx(measured, rel=1e-4)
     assert found["relative_error_percent"] < 0.01
-    assert (
-        list(pd.read_csv("sweep/design.csv")[FACTORS[test]]) == getattr(config.bench, test).levels
-    )
+    assert list(pd.read_csv("sweep/design.csv")[FACTORS[test]]) == config.tests[test].sweep.levels
 
 
 def test_the_closed_form_takes_the_drop_height_of_the_run(config):
-    height = {"bench": {"drop": {"run": {"geometry": {"drop_height_mm": 120.0}}}}}
+    height = {"tests": {"drop": {"run": {"geometry": {"drop_height_mm": 120.0}}}}}
     write_measured("120")
     config = parse_config(overlay(config.model_dump(mode="json"), height))
     study, sweep = Study(config), PlanFiles.of("sweep")

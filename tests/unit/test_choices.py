@@ -47,8 +47,8 @@ def study(tmp_path, monkeypatch):
         data = {
             "name": "laws",
             "factors": "factors.tsv",
-            "experiment": "drop",
-            "target": {"metric": "rebound_height_mm"},
+            "tests": {"ball": {"experiment": "drop"}},
+            "calibrate": {"to": {"rebound_height_mm": {}}},
             "measurements": salt["measurements"],
             "screening": {"centre_runs": 2},
             "fixed": {"restitution": 0.6, "modulus": 1e7, "damping_law": "tsuji"},

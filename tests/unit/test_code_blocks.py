@@ -111,16 +111,14 @@ def as_the_reader_has_it(folder, data):
     """The folder with the project's files and the tables and programs that the block names."""
     for name in ("config", "data", "examples"):
         (folder / name).symlink_to(ROOT / name)
-    experiment = data.get("experiment", "heap")
-    lever = "150" if experiment == "drop" else ""
-    targets = [t for t in [data.get("target"), *data.get("further_targets", [])] if t]
+    asked = data.get("calibrate", {}).get("to", {})
     middles = {
-        t["metric"]: (t.get("low", 16.0) + t.get("high", 36.0)) / 2
-        for t in targets
-        if unit_of(t["metric"]) or "margin" in t
+        metric: (own.get("low", 16.0) + own.get("high", 36.0)) / 2
+        for metric, own in asked.items()
+        if unit_of(metric) or "margin" in own
     }
     rows = [
-        f"{experiment},{quantity_name(metric)},{value},{in_ascii(unit_of(metric) or '')},{lever}"
+        f"heap,{quantity_name(metric)},{value},{in_ascii(unit_of(metric) or '')},"
         for metric, middle in middles.items()
         for value in (middle - 0.5, middle + 0.5)
     ]
@@ -159,10 +157,7 @@ def test_yaml_passes_the_schema_of_what_it_is(
     else:
         assert set(data) <= set(Config.model_fields), "keys of neither a run spec nor a study"
         salt = yaml.safe_load((ROOT / "config/config.yaml").read_text())
-        if "experiment" in data:  # another one than the heap, with a geometry of its own
-            salt["run"].pop("geometry")
-            salt.pop("pour_rate")
-        if "target" in data:  # the reader's own readings in place of the salt's
+        if "calibrate" in data:  # the reader's own readings in place of the salt's
             salt["measurements"] = "measured.csv"
         parse_config(overlay(salt, data))
 

@@ -11,6 +11,7 @@ from calibration.runs.feasibility import check_ahead
 from calibration.runs.plans import plan, run_id
 from calibration.statistics.design import box_behnken, steepest_path
 from calibration.study.config import Config, given, parse_config, section_of
+from calibration.study.config.tests import swept_test
 from calibration.study.factors import factor_of, read_factors
 from facts import refused
 
@@ -24,9 +25,9 @@ def data(monkeypatch):
 
 
 def test_bench_tests_that_the_heaps_wait_for_must_be_described(data):
-    del data["bench"]["drop"]
-    assert parse_config(data).bench.drop is None
-    with refused(ConfigError, "fixed_from", "bench", key="bench.drop", value=None):
+    del data["tests"]["ball"]
+    assert parse_config(data).of_experiment("drop") is None
+    with refused(ConfigError, "fixed_from", "bench", "drop", key="tests", value=None):
         parse_config(data | {"fixed_from": "bench"})
 
 
@@ -53,9 +54,10 @@ def test_no_value_of_the_salt_and_none_of_its_files_is_a_default(data):
 def test_a_stage_without_its_section_names_stage_and_key(monkeypatch):
     monkeypatch.chdir(ROOT)
     config = parse_config(yaml.safe_load(Path("examples/soybean/config.yaml").read_text()))
-    for stage, key in (("tilt", "bench.tilt"), ("scaling", "scaling")):
-        with refused(ConfigError, stage, key=key, value=None):
-            given(config, key, stage)
+    with refused(ConfigError, "scaling", key="scaling", value=None):
+        given(config, "scaling", "scaling")
+    with refused(ConfigError, "tilt", key="tests", value=None):
+        swept_test(config, "tilt")
 
 
 def test_a_factor_is_found_by_the_key_it_sets():
@@ -74,28 +76,28 @@ def test_equal_points_share_a_run_and_replicates_do_not(data):
     config, table = parse_config(data), read_factors("config/factors.tsv")
     chosen = [f for f in table if f.code in "CEG"]
     design = box_behnken(chosen, centre_runs=5)
-    planned, specs = plan(design, table, config)
+    planned, specs = plan(design, table, config, config.experiment, config.own_run)
     assert planned["run_id"].is_unique
     assert len(specs) == 17
     centre = {f.name: f.centre for f in chosen}
     path = steepest_path(chosen, centre, {f.name: 0.0 for f in chosen}, 1)
-    shared, _ = plan(path, table, config)
+    shared, _ = plan(path, table, config, config.experiment, config.own_run)
     assert shared["run_id"][0] in set(planned["run_id"])
 
 
 def test_moving_one_point_changes_one_run(data):
     config, table = parse_config(data), read_factors("config/factors.tsv")
     chosen = [f for f in table if f.code in "CEG"]
-    before, _ = plan(box_behnken(chosen), table, config)
+    before, _ = plan(box_behnken(chosen), table, config, config.experiment, config.own_run)
     moved = box_behnken(chosen)
     moved.loc[0, chosen[0].name] += 0.01
-    after, _ = plan(moved, table, config)
+    after, _ = plan(moved, table, config, config.experiment, config.own_run)
     assert (before["run_id"] != after["run_id"]).sum() == 1
 
 
 def test_what_a_run_writes_does_not_rename_it(data):
     config = parse_config(data)
-    spec = {**config.run, "experiment": "heap", "seed": 1}
+    spec = {**config.own_run, "experiment": "heap", "seed": 1}
     assert run_id(spec) == run_id(spec | {"output": {"frame_interval_s": 0.1}})
     assert run_id(spec) != run_id(spec | {"seed": 2})
 
@@ -107,7 +109,7 @@ def test_a_number_of_the_material_that_nothing_gives_is_refused_before_any_run(d
         check_ahead(parse_config(data))
 
 
-@pytest.mark.parametrize("place", ["run", "bench.shear.run", "scaling.heap"])
+@pytest.mark.parametrize("place", ["tests.heap.run", "tests.ring.run", "scaling.heap"])
 def test_the_size_of_the_grains_is_no_default(data, place):
     section = data
     for name in place.split("."):

@@ -15,7 +15,7 @@ from diagnosis_cases import FACTORS, closed_form
 from calibration.errors import CalibrationError, ConfigError
 from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import LEVERS, QUANTITIES, levers_of
-from calibration.study.config.schema import BenchConfig
+from calibration.study.config.schema import Config
 from calibration.study.factors import read_factors
 from dem.experiments import experiments
 from dem.spec import parse_spec
@@ -47,8 +47,9 @@ def study(kind, **more):
         "particles": {"count": spec.particles.count, "diameter_mm": 2.0},
         "geometry": spec.geometry.model_dump(exclude_none=True),
     }
-    own = {"experiment": kind, "run": run, "fixed": {}, "bench": BenchConfig(), "push_through": {}}
-    return SimpleNamespace(**(own | more))
+    data = {"name": "s", "factors": "f", "measurements": "m"}
+    data |= {"tests": {"own": {"experiment": kind, "run": run}}}
+    return Config.model_validate(data | more)
 
 
 def rows_of(kind, lever=None, value=None, levels=LEVELS):
@@ -157,7 +158,7 @@ def test_what_is_derived_is_a_file_that_gives_the_same_settings(tmp_path):
 def test_an_experiment_without_a_rig_is_named_by_its_line():
     rows = [*rows_of("heap"), *rows_of("discharge")]
     place = {"path": "m.csv", "line": 2, "column": "experiment"}
-    with refused(ConfigError, "discharge", "diagnosis.experiments.discharge.run", **place):
+    with refused(ConfigError, "discharge", "tests", "experiment: discharge", **place):
         completed(read_settings(None), study("heap"), read_factors(FACTORS), rows, "m.csv")
 
 
@@ -323,7 +324,7 @@ def silo(rows):
     settings = completed(read_settings(None), config, factors, rows, "m.csv")
     known = catalogue_of(settings, ["discharge"])
     factors = parameters_of(settings, FACTORS, ["discharge"])
-    rig = Rig(settings, config.run | {"experiment": "discharge"}, tuple(factors))
+    rig = Rig(settings, config.own_run | {"experiment": "discharge"}, tuple(factors))
     design, specs = plan(rig, known, ["discharge"])
     metrics = {name: beverloo(spec) for name, spec in specs.items()}
     emulators, _ = train(design, metrics, settings, factors)

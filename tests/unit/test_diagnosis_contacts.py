@@ -34,7 +34,7 @@ def table(tmp_path):
 
 def test_thirty_rows_of_single_grains_get_a_law_that_the_engine_confirms(table, tmp_path):
     config = types.SimpleNamespace(
-        experiment="heap", measurements=str(table), factors=FACTORS, run=BASE
+        experiment="heap", measurements=str(table), factors=FACTORS, own_run=BASE
     )
     settings = read_settings("config/diagnosis.yaml")
     # the engine's own contacts are tested elsewhere

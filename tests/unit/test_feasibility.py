@@ -48,14 +48,14 @@ WRONG = {
         "optimise.point",
     ),
     "a bench level out of range": (
-        {"bench": {"drop": {"levels": [0.4, 0.5, 0.6, 1.7]}}},
+        {"tests": {"ball": {"sweep": {"levels": [0.4, 0.5, 0.6, 1.7]}}}},
         "restitution = 1.7",
-        "bench.drop.levels",
+        "tests.ball.sweep",
     ),
     "a shear friction out of range": (
-        {"bench": {"shear": {"levels": [0.2, 0.5, 7]}}},
+        {"tests": {"ring": {"sweep": {"levels": [0.2, 0.5, 7]}}}},
         "static_friction = 7.0",
-        "bench.shear",
+        "tests.ring.sweep",
     ),
     "a missing design": ({"screening": {"design": "none.csv"}}, "none.csv", None),
     "a negative number of runs": ({"screening": {"runs": -4}}, "-4", "screening.runs"),
@@ -65,9 +65,9 @@ WRONG = {
         "screening",
     ),
     "a missing mesh": (
-        {"run": {"geometry": {"plate_stl": "none.stl"}}},
+        {"tests": {"heap": {"run": {"geometry": {"plate_stl": "none.stl"}}}}},
         "none.stl",
-        "run.geometry.plate_stl",
+        "tests.heap.run.geometry.plate_stl",
     ),
 }
 
@@ -90,23 +90,26 @@ def test_a_funnel_that_most_runs_would_clog_is_told_first():
     assert chance_to_empty(3.125, 200) == pytest.approx(0.29, abs=0.01)
     assert chance_to_empty(3.82, 375) == pytest.approx(0.92, abs=0.01)
     assert chance_to_empty(5.0, 1e6) == 1.0
-    rig = {"run": {"particles": {"count": 1000, "diameter_mm": 8.0},
-                   "geometry": {"orifice_diameter_mm": 25.0, "generation_rate_per_s": 500}},
+    run = {"particles": {"count": 1000, "diameter_mm": 8.0},
+           "geometry": {"orifice_diameter_mm": 25.0, "generation_rate_per_s": 500}}  # fmt: skip
+    rig = {"tests": {"heap": {"run": run}},
            "pour_rate": {"rates_per_s": [200, 300], "opened": None}}  # fmt: skip
-    with refused(ConfigError, "3.1 grains wide", key="run.geometry.orifice_diameter_mm"):
+    key = "tests.heap.run.geometry.orifice_diameter_mm"
+    with refused(ConfigError, "3.1 grains wide", key=key):
         check_ahead(study(rig))
-    rig["run"]["particles"] = {"count": 1000, "diameter_mm": 5.0}
+    run["particles"] = {"count": 1000, "diameter_mm": 5.0}
     check_ahead(study(rig))
 
 
 def test_more_grains_than_the_machine_holds_are_told_first(monkeypatch):
     grains = {"particles": {"count": 5_000_000}, "geometry": {"generation_rate_per_s": 5e6}}
-    many = study({"run": grains, "pour_rate": {"rates_per_s": [5e6, 6e6], "opened": None}})
+    tests = {"heap": {"run": grains}}
+    many = study({"tests": tests, "pour_rate": {"rates_per_s": [5e6, 6e6], "opened": None}})
     with refused(
         ConfigError,
         "15.2 GB",
         "8.0 GB",
-        key="run.particles.count",
+        key="tests.heap.run.particles.count",
         value=5000000,
         allowed="about 2583333 grains",
     ):
@@ -117,8 +120,7 @@ def test_more_grains_than_the_machine_holds_are_told_first(monkeypatch):
     assert re.search(r"\d h \d+ min", cost_ahead(many))
 
 
-@pytest.mark.parametrize("section", ["rigs", "push_through"])
-def test_a_rig_that_the_engine_cannot_run_is_told_first(section):
+def test_a_rig_that_the_engine_cannot_run_is_told_first():
     """A silo is a rig of LIGGGHTS', a vessel is not."""
     data = yaml.safe_load(Path("examples/other-codes/config.yaml").read_text()) | {"engine": "dem"}
     rigs = {
@@ -137,9 +139,10 @@ def test_a_rig_that_the_engine_cannot_run_is_told_first(section):
     theirs = {"engine": {"name": "liggghts", "identity": {}, "settings": {}}}
 
     def check(names):
-        config = parse_config(data | {section: {name: rigs[name] for name in names}})
+        tests = data["tests"] | {name: rigs[name] for name in names}
+        config = parse_config(data | {"tests": tests})
         check_ahead(config.model_copy(update={"run": config.run | theirs}))
 
     check(["silo"])
-    with refused(ConfigError, "liggghts", "bulk_density", key=f"{section}.vessel"):
+    with refused(ConfigError, "liggghts", "bulk_density", key="tests.vessel"):
         check(["silo", "vessel"])

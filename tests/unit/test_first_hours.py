@@ -19,7 +19,7 @@ from calibration.runs.feasibility import check_ahead
 from calibration.runs.plans import read_plan
 from calibration.runs.runner import SPREAD, STANDS, causes
 from calibration.study.config import parse_config
-from calibration.study.config.joint import read_joint_target
+from calibration.study.config.joint import joint_targets, read_joint_target
 from calibration.study.config.resolution import parse_resolved
 from calibration.study.new.methods import methods
 from dem.errors import MeasureError
@@ -111,7 +111,9 @@ def begun(name):
 
 
 def targets(config):
-    return {(t.rig, t.metric): read_joint_target(config, t).mean[0] for t in config.targets}
+    return {
+        (t.tests[0], t.metric): read_joint_target(config, t).mean[0] for t in joint_targets(config)
+    }
 
 
 def test_wheat(here):
@@ -132,11 +134,11 @@ def test_limestone_powder(here):
     assert stresses == pytest.approx([1.9, 3.4, 4.8, 6.4])
     assert found["vessel", "poured_density_kg_m3"] == 900.0
     assert config.experiment == "lifted_cylinder"
-    assert config.run["laws"]["cohesion"] == "jkr"
+    assert config.own_run["laws"]["cohesion"] == "jkr"
 
 
 def test_gravel(here):
-    sizes = begun("gravel").run["particles"]["sizes"]
+    sizes = begun("gravel").own_run["particles"]["sizes"]
     # by hand: 410.5, 380.2 and 209 of 999.7 g, between 16, 8, 4 and 2 mm
     found = sorted(zip(sizes["diameters_mm"], sizes["fractions"], strict=True))
     middle = [math.sqrt(2 * 4), math.sqrt(4 * 8), math.sqrt(8 * 16)]
@@ -174,8 +176,8 @@ def test_a_test_with_several_readings_leads(here):
     config = parse_config(yaml.safe_load(Path("own/config.yaml").read_text()))
     assert config.experiment == "bulk_density"
     # grains stick: one size in all rigs, at which 4,000 fill the cylinder
-    sizes = {rig.run["particles"]["diameter_mm"] for rig in config.rigs.values() if rig.run}
-    assert sizes == {config.run["particles"]["diameter_mm"]}
+    sizes = {rig.run["particles"]["diameter_mm"] for rig in config.tests.values() if rig.run}
+    assert sizes == {config.own_run["particles"]["diameter_mm"]}
     volume = math.pi / 4 * 50**2 * 75
     assert sizes.pop() == pytest.approx((0.6 * volume / 4000 * 6 / math.pi) ** (1 / 3), rel=1e-3)
 
@@ -201,7 +203,7 @@ def test_a_diagnosis_of_the_users_own_table_needs_no_edit(here):
     shear = settings.experiments["shear"]
     assert shear.metric == "shear_stress_kPa"
     assert shear.levels == {"normal_stress_kPa": [2.0, 4.0, 6.0, 8.0]}
-    rig = config.rigs["shear_2_kPa"].run
+    rig = config.tests["shear_2_kPa"].run
     assert shear.run["geometry"] == rig["geometry"]
     assert shear.run["particles"] == rig["particles"]
 
@@ -215,7 +217,7 @@ def test_a_diagnosis_drops_the_grain_that_was_dropped(here):
     settings = Setup(Study(config), study_settings(config.diagnosis)).settings
     dropped = settings.experiments["drop"].run["particles"]["diameter_mm"]
     assert dropped == pytest.approx((6.2 * 3.3 * 2.9) ** (1 / 3), abs=1e-3)
-    assert dropped < config.run["particles"]["diameter_mm"]
+    assert dropped < config.own_run["particles"]["diameter_mm"]
 
 
 def test_grains_of_another_size_stick_by_what_keeps_their_strength(here):
@@ -240,7 +242,7 @@ def test_grains_of_another_size_stick_by_what_keeps_their_strength(here):
             for spec in own
         ]
         # the design tells the level of the study's own grains in all rigs
-        own_mm = config.run["particles"]["diameter_mm"]
+        own_mm = config.own_run["particles"]["diameter_mm"]
         assert strength == pytest.approx(list(rows[name] / own_mm), rel=1e-6), rig
         assert rows[name].nunique() == 8
     assert sizes == {3.23, 5.13}
@@ -281,6 +283,6 @@ def test_the_pilot_ends_what_sticks_where_heaps_form(here, monkeypatch, capsys):
     assert [r for _, r in made][:5] == pytest.approx([0.4] * 4 + [0.21])
     config = parse_config(yaml.safe_load(Path("lime/config.yaml").read_text()))
     assert config.fixed[name] == pytest.approx(0.2074)
-    assert config.run["law_parameters"] == {"surface_energy_J_m2": pytest.approx(0.2074)}
+    assert config.own_run["law_parameters"] == {"surface_energy_J_m2": pytest.approx(0.2074)}
     assert "| 0.384 |" in Path("lime/README.md").read_text()
     assert Path("lime/factors.tsv").read_text().count("cut from 0.0307 to 3.07") == 1

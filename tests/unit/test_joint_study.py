@@ -16,6 +16,7 @@ from calibration.errors import ConfigError
 from calibration.figures import ANGLE
 from calibration.runs.plans import read_plan, result_path
 from calibration.study.config import parse_config
+from calibration.study.config.joint import joint_targets, read_joint_target
 from dem.results import write_result
 from dem.spec import parse_spec
 from facts import rows_in, tells
@@ -34,20 +35,23 @@ heap,angle_of_repose,30.4,deg,,
 heap,angle_of_repose,29.6,deg,,
 tilt,sliding_angle,20.0,deg,0.6,6
 """
-TARGETS = [
-    {"rig": "pour", "metric": "angle_of_repose_deg"},
-    {"rig": "plane", "metric": "sliding_angle_deg"},
-]
+HEAP = {"particles": {"count": 100, "diameter_mm": 2.0},
+        "geometry": {"generation_rate_per_s": 1000}}  # fmt: skip
+TESTS = {
+    "pour": {"experiment": "heap", "run": HEAP},
+    "plane": {"experiment": "tilt"},
+    "hopper": {"experiment": "discharge"},
+}
 
 
 def laboratory(
     tmp_path,
     monkeypatch,
     rows=ROWS,
-    targets=TARGETS,
-    rigs=None,
-    push_through=None,
+    tests=None,
+    predict=None,
     low=0.1,
+    tests_of_all=(),
     **joint,
 ):
     """The configuration of a study with two tests and a hopper that nobody has measured."""
@@ -58,15 +62,12 @@ def laboratory(
     Path("measured.csv").write_text(rows)
     data = {
         "name": "made-up", "seed": 7, "factors": "factors.tsv", "measurements": "measured.csv",
-        "target": {"metric": "angle_of_repose_deg"},
-        "run": {"materials": RUN["materials"], "contacts": RUN["contacts"],
-                "particles": {"count": 100, "diameter_mm": 2.0},
-                "geometry": {"generation_rate_per_s": 1000}},
-        "rigs": {"pour": {"experiment": "heap"}, "plane": {"experiment": "tilt"},
-                 "hopper": {"experiment": "discharge"}} | (rigs or {}),
-        "targets": targets,
-        "push_through": push_through or {},
-        "joint": {"runs": 32, "repeated": 10, "second_wave": 8} | joint,
+        "supplements": ["joint"],
+        "run": {"materials": RUN["materials"], "contacts": RUN["contacts"]},
+        "tests": TESTS | (tests or {}),
+        "predict": predict or {},
+        "joint": {"tests": list(tests_of_all), "runs": 32, "repeated": 10, "second_wave": 8}
+        | joint,
     }  # fmt: skip
     Path("config.yaml").write_text(yaml.safe_dump(data, sort_keys=False))
     return parse_config(data, files=["config.yaml"])
@@ -110,8 +111,7 @@ def calibrated(config):
 def goes_to_other_codes(study):
     """Where the report waits for all tests, the set that meets them is validated, answered for and
     handed out, with intervals that hold whatever the others are."""
-    config = study.config.model_copy(update={"supplements": ["joint"]})
-    study, rules = Study(config), rules_of(config.model_dump(mode="json"))
+    rules = rules_of(study.config.model_dump(mode="json"))
     for folder in ("screening", "ascent", "response_surface", "candidate_first", "candidate"):
         (study.folder / folder).mkdir(exist_ok=True)
         (study.folder / folder / "plan.json").write_text("{}")
@@ -121,7 +121,7 @@ def goes_to_other_codes(study):
             answer(rules[name].plan)
     told = study.summary("answer")
     assert told["by"] == "joint"
-    assert {(t["test"], t["state"]) for t in told["tests"]} == {("heap", "met"), ("plane", "met")}
+    assert {(t["test"], t["state"]) for t in told["tests"]} == {("pour", "met"), ("plane", "met")}
     folder = study.folder / "exports"
     found = yaml.safe_load(Path(rules["export"].output.parameters).read_text())
     values = {name: found["parameters"][key] for name, key in KEYS.items()}
@@ -145,7 +145,7 @@ def goes_to_other_codes(study):
     assert f"{level['friction']:g}"[:6] in (folder / "liggghts.in").read_text()
 
 
-SILO = {"experiment": "discharge", "metrics": ["mass_flow_g_s"], "draws": 40, "replicates": 2}
+SILO = {"experiment": "discharge", "metrics": ["mass_flow_g_s"]}
 
 
 @pytest.fixture(scope="module")
@@ -153,7 +153,10 @@ def finished(tmp_path_factory):
     """Folder and configuration of a calibrated study of two tests and a machine."""
     folder = tmp_path_factory.mktemp("study")
     with pytest.MonkeyPatch.context() as patch:
-        config = laboratory(folder, patch, push_through={"silo": SILO})
+        config = laboratory(
+            folder, patch, tests={"silo": SILO}, tests_of_all=list(TESTS),
+            predict={"tests": ["silo"], "draws": 40, "replicates": 2},
+        )  # fmt: skip
         calibrated(config)
     return folder, config
 
@@ -210,8 +213,8 @@ def test_the_middle_set_is_one_of_the_sets():
 
 
 def test_a_rig_may_hold_a_factor_that_stays_free_in_the_others(tmp_path, monkeypatch):
-    rigs = {"plane": {"experiment": "tilt", "fixed": {"rolling": 0.0}}}
-    config = laboratory(tmp_path, monkeypatch, rigs=rigs)
+    tests = {"plane": {"experiment": "tilt", "fixed": {"rolling": 0.0}}}
+    config = laboratory(tmp_path, monkeypatch, tests=tests)
     rule = rules_of(config.model_dump(mode="json"))["plan_joint_first"]
     rule.call(Study(config))
     design, key = Study(config).table("joint_first", "design"), "particle_particle"
@@ -258,11 +261,11 @@ def test_measured_curves_give_the_parameters_of_the_closed_form(tmp_path, monkey
         for at, y in zip(x, step_down(x, 2.0 + e, 1.65 + 0.7 * e), strict=True)
     ]
     (tmp_path / "curves.csv").write_text("\n".join(["curve,x,y", *rows]) + "\n")
-    targets = [{"rig": "cell", "curve": "curves.csv", "shape": "stress over displacement"}]
-    rigs = {"cell": {"experiment": "shear"}}
+    curves = {"table": "curves.csv", "shape": "stress over displacement"}
     config = laboratory(
-        tmp_path, monkeypatch, targets=targets, rigs=rigs, runs=24, repeated=6, second_wave=0
-    )
+        tmp_path, monkeypatch, tests={"cell": {"experiment": "shear", "curves": curves}},
+        tests_of_all=["cell"], runs=24, repeated=6, second_wave=0,
+    )  # fmt: skip
     found = calibrated(config)
     told = found.table("joint", "targets").set_index("metric")
     assert (told["rig"] == "cell").all()
@@ -288,16 +291,17 @@ def test_a_region_is_not_widened_beyond_what_is_possible(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"targets": [{"rig": "drum", "metric": "dynamic_angle_deg"}]},
-         ["config.yaml", "targets.0.rig", "'drum'", "pour, plane, hopper"]),
-        ({"targets": [{"rig": "pour", "metric": "sliding_angle_deg"}]},
-         ["targets.0.metric", "angle_of_repose_deg"]),
-        ({"targets": [{"metric": "sliding_angle_deg"}]}, ["targets.0.rig", "must be given"]),
-        ({"targets": [{"rig": ["pour", "plane"], "metric": "angle_of_repose_deg"}]},
-         ["targets.0.rig", "'pour, plane'", "one rig"]),
-        ({"targets": [{"rig": ["pour"], "curve": "measured.csv", "shape": "angle over speed"}]},
-         ["targets.0.rig", "geometry.rotation_rate_deg_s"]),
-        ({"targets": [{"rig": "pour"}]}, ["targets.0", "either metric, or curve and shape"]),
+        ({"tests_of_all": ["drum"]}, ["joint.tests", "drum", "pour, plane, hopper"]),
+        ({"tests": {"pour": {"experiment": "heap", "metrics": ["sliding_angle_deg"]}}},
+         ["tests.pour.metrics", "sliding_angle_deg", "angle_of_repose_deg"]),
+        ({"tests": {"pour": {"experiment": "heap", "curves": {"table": "measured.csv",
+                                                              "shape": "angle over speed"}}}},
+         ["tests.pour.curves.shape", "outline"]),
+        ({"tests": {n: {"experiment": "drum", "curves": {"table": "measured.csv",
+                                                         "shape": "angle over speed"}}
+                    for n in ("slow", "fast")}},
+         ["tests.fast.curves", "geometry.rotation_rate_deg_s"]),
+        ({"tests_of_all": ["hopper"]}, ["measured.csv", "no row", "hopper"]),
         ({"rows": ROWS.replace("0.6,6", ",")}, ["measured.csv", "line 6", "has no error"]),
         ({"rows": ROWS + "tilt,sliding_angle,30.0,deg,0.6,6\n"}, ["line 7", "line 6"]),
         ({"rows": ROWS.replace("20.0,deg", "20.0,kPa")}, ["line 6", "unit", "deg"]),
@@ -305,8 +309,8 @@ def test_a_region_is_not_widened_beyond_what_is_possible(tmp_path, monkeypatch):
         ({"priors": {"wall": {"mean": 0.9, "sd": 0.1, "source": "a paper"}}},
          ["joint.priors.wall.mean", "0.1 to 0.5"]),
         ({"factors": ["rolling", "speed"]}, ["joint.factors", "speed"]),
-        ({"rigs": {"plane": {"experiment": "tilt", "fixed": {"speed": 1.0}}}},
-         ["rigs.plane.fixed", "speed"]),
+        ({"tests": {"plane": {"experiment": "tilt", "fixed": {"speed": 1.0}}}},
+         ["tests.plane.fixed", "speed"]),
         ({"hours": {"silo": 2.0}}, ["joint.hours", "silo"]),
         ({"repeated": 40}, ["joint.repeated", "32"]),
     ],
@@ -328,11 +332,11 @@ def test_two_batches_that_contradict_are_refused_and_others_pooled(tmp_path, mon
     assert "line 5" in str(error.value)
     assert "contradicts line 4" in str(error.value)
     near = far.replace("24,deg", "20.4,deg")
-    assert laboratory(tmp_path, monkeypatch, near).targets
+    assert len(joint_targets(laboratory(tmp_path, monkeypatch, near))) == 2
 
 
-def test_a_single_reading_counts_with_a_stated_error(tmp_path, monkeypatch):
-    rows = ROWS.replace("0.6,6", ",")
-    targets = [TARGETS[0], TARGETS[1] | {"error": 0.5}]
-    config = laboratory(tmp_path, monkeypatch, rows, targets)
-    assert config.targets[1].error == 0.5
+def test_a_single_reading_counts_with_the_sd_of_one_reading(tmp_path, monkeypatch):
+    config = laboratory(tmp_path, monkeypatch, ROWS.replace("0.6,6", "0.5,1"))
+    _, plane = (read_joint_target(config, t) for t in joint_targets(config))
+    assert plane.covariance[0, 0] == pytest.approx(0.25)
+    assert np.isinf(plane.freedom)

@@ -17,7 +17,7 @@ from calibration.runs.feasibility import check_ahead
 from calibration.runs.progress import progress
 from calibration.runs.runner import report
 from calibration.study.config import parse_config
-from calibration.study.config.joint import read_joint_target
+from calibration.study.config.joint import joint_targets, read_joint_target
 from calibration.study.factors import read_factors
 from calibration.study.new import pilot
 from calibration.study.new.answers import separate
@@ -61,12 +61,12 @@ def begun(name, options):
 
 
 def measured(config):
-    return {(t.rig, t.metric): read_joint_target(config, t) for t in config.targets}
+    return {(t.tests[0], t.metric): read_joint_target(config, t) for t in joint_targets(config)}
 
 
 def test_wheat_becomes_four_rigs_on_one_calibration(here, capsys):
     config = begun("wheat", WHEAT)
-    rigs = {name: rig.experiment for name, rig in config.rigs.items()}
+    rigs = {name: rig.experiment for name, rig in config.tests.items()}
     assert rigs == {"cylinder": "lifted_cylinder", "vessel": "bulk_density", "drop_300_mm": "drop",
                     "plane": "tilt"}  # fmt: skip
     found = measured(config)
@@ -76,9 +76,9 @@ def test_wheat_becomes_four_rigs_on_one_calibration(here, capsys):
     assert angle.covariance[0, 0] == pytest.approx(np.var(values, ddof=1) / 5)
     rebound = found["drop_300_mm", "rebound_height_mm"]
     assert (rebound.mean[0], rebound.covariance[0, 0]) == pytest.approx((78.0, 16.0 / 10))
-    assert config.rigs["drop_300_mm"].run["geometry"]["drop_height_mm"] == 300
+    assert config.tests["drop_300_mm"].run["geometry"]["drop_height_mm"] == 300
     # (6.2 * 3.3 * 2.9) ** (1/3) = 3.900 mm
-    assert config.rigs["drop_300_mm"].run["particles"]["diameter_mm"] == pytest.approx(
+    assert config.tests["drop_300_mm"].run["particles"]["diameter_mm"] == pytest.approx(
         3.900, abs=5e-4
     )
     factors = {f.key: f for f in read_factors(config.factors)}
@@ -87,12 +87,12 @@ def test_wheat_becomes_four_rigs_on_one_calibration(here, capsys):
     assert "78 mm" in wall.description
     friction = factors["contacts.particle_wall.static_friction"]
     assert friction.centre == pytest.approx(math.tan(math.radians(21)), abs=1e-3)
-    assert config.run["particles"]["clump"]["file"] == "wheat/clump.csv"
+    assert config.own_run["particles"]["clump"]["file"] == "wheat/clump.csv"
     assert config.target.metric == "angle_of_repose_deg"
     check_ahead(config)
     said = capsys.readouterr().out
     assert tells(said, "assumed", "cylinder")
-    assert config.targets[0].discrepancy > 0.0
+    assert joint_targets(config)[0].discrepancy > 0.0
 
 
 def piloted(monkeypatch, metrics_of):
@@ -175,7 +175,7 @@ def test_a_rig_whose_grains_do_not_rest_is_changed_until_they_do(here, monkeypat
     assert main(["new", "wheat", *WHEAT]) == 0
     said = capsys.readouterr().out
     config = parse_config(yaml.safe_load(Path("wheat/config.yaml").read_text()))
-    assert config.rigs["vessel"].run["numerics"]["max_time_s"] == 6.0  # 3 s by the experiment
+    assert config.tests["vessel"].run["numerics"]["max_time_s"] == 6.0  # 3 s by the experiment
     assert tells(said, "vessel", "max_time_s", "6", "rest")
     assert "calibration run" in said.splitlines()[-1]
 
@@ -194,8 +194,8 @@ def test_a_cylinder_that_is_told_counts_without_doubt(here, capsys):
     config = begun("wheat", [WHEAT[0], WHEAT[1], *told, *WHEAT[2:]])
     said = capsys.readouterr().out.splitlines()
     assert not [line for line in said if tells(line, "assumed", "cylinder")]
-    assert config.targets[0].discrepancy == 0.0
-    geometry = config.run["geometry"]
+    assert joint_targets(config)[0].discrepancy == 0.0
+    geometry = config.own_run["geometry"]
     assert (geometry["cylinder_diameter_mm"], geometry["lift_speed_mm_s"]) == (60.0, 15.0)
 
 
@@ -221,26 +221,26 @@ def test_no_value_that_was_given_is_dropped(here, options):
 
 def test_a_moist_powder_sticks_and_is_said_to_be_coarse(here, capsys):
     config = begun("lime", POWDER)
-    assert config.run["laws"]["cohesion"] == "jkr"
+    assert config.own_run["laws"]["cohesion"] == "jkr"
     factors = {f.key: f for f in read_factors(config.factors)}
     energy = factors["law_parameters.surface_energy_J_m2"]
-    diameter = config.run["particles"]["diameter_mm"]
+    diameter = config.own_run["particles"]["diameter_mm"]
     # 3 pi g R/2 over the weight of a grain
     weight = math.pi / 6 * (1e-3 * diameter) ** 3 * 2700 * 9.81
     pulls = [1.5 * math.pi * g * 0.5e-3 * diameter / weight for g in (energy.low, energy.high)]
     assert pulls == pytest.approx([0.5, 50.0], rel=1e-2)
     sizes = {
-        rig.run["particles"]["diameter_mm"] for n, rig in config.rigs.items() if n != "cylinder"
+        rig.run["particles"]["diameter_mm"] for n, rig in config.tests.items() if n != "cylinder"
     }
     assert sizes == {diameter}
     said = capsys.readouterr().out
     assert "jkr" in said
     assert "coarse grains" in said
     # at 0.31 of the Rayleigh time its vessel's grains trembled, at 0.2 they rested
-    assert config.rigs["vessel"].run["numerics"]["rayleigh_fraction"] <= 0.2
+    assert config.tests["vessel"].run["numerics"]["rayleigh_fraction"] <= 0.2
     loads = sorted(
         r.run["geometry"]["normal_stress_kPa"]
-        for r in config.rigs.values()
+        for r in config.tests.values()
         if r.experiment == "shear"
     )
     assert loads == [2, 4, 6, 8]
@@ -255,15 +255,15 @@ def test_a_moist_powder_sticks_and_is_said_to_be_coarse(here, capsys):
 def test_fine_grains_stick_though_nobody_said_moist(here, capsys):
     fine = "--funnel 40 41 orifice=10mm plate=40mm height=40mm --density 2.7g/cm3".split()
     config = begun("flour", [*fine, "--grain", "0.05mm"])
-    assert config.run["laws"]["cohesion"] == "jkr"
+    assert config.own_run["laws"]["cohesion"] == "jkr"
     flat = "--measured 40 41 --orifice 10mm --plate 40mm --height 40mm --density 2.7g/cm3".split()
     config = begun("flour2", [*flat, "--grain", "0.05mm"])
-    assert config.run["laws"]["cohesion"] == "jkr"
+    assert config.own_run["laws"]["cohesion"] == "jkr"
 
 
 def test_gravel_keeps_its_sieve_curve(here):
     config = begun("gravel", GRAVEL)
-    sizes = config.run["particles"]["sizes"]
+    sizes = config.own_run["particles"]["sizes"]
     assert sizes["fractions"] == [0.2, 0.4, 0.4]
     assert sizes["diameters_mm"] == pytest.approx([math.sqrt(x) for x in (8, 32, 128)], abs=1e-4)
     check_ahead(config)
@@ -273,7 +273,7 @@ def test_a_load_is_borne_without_deep_dents(here):
     """By Hertz: a grain of radius R under F = p (2 R)^2 is dented by (3 F / (4 E* sqrt(R*)))^(2/3),
     of which half is its own."""
     config = begun("lime", [w.replace("load=8kPa", "load=200kPa") for w in POWDER])
-    modulus = config.run["materials"]["particle"]["shear_modulus_Pa"]
+    modulus = config.own_run["materials"]["particle"]["shear_modulus_Pa"]
     assert modulus > 3e6
     radius, effective = 1.0, modulus / (2 * (1 - 0.25))
     force = 2e5 * (2 * radius) ** 2
@@ -360,13 +360,13 @@ def of_vessel(name, *told):
     """Study, and geometry of its vessel, of oats of 4 mm."""
     options = "--lifted-cylinder 26 27 cylinder=60mm --density 1.3g/cm3 --grain 4mm".split()
     config = begun(name, [*options, "--bulk-density", "520kg/m3", "530kg/m3", *told])
-    return config, config.rigs["vessel"].run["geometry"]
+    return config, config.tests["vessel"].run["geometry"]
 
 
 def test_the_density_is_that_in_the_laboratorys_own_vessel(here, capsys):
     config, geometry = of_vessel("oats", "vessel=90mm")
     assert geometry == {"vessel_diameter_mm": 90.0, "simulated_diameter_mm": 60.0, "taps": 0}
-    assert config.targets[1].discrepancy == 0.0
+    assert joint_targets(config)[1].discrepancy == 0.0
     assert not tells(capsys.readouterr().out, "vessel was not told")
     narrow, geometry = of_vessel("rye", "vessel=44mm")
     assert geometry == {"vessel_diameter_mm": 44.0, "taps": 0}
@@ -375,19 +375,21 @@ def test_the_density_is_that_in_the_laboratorys_own_vessel(here, capsys):
     assert tells(capsys.readouterr().out, "vessel", "108.4 mm")
     assert geometry["vessel_diameter_mm"] == pytest.approx((4e6 / math.pi) ** (1 / 3), abs=0.1)
     # half of what its walls take: 0.7 grains over its width
-    assert config.targets[1].discrepancy == pytest.approx(0.35 * 4 / 108.4 * 525, rel=0.05)
+    assert joint_targets(config)[1].discrepancy == pytest.approx(0.35 * 4 / 108.4 * 525, rel=0.05)
 
 
 def test_taps_that_are_too_many_are_kept_and_no_target(here, capsys):
     tapped = ["--tapped-density", "810kg/m3", "812kg/m3", "taps=1250"]
     config = begun("wheat", [*WHEAT, *tapped])
-    assert not [t for t in config.targets if t.rig == "tapped"]
+    assert not [t for t in joint_targets(config) if t.tests == ("tapped",)]
     table = pd.read_csv(config.measurements)
     assert list(table[table.quantity == "tapped_density"].role) == ["hold out"] * 2
     assert tells(capsys.readouterr().out, "1250 taps", "not simulated")
     config = begun("oats", [*WHEAT, *tapped[:-1], "taps=20"])
-    assert [t.metric for t in config.targets if t.rig == "tapped"] == ["tapped_density_kg_m3"]
-    assert config.rigs["tapped"].run["geometry"]["taps"] == 20
+    assert [t.metric for t in joint_targets(config) if t.tests == ("tapped",)] == [
+        "tapped_density_kg_m3"
+    ]
+    assert config.tests["tapped"].run["geometry"]["taps"] == 20
 
 
 @pytest.mark.parametrize(
@@ -420,7 +422,7 @@ def test_length_and_width_make_a_spheroid(here, capsys):
     assert spheres["x_mm"].nunique() == len(spheres)  # a rod
     assert spheres["radius_mm"].max() == pytest.approx(3.2 / 2, rel=1e-3)
     volumes = [6.2 * 3.3**2, 6.0 * 3.1**2]
-    own = config.rigs["drop_300_mm"].run["particles"]["diameter_mm"]
+    own = config.tests["drop_300_mm"].run["particles"]["diameter_mm"]
     assert own == pytest.approx(np.mean(volumes) ** (1 / 3), abs=1e-3)
 
 
@@ -505,7 +507,7 @@ def test_what_bounces_write_is_taken_as_it_is(here):
     config = begun("own", [*GRAIN, "--drop", "drops.csv", "wall=steel"])
     rows = pd.read_csv("drops.csv")
     found = {
-        config.rigs[rig].run["geometry"]["drop_height_mm"]: (m.mean[0], m.covariance[0, 0])
+        config.tests[rig].run["geometry"]["drop_height_mm"]: (m.mean[0], m.covariance[0, 0])
         for (rig, metric), m in measured(config).items()
         if metric == "rebound_height_mm"
     }
@@ -519,15 +521,15 @@ def test_wide_sizes_are_so_stiff_that_no_grain_is_squeezed_through(here, capsys)
     """By energy, at the stiffness that is told: the largest gravel that has fallen from the top of
     the fill squeezes the smallest by 0.7 of its radius, and one of a single size is not stiffer."""
     config = begun("own", GRAVEL_LIFTED)
-    modulus = config.run["materials"]["particle"]["shear_modulus_Pa"]
+    modulus = config.own_run["materials"]["particle"]["shear_modulus_Pa"]
     assert tells(capsys.readouterr().out, "shear modulus", f"{modulus:.1e} Pa")
-    assert config.run["numerics"]["overlap_limit"] == 0.8
-    quick = 4 ** (1 / 3) * config.run["particles"]["scale_factor"] * 1e-3
-    sizes = config.run["particles"]["sizes"]["diameters_mm"]
+    assert config.own_run["numerics"]["overlap_limit"] == 0.8
+    quick = 4 ** (1 / 3) * config.own_run["particles"]["scale_factor"] * 1e-3
+    sizes = config.own_run["particles"]["sizes"]["diameters_mm"]
     large, small = 0.5 * quick * max(sizes), 0.5 * quick * min(sizes)
     # a layer has a grain on each square of 2.15 radii that lies free in the cylinder of 150 mm
     a_layer = math.pi * (0.075 - 1.05 * large) ** 2 / (2.15 * large) ** 2
-    height = config.run["particles"]["count"] / 4 / a_layer * 2.15 * large
+    height = config.own_run["particles"]["count"] / 4 / a_layer * 2.15 * large
     speed = math.sqrt(2 * 9.81 * height) + 3 * math.sqrt(9.81 * large)
     falls = 0.5 * 2650 * 4 / 3 * math.pi * large**3 * speed**2
     radius = small * large / (small + large)

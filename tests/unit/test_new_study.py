@@ -13,6 +13,7 @@ from calibration.errors import CalibrationError, ConfigError
 from calibration.intake.measurements import read_measured
 from calibration.interface.commands import main
 from calibration.study.config import parse_config
+from calibration.study.config.joint import joint_targets
 from calibration.study.factors import Factor, read_factors
 from calibration.study.new.heap import Heap
 from calibration.study.new.pilot import Trial, advice, beyond, coarse, corners, one_run, shrunk
@@ -45,8 +46,8 @@ def test_a_study_begins_from_values_with_units(here, capsys):
     assert tells(said, "3 values", "26.1°", "28.4°", "27.17°", "1.2°")
     config = read(here / "Weizen Prüfung 1")
     assert config.name == "Weizen_Prufung_1"
-    assert config.run["materials"]["particle"]["density_kg_m3"] == 1350
-    assert config.run["geometry"]["plate_diameter_mm"] == 100
+    assert config.own_run["materials"]["particle"]["density_kg_m3"] == 1350
+    assert config.own_run["geometry"]["plate_diameter_mm"] == 100
     assert len((here / "Weizen Prüfung 1" / "config.yaml").read_text("utf-8").splitlines()) < 60
     factors = read_factors(config.factors)
     assert {f.key: (f.low, f.high) for f in factors} == WIDE
@@ -56,7 +57,7 @@ def test_a_study_begins_from_values_with_units(here, capsys):
 
 def test_a_new_material_rolls_by_laws_that_hold_in_motion(here, capsys):
     assert main(["new", "peas", *ANGLES, *RIG]) == 0
-    laws = read(here / "peas").run["laws"]
+    laws = read(here / "peas").own_run["laws"]
     assert (laws["rolling"], laws["torsion"]) == ("elastic_plastic", "marshall")
 
 
@@ -93,18 +94,19 @@ def test_grains_and_feed_agree_with_closed_forms():
 def test_one_heap_is_calibrated_by_the_chain_and_a_density_beside_it_by_all(here, capsys):
     assert main(["new", "peas", *ANGLES, *RIG]) == 0
     assert read(here / "peas").supplements == ["posterior"]
-    assert not read(here / "peas").targets
     assert main(["new", "beans", *ANGLES, *RIG, "--bulk-density", "0.76g/cm3", "790 kg/m3"]) == 0
     assert tells(capsys.readouterr().out, "2 values", "760 kg/m³", "790 kg/m³")
     both = read(here / "beans")
-    assert [t.metric for t in both.targets] == ["angle_of_repose_deg", "poured_density_kg_m3"]
+    assert both.supplements == ["joint"]
+    metrics = [t.metric for t in joint_targets(both)]
+    assert metrics == ["angle_of_repose_deg", "poured_density_kg_m3"]
     packed = read_measured(both.measurements).of("bulk_density", "poured_density")
     assert packed[0].readings == (760.0, 790.0)
 
 
 def test_a_rim_holds_a_bed_and_carries_the_heap(here, capsys):
     assert main(["new", "peas", *ANGLES, *RIG, "--rim", "4mm"]) == 0
-    run = read(here / "peas").run
+    run = read(here / "peas").own_run
     assert run["geometry"]["plate_rim_height_mm"] == 4
     bare, rimmed = (Heap(4.0, 1350, 25, 100, 75, 30, 3e6, plate_rim_height_mm=h) for h in (0, 4))
     bed = 1.3 * 0.6 * np.pi / 4 * 100**2 * 4 / (np.pi / 6 * 4**3)
@@ -124,7 +126,7 @@ def test_an_orifice_that_steeper_heaps_would_touch_is_warned_of(here, capsys):
 def test_no_more_grains_are_simulated_than_asked(here, capsys):
     assert main(["new", "peas", *ANGLES, *RIG, "--grains", "800"]) == 0
     said = capsys.readouterr().out
-    particles = read(here / "peas").run["particles"]
+    particles = read(here / "peas").own_run["particles"]
     assert particles["count"] == pytest.approx(800, rel=1e-2)
     assert f"{particles['diameter_mm'] / 4:.2f} times" in said
     assert "--grains" not in said  # this rig takes no 4,000
@@ -249,7 +251,7 @@ def test_measured_angles_come_from_a_table(here, capsys):
 def test_a_rate_of_pouring_is_kept(here, capsys):
     assert main(["new", "peas", *ANGLES, *RIG, "--rate", "0.6kg/min"]) == 0
     # 10 g/s of grains of 1.35 g/cm3 and 4 mm, of 45.2 mg each
-    fed = read(here / "peas").run["geometry"]["generation_rate_per_s"]
+    fed = read(here / "peas").own_run["geometry"]["generation_rate_per_s"]
     assert fed == round(10.0 / (1.35 * np.pi / 6 * 0.4**3))
 
 
@@ -259,7 +261,7 @@ def test_a_resolution_keeps_the_volume(here, resolution, fewer):
     data = yaml.safe_load((here / "peas" / "config.yaml").read_text())
     full, less = parse_config(data), parse_config(data | {"resolution": resolution})
     assert less.name == f"peas-{resolution}"
-    spec, fine = (parse_spec({"experiment": "heap"} | c.run) for c in (less, full))
+    spec, fine = (parse_spec({"experiment": "heap"} | c.own_run) for c in (less, full))
     assert spec.particles.count == pytest.approx(fine.particles.count / fewer, abs=1)
     assert (spec.particles.diameter_mm / 4.0) ** 3 == pytest.approx(fewer, rel=1e-4)
     # a stage gets the settings that the parser has made: they are not coarsened again
@@ -440,7 +442,7 @@ def test_a_heap_that_trembles_gets_time_and_then_shorter_steps(here, monkeypatch
     seen = poured(monkeypatch, calm)
     assert main(["new", "peas", *ANGLES, *rig]) == 0
     assert len(seen) == 17 + 2
-    numerics = read(here / "peas").run["numerics"]
+    numerics = read(here / "peas").own_run["numerics"]
     assert (numerics["max_time_s"], numerics["rayleigh_fraction"]) == (24.0, 0.16)
     assert tells(capsys.readouterr().out, "heap", "rayleigh_fraction", "0.16", "rest")
     assert tells((here / "peas/README.md").read_text(), "max_time_s", "24", "rest")
@@ -466,7 +468,7 @@ def test_a_pilot_that_is_ended_ends(here, monkeypatch):
     monkeypatch.setattr(dem.run, "run", stopped)
     config = read(here / "peas")
     with pytest.raises(StoppedError):
-        one_run(config, config.run, "heap", {})
+        one_run(config, config.own_run, "heap", {})
 
 
 @pytest.mark.slow

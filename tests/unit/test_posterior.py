@@ -237,7 +237,7 @@ def chain(tmp_path_factory):
     """A finished chain of two factors in a folder: its angle depends on the first alone, the grains
     on the plate on the second alone. The configuration and the stage's outputs."""
     from calibration.chain import posterior as stage
-    from calibration.study.config.schema import PosteriorConfig
+    from calibration.study.config.schema import PosteriorConfig, TestConfig
 
     tmp_path = tmp_path_factory.mktemp("chain")
     optimum = {"region": REGION, "optimum": {"first": 0.4, "second": 0.4}}
@@ -254,7 +254,9 @@ def chain(tmp_path_factory):
         experiment="heap",
         target=SimpleNamespace(metric="angle_of_repose_deg"),
         further_targets=[],
-        run={"particles": {"count": 1200}},
+        own="heap",
+        own_run={"particles": {"count": 1200}},
+        tests={"heap": TestConfig(experiment="heap")},
         posterior=PosteriorConfig(draws=60, priors={"second": {"mean": 0.4, "sd": 0.05}}),
     )
     values = {"angle_of_repose_deg": angle.to_numpy(), "on_plate": plate.to_numpy()}

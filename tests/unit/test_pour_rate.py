@@ -34,7 +34,7 @@ def config_of(tmp_path, monkeypatch, rules=RULES, **more):
     Path("measured.csv").write_text("\n".join(measured) + "\n")
     data = {
         "name": "made-up", "factors": "factors.tsv", "measurements": "measured.csv",
-        "target": {"metric": "angle_of_repose_deg"},
+        "tests": {"heap": {"experiment": "heap"}},
         "run": {"materials": RUN["materials"], "contacts": RUN["contacts"],
                 "particles": {"count": 100, "diameter_mm": 2.0},
                 "geometry": {"generation_rate_per_s": 1000}},

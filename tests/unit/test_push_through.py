@@ -14,7 +14,6 @@ from calibration.chain.push_through import sentences
 from calibration.chain.study import Study
 from calibration.errors import ConfigError
 from calibration.figures import ANGLE
-from calibration.runs.feasibility import check_ahead
 from calibration.runs.plans import read_plan, result_path
 from calibration.statistics.nested import nested
 from calibration.study.config import parse_config
@@ -29,7 +28,9 @@ KEYS = {
     "restitution": "contacts.particle_particle.restitution",
     "wall": "contacts.particle_wall.static_friction",
 }
-MACHINE = {"experiment": "tilt", "metrics": ["sliding_angle_deg"], "draws": 12, "replicates": 3}
+MACHINE = {"experiment": "tilt", "metrics": ["sliding_angle_deg"]}
+HEAP = {"particles": {"count": 100, "diameter_mm": 2.0},
+        "geometry": {"generation_rate_per_s": 1000}}  # fmt: skip
 
 
 def draws_of(n, r, between, within, rng):
@@ -66,7 +67,7 @@ def test_the_interval_holds_a_further_run_as_often_as_it_says(r, between, within
     assert 0.94 <= inside / studies <= 0.96
 
 
-def config_of(tmp_path, monkeypatch, **machine):
+def config_of(tmp_path, monkeypatch, draws=12, replicates=3, **machine):
     monkeypatch.chdir(tmp_path)
     rows = [f"{c}\t{n}\t{k}\t0.1\t0.5" for c, (n, k) in zip("ABC", KEYS.items(), strict=True)]
     Path("factors.tsv").write_text("\n".join(["code\tname\tkey\tlow\thigh", *rows]) + "\n")
@@ -75,11 +76,10 @@ def config_of(tmp_path, monkeypatch, **machine):
     Path("measured.csv").write_text("\n".join(measured) + "\n")
     data = {
         "name": "made-up", "seed": 7, "factors": "factors.tsv", "measurements": "measured.csv",
-        "target": {"metric": "angle_of_repose_deg"}, "fixed": {"wall": 0.33},
-        "run": {"materials": RUN["materials"], "contacts": RUN["contacts"],
-                "particles": {"count": 100, "diameter_mm": 2.0},
-                "geometry": {"generation_rate_per_s": 1000}},
-        "push_through": {"chute": MACHINE | machine},
+        "fixed": {"wall": 0.33},
+        "run": {"materials": RUN["materials"], "contacts": RUN["contacts"]},
+        "tests": {"heap": {"experiment": "heap", "run": HEAP}, "chute": MACHINE | machine},
+        "predict": {"draws": draws, "replicates": replicates},
     }  # fmt: skip
     return parse_config(data)
 
@@ -154,6 +154,5 @@ def test_runs_without_a_value_are_counted_and_too_few_said(tmp_path, monkeypatch
 
 
 def test_a_machine_that_cannot_be_run_is_refused_before_any_run(tmp_path, monkeypatch):
-    config = config_of(tmp_path, monkeypatch, run={"geometry": {"tilt_rate_deg_s": -5.0}})
-    with refused(ConfigError, "geometry.tilt_rate_deg_s = -5.0", key="push_through.chute"):
-        check_ahead(config)
+    with refused(ConfigError, key="tests.chute.run.geometry.tilt_rate_deg_s", value=-5.0):
+        config_of(tmp_path, monkeypatch, run={"geometry": {"tilt_rate_deg_s": -5.0}})

@@ -10,7 +10,7 @@ import yaml
 
 from calibration.interface.commands import main
 from calibration.study.config import parse_config
-from calibration.study.config.joint import read_joint_target
+from calibration.study.config.joint import joint_targets, read_joint_target
 from calibration.study.new.sizes import sieve_curve
 from facts import tells
 
@@ -34,7 +34,7 @@ def new(*options):
 def targets():
     path = Path("study", "config.yaml")
     config = parse_config(yaml.safe_load(path.read_text()), files=[path])
-    return {(t.rig, t.metric): read_joint_target(config, t) for t in config.targets}
+    return {(t.tests[0], t.metric): read_joint_target(config, t) for t in joint_targets(config)}
 
 
 def test_drops_and_shear_stresses_are_read_from_tables(here, capsys):

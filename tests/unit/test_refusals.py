@@ -179,7 +179,7 @@ def test_what_has_one_meaning_is_read_and_said_back(name, tmp_path, monkeypatch)
     (said,) = read_back(config)
     assert "4 values, 26.1° to 28.4°, mean 27.40°" in said
     assert words in said
-    assert config.run["materials"]["particle"]["density_kg_m3"] == 1350
+    assert config.own_run["materials"]["particle"]["density_kg_m3"] == 1350
 
 
 def test_an_error_names_the_file_that_has_it(tmp_path, monkeypatch):

@@ -103,7 +103,7 @@ def test_the_plan_has_every_case_and_shares_what_is_equal(config, tmp_path):
 
 
 def test_the_study_s_own_cohesion_is_left_out(config):
-    run = config.run | {
+    run = config.own_run | {
         "laws": {"cohesion": "sjkr"},
         "law_parameters": {"cohesion_energy_density_J_m3": 1e4},
     }

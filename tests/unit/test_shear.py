@@ -67,9 +67,9 @@ def test_each_cell_of_the_plan_has_its_own_seeds_and_the_cell_s_own_levels(
 ):
     monkeypatch.chdir(request.config.rootpath)
     config = parse_config(yaml.safe_load(Path("config/config.yaml").read_text()))
-    section = config.bench.shear.model_copy(update={"fixed": {"salt_steel_static_friction": 0.0}})
-    bench = config.bench.model_copy(update={"shear": section})
-    study = Study(config.model_copy(update={"bench": bench}))
+    fixed = {"fixed": {"salt_steel_static_friction": 0.0}}
+    ring = config.tests["ring"].model_copy(update=fixed)
+    study, section = Study(config.model_copy(update={"tests": {"ring": ring}})), ring.sweep
     plan_shear(study, None, PlanFiles.of(tmp_path))
     specs = list(read_plan(tmp_path / "plan.json").values())
     cells = len(section.levels) * len(section.normal_stresses_kPa)

@@ -87,7 +87,12 @@ def settings(tmp_path, monkeypatch):
 
 
 def configuration(**more):
-    study = {"name": "s", "factors": "f", "measurements": "m", "target": {"metric": "a"}}
+    study = {
+        "name": "s",
+        "factors": "f",
+        "measurements": "m",
+        "tests": {"heap": {"experiment": "heap"}},
+    }
     return Config.model_validate(study | more)
 
 

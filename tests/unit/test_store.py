@@ -296,7 +296,7 @@ def study(tmp_path, monkeypatch):
             "name": "meshed",
             "factors": "config/factors.tsv",
             "measurements": "data/paper/measurements.csv",
-            "target": {"metric": "angle_of_repose_deg"},
+            "tests": {"heap": {"experiment": "heap"}},
             "run": {"geometry": {"plate_stl": "plate.stl"}},
             "screening": {"design": "table.csv"},
         }

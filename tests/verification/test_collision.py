@@ -8,6 +8,7 @@ import pytest
 import yaml
 
 from calibration.intake.quantities import Condition
+from calibration.study.config import overlay
 from diagnosis.catalogue import load_catalogue
 from diagnosis.collision import rebounds, sliding_angles
 from diagnosis.rig import Rig
@@ -17,7 +18,8 @@ HEIGHTS = np.array([60.0, 150.0, 400.0])
 
 
 def spec(experiment, diameter=2.0, **pair):
-    base = yaml.safe_load(Path("config/config.yaml").read_text())["run"]
+    salt = yaml.safe_load(Path("config/config.yaml").read_text())
+    base = overlay(salt["run"], salt["tests"]["heap"]["run"]) | {"experiment": "heap"}
     settings = read_settings("config/diagnosis.yaml")
     levers = {"particle_diameter_mm": diameter}
     if experiment == "drop":

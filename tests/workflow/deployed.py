@@ -33,10 +33,10 @@ metrics = {"rebound_height_mm": height * bounce + 0.02 * (spec["seed"] % 2)}
 json.dump(metrics, open("metrics.json", "w"))
 """
 STUDY = """name: {name}
-experiment: drop
+tests: {{ ball: {{ experiment: drop }} }}
 factors: {folder}/factors.tsv
 measurements: {folder}/measured.csv
-target: {{ metric: rebound_height_mm, low: 0, high: 6 }}
+calibrate: {{ to: {{ rebound_height_mm: {{}} }} }}
 engine: {{ name: command, command: "{python} {folder}/solver.py {{spec}}", version: "1" }}
 run:
   materials: {{ particle: {{ density_kg_m3: 2500, shear_modulus_Pa: 1.0e+7, poisson_ratio: 0.2 }} }}

@@ -67,8 +67,7 @@ runs_per_job: {share}
 seed: 1
 factors: factors.tsv
 measurements: measured.csv
-target: {{metric: value}}
-experiment: nothing
+tests: {{nothing: {{experiment: nothing}}}}
 fixed: {fixed}
 run:
   materials: {{ particle: {{ density_kg_m3: 2500, shear_modulus_Pa: 1.0e+7, poisson_ratio: 0.2 }} }}

@@ -172,10 +172,10 @@ def test_a_campaign_that_is_killed_ends_as_an_undisturbed_one(tmp_path):
 
 
 STUDY = """name: {name}
-experiment: drop
+tests: {{ ball: {{ experiment: drop }} }}
 factors: factors.tsv
 measurements: measured.csv
-target: {{ metric: rebound_height_mm, low: 0, high: 6 }}
+calibrate: {{ to: {{ rebound_height_mm: {{}} }} }}
 run:
   materials: {{ particle: {{ density_kg_m3: 2500, shear_modulus_Pa: 1.0e+7, poisson_ratio: 0.2 }} }}
   particles: {{ count: 1, diameter_mm: 2.0 }}

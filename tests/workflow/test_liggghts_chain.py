@@ -37,7 +37,8 @@ STUDY = {
     "engine": "liggghts",
     "factors": "factors.tsv",
     "measurements": "measured.csv",
-    "target": {"metric": "height_mm"},
+    "tests": {"heap": {"experiment": "heap"}},
+    "calibrate": {"to": {"height_mm": {}}},
     "run": RUN,
     "screening": {
         "kind": "plackett_burman", "runs": 4, "replicates": 2, "at_least": 2, "at_most": 2

@@ -48,18 +48,20 @@ TESTS = {
     "discharge": ("mass_flow", "mass_flow_g_s", "g/s", 4),
 }
 """{experiment: (quantity, metric, unit, readings)}."""
+SHARED = {key: RUN[key] for key in ("materials", "laws")}
+HEAP = {key: part for key, part in RUN.items() if key not in SHARED}
 STUDY = {
     "engine": "liggghts",
     "seed": 300,
     "factors": "factors.tsv",
     "measurements": "measured.csv",
-    "target": {"metric": "height_mm"},
-    "run": RUN,
-    "rigs": {"heap": {"experiment": "heap"}, "silo": {"experiment": "discharge", "run": SILO}},
+    "calibrate": {"to": {"height_mm": {}}},
+    "run": SHARED,
+    "tests": {"heap": {"experiment": "heap", "metrics": ["height_mm"], "run": HEAP},
+              "silo": {"experiment": "discharge", "metrics": ["mass_flow_g_s"], "run": SILO}},
     "joint": {"runs": 10, "repeated": 2, "second_wave": 0},
     "runs_per_job": 8,
 }  # fmt: skip
-TARGETS = [{"rig": "heap", "metric": "height_mm"}, {"rig": "silo", "metric": "mass_flow_g_s"}]
 NARROWER = 0.8
 """Of the area that the heap alone leaves of both frictions, what both tests may leave at most."""
 
@@ -89,8 +91,8 @@ def folder(tmp_path_factory):
     (folder / "measured.csv").write_text(measured(folder / "truth"))
     snakefile = ("--snakefile", ROOT / "workflow" / "Snakefile")
     command = [*SNAKEMAKE, *snakefile, "-j1", *NO_PROFILE, "--configfile"]
-    for name, targets in (("both", TARGETS), ("alone", TARGETS[:1])):
-        study = STUDY | {"name": name, "targets": targets}
+    for name, tests in (("both", ["heap", "silo"]), ("alone", ["heap"])):
+        study = STUDY | {"name": name, "joint": STUDY["joint"] | {"tests": tests}}
         (folder / f"{name}.yaml").write_text(yaml.safe_dump(study))
         done(*command, f"{name}.yaml", "--", "joint", cwd=folder)
     return folder / "results"

@@ -27,7 +27,8 @@ ROOT = Path(__file__).parents[2]
 def campaign(tmp_path, monkeypatch):
     """A screening of heaps of too few grains, planned: its settings, table and {run id: spec}."""
     data = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
-    data["run"] = {"particles": {"count": 5, "diameter_mm": 6.0}}
+    run = {"particles": {"count": 5, "diameter_mm": 6.0}}
+    data |= {"run": run, "tests": {"heap": {"experiment": "heap"}}, "predict": {}}
     data |= {"name": "few", "optimise": {"candidate_runs": 10}}
     data["validation"] = {"groups": 5, "replicates": 5, "margin": 1.0}
     data["screening"]["foldover"], data["response_surface"]["replicates"] = False, 1
@@ -36,7 +37,9 @@ def campaign(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     config = parse_config(data)
     factors = read_factors(config.factors)
-    table, specs = plan(plackett_burman(factors), factors, config)
+    table, specs = plan(
+        plackett_burman(factors), factors, config, config.experiment, config.own_run
+    )
     write_plan("results/few/screening", table, specs)
     return config.model_dump(mode="json"), table, specs
 

@@ -120,7 +120,8 @@ def study(tmp_path, monkeypatch, count, measured, **more):
         "name": "made-up",
         "factors": "factors.tsv",
         "measurements": "measured.csv",
-        "target": {"metric": first},
+        "tests": {"heap": {"experiment": "drop" if first.startswith("rebound") else "heap"}},
+        "calibrate": {"to": {first: {}}},
         "run": SMALL,
         "ascent": {"rule": "effects"},
         "response_surface": {"half_width": {"f1": 0.05, "f2": 0.05, "f3": 0.05}},
@@ -164,21 +165,18 @@ def test_a_replicated_design_repeats_every_point_with_another_seed(tmp_path, mon
     assert found["validation"]["simulated_mean"] == pytest.approx(36.0, abs=0.15)
 
 
-FURTHER = {"metric": "height_mm", "low": 8.0, "high": 18.0, "margin": 1.0}
-
-
-def both_targets(**further):
-    target = {"metric": "angle_of_repose_deg", "low": 26.0, "high": 46.0}
-    return {"target": target, "further_targets": [FURTHER | further]}
+BOTH = {
+    "angle_of_repose_deg": {"low": 26.0, "high": 46.0},
+    "height_mm": {"low": 8.0, "high": 18.0, "margin": 1.0},
+}
 
 
 def test_two_targets_are_met_and_a_third_goal_decides_between_equal_points(tmp_path, monkeypatch):
     measured = {"angle_of_repose_deg": 36.0, "height_mm": 13.0}
-    wanted = both_targets()
-    wanted["further_targets"].append(
-        {"metric": "spilled", "goal": "minimise", "low": 0.0, "high": 40.0, "importance": 0.5}
+    spilled = {"goal": "minimise", "low": 0.0, "high": 40.0, "importance": 0.5}
+    config = study(
+        tmp_path, monkeypatch, 4, measured, calibrate={"to": BOTH | {"spilled": spilled}}
     )
-    config = study(tmp_path, monkeypatch, 4, measured, **wanted)
     metrics = {"angle_of_repose_deg": angle, "height_mm": height}
     found = run_chain(config, 4, metrics | {"spilled": lambda a, b, c, d: 20.0 + 5.0 * c})
     best, validated = found["optimise"], found["validation"]
@@ -201,7 +199,7 @@ def test_two_targets_are_met_and_a_third_goal_decides_between_equal_points(tmp_p
 
 def test_a_factor_that_moves_only_the_second_target_goes_on(tmp_path, monkeypatch):
     measured = {"angle_of_repose_deg": 36.0, "height_mm": 13.0}
-    config = study(tmp_path, monkeypatch, 6, measured, **both_targets())
+    config = study(tmp_path, monkeypatch, 6, measured, calibrate={"to": BOTH})
     metrics = {
         "angle_of_repose_deg": lambda a, b, c, d, e, f: 35.0 + 6.0 * a + 4.0 * b + 0.1 * c,
         "height_mm": lambda a, b, c, d, e, f: 12.0 + 3.0 * f,
@@ -212,6 +210,6 @@ def test_a_factor_that_moves_only_the_second_target_goes_on(tmp_path, monkeypatc
 
 def test_targets_that_exclude_each_other_end_with_a_sentence(tmp_path, monkeypatch):
     measured = {"angle_of_repose_deg": 36.0, "height_mm": 13.0}
-    config = study(tmp_path, monkeypatch, 4, measured, **both_targets())
+    config = study(tmp_path, monkeypatch, 4, measured, calibrate={"to": BOTH})
     with refused(CalibrationError, "acceptable", "targets"):
         run_chain(config, 4, {"angle_of_repose_deg": angle, "height_mm": lambda a, b, c, d: 90.0})

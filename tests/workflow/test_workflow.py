@@ -266,7 +266,7 @@ def test_published_values_give_the_published_angle_within_the_laboratories_sprea
     monkeypatch.chdir(ROOT)
     config = parse_config(yaml.safe_load(Path(SOYBEAN).read_text()), file=SOYBEAN)
     levels = {f.key: config.fixed[f.name] for f in read_factors(config.factors)}
-    spec = parse_spec(point_spec(config.run, config.experiment, levels, config.seed))
+    spec = parse_spec(point_spec(config.own_run, config.experiment, levels, config.seed))
     angle = run(spec, tmp_path)["metrics"]["angle_of_repose_deg"]
     measured = read_target(config)
     # one run's own spread from flank to flank is about four degrees

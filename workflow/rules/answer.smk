@@ -23,8 +23,7 @@ checkpoint plan_answer:
         **planned("answer"),
     params:
         function="calibration.telling.answer.stage:plan_answer",
-        reads=[*PLANNING, *RESPONSES, "supplements", "bench", "rigs", "targets"]
-        + ["push_through", "validation"],
+        reads=[*PLANNING, *RESPONSES, "supplements", "validation"],
         seeds=9,
     message:
         "plan the answer: each measured row at the parameters handed out"
@@ -55,7 +54,7 @@ rule answer:
     params:
         # it names each value's source, which any section may be
         function="calibration.telling.answer.stage:answer",
-        reads=list(Config.model_fields),
+        reads=EVERYTHING,
     message:
         "answer: what the study found, beside everything that was measured"
     script:

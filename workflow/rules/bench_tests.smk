@@ -5,13 +5,13 @@
 
 checkpoint plan_tilt:
     input:
-        needs=needs("bench.tilt", "plan_tilt"),
+        needs=refusing(lambda: swept_test(SETTINGS, "tilt")),
         factors=FACTORS,
     output:
         **planned("tilt"),
     params:
         function="calibration.chain.bench_tests.sweep:plan_tilt",
-        reads=[*PLANNING, "bench"],
+        reads=[*PLANNING, *TESTS],
     message:
         "plan the tilt test: sweep"
     script:
@@ -28,7 +28,7 @@ checkpoint plan_tilt_confirmation:
         **planned("tilt_confirmation"),
     params:
         function="calibration.chain.bench_tests.sweep:plan_tilt_confirmation",
-        reads=[*PLANNING, "bench", "measurements"],
+        reads=[*PLANNING, *TESTS, "measurements"],
     message:
         "plan the tilt test: runs at the inverse of the fit"
     script:
@@ -48,7 +48,7 @@ rule tilt:
         figure=page("tilt/tilt.svg", "7 Bench tests"),
     params:
         function="calibration.chain.bench_tests.sweep:tilt",
-        reads=[*PLANNING, "bench", "measurements"],
+        reads=[*PLANNING, *TESTS, "measurements"],
     message:
         "tilt test: fit, inverse and confirmation"
     script:
@@ -57,13 +57,13 @@ rule tilt:
 
 checkpoint plan_drop:
     input:
-        needs=needs("bench.drop", "plan_drop"),
+        needs=refusing(lambda: swept_test(SETTINGS, "drop")),
         factors=FACTORS,
     output:
         **planned("drop"),
     params:
         function="calibration.chain.bench_tests.sweep:plan_drop",
-        reads=[*PLANNING, "bench"],
+        reads=[*PLANNING, *TESTS],
     message:
         "plan the drop test: sweep"
     script:
@@ -80,7 +80,7 @@ checkpoint plan_drop_confirmation:
         **planned("drop_confirmation"),
     params:
         function="calibration.chain.bench_tests.sweep:plan_drop_confirmation",
-        reads=[*PLANNING, "bench", "measurements"],
+        reads=[*PLANNING, *TESTS, "measurements"],
     message:
         "plan the drop test: runs at the inverse of the fit"
     script:
@@ -100,7 +100,7 @@ rule drop:
         figure=page("drop/drop.svg", "7 Bench tests"),
     params:
         function="calibration.chain.bench_tests.sweep:drop",
-        reads=[*PLANNING, "bench", "measurements"],
+        reads=[*PLANNING, *TESTS, "measurements"],
     message:
         "drop test: fit, inverse and confirmation"
     script:
@@ -109,13 +109,13 @@ rule drop:
 
 checkpoint plan_shear:
     input:
-        needs=needs("bench.shear", "plan_shear"),
+        needs=refusing(lambda: swept_test(SETTINGS, "shear")),
         factors=FACTORS,
     output:
         **planned("shear"),
     params:
         function="calibration.chain.bench_tests.shear:plan_shear",
-        reads=[*PLANNING, "bench"],
+        reads=[*PLANNING, *TESTS],
     message:
         "plan the shear test"
     script:
@@ -134,7 +134,7 @@ rule shear:
         figure=page("shear/yield_locus.svg", "7 Bench tests", "shear_yield_locus"),
     params:
         function="calibration.chain.bench_tests.shear:shear",
-        reads=["factors", "fixed", "bench", "run", "measurements"],
+        reads=["factors", "fixed", *TESTS, "measurements"],
     message:
         "shear test: yield locus"
     script:

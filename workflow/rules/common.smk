@@ -12,8 +12,10 @@ from pathlib import Path
 from snakemake.io import is_flagged
 
 from calibration.study.config import Config, given, stands_alone
-from calibration.study.config.joint import handed_out_by
+from calibration.study.config.joint import check_targets, handed_out_by
 from calibration.study.config.resolution import parse_resolved
+from calibration.study.config.schema import VIEWS
+from calibration.study.config.tests import predicted, swept_test
 from calibration.errors import REFUSALS, in_words
 from calibration.intake.started_code import refuse_unasked
 from calibration.digests import digest
@@ -103,8 +105,10 @@ def page(file, category, caption=None, captions="../report"):
 
 
 # sections that whoever plans runs reads, and whoever reads what came out of them
-PLANNING = ["seed", "experiment", "fixed", "run", "factors"]
-RESPONSES = ["target", "further_targets", "measurements", "experiment", "run"]
+PLANNING = ["seed", "experiment", "fixed", "own_run", "factors"]
+TESTS = ["own", "run", "tests"]
+EVERYTHING = [*Config.model_fields, *VIEWS]
+RESPONSES = ["target", "further_targets", "measurements", "experiment", *TESTS]
 
 # An edit of the factor table makes again the rules that have FACTORS among their input, and what
 # follows (`snakemake -n` shows it); a run whose spec stays is kept. The same for MEASUREMENTS

@@ -7,9 +7,9 @@ from diagnosis.measurements import read_measurements
 
 DIAGNOSIS_SETTINGS = user_file(SETTINGS.diagnosis.get("settings"))
 
-DIAGNOSIS_READS = ["experiment", "run", "factors", "diagnosis", "measurements"]
-# they give levels and rigs that the settings do not
-DIAGNOSIS_READS += ["fixed", "bench", "push_through"]
+# tests and fixed levels give what the settings do not
+DIAGNOSIS_READS = [*TESTS, "own_run", "experiment", "fixed", "factors", "diagnosis"]
+DIAGNOSIS_READS += ["measurements"]
 BOTH = {"settings": DIAGNOSIS_SETTINGS, "factors": FACTORS}
 EACH_WAVE = [f"{STUDY}/diagnosis/wave_{k}" for k in range(1, WAVES + 1)]
 

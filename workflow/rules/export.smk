@@ -34,7 +34,7 @@ rule export:
     params:
         # it writes the whole configuration
         function="calibration.telling.export.stage:export",
-        reads=list(Config.model_fields),
+        reads=EVERYTHING,
     message:
         "export: calibrated.yaml and input for other codes"
     script:
@@ -131,7 +131,7 @@ rule export_converted:
         decks=[directory(f"{STUDY}/exports/converted/{code}") for code in DECKS],
     params:
         function="calibration.telling.export.stage:export_converted",
-        reads=[*PLANNING, "target", "targets", "rigs"],
+        reads=[*PLANNING, *TESTS, "target"],
     message:
         "export: input for other codes, with the rolling friction that gives the angle there"
     script:

@@ -9,17 +9,22 @@ if BY_JOINT:
 CHAIN = [*CALIBRATION, "answer", "export"]
 
 
-def needs(key, stage):
-    """Input function without files: refuses a stage whose key the configuration does not give."""
+def refusing(asked):
+    """Input function without files: refuses a stage for which `asked` raises."""
 
     def check(wildcards):
         try:
-            given(SETTINGS, key, stage)
+            asked()
         except REFUSALS as error:
             raise WorkflowError(in_words(error))
         return []
 
     return check
+
+
+def needs(key, stage):
+    """Input function without files: refuses a stage whose key the configuration does not give."""
+    return refusing(lambda: given(SETTINGS, key, stage))
 
 
 def table_that(reads):

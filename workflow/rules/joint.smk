@@ -4,15 +4,14 @@
 
 checkpoint plan_joint_first:
     input:
-        rigs=needs("rigs", "plan_joint_first"),
-        targets=needs("targets", "plan_joint_first"),
+        measured=refusing(lambda: check_targets(SETTINGS)),
         factors=FACTORS,
         fixed=BENCH_VALUES,
     output:
         **planned("joint_first"),
     params:
         function="calibration.chain.joint.plans:plan_joint_first",
-        reads=[*PLANNING, "joint", "rigs"],
+        reads=[*PLANNING, *TESTS, "joint"],
         seeds=7,
     message:
         "plan a common design for all rigs of the laboratory"
@@ -26,7 +25,7 @@ checkpoint plan_joint:
         factors=FACTORS,
         fixed=BENCH_VALUES,
         measurements=MEASUREMENTS,
-        curves=[user_file(t.curve) for t in SETTINGS.targets if t.curve],
+        curves=[user_file(t.curves.table) for t in SETTINGS.tests.values() if t.curves],
         first=f"{STUDY}/joint_first/design.csv",
         runs=runs_of("joint_first"),
     output:
@@ -35,7 +34,7 @@ checkpoint plan_joint:
         f"{STUDY}/logs/plan_joint.tsv"
     params:
         function="calibration.chain.joint.plans:plan_joint",
-        reads=[*PLANNING, "joint", "rigs", "targets", "measurements"],
+        reads=[*PLANNING, *TESTS, "joint", "measurements"],
         seeds=7,
     message:
         "plan runs where the joint posterior is wide"
@@ -47,7 +46,7 @@ rule joint:
     input:
         factors=FACTORS,
         measurements=MEASUREMENTS,
-        curves=[user_file(t.curve) for t in SETTINGS.targets if t.curve],
+        curves=[user_file(t.curves.table) for t in SETTINGS.tests.values() if t.curves],
         design=f"{STUDY}/joint/design.csv",
         runs=runs_of("joint"),
         first_runs=runs_of("joint_first"),
@@ -63,16 +62,7 @@ rule joint:
         f"{STUDY}/logs/joint.tsv"
     params:
         function="calibration.chain.joint.analysis:joint",
-        reads=[
-            "seed",
-            "experiment",
-            "run",
-            "factors",
-            "joint",
-            "rigs",
-            "targets",
-            "measurements",
-        ],
+        reads=["seed", "experiment", "factors", "joint", *TESTS, "measurements"],
     message:
         "joint: one posterior over all tests"
     script:
@@ -82,7 +72,7 @@ rule joint:
 # as push_through does with the draws of one target
 checkpoint plan_joint_push_through:
     input:
-        needs=needs("push_through", "plan_joint_push_through"),
+        machines=refusing(lambda: predicted(SETTINGS)),
         draws=f"{STUDY}/joint/draws.csv",
         factors=FACTORS,
         fixed=BENCH_VALUES,
@@ -90,7 +80,7 @@ checkpoint plan_joint_push_through:
         **planned("joint_push_through"),
     params:
         function="calibration.chain.joint.machines:plan_joint_push_through",
-        reads=[*PLANNING, "push_through"],
+        reads=[*PLANNING, *TESTS, "predict"],
         seeds=8,
     message:
         "plan the draws of the joint posterior in other machines"
@@ -115,7 +105,7 @@ rule joint_push_through:
         ),
     params:
         function="calibration.chain.joint.machines:joint_push_through",
-        reads=["experiment", "run", "factors", "measurements", "push_through"],
+        reads=["experiment", *TESTS, "factors", "measurements", "predict"],
     message:
         "what the joint posterior leaves open in other machines"
     script:

@@ -30,7 +30,7 @@ rule pour_rate:
         figure=page("pour_rate/pour_rate.svg", "7 Pour rate"),
     params:
         function="calibration.chain.pour_rate:pour_rate",
-        reads=["target", "experiment", "run", "pour_rate"],
+        reads=["target", "experiment", "own_run", "pour_rate"],
     message:
         "the response over the pour rate"
     script:

@@ -3,7 +3,7 @@
 
 checkpoint plan_push_through:
     input:
-        needs=needs("push_through", "plan_push_through"),
+        machines=refusing(lambda: predicted(SETTINGS)),
         draws=f"{STUDY}/posterior/draws.csv",
         factors=FACTORS,
         fixed=BENCH_VALUES,
@@ -11,7 +11,7 @@ checkpoint plan_push_through:
         **planned("push_through"),
     params:
         function="calibration.chain.push_through:plan_push_through",
-        reads=[*PLANNING, "push_through"],
+        reads=[*PLANNING, *TESTS, "predict"],
         seeds=5,
     message:
         "plan the draws of the posterior in other machines"
@@ -33,7 +33,7 @@ rule push_through:
         ),
     params:
         function="calibration.chain.push_through:push_through",
-        reads=["experiment", "run", "measurements", "push_through"],
+        reads=["experiment", *TESTS, "measurements", "predict"],
     message:
         "what the posterior leaves open in other machines"
     script:

@@ -8,7 +8,7 @@ from dem.fingerprint import engine_fingerprint
 COMPILED = f"{RUNS}/engine-{engine_fingerprint()}.compiled"
 
 # another engine than this project's has nothing to compile
-READY = [] if SETTINGS.run.get("engine") else ancient(COMPILED)
+READY = [] if SETTINGS.own_run.get("engine") else ancient(COMPILED)
 
 
 # numba compiles the engine once here, so that parallel runs find it compiled

@@ -9,7 +9,7 @@ checkpoint plan_scaling:
         **planned("scaling"),
     params:
         function="calibration.chain.scaling.plan:plan_scaling",
-        reads=[*PLANNING, "scaling"],
+        reads=[*PLANNING, "run", "scaling"],
     message:
         "plan the scaling test: heap and drop, enlarged by two rules"
     script:

@@ -67,7 +67,8 @@ TABLES = {
 def main(name):
     """Print a table, a line a run."""
     own = TABLES[name]
-    kind, (lever, levels) = own.study["experiment"], own.levels
+    ((_, test),) = own.study["tests"].items()
+    kind, (lever, levels) = test["experiment"], own.levels
     told, law = own.nature
     quantity = QUANTITIES[kind]
     key = measurable(kind)[quantity.name].key
@@ -79,9 +80,7 @@ def main(name):
     print(f"experiment,quantity,value,unit,sd,n,{lever},outcome")
     with tempfile.TemporaryDirectory() as root:
         for level in levels:
-            base = overlay(
-                own.study["run"], overlay(law, {"numerics": {"rayleigh_fraction": step}})
-            )
+            base = overlay(test["run"], overlay(law, {"numerics": {"rayleigh_fraction": step}}))
             if lever == "particle_diameter_mm":
                 base = filled(base, level)
             base = overlay(base, {"experiment": kind, part: {place: level}})

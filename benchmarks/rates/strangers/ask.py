@@ -7,6 +7,7 @@ from pathlib import Path
 import pandas as pd
 import yaml
 
+from calibration.study.config import overlay
 from diagnosis import contacts
 from diagnosis.catalogue import load_catalogue
 from diagnosis.measurements import read_measurements
@@ -19,7 +20,8 @@ ROOT = Path(__file__).parents[3]
 @cache
 def study():
     """Rig and catalogue of the shipped study."""
-    base = yaml.safe_load((ROOT / "config/config.yaml").read_text())["run"]
+    salt = yaml.safe_load((ROOT / "config/config.yaml").read_text())
+    base = overlay(salt["run"], salt["tests"]["heap"]["run"]) | {"experiment": "heap"}
     return Rig(read_settings(ROOT / "config/diagnosis.yaml"), base), load_catalogue()
 
 

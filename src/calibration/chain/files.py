@@ -12,7 +12,7 @@ from calibration.study.factors import Factor
 
 if TYPE_CHECKING:
     from calibration.chain.handed_over import NamedFiles
-    from calibration.study.config.schema import FurtherTarget
+    from calibration.study.config.schema import Target
 
 
 def read_region(path: str | Path) -> list[Factor]:
@@ -30,7 +30,7 @@ def each_file(paths: Iterable[str | Path]) -> list[Path]:
     return found
 
 
-def further_files(config: Config, output: NamedFiles) -> Iterable[tuple[FurtherTarget, str, str]]:
+def further_files(config: Config, output: NamedFiles) -> Iterable[tuple[Target, str, str]]:
     """(target, file, figure) of each further target; nothing with one target."""
     if not config.further_targets:
         return ()

@@ -78,7 +78,7 @@ def plan_numerics(study: Study, source: NamedFiles, output: NamedFiles) -> None:
             for point, levels in wanted.points.items()
             for _ in range(variant.seeds or wanted.seeds)
         ]
-        run = overlay(study.config.run, variant.run)
+        run = overlay(study.config.own_run, variant.run)
         parts.append(study.plan(pd.DataFrame(rows), run=run))
     write_plan(Path(output.plan).parent, *together(parts))
 

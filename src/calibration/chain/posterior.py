@@ -91,7 +91,7 @@ def posterior(study: Study, source: NamedFiles, output: NamedFiles) -> None:
                 "converged": posterior.converged,
             },
             "readings": config.posterior.readings,
-            "grains": config.run.get("particles", {}).get("count"),
+            "grains": config.own_run.get("particles", {}).get("count"),
             "next_experiment": following.to_dict("records"),
         },
     )
@@ -129,7 +129,7 @@ def _measured(config, target, runs, u):
     has = runs[column].notna().to_numpy()
     emulator = ScatterEmulator(u[has], runs.loc[has, column].to_numpy(float))
     error = float(values.std(ddof=1) / np.sqrt(len(values)))
-    discrepancy = config.posterior.discrepancy.get(target.metric, 0.0)
+    discrepancy = config.tests[config.own].discrepancy.get(target.metric, 0.0)
     return Measured(emulator, float(values.mean()), error, discrepancy)
 
 

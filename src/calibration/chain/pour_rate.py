@@ -45,7 +45,7 @@ def plan_pour_rate(study: Study, source: NamedFiles, output: NamedFiles) -> None
         rigs.append((OPENED, {"feed": "opened"} | rules.opened))  # type: ignore[union-attr]  # the stage has its section
     for rig, geometry in rigs:
         design = pd.DataFrame([{"rig": rig} | optimum] * rules.heaps)  # type: ignore[union-attr]  # the stage has its section
-        parts.append(study.plan(design, run=overlay(config.run, {"geometry": geometry})))
+        parts.append(study.plan(design, run=overlay(config.own_run, {"geometry": geometry})))
     write_plan(Path(output.plan).parent, *together(parts))
 
 
@@ -67,7 +67,7 @@ def pour_rate(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     table["rate_g_s"] = 1e3 * grain * table["rate_per_s"]
     write_table(design, output.runs)
     write_table(table, output.table)
-    run = parse_spec(point_spec(config.run, config.experiment, {}, 1))
+    run = parse_spec(point_spec(config.own_run, config.experiment, {}, 1))
     passes, fed = capacity(spec), run.geometry.generation_rate_per_s
     rigs = [{k: None if v != v else v for k, v in r.items()} for r in table.to_dict("records")]
     found = {"capacity_per_s": passes, "fed_per_s": fed, "grain_g": 1e3 * grain}

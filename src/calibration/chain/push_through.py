@@ -19,24 +19,23 @@ from calibration import figures
 from calibration.errors import CalibrationError, ConfigError
 from calibration.files import write_table
 from calibration.intake.measurements import read_measured
-from calibration.intake.quantities import quantity_name
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_values, together, write_plan
 from calibration.statistics.nested import nested
 from calibration.statistics.numbers import fixed
 from calibration.statistics.ties import first_largest
-from calibration.study.config import point_spec
-from calibration.study.matching import agreeing, sample
-from calibration.study.simulated_tests import machines_of
+from calibration.study.config.measured import rows_of
+from calibration.study.config.tests import predicted
+from calibration.study.matching import sample
+from calibration.study.simulated_tests import simulated
 from dem.experiments import experiments
 from dem.io.files import write_json
-from dem.spec import parse_spec
 
 if TYPE_CHECKING:
     from calibration.chain.handed_over import NamedFiles
     from calibration.chain.study import Study
     from calibration.figures import Response
-    from calibration.study.config.schema import PushConfig
+    from calibration.study.config.schema import TestConfig
 
 
 ALPHA = 0.05
@@ -48,15 +47,14 @@ def plan_push_through(study: Study, source: NamedFiles, output: NamedFiles) -> N
     times; every run has a seed of its own."""
     config, parts = study.config, []
     every = read_written(source.draws)
-    names = [f.name for f in study.factors if f.name in every]
-    tests = {test.name: test for test in machines_of(config)}
-    for name, machine in config.push_through.items():
-        rows = np.linspace(0, len(every) - 1, min(machine.draws, len(every))).astype(int)
+    names, rules = [f.name for f in study.factors if f.name in every], config.predict
+    rows = np.linspace(0, len(every) - 1, min(rules.draws, len(every))).astype(int)
+    for name in predicted(config):
         for k, levels in enumerate(every.loc[rows, names].to_dict("records")):
             point = {"machine": name, "draw": k + 1} | levels
-            design = pd.DataFrame([point] * machine.replicates)
-            seed = config.seed + k * machine.replicates
-            parts.append(study.plan_test(design, tests[name], seed))
+            design = pd.DataFrame([point] * rules.replicates)
+            seed = config.seed + k * rules.replicates
+            parts.append(study.plan_test(design, simulated(config, name), seed))
     write_plan(Path(output.plan).parent, *together(parts))
 
 
@@ -65,10 +63,11 @@ def push_through(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     declares."""
     config = study.config
     design = read_written(source.design)
-    runs = [_with_metrics(design, name, m) for name, m in config.push_through.items()]
+    machines = {name: config.tests[name] for name in predicted(config)}
+    runs = [_with_metrics(design, name, m) for name, m in machines.items()]
     write_table(pd.concat(runs, ignore_index=True), output.runs)
     rows, drawn = [], []
-    for (name, machine), table in zip(config.push_through.items(), runs, strict=True):
+    for (name, machine), table in zip(machines.items(), runs, strict=True):
         parameters = _parameters(table)
         for metric in metrics_of(machine):
             row = _row(config, name, machine, metric, table, parameters)
@@ -81,7 +80,7 @@ def push_through(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     figures.save(figures.pushed_through(drawn), output.figure)
 
 
-def metrics_of(machine: PushConfig) -> Sequence[str]:
+def metrics_of(machine: TestConfig) -> Sequence[str]:
     """The metrics that are reported of a machine."""
     return machine.metrics or experiments()[machine.experiment].targets
 
@@ -138,16 +137,12 @@ def _decides(table, metric, parameters):
 
 def _measured(config, name, metric):
     """Mean of what was measured of the metric at the machine's settings; None where nothing was."""
-    table, quantity = read_measured(config.measurements), quantity_name(metric)
-    [test] = [test for test in machines_of(config) if test.name == name]
-    if not table.of(test.experiment, quantity):
-        return None
-    spec = parse_spec(point_spec(test.run, test.experiment, {}, 1))
+    table = read_measured(config.measurements)
     try:
-        found = agreeing(table, test.experiment, quantity, spec)
+        found = rows_of(config, table, name, metric)
         return float(found[0].value if len(found) == 1 else sample(found, table.path).mean())
     except ConfigError:
-        return None  # measured at other settings, or as several means
+        return None  # not measured, or at other settings, or as several means
 
 
 def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:

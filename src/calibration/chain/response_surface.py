@@ -42,7 +42,9 @@ def plan_response_surface(study: Study, source: NamedFiles, output: NamedFiles) 
     region = [_around(f, centre[f.name], config) for f in varied]
     design = region_design(region, config.response_surface)
     others = [f for f in factors if f not in varied]
-    table, specs = plan(design, [*region, *others], config, seeds=study.seeds)
+    table, specs = plan(
+        design, [*region, *others], config, config.experiment, config.own_run, study.seeds
+    )
     write_plan(Path(output.plan).parent, table, specs)
     write_json(output.region, [vars(f) for f in region])
 

@@ -17,6 +17,7 @@ from calibration.errors import CalibrationError
 from calibration.files import read_json
 from calibration.intake.tables import read_written
 from calibration.study.config import Config, goals, is_measured, read_target
+from calibration.study.config.schema import VIEWS
 from calibration.study.factors import read_factors
 
 if TYPE_CHECKING:
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
 
 
 ALWAYS = ("name", "results")  # where a study's files are; it decides none of their content
+OF = {"run_of": "tests", "of_experiment": "tests"}
+"""Methods of a `Config`: the section that they read."""
 
 
 class UndeclaredError(CalibrationError):
@@ -43,7 +46,9 @@ class Sections:
         self._config, self._names = config, tuple(names)
 
     def __getattr__(self, key):
-        if key in Config.model_fields and key not in (*self._names, *ALWAYS):
+        section = OF.get(key, key)
+        known = section in Config.model_fields or section in VIEWS
+        if known and section not in (*self._names, *ALWAYS):
             raise UndeclaredError(f"the stage reads {key}, but declares {', '.join(self._names)}")
         return getattr(self._config, key)
 
@@ -141,10 +146,10 @@ class Study(Results):
         """
         from calibration.runs.plans import plan
 
-        changes = {"run": run, "seed": seed}
-        changes = {key: value for key, value in changes.items() if value is not None}
-        config = self.config.model_copy(update=changes)
-        return plan(design, self.factors, config, experiment, self.seeds)
+        config = self.config if seed is None else self.config.model_copy(update={"seed": seed})
+        kind = experiment or config.experiment
+        base = config.own_run if run is None else run
+        return plan(design, self.factors, config, kind, base, self.seeds)
 
     def plan_test(
         self, design: pd.DataFrame, test: SimulatedTest, seed: int | None = None

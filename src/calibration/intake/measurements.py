@@ -41,7 +41,7 @@ ROLES = ("calibrate", "hold out")
 OUTCOMES = ("clogged", "arched", "no_heap", "did_not_slide")
 """What a test can end with in place of a value."""
 
-FURTHER = ("replicate", "role", "lever_sd", "outcome")
+FURTHER = ("test", "replicate", "role", "lever_sd", "outcome")
 COLUMNS = (*NEEDED, *SPREAD, *LEVERS, *SHARED, *FURTHER, "note")
 MOST_SPREAD = 1e9
 ALIKE_SD = 1e-9
@@ -61,7 +61,8 @@ class Measurement:
     ended with where it has no value; readings: the values that it is the mean of, where the table
     holds them, and lines: where they stand; known: ((factor, value), ...) of another code's run;
     covariates: {column: value} of what was recorded beside the reading and is no lever, the mean
-    over its readings.
+    over its readings; test: its name in the study's configuration, empty where experiment and
+    levers tell it.
     """
 
     experiment: str
@@ -78,6 +79,7 @@ class Measurement:
     lever_sd: float = 0.0
     outcome: str = ""
     quantity: str = ""
+    test: str = ""
     readings: tuple = field(default=(), compare=False)
     known: tuple = ()
     covariates: dict = field(default_factory=dict)
@@ -104,7 +106,7 @@ class Measurement:
         """What replicates share."""
         levers = tuple(sorted(self.levers.items()))
         own = self.experiment, self.quantity, levers, self.batch, self.instrument, self.role
-        return *own, self.known
+        return *own, self.test, self.known
 
     @property
     def label(self) -> str:
@@ -329,7 +331,7 @@ def _measurement(row, parameters=()):
         row.fault("quantity", reason, value=name, allowed=allowed)
     q = known.get(name, known[QUANTITIES[kind].name])
     unit = _unit(row, q)
-    text = {c: row.get(c) for c in ("note", *SHARED, "replicate")}
+    text = {c: row.get(c) for c in ("note", *SHARED, "replicate", "test")}
     chosen = _chosen(row)
     scale = in_unit(f"1 {unit}", q.unit) if unit else 1.0
     _refuse_superfluous(row, chosen["outcome"])

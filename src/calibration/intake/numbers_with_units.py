@@ -10,6 +10,9 @@ from calibration.errors import ConfigError
 from dem.tables import Table
 from dem.units import UnitError, converted, has_unit, in_unit, question, unit_of
 
+DIFFERENCES = ("discrepancy",)
+"""Sections whose keys are metrics and whose numbers are differences of them: any may be small."""
+
 LARGEST = 1e300
 """Of a bare number: YAML has whole numbers that are no float."""
 AT_ITS_WORD = "a plausible number, or one with its unit, which is taken at its word"
@@ -51,7 +54,7 @@ def check_plausible(data: Mapping[str, Any], file: str | Path, prefix: str = "")
     has."""
     for key, value in data.items():
         name = f"{prefix}{key}"
-        if isinstance(value, dict):
+        if isinstance(value, dict) and key not in DIFFERENCES:
             check_plausible(value, file, f"{name}.")
         for item in value if isinstance(value, list) else [value]:
             if isinstance(item, int) and abs(item) > LARGEST:

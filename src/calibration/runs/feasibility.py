@@ -4,12 +4,14 @@ is said.
 A level that no run can have would otherwise be met hours later, when its stage is planned.
 """
 
+from functools import partial
 from itertools import combinations, product
 from math import exp, prod
 
 from calibration import engines
 from calibration.errors import CalibrationError, ConfigError
-from calibration.study.config import Config, bench_run, machine_run, overlay, point_spec, states
+from calibration.study.config import Config, overlay, point_spec, states
+from calibration.study.config.tests import key_in
 from calibration.study.cost import (
     BASE_MB,
     MB_PER_GRAIN,
@@ -48,17 +50,18 @@ def check_ahead(config: Config) -> None:
             engines.check(parsed)
         except (SpecError, engines.EngineError) as error:
             raise ConfigError(f"{error}", key=where) from None
-        _check_given(where, parsed)
-        _check_flow(where, parsed)
         first = first or parsed
-        _check_files(where, parsed, tried)
+        name = where.split(".")[1] if where.startswith("tests.") else config.own
+        _check_given(where, parsed)
+        _check_flow(where, parsed, partial(key_in, config, name))
+        _check_files(where, parsed, partial(key_in, config, name), tried)
     assert first is not None  # every study has runs
     needed, there = memory_mb(first.particles.count), machine_memory_mb()
     if needed > there:
         raise ConfigError(
             f"a run needs about {needed / 1000:.1f} GB of memory; this machine has "
             f"{there / 1000:.1f} GB",
-            key="run.particles.count",
+            key=key_in(config, config.own, "particles.count"),
             value=first.particles.count,
             allowed=f"about {(there - BASE_MB) / MB_PER_GRAIN:.0f} grains",
         )
@@ -89,7 +92,7 @@ def chance_to_empty(across: float, count: float) -> float:
     return exp(-count * (FREE - across) ** ARCH_EXPONENT / ARCHES)
 
 
-def _check_flow(where, spec):
+def _check_flow(where, spec, key):
     """Refuse a funnel in which most runs would clog: they have no value, and no stage goes on."""
     if spec.experiment != "heap":
         return
@@ -100,7 +103,7 @@ def _check_flow(where, spec):
             f"the funnel's orifice is {across:.1f} grains wide: by the arches of Zuriguel et al. "
             f"(2005) about {chance:.0%} of the runs of {where} would empty it, the others have no "
             f"value",
-            key="run.geometry.orifice_diameter_mm",
+            key=key("geometry.orifice_diameter_mm"),
             value=spec.geometry.orifice_diameter_mm,
             allowed=f"{2e3 * FREE * mean_radius(spec):.3g} mm or more, or finer grains than "
             f"{2e3 * mean_radius(spec):.3g} mm (a finer `resolution`), or a lifted cylinder",
@@ -110,11 +113,11 @@ def _check_flow(where, spec):
 def _check_held(config, factors):
     """Refuse a factor that nothing gives a level while it is not varied: the engine's example would
     count, which is of another material."""
-    bench = config.bench.tilt or config.bench.drop or config.bench.shear
+    bench = any(test.sweep for test in config.tests.values())
     if config.screening.at_least >= len(factors) and not bench:
         return  # all of them go on
     for factor in factors:
-        if not (factor.name in config.fixed or states(config.run, factor.key)):
+        if not (factor.name in config.fixed or states(config.own_run, factor.key)):
             raise ConfigError(
                 "must be given: the factor's level while it is not varied, as for all runs after a "
                 "screening that does not send it on",
@@ -126,7 +129,7 @@ def _check_held(config, factors):
 def cost_ahead(config: Config) -> str:
     """A sentence: memory and, for a study of poured grains, time of one run on one core, before any
     has been made."""
-    spec = parse_spec(point_spec(config.run, config.experiment, {}, config.seed))
+    spec = parse_spec(point_spec(config.own_run, config.experiment, {}, config.seed))
     count = spec.particles.count
     grains = "1 grain" if count == 1 else f"{count:,} grains"
     return f"a run of {grains} takes about {memory_mb(count):.0f} MB of memory{_time(spec)}"
@@ -139,7 +142,7 @@ def _time(spec):
     return f" and about {duration(max(1.0, seconds))} of one core"
 
 
-def _check_files(where, spec, tried):
+def _check_files(where, spec, key, tried):
     """Refuse a mesh that is not there or cannot be used; those `tried` already are not read
     again."""
     digests = input_digests(spec)
@@ -147,10 +150,10 @@ def _check_files(where, spec, tried):
     if rig in tried:
         return
     tried.add(rig)
-    for key, digest in digests.items():
+    for mesh, digest in digests.items():
         if digest is None:
-            value = getattr(spec.geometry, key)
-            raise ConfigError("there is no such file", key=f"run.geometry.{key}", value=value)
+            value, place = getattr(spec.geometry, mesh), key(f"geometry.{mesh}")
+            raise ConfigError("there is no such file", key=place, value=value)
     if digests:
         try:
             experiment_of(spec).prepare(spec)
@@ -170,38 +173,33 @@ def _specs_ahead(config, factors):
         return point_spec(base, experiment, keyed, config.seed)
 
     for where, levels in _points(config, factors):
-        yield where, at(config.run, config.experiment, levels)
-    for test, sweep in SWEEPS.items():
-        section = getattr(config.bench, test)
-        for level in section.levels if section else ():
-            run = bench_run(config, section.run)
-            yield f"bench.{test}.levels", at(run, test, {sweep.key: level})
+        yield where, at(config.own_run, config.experiment, levels)
     rules = config.pour_rate
     for rate in rules.rates_per_s if rules else ():
-        run = overlay(config.run, {"geometry": {"generation_rate_per_s": rate}})
+        run = overlay(config.own_run, {"geometry": {"generation_rate_per_s": rate}})
         yield "pour_rate.rates_per_s", at(run, config.experiment, {})
     if rules and rules.opened is not None:
-        run = overlay(config.run, {"geometry": {"feed": "opened"} | rules.opened})
+        run = overlay(config.own_run, {"geometry": {"feed": "opened"} | rules.opened})
         yield "pour_rate.opened", at(run, config.experiment, {})
-    for name, machine in config.push_through.items():
-        run = machine_run(config, machine)
-        yield f"push_through.{name}", at(run, machine.experiment, {})
-    for name, rig in config.rigs.items():
-        yield f"rigs.{name}", at(machine_run(config, rig), rig.experiment, {})
+    for name, test in config.tests.items():
+        yield f"tests.{name}", at(config.run_of(name), test.experiment, test.fixed)
+        yield from ((f"tests.{name}.sweep", at(*swept)) for swept in _swept(config, name))
     scaling = config.scaling
     for experiment in ("heap", "drop") if scaling else ():
-        run = bench_run(config, getattr(scaling, experiment))
+        run = overlay(config.run, getattr(scaling, experiment))
         yield f"scaling.{experiment}", at(run, experiment, scaling.point)
-    shear = config.bench.shear
-    if shear:
-        run = bench_run(config, shear.run)
-        for level, load in product(shear.levels, shear.normal_stresses_kPa):
-            levels = {
-                **shear.fixed,
-                "contacts.particle_particle.static_friction": level,
-                "geometry.normal_stress_kPa": load,
-            }
-            yield "bench.shear", at(run, "shear", levels)
+
+
+def _swept(config, name):
+    """(run, experiment, levels) of the sweep of a test."""
+    test = config.tests[name]
+    for level in test.sweep.levels if test.sweep else ():
+        if test.experiment in SWEEPS:
+            yield config.run_of(name), test.experiment, {SWEEPS[test.experiment].key: level}
+        for load in test.sweep.normal_stresses_kPa:
+            place = {"geometry.normal_stress_kPa": load}
+            friction = {"contacts.particle_particle.static_friction": level}
+            yield config.run_of(name), test.experiment, test.fixed | friction | place
 
 
 def _points(config, factors):

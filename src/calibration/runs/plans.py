@@ -47,18 +47,18 @@ def plan(
     design: pd.DataFrame,
     factors: Sequence[Factor | Choice],
     config: Config,
-    experiment: str | None = None,
+    experiment: str,
+    run: Mapping[str, Any],
     seeds: int | None = None,
 ) -> tuple[pd.DataFrame, dict[str, dict[str, Any]]]:
-    """Add `seed` and `run_id` to a design table; returns the table and {run_id: spec}. experiment:
-    the study's own unless given; seeds: which thousand of seeds the runs have, from the study's
-    first on unless given.
+    """Add `seed` and `run_id` to a design table; returns the table and {run_id: spec}. run: the run
+    spec over which each row's levels are laid; seeds: which thousand of seeds the runs have, from
+    the study's first on unless given.
 
     The n-th occurrence of a point has the n-th seed, so replicates differ. Raises CalibrationError
     where a point is repeated more often than these.
     """
     first_seed = config.seed + SEEDS_A_STAGE * (seeds or 0)
-    experiment = experiment or config.experiment
     used = [f for f in factors if f.name in design]
     seen: dict[Any, int] = {}
     rows, specs = [], {}
@@ -74,7 +74,7 @@ def plan(
                 f"a point is repeated more than {SEEDS_A_STAGE} times, which is as many seeds as "
                 "a stage has"
             )
-        spec = point_spec(config.run, experiment, levels, seed)
+        spec = point_spec(run, experiment, levels, seed)
         name = run_id(spec)
         specs[name] = spec
         rows.append(row | {"seed": seed, "experiment": experiment, "run_id": name})

@@ -7,7 +7,8 @@ from math import ceil
 
 from calibration.runs.plans import plans_of
 from calibration.runs.store import REFUSED, RunStore
-from calibration.study.config import Config, machine_run, point_spec
+from calibration.study.config import Config, point_spec
+from calibration.study.config.joint import joint_tests
 from calibration.study.cost import duration, run_seconds
 from calibration.study.stages import planning
 from dem.results import FAILED, is_current
@@ -169,7 +170,7 @@ def _experiment(run):
 def _unplanned(config, declared):
     """Experiments of the runs that a plan will have."""
     if declared.every_rig:
-        return [rig.experiment for rig in config.rigs.values()]
+        return [config.tests[name].experiment for name in joint_tests(config)]
     return [config.experiment]
 
 
@@ -200,8 +201,8 @@ def _touched(store, names):
 
 def _expected(config, experiments):
     """{experiment: seconds of a run by its spec}, of those of the study's where that tells it."""
-    runs = {r.experiment: machine_run(config, r) for r in config.rigs.values()}
-    runs[config.experiment] = config.run
+    runs = {test.experiment: config.run_of(name) for name, test in config.tests.items()}
+    runs[config.experiment] = config.own_run
     found = {
         e: run_seconds(point_spec(runs[e], e, {}, config.seed)) for e in experiments & set(runs)
     }

@@ -35,11 +35,11 @@ def ratios(config: Config, test: SimulatedTest, keys: Iterable[str]) -> dict[str
     and of the study's run that go with the size of grains; none where the test's grains are as
     large as the study's. A level that the test states itself stays. Raises SpecError."""
     keys = set(keys)
-    shared = {k for k in WITH_SIZE if states(config.run, k) and not states(test.own, k)}
+    shared = {k for k in WITH_SIZE if states(config.own_run, k) and not states(test.own, k)}
     found = [k for k in WITH_SIZE if k in keys | shared]
     if not found:
         return {}
-    whole = parse_spec(point_spec(config.run, config.experiment, {}, 1))
+    whole = parse_spec(point_spec(config.own_run, config.experiment, {}, 1))
     spec = parse_spec(point_spec(test.run, test.experiment, {}, 1))
     ratio = (grain_volume(spec) / grain_volume(whole)) ** (1 / 3)
     return {} if abs(ratio - 1.0) < 1e-6 else dict.fromkeys(found, float(f"{ratio:.9g}"))

@@ -47,7 +47,7 @@ def _warnings(config, factors):
     from dem.advice import warnings_of  # loads the engine
 
     def at(levels):
-        return warnings_of(parse_spec(point_spec(config.run, config.experiment, levels, seed)))
+        return warnings_of(parse_spec(point_spec(config.own_run, config.experiment, levels, seed)))
 
     seed = config.seed
     levels = {f.key: f.value(config.fixed.get(f.name, f.natural(0.0))) for f in factors}

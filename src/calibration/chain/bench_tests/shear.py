@@ -25,7 +25,8 @@ from calibration.files import write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_metric, together, write_plan
 from calibration.statistics.numbers import fixed
-from calibration.study.config import bench_run, given, overlay, read_bench
+from calibration.study.config import overlay, read_swept
+from calibration.study.config.tests import sweep_of, swept_test
 from calibration.study.factors import factor_of
 from dem.io.files import write_json
 
@@ -48,7 +49,7 @@ DIGITS = 12
 def measured_locus(config: Config) -> tuple[float, float]:
     """(slope, intercept [kPa]) of the least-squares line through the measured shear stresses.
     Raises ConfigError for fewer than two loads."""
-    found = read_bench(config, "shear", METRICS[MEASURE], (LOAD,))
+    found = read_swept(config, swept_test(config, "shear"), METRICS[MEASURE], (LOAD,))
     loads = [m.levers[LOAD] for m in found]
     if len(set(loads)) < 2:
         raise ConfigError(
@@ -67,13 +68,13 @@ def plan_shear(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan replicates at each particle friction and normal stress; each cell of the design has its
     own seeds."""
     config, parts = study.config, []
-    section = given(config, "bench.shear", "shear")
-    base, factor = bench_run(config, section.run), factor_of(study.factors, KEY).name
+    name, section = swept_test(config, "shear"), sweep_of(config, "shear")
+    base, factor = config.run_of(name), factor_of(study.factors, KEY).name
     for k, (level, stress) in enumerate(product(section.levels, section.normal_stresses_kPa)):
         run = overlay(base, {"geometry": {"normal_stress_kPa": stress}})
         first_seed = config.seed + k * section.replicates
         rows = pd.DataFrame({"replicate": range(1, section.replicates + 1), factor: level})
-        rows = rows.assign(**{n: v for n, v in section.fixed.items() if n != factor})
+        rows = rows.assign(**{n: v for n, v in config.tests[name].fixed.items() if n != factor})
         table, specs = study.plan(rows, "shear", run, first_seed)
         parts.append((table.assign(normal_stress_kPa=stress), specs))
     write_plan(Path(output.plan).parent, *together(parts))

@@ -18,7 +18,8 @@ from calibration.errors import CalibrationError, ConfigError
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_metric, write_plan
-from calibration.study.config import bench_run, given, point_spec, read_bench
+from calibration.study.config import point_spec, read_swept
+from calibration.study.config.tests import sweep_of, swept_test
 from calibration.study.factors import factor_of
 from calibration.study.sweeps import SWEEPS
 from dem.io.files import write_json
@@ -39,7 +40,7 @@ def swept(study: Study, test: str) -> str:
 def measured(study: Study, test: str) -> float:
     """The measured value that a test's sweep is inverted at, of its rig. Raises ConfigError for
     none, or for several."""
-    found = read_bench(study.config, test, SWEEPS[test].metric)
+    found = read_swept(study.config, swept_test(study.config, test), SWEEPS[test].metric)
     if len(found) > 1:
         raise ConfigError(
             f"holds several conditions that the bench test {test} is at",
@@ -51,14 +52,13 @@ def measured(study: Study, test: str) -> float:
 
 
 def rig(study: Study, test: str) -> dict[str, Any]:
-    """The test's run spec: the study's materials and laws, its own grains and rig. Raises
-    ConfigError."""
-    return bench_run(study.config, given(study.config, f"bench.{test}", test).run)
+    """The test's run spec. Raises ConfigError."""
+    return study.config.run_of(swept_test(study.config, test))
 
 
 def plan_sweep(study: Study, test: str, output: NamedFiles) -> None:
     """Plan a run at each level of the sweep."""
-    levels = given(study.config, f"bench.{test}", test).levels
+    levels = sweep_of(study.config, test).levels
     columns = {"run": range(1, len(levels) + 1), swept(study, test): levels}
     write_plan(Path(output.plan).parent, *study.plan(pd.DataFrame(columns), test, rig(study, test)))
 
@@ -99,7 +99,7 @@ def fit_sweep(
 def plan_confirmation(study: Study, test: str, sweep_file: str | Path, output: NamedFiles) -> None:
     """Plan replicates at the inverse."""
     _, _, _, level = fit_sweep(study, test, sweep_file)
-    runs = range(1, getattr(study.config.bench, test).confirmations + 1)
+    runs = range(1, sweep_of(study.config, test).confirmations + 1)
     columns = {"run": runs, swept(study, test): round(level, 6)}
     write_plan(Path(output.plan).parent, *study.plan(pd.DataFrame(columns), test, rig(study, test)))
 

@@ -18,7 +18,7 @@ from calibration.inference.joint.diagnostics import misspecification
 from calibration.inference.joint.likelihood import Cloud
 from calibration.intake.tables import read_written
 from calibration.statistics.ties import first_least
-from calibration.study.config.joint import name_of, read_joint_target
+from calibration.study.config.joint import joint_targets, joint_tests, read_joint_target
 from calibration.study.physical_limits import physical_range
 from dem.io.files import write_json
 
@@ -59,7 +59,7 @@ def joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
         "box": {f.name: [f.low, f.high] for f in factors},
         "priors": {k: p.model_dump() for k, p in config.joint.priors.items()},
         "without_value": _without_value(emulators, config),
-        "runs": {rig: int((design["rig"] == rig).sum()) for rig in config.rigs},
+        "runs": {rig: int((design["rig"] == rig).sum()) for rig in joint_tests(config)},
         "sampler": _sampler(posterior),
         "readings": config.joint.readings,
         "machine": config.joint.machine,
@@ -87,11 +87,11 @@ def _criticism(config, whole, draws):
     """Pull of each target, whether all agree, and whether the model gives such values at all."""
     seed = config.seed
     cloud = Cloud.of(whole, seed=seed)
-    read = {name_of(t): read_joint_target(config, t) for t in config.targets}
+    read = {t.name: read_joint_target(config, t) for t in joint_targets(config)}
     agreed = agreement(whole, draws, seed, cloud)
     return {
         "targets": [
-            {"rig": read[p.response].rigs[p.coefficient]}
+            {"rig": read[p.response].tests[p.coefficient]}
             | {"metric": read[p.response].metrics[p.coefficient]}
             | asdict(p)
             | {"agrees": p.p_others >= ALPHA}
@@ -180,8 +180,8 @@ def _targets(whole, apart):
 def _without_value(emulators, config):
     """{target: runs of its rigs that gave no value}."""
     found = {}
-    for target in config.targets:
-        needed = read_joint_target(config, target).of_rigs
+    for target in joint_targets(config):
+        needed = read_joint_target(config, target).of_tests
         has = [np.isfinite(emulators.values(r, m)).all(axis=1) for r, m in needed.items()]
-        found[name_of(target)] = int(sum((~h).sum() for h in has))
+        found[target.name] = int(sum((~h).sum() for h in has))
     return found

@@ -15,7 +15,12 @@ from calibration.inference.joint.likelihood import Joint, Response
 from calibration.inference.posterior_sampling import Formed, Prior
 from calibration.inference.scatter_emulator import ScatterEmulator
 from calibration.runs.plans import read_values
-from calibration.study.config.joint import MeasuredMean, joint_factors, name_of, read_joint_target
+from calibration.study.config.joint import (
+    MeasuredMean,
+    joint_factors,
+    joint_targets,
+    read_joint_target,
+)
 
 if TYPE_CHECKING:
     from calibration.chain.study import Study
@@ -91,12 +96,12 @@ def joint_of(config: Config, emulators: Emulators) -> Joint:
     """The `Joint` of a study's targets. Raises CalibrationError for a target that its runs do not
     tell, ConfigError for one that was not measured as it must be."""
     responses, formed = [], {}
-    for target in config.targets:
+    for target in joint_targets(config):
         measured = read_joint_target(config, target)
         responses.append(_response(target, measured, emulators))
         few = not np.isfinite(measured.freedom)
         tests = LEAST_TESTS if few else measured.freedom + len(measured.metrics)
-        for rig, metrics in measured.of_rigs.items():
+        for rig, metrics in measured.of_tests.items():
             own = emulators.formed(rig, metrics, tests)
             if own:
                 formed[rig] = own
@@ -106,8 +111,8 @@ def joint_of(config: Config, emulators: Emulators) -> Joint:
 
 def _response(target: Any, measured: MeasuredMean, emulators: Emulators) -> Response:
     return Response(
-        name_of(target),
-        tuple(emulators.of(r, m) for r, m in zip(measured.rigs, measured.metrics, strict=True)),
+        target.name,
+        tuple(emulators.of(r, m) for r, m in zip(measured.tests, measured.metrics, strict=True)),
         measured.mean,
         measured.covariance,
         measured.freedom,

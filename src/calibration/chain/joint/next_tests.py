@@ -14,7 +14,7 @@ from calibration.chain.joint.emulators import Emulators
 from calibration.inference.joint.next_test import Candidate, rank
 from calibration.inference.joint.shares import pushed, shares
 from calibration.intake.tables import read_table
-from calibration.study.config.joint import read_joint_target
+from calibration.study.config.joint import joint_targets, joint_tests, read_joint_target
 from dem.experiments import experiments
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ def next_tests(config: Config, emulators: Emulators, draws: np.ndarray) -> pd.Da
     the posterior. Raises ConfigError for a table of hours that cannot be read."""
     machine, spread = config.joint.machine, _reading_sd(config)
     wanted, candidates = None, []
-    for rig in config.rigs:
+    for rig in joint_tests(config):
         known = emulators.known(rig, metrics_of(config, rig))
         if rig == machine:
             wanted = next(iter(known.values()), None)
@@ -47,10 +47,10 @@ def next_tests(config: Config, emulators: Emulators, draws: np.ndarray) -> pd.Da
 def metrics_of(config: Config, rig: str) -> Sequence[str]:
     """Metrics of a rig that are predicted and could be measured: those that its `metrics` name,
     else its experiment's main one and those of its targets."""
-    own = config.rigs[rig]
+    own = config.tests[rig]
     main = experiments()[own.experiment].targets[:1]
-    found = [read_joint_target(config, t) for t in config.targets if rig in t.rigs]
-    measured = [m for f in found for r, m in zip(f.rigs, f.metrics, strict=True) if r == rig]
+    found = [read_joint_target(config, t) for t in joint_targets(config) if rig in t.tests]
+    measured = [m for f in found for r, m in zip(f.tests, f.metrics, strict=True) if r == rig]
     return tuple(dict.fromkeys(own.metrics or (*main, *measured)))
 
 
@@ -61,16 +61,16 @@ def hours_of(config: Config, rig: str) -> float:
         return float(config.joint.hours[rig])
     table = read_table(HOURS)
     rows = {row["experiment"]: (line, row["hours"]) for line, row in table.rows}
-    line, hours = rows[config.rigs[rig].experiment]
+    line, hours = rows[config.tests[rig].experiment]
     return float(table.number(line, "hours", hours))
 
 
 def _reading_sd(config):
     """{(rig, metric): standard deviation of a reading} of what was measured."""
     found = {}
-    for target in config.targets:
+    for target in joint_targets(config):
         measured = read_joint_target(config, target)
-        for *key, sd in zip(measured.rigs, measured.metrics, measured.reading_sd, strict=True):
+        for *key, sd in zip(measured.tests, measured.metrics, measured.reading_sd, strict=True):
             found[tuple(key)] = float(sd)
     return found
 
@@ -90,7 +90,7 @@ def predictions(config: Config, emulators: Emulators, draws: np.ndarray) -> pd.D
     """What the posterior expects of each metric of each rig, and which parameter it owes its
     spread; draws: u (k, d)."""
     rows = []
-    for rig in config.rigs:
+    for rig in joint_tests(config):
         for metric, emulator in emulators.known(rig, metrics_of(config, rig)).items():
             row = {"rig": rig, "metric": metric}
             rows.append(row | _prediction(emulator, emulators.factors, draws, config.seed))

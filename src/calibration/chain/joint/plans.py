@@ -19,7 +19,8 @@ from calibration.intake.tables import read_written
 from calibration.runs.plans import together, write_plan
 from calibration.statistics.space_filling import space_filling
 from calibration.statistics.ties import first_least
-from calibration.study.simulated_tests import rig_test
+from calibration.study.config.joint import joint_targets, joint_tests
+from calibration.study.simulated_tests import simulated
 from dem.experiments import experiments
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ def plan_joint_first(study: Study, source: NamedFiles, output: NamedFiles) -> No
     the first `joint.repeated` points twice where runs of the rig scatter."""
     config, factors, parts = study.config, free_factors(study), []
     points = space_filling(config.joint.runs, len(factors), config.seed)
-    for rig in config.rigs:
+    for rig in joint_tests(config):
         twice = points[: config.joint.repeated if _scatters(config, rig) else 0]
         parts.append(_planned(study, rig, factors, np.concatenate([points, twice]), 0))
     write_plan(Path(output.plan).parent, *_numbered(parts))
@@ -48,7 +49,7 @@ def plan_joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
         draws = joint_of(config, Emulators(factors, first)).posterior(config.seed).draws
         points = _spread(draws, config.joint.second_wave, config.seed)
         before = config.joint.runs + config.joint.repeated
-        rigs = [*(r for t in config.targets for r in t.rigs), config.joint.machine]
+        rigs = [*(r for t in joint_targets(config) for r in t.tests), config.joint.machine]
         for rig in dict.fromkeys(r for r in rigs if r):
             parts.append(_planned(study, rig, factors, points, before))
     table, specs = _numbered([(first.drop(columns="run"), {}), *parts])
@@ -58,14 +59,14 @@ def plan_joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
 
 
 def _scatters(config, rig):
-    return experiments()[config.rigs[rig].experiment].poured
+    return experiments()[config.tests[rig].experiment].poured
 
 
 def _planned(study, rig, factors, u, before):
     """Table and specs of the runs of a rig at u (n, d), each with a seed of its own: one seed for
     all would shift all of them alike, and no repeated point would show it. before: seeds that the
     rig's other runs have."""
-    config, test = study.config, rig_test(study.config, rig)
+    config, test = study.config, simulated(study.config, rig)
     levels = {f.name: np.round(f.natural(2.0 * u[:, k] - 1.0), 9) for k, f in enumerate(factors)}
     design = pd.DataFrame({"rig": rig} | levels)
     parts = [

@@ -16,7 +16,7 @@ import pandas as pd
 
 from calibration.chain.scaling.dimensions import RULES, ScalingError, factors
 from calibration.runs.plans import together, write_plan
-from calibration.study.config import bench_run, given, overlay, point_spec
+from calibration.study.config import given, overlay, point_spec
 from dem.spec import OPTIONAL, REQUIRED, parse_spec
 from dem.units import unit_of
 
@@ -106,7 +106,7 @@ def base_run(config: Config, experiment: str, cohesive: bool) -> dict[str, Any]:
     """The run spec at scale 1, without experiment and seed; the study's own cohesion is left out of
     it."""
     section = config.scaling
-    run = bench_run(config, getattr(section, experiment))
+    run = overlay(config.run, getattr(section, experiment))
     laws = run.get("laws", {}) | {"cohesion": "none"}
     constants = {k: v for k, v in run.get("law_parameters", {}).items() if k not in COHESION}
     run |= {"laws": laws, "law_parameters": constants}

@@ -5,14 +5,12 @@ from calibration.study.config.measured import (
     goals,
     is_measured,
     read_back,
-    read_bench,
+    read_swept,
     read_target,
 )
 from calibration.study.config.parse import given, parse_config, stands_alone, with_engine
 from calibration.study.config.schema import METRICS, Config, section_of
 from calibration.study.config.specs import (
-    bench_run,
-    machine_run,
     numbers_of,
     overlay,
     point_spec,
@@ -23,17 +21,15 @@ from calibration.study.config.specs import (
 __all__ = [
     "METRICS",
     "Config",
-    "bench_run",
     "given",
     "goals",
     "is_measured",
-    "machine_run",
     "numbers_of",
     "overlay",
     "parse_config",
     "point_spec",
     "read_back",
-    "read_bench",
+    "read_swept",
     "read_target",
     "section_of",
     "stands_alone",

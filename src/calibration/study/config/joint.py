@@ -1,4 +1,4 @@
-"""The laboratory of a joint study: its rigs, the measured values of its targets, and what is wrong
+"""The laboratory of a joint study: its tests, the measured values of its targets, and what is wrong
 with either."""
 
 from __future__ import annotations
@@ -10,22 +10,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from calibration.errors import CalibrationError, ConfigError
+from calibration.errors import ConfigError
 from calibration.intake.curves import SHAPES, read_curves
 from calibration.intake.measurements import read_measured
 from calibration.intake.quantities import quantity_name
+from calibration.study.config.measured import rows_of
 from calibration.study.config.schema import METRICS
-from calibration.study.config.specs import SEEDS_A_STAGE, machine_run, point_spec
+from calibration.study.config.specs import SEEDS_A_STAGE
+from calibration.study.config.tests import spec_of
 from calibration.study.factors import Choice, refuse_choices
-from calibration.study.matching import agreeing
-from dem.errors import SpecError
-from dem.spec import parse_spec
+from calibration.study.matching import NotComparableError
 
 if TYPE_CHECKING:
-    from calibration.intake.measurements import Measurement
-    from calibration.study.config.schema import Config, JointTarget
+    from calibration.study.config.schema import Config, CurvesConfig
     from calibration.study.factors import Factor
-    from dem.spec import RunSpec
 
 
 APART = 4.0
@@ -33,12 +31,29 @@ APART = 4.0
 
 
 @dataclass(frozen=True)
+class JointTarget:
+    """A measured metric of a test, or coefficients of a measured curve that are metrics of it; of a
+    curve over a setting there are several tests, one a setting. discrepancy: standard deviation by
+    which the model itself may be wrong, in the metric's unit."""
+
+    tests: tuple[str, ...]
+    metric: str | None
+    curves: CurvesConfig | None
+    discrepancy: float
+
+    @property
+    def name(self) -> str:
+        """Its name in tables and sentences: test and metric or shape."""
+        return f"{', '.join(self.tests)}: {self.curves.shape if self.curves else self.metric}"
+
+
+@dataclass(frozen=True)
 class MeasuredMean:
-    """What was measured of a target: rigs and metrics (q names each), mean (q,), covariance (q, q)
+    """What was measured of a target: tests and metrics (q names each), mean (q,), covariance (q, q)
     of the mean, the degrees of freedom behind it, infinite where it is stated, and the standard
     deviation (q,) of one reading."""
 
-    rigs: tuple
+    tests: tuple
     metrics: tuple
     mean: np.ndarray
     covariance: np.ndarray
@@ -46,23 +61,64 @@ class MeasuredMean:
     reading_sd: np.ndarray
 
     @property
-    def of_rigs(self) -> dict[str, list[str]]:
-        """{rig: its metrics}."""
+    def of_tests(self) -> dict[str, list[str]]:
+        """{test: its metrics}."""
         found: dict[str, list[str]] = {}
-        for rig, metric in zip(self.rigs, self.metrics, strict=True):
-            found.setdefault(rig, []).append(metric)
+        for test, metric in zip(self.tests, self.metrics, strict=True):
+            found.setdefault(test, []).append(metric)
         return found
 
 
-def name_of(target: JointTarget) -> str:
-    """A target's name in tables and sentences: rig and metric or shape."""
-    return f"{', '.join(target.rigs)}: {target.metric or target.shape}"
+def joint_tests(config: Config) -> list[str]:
+    """Names of the tests that the joint study runs."""
+    return config.joint.tests or list(config.tests)
 
 
-def rig_spec(config: Config, name: str) -> RunSpec:
-    """`RunSpec` of a rig at the study's own levels. Raises SpecError."""
-    rig = config.rigs[name]
-    return parse_spec(point_spec(machine_run(config, rig), rig.experiment, {}, 1))
+def joint_targets(config: Config) -> list[JointTarget]:
+    """What was measured of the tests of the joint study: the metrics of which the table has a row
+    at their setting, and measured curves. Raises ConfigError for a table that cannot be read, and
+    for a quantity that was measured at settings of no test alone."""
+    table, found = read_measured(config.measurements), []
+    curves: dict[CurvesConfig, list[str]] = {}
+    at_none: dict[tuple[str, str], ConfigError | None] = {}
+    taken: set[tuple[int | None, str]] = set()
+    for name in joint_tests(config):
+        test = config.tests[name]
+        if test.curves:
+            curves.setdefault(test.curves, []).append(name)
+            continue
+        for metric in test.metrics or METRICS[test.experiment]:
+            if not table.of(test.experiment, quantity_name(metric)):
+                continue
+            try:
+                rows = {(row.line, metric) for row in rows_of(config, table, name, metric)}
+            except NotComparableError as error:
+                at_none.setdefault((test.experiment, metric), error)
+                continue
+            at_none[test.experiment, metric] = None
+            if rows & taken:  # each reading counts once, in the first test at its setting
+                continue
+            taken |= rows
+            doubt = test.discrepancy.get(metric, 0.0)
+            found.append(JointTarget((name,), metric, None, doubt))
+    if fault := next(filter(None, at_none.values()), None):
+        raise fault
+    return found + [_of_curves(config, own, names) for own, names in curves.items()]
+
+
+def _of_curves(config, curves, names):
+    over = SHAPES[curves.shape].setting
+    tests = tuple(names)
+    if over and len(set(_settings(config, tests, over))) != len(tests):
+        raise ConfigError(
+            "does not go", key=f"tests.{tests[-1]}.curves", value=", ".join(tests),
+            allowed=f"tests that differ in geometry.{over}",
+        )  # fmt: skip
+    if not over and len(tests) > 1:
+        key = f"tests.{tests[1]}.curves"
+        raise ConfigError("is a curve of another test", key=key, value=tests[0], allowed="one test")
+    doubt = config.tests[tests[0]].discrepancy.get(curves.shape, 0.0)
+    return JointTarget(tests, None, curves, doubt)
 
 
 def handed_out_by(config: Config) -> str:
@@ -71,17 +127,7 @@ def handed_out_by(config: Config) -> str:
 
 
 def _waits_for_all(config):
-    return config.targets and "joint" in config.supplements
-
-
-def stated_error(config: Config, row: Measurement) -> float | None:
-    """Standard error that a target states for a measured row of its experiment and metric, None
-    where none does."""
-    for target in config.targets:
-        own = target.metric and quantity_name(target.metric) == row.quantity
-        if own and config.rigs[target.rigs[0]].experiment == row.experiment:
-            return target.error
-    return None
+    return "joint" in config.supplements
 
 
 def joint_factors(config: Config, factors: Iterable[Factor | Choice]) -> list[Factor | Choice]:
@@ -92,38 +138,33 @@ def joint_factors(config: Config, factors: Iterable[Factor | Choice]) -> list[Fa
 
 def read_joint_target(config: Config, target: JointTarget) -> MeasuredMean:
     """`MeasuredMean` of a target. Raises ConfigError naming file, line and what is missing."""
-    if target.curve:
-        return _read_curve(config, target)
+    if target.curves:
+        return _read_curves(config, target)
     table = read_measured(config.measurements)
-    (rig,) = target.rigs  # of a metric, one
-    experiment = config.rigs[rig].experiment
-    quantity = quantity_name(target.metric)  # type: ignore[arg-type]  # in place of a curve
-    found = agreeing(table, experiment, quantity, rig_spec(config, rig))
-    rows = [_mean_of(m, target, table.path) for m in found]
+    found = rows_of(config, table, target.tests[0], target.metric)  # type: ignore[arg-type]  # in place of curves
+    rows = [_mean_of(m, table.path) for m in found]
     _refuse_contradicting(rows, found, table.path)
-    return _pooled(target, rows, max(m.sd or 0.0 for m in found))
+    return _pooled(target, rows, max(m.sd for m in found))  # type: ignore[type-var]  # `_mean_of` asks for it
 
 
-def _read_curve(config, target):
-    key = SHAPES[target.shape].setting
-    found = read_curves(target.curve, target.shape, _settings(config, target) if key else ())
+def _read_curves(config, target):
+    over = SHAPES[target.curves.shape].setting
+    settings = _settings(config, target.tests, over) if over else ()
+    found = read_curves(target.curves.table, target.curves.shape, settings)
     curves = found.freedom + len(found.metrics)
     sd = np.sqrt(np.diag(found.covariance) * curves)
-    rigs = target.rigs if key else target.rigs * len(found.metrics)
-    return MeasuredMean(rigs, found.metrics, found.mean, found.covariance, found.freedom, sd)
+    tests = target.tests if over else target.tests * len(found.metrics)
+    return MeasuredMean(tests, found.metrics, found.mean, found.covariance, found.freedom, sd)
 
 
-def _settings(config, target):
-    """What a curve runs over, in each of the target's rigs."""
-    key = SHAPES[target.shape].setting
-    return tuple(getattr(rig_spec(config, name).geometry, key) for name in target.rigs)
+def _settings(config, names, over):
+    """What a curve runs over, in each of the tests."""
+    return tuple(getattr(spec_of(config, name).geometry, over, None) for name in names)
 
 
-def _mean_of(row, target, path):
+def _mean_of(row, path):
     """(mean, variance of the mean, degrees of freedom) of a row or of the readings of one
     condition."""
-    if target.error is not None and (row.sd is None or row.n < 2):
-        return row.value, target.error**2, np.inf
     if row.sd is None:
         raise ConfigError(
             "has no error",
@@ -131,7 +172,7 @@ def _mean_of(row, target, path):
             line=row.line,
             column="sd",
             value=row.value,
-            allowed="a second reading, sd and n in the row, or `error` beside the target",
+            allowed="a second reading, or sd in the row: the standard deviation of one reading",
         )
     # a stated deviation of one reading is an instrument's; of several it is estimated from them
     freedom = row.n - 1.0 if row.n >= 2 else np.inf
@@ -165,96 +206,42 @@ def _pooled(target, rows, reading_sd):
     doubt = np.sum((share**2 * variance) ** 2 / freedom)
     behind = whole**2 / doubt if doubt > 0.0 else np.inf
     return MeasuredMean(
-        target.rigs, (target.metric,), np.array([pooled]), np.array([[whole]]), float(behind),
-        np.array([reading_sd or np.sqrt(whole)]),
+        target.tests, (target.metric,), np.array([pooled]), np.array([[whole]]), float(behind),
+        np.array([reading_sd]),
     )  # fmt: skip
 
 
 def check_joint(config: Config, factors: Sequence[Factor | Choice], file: str) -> None:
     """Raise ConfigError for what a joint study cannot be made of."""
-    for name, rig in config.rigs.items():
-        try:
-            rig_spec(config, name)
-        except (SpecError, CalibrationError) as error:
-            raise ConfigError(str(error), path=file, key=f"rigs.{name}.run") from None
-        _check_metrics(rig, f"rigs.{name}.metrics", file)
-    seen = []
-    for n, target in enumerate(config.targets):
-        _check_target(config, target, f"targets.{n}", file)
-        if name_of(target) in seen:
-            value = name_of(target)
-            raise ConfigError("stands twice", path=file, key=f"targets.{n}", value=value)
-        seen.append(name_of(target))
-        read_joint_target(config, target)
     _check_names(config, factors, file)
-    if config.calibrate.by == "joint" and not _waits_for_all(config):
-        allowed = "chain, or `targets` and joint among the supplements"
+    if _waits_for_all(config):
+        check_targets(config)
+    elif config.calibrate.by == "joint":
+        allowed = "chain, or joint among the supplements"
         key = "calibrate.by"
         raise ConfigError("has no stage", path=file, key=key, value="joint", allowed=allowed)
 
 
-def _check_metrics(rig, key, file):
-    for metric in rig.metrics:
-        if metric not in METRICS[rig.experiment]:
-            raise ConfigError(
-                "is no metric of it", path=file, key=key, value=metric,
-                allowed=f"for the experiment {rig.experiment}: "
-                + ", ".join(METRICS[rig.experiment]),
-            )  # fmt: skip
-
-
-def _check_target(config, target, key, file):
-    for name in target.rigs:
-        if name not in config.rigs:
-            allowed = ", ".join(config.rigs) or "a name in rigs, which has none"
-            raise ConfigError("is no rig", path=file, key=f"{key}.rig", value=name, allowed=allowed)
-    if bool(target.metric) == bool(target.curve) or bool(target.curve) != bool(target.shape):
-        allowed = "either metric, or curve and shape"
-        raise ConfigError("is not complete", path=file, key=key, allowed=allowed)
-    experiment = config.rigs[target.rigs[0]].experiment
-    _check_settings(config, target, key, file)
-    if target.metric and target.metric not in METRICS[experiment]:
+def check_targets(config: Config) -> None:
+    """Raise ConfigError where no test of the joint study was measured, or what was measured of one
+    cannot be used."""
+    targets = joint_targets(config)
+    if not targets:
         raise ConfigError(
-            "is no metric of it",
-            path=file,
-            key=f"{key}.metric",
-            value=target.metric,
-            allowed=f"for the experiment {experiment}: " + ", ".join(METRICS[experiment]),
-        )
-    if target.shape:
-        known = [n for n, s in SHAPES.items() if set(s.metrics) <= set(METRICS[experiment])]
-        if target.shape not in known:
-            allowed = f"for the experiment {experiment}: " + (", ".join(known) or "no shape")
-            key = f"{key}.shape"
-            raise ConfigError(
-                "is no shape of it", path=file, key=key, value=target.shape, allowed=allowed
-            )
-
-
-def _check_settings(config, target, key, file):
-    """A curve over a setting has several rigs, which differ in it; every other target has one."""
-    over = SHAPES[target.shape].setting if target.shape in SHAPES else None
-    kinds = {config.rigs[name].experiment for name in target.rigs}
-    if not over and len(target.rigs) == 1 and isinstance(target.rig, str):
-        return
-    allowed = f"rigs of one experiment that differ in geometry.{over}" if over else "one rig"
-    if over and len(kinds) == 1 and hasattr(rig_spec(config, target.rigs[0]).geometry, over):
-        if len(set(_settings(config, target))) == len(target.rigs) > 1:
-            return
-    value = ", ".join(target.rigs)
-    raise ConfigError("does not go", path=file, key=f"{key}.rig", value=value, allowed=allowed)
+            "has no row of a test of the joint study", path=config.measurements,
+            allowed=f"a reading at the setting of {', '.join(joint_tests(config))}",
+        )  # fmt: skip
+    for target in targets:
+        read_joint_target(config, target)
 
 
 def _check_names(config, factors, file):
-    """Names in `joint` are of factors and rigs; a prior lies in its factor's levels."""
+    """Names in `joint` are of factors; a prior lies in its factor's levels."""
     names, joint = [f.name for f in factors], config.joint
     free = [f.name for f in joint_factors(config, factors)]
     for key, given, known in (
         ("joint.factors", joint.factors, names),
         ("joint.priors", joint.priors, free),
-        ("joint.hours", joint.hours, list(config.rigs)),
-        *((f"rigs.{rig}.fixed", own.fixed, names) for rig, own in config.rigs.items()),
-        ("joint.machine", [joint.machine] if joint.machine else [], list(config.rigs)),
     ):
         for name in given:
             if name not in known:
@@ -271,7 +258,7 @@ def _check_names(config, factors, file):
     planned = joint.runs + joint.repeated + joint.second_wave
     if planned > SEEDS_A_STAGE:
         raise ConfigError(
-            "asks for more runs of a rig than there are seeds", path=file, key="joint.runs",
+            "asks for more runs of a test than there are seeds", path=file, key="joint.runs",
             value=joint.runs, allowed=f"runs, repeated and second_wave of {SEEDS_A_STAGE} at most",
         )  # fmt: skip
     if joint.repeated > joint.runs:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from calibration.errors import CalibrationError, ConfigError
@@ -11,7 +12,7 @@ from calibration.intake.quantities import quantity_name
 from calibration.intake.tables import summary
 from calibration.statistics.goals import Goal
 from calibration.statistics.stated import Stated
-from calibration.study.config.specs import bench_run, point_spec
+from calibration.study.config.specs import point_spec
 from calibration.study.matching import NotComparableError, agreeing, sample
 from dem.spec import parse_spec
 from dem.units import behind, unit_of
@@ -19,7 +20,7 @@ from dem.units import behind, unit_of
 if TYPE_CHECKING:
     import numpy as np
 
-    from calibration.intake.measurements import Measurement
+    from calibration.intake.measurements import Measurement, Measurements
     from calibration.study.config.schema import Config, Target
 
 
@@ -30,9 +31,18 @@ def read_target(config: Config, target: Target | None = None) -> np.ndarray | St
 
 
 def _sample(config, table, target):
-    spec = parse_spec(point_spec(config.run, config.experiment, {}, 1))
-    found = agreeing(table, config.experiment, quantity_name(target.metric), spec)
-    return sample(found, table.path)
+    return sample(rows_of(config, table, config.own, target.metric), table.path)
+
+
+def rows_of(
+    config: Config, table: Measurements, name: str, metric: str, but: Collection[str] = ()
+) -> list[Measurement]:
+    """The measured conditions of a metric that a test is at; levers in `but` do not count. Raises
+    ConfigError."""
+    experiment = config.tests[name].experiment
+    spec = parse_spec(point_spec(config.run_of(name), experiment, {}, 1))
+    own = replace(table, conditions=tuple(c for c in table.conditions if c.test in ("", name)))
+    return agreeing(own, experiment, quantity_name(metric), spec, but)
 
 
 def is_measured(config: Config, target: Target) -> bool:
@@ -41,14 +51,11 @@ def is_measured(config: Config, target: Target) -> bool:
     return bool(table.of(config.experiment, quantity_name(target.metric)))
 
 
-def read_bench(
-    config: Config, test: str, metric: str, but: Collection[str] = ()
+def read_swept(
+    config: Config, name: str, metric: str, but: Collection[str] = ()
 ) -> list[Measurement]:
-    """The measured conditions of a metric that the rig of a bench test is at; levers in `but` are
-    swept. Raises ConfigError."""
-    run = bench_run(config, getattr(config.bench, test).run)
-    table, spec = read_measured(config.measurements), parse_spec(point_spec(run, test, {}, 1))
-    return agreeing(table, test, quantity_name(metric), spec, but)
+    """`rows_of` a test in the table of measurements. Raises ConfigError."""
+    return rows_of(config, read_measured(config.measurements), name, metric, but)
 
 
 def read_back(config: Config) -> list[str]:
@@ -77,7 +84,7 @@ def goals(config: Config, file: str = "config") -> list[Goal]:
     """`Goal`s of the target and the further targets, in this order. Raises ConfigError."""
     found = []
     for n, target in enumerate((config.target, *config.further_targets)):
-        key = "target" if n == 0 else f"further_targets.{n - 1}"
+        key = f"calibrate.to.{target.metric}"
         if target.low is None or target.high is None:
             raise ConfigError(
                 "must be given where there are several targets",
@@ -85,7 +92,7 @@ def goals(config: Config, file: str = "config") -> list[Goal]:
                 key=f"{key}.low" if target.low is None else f"{key}.high",
                 allowed="the value at which the desirability falls to 0",
             )
-        kind = "target" if n == 0 else target.goal  # type: ignore[attr-defined]  # of the further ones
+        kind = "target" if n == 0 else target.goal
         wanted = float(read_target(config, target).mean()) if kind == "target" else None
         try:
             found.append(

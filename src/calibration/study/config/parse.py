@@ -4,7 +4,6 @@ what is allowed."""
 from __future__ import annotations
 
 import difflib
-import re
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
@@ -13,18 +12,17 @@ from pydantic import ValidationError
 
 from calibration import engines
 from calibration.errors import ConfigError, first_fault
+from calibration.intake.measurements import read_measured
 from calibration.intake.numbers_with_units import check_plausible, in_key_units
 from calibration.study.config.joint import check_joint
 from calibration.study.config.measured import goals, is_measured, read_target
 from calibration.study.config.schema import (
-    METRICS,
     Config,
-    FurtherTarget,
-    JointTarget,
     named_section_of,
     section_of,
 )
-from calibration.study.config.specs import SEEDS_A_STAGE, bench_run, point_spec
+from calibration.study.config.specs import point_spec
+from calibration.study.config.tests import check_tests, key_in
 from calibration.study.factors import Choice, read_factors, refuse_choices
 from calibration.study.matching import NotComparableError
 from dem.errors import InputError, SpecError
@@ -36,16 +34,20 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-IN_LISTS = {"further_targets": FurtherTarget, "targets": JointTarget}
-_ROW = "a row a reading in the file that `measurements` names: experiment, quantity, value, unit"
-MOVED = {
-    "file": _ROW,
-    "column": _ROW,
-    "measured": _ROW,
-    "measured_slope": f"{_ROW}, normal_stress_kPa; the slope is that of the line through them",
-    "measured_intercept_kPa": f"{_ROW}, normal_stress_kPa; it is that of the line through them",
+REPLACED = {
+    "experiment": "tests: { NAME: { experiment: ... } }",
+    "target": "the metric in calibrate: { test: TEST, to: { METRIC: {} } }; the main metric of the "
+    "first test needs no such line",
+    "further_targets": "further metrics in calibrate: { to: { METRIC: { goal, low, high, margin "
+    "} } }",
+    "bench": "its levels in tests: { NAME: { experiment: tilt, run: ..., sweep: { levels: ... } "
+    "} }",
+    "rigs": "the same names in `tests`, each with what it has beyond `run`",
+    "targets": "nothing: each test of which the table of measurements has a row is a target; "
+    "`error` stands there in the column sd, `discrepancy` and `curves` with the test",
+    "push_through": "the machine in `tests`, and its name in predict: { tests: [NAME] }",
 }
-"""Keys that held measured values before there was one table, and what to write in their place."""
+"""Keys that described tests before there was one list, and what to write in their place."""
 
 
 def parse_config(
@@ -142,12 +144,14 @@ def _place(key, value, files):
 
 
 def _parse(data, file):
+    for key, instead in REPLACED.items():
+        if key in data:
+            raise ConfigError("is a key no more", path=file, key=key, allowed=instead)
     check_plausible(data, file)
     data = in_key_units(data, file)
     try:
         config = Config.model_validate(data)
     except ValidationError as error:
-        _refuse_moved(error.errors(), file)
         first = error.errors()[0]
         found = first_fault(error)
         if first["type"] == "missing":
@@ -162,7 +166,7 @@ def _parse(data, file):
     names = [f.name for f in factors]
     for section, mapping in (
         ("fixed", config.fixed),
-        ("bench.shear.fixed", config.bench.shear.fixed if config.bench.shear else ()),
+        *((f"tests.{name}.fixed", test.fixed) for name, test in config.tests.items()),
         ("scaling.point", config.scaling.point if config.scaling else ()),
         ("screening.go_on", config.screening.go_on or ()),
         ("ascent.start", config.ascent.start),
@@ -186,11 +190,9 @@ def _parse(data, file):
             allowed="a level for one factor or more, or no point with another rule",
         )
     _check_candidate(config, file)
-    _check_metrics(config, file)
-    _check_machines(config, file)
-    _check_pour_rate(config, file)
-    _check_bench(config, file)
     config = with_engine(config, file)
+    check_tests(config, file)
+    _check_pour_rate(config, file)
     _check_run(config, factors, file)
     _check_measured(config, file)
     check_joint(config, factors, file)
@@ -228,23 +230,11 @@ def _check_candidate(config, file):
         )
 
 
-def _refuse_moved(errors, file):
-    """Raise ConfigError for the first key that once held measured values."""
-    for error in errors:
-        last = error["loc"][-1] if error["loc"] else None
-        if error["type"] == "extra_forbidden" and last in MOVED:
-            key = ".".join(str(p) for p in error["loc"])
-            reason = "stands in the table of measurements"
-            raise ConfigError(reason, path=file, key=key, allowed=MOVED[last])
-
-
 def _section(loc):
     """The schema that holds the key at a place of pydantic's."""
     model, named = Config, None
     for part in loc[:-1]:
-        if isinstance(part, int):
-            model = IN_LISTS.get(loc[0], FurtherTarget)
-        elif named:  # the name that stands before a section's keys
+        if named:  # the name that stands before a section's keys
             model, named = named, None
         else:
             annotation = model.model_fields[part].annotation
@@ -269,60 +259,20 @@ def _check_pour_rate(config, file):
         raise ConfigError("goes with a heap", path=file, key="pour_rate", allowed=allowed)
 
 
-NO_WORD = ("na", "nan", "null", "none", "true", "false", "inf")
-"""What a table's reader takes for a value, or for none."""
-
-
-def _check_machines(config, file):
-    """The metrics that are asked of a machine exist, and no more runs than seeds; names are plain
-    words."""
-    for name, machine in config.push_through.items():
-        key, known = f"push_through.{name}", METRICS[machine.experiment]
-        # a table of runs has these names: none may read as a number or as nothing
-        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", name) or name.lower() in NO_WORD:
-            allowed = "letters, digits, _ and -, a letter first; not nan or none"
-            raise ConfigError("is no name", path=file, key=key, value=name, allowed=allowed)
-        for metric in machine.metrics:
-            if metric not in known:
-                allowed = f"for the experiment {machine.experiment}: " + ", ".join(known)
-                raise ConfigError(
-                    "is no metric of it",
-                    path=file,
-                    key=f"{key}.metrics",
-                    value=metric,
-                    allowed=allowed,
-                )
-        runs = machine.draws * machine.replicates
-        if runs > SEEDS_A_STAGE:
-            raise ConfigError(
-                "asks for more runs than there are seeds",
-                path=file,
-                key=f"{key}.draws",
-                value=machine.draws,
-                allowed=f"draws times replicates of at most {SEEDS_A_STAGE}, not {runs}",
-            )
-
-
-def _check_metrics(config, file):
-    """Metrics exist and differ."""
-    metrics = [t.metric for t in (config.target, *config.further_targets)]
-    for n, metric in enumerate(metrics):
-        key = "target.metric" if n == 0 else f"further_targets.{n - 1}.metric"
-        if metric not in METRICS[config.experiment]:
-            allowed = f"for the experiment {config.experiment}: " + ", ".join(
-                METRICS[config.experiment]
-            )
-            raise ConfigError(
-                "is no metric to calibrate to", path=file, key=key, value=metric, allowed=allowed
-            )
-        if metric in metrics[:n]:
-            raise ConfigError("stands twice", path=file, key=key, value=metric)
-
-
 def _check_measured(config, file):
     """Measured values can be read, and goals make sense. A target that was not measured, or not at
     the setting that is simulated, is refused by the stages that use it: a study may have a table
     for its diagnosis alone."""
+    for row in read_measured(config.measurements).conditions:
+        named = config.tests.get(row.test)
+        if row.test and (named is None or named.experiment != row.experiment):
+            raise ConfigError(
+                f"is no test of the experiment {row.experiment}", path=config.measurements,
+                line=row.line, column="test", value=row.test,
+                allowed=", ".join(
+                    n for n, t in config.tests.items() if t.experiment == row.experiment
+                ) or "empty",
+            )  # fmt: skip
     for n, target in enumerate((config.target, *config.further_targets)):
         if not is_measured(config, target):
             continue
@@ -332,28 +282,12 @@ def _check_measured(config, file):
             raise ConfigError(
                 f"must be given, as {target.metric} was measured",
                 path=file,
-                key=f"further_targets.{n - 1}.margin",
+                key=f"calibrate.to.{target.metric}.margin",
                 allowed="a difference that does not matter, in the metric's unit",
             )
     if config.further_targets:
         with suppress(NotComparableError):
             goals(config, file)
-
-
-def _check_bench(config, file):
-    """Refuse a bench test's run spec that no run could be made of."""
-    for test in ("tilt", "drop", "shear"):
-        section = getattr(config.bench, test)
-        if section is None and config.fixed_from == "bench":
-            why = "must be given where fixed_from is bench"
-            raise ConfigError(why, path=file, key=f"bench.{test}")
-        if section is None:
-            continue
-        run = bench_run(config, section.run)
-        try:
-            parse_spec(point_spec(run, test, {}, 1), file=file)
-        except SpecError as error:
-            raise ConfigError(str(error), path=file, key=f"bench.{test}.run") from None
 
 
 def with_engine(config: Config, file: str = "configuration") -> Config:
@@ -380,7 +314,7 @@ def _check_run(config, factors, file):
     """Refuse a run spec that no run could be made of, and factors that set no number of it or leave
     its ranges."""
     try:
-        spec = parse_spec(point_spec(config.run, config.experiment, {}, 1))
+        spec = parse_spec(point_spec(config.own_run, config.experiment, {}, 1))
         engines.check(spec)
         check_meshes_of(spec)
     except engines.EngineError as error:
@@ -389,18 +323,19 @@ def _check_run(config, factors, file):
         raise ConfigError(
             "is not valid",
             path=file,
-            key=f"run.{error.key}",
+            key=key_in(config, config.own, error.key),
             value=error.value,
             allowed=error.allowed,
         ) from None
     except InputError as error:
-        raise ConfigError(**vars(error) | {"key": f"run.{error.key}"}) from None
+        key = key_in(config, config.own, error.key)
+        raise ConfigError(**vars(error) | {"key": key}) from None
     for f in factors:
         for column in ("low", "high"):
             level = getattr(f, column)
             try:
                 value = f.value(level)
-                parse_spec(point_spec(config.run, config.experiment, {f.key: value}, 1))
+                parse_spec(point_spec(config.own_run, config.experiment, {f.key: value}, 1))
             except SpecError as error:
                 text = f"{f.name} cannot be {value}: {error}"
                 raise ConfigError(text, path=config.factors, column=column) from None

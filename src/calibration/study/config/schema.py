@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from calibration.statistics.goals import GOALS, RULES
+from calibration.study.config.specs import overlay
 from dem.experiments import experiments
 from dem.units import converted
 
@@ -16,37 +17,68 @@ class _Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
+INHERITED = ("experiment", "run", "fixed", "discrepancy")
+"""Keys of a test that one that is `like` it has too."""
+
 COARSER = {"quick": 4.0, "test": 8.0}
 """Resolution -> how many times fewer grains."""
 
 
 def coarsened(data: dict[str, Any]) -> dict[str, Any]:
-    """A configuration whose `resolution` is carried out: fewer, larger grains, and a name that says
-    so."""
-    resolution, run = data.get("resolution"), data.get("run")
-    factor = COARSER.get(resolution) if isinstance(resolution, str) else None
-    particles = run.get("particles") if isinstance(run, dict) else None
-    if factor is None or not isinstance(particles, dict) or "count" not in particles:
+    """A configuration whose `resolution` is carried out: fewer, larger grains in the test that it
+    calibrates on, and a name that says so."""
+    factor = COARSER.get(str(data.get("resolution")))
+    run = _own_run(data) if factor else {}
+    if factor is None or "count" not in (run.get("particles") or {}):
         return data
     try:
-        return _with_fewer(data, particles, factor)
+        return _with_fewer(data, run, factor)
     except (TypeError, ValueError, ArithmeticError):  # the schema says what is no number
         return data
 
 
-def _with_fewer(data, particles, factor):
-    grown = factor ** (1 / 3)
+def _own_run(data):
+    """Run spec of the test that a configuration (a mapping) calibrates on; empty where it is not
+    well formed, which the schema says."""
+    own = (data.get("tests") or {}).get(_own_name(data))
+    parts = [data.get("run", {}), own.get("run", {}) if isinstance(own, dict) else None]
+    return overlay(*parts) if all(isinstance(p, dict) for p in parts) else {}
+
+
+def _own_name(data):
+    """Name of the test that a configuration (a mapping) calibrates on."""
+    return (data.get("calibrate") or {}).get("test") or next(iter(data.get("tests") or {}), None)
+
+
+def _with_fewer(data, run, factor):
+    grown, particles = factor ** (1 / 3), run["particles"]
     if particles.get("diameter_mm") is not None:
         larger = {"diameter_mm": round(grown * particles["diameter_mm"], 4)}
     else:
         larger = {"scale_factor": round(grown * particles.get("scale_factor", 1.0), 6)}
-    particles = particles | larger | {"count": max(round(particles["count"] / factor), 1)}
-    geometry = dict(data["run"].get("geometry") or {})
-    if "generation_rate_per_s" in geometry:
-        geometry["generation_rate_per_s"] /= factor
-    run = data["run"] | {"particles": particles} | ({"geometry": geometry} if geometry else {})
+    changes = {"particles": larger | {"count": max(round(particles["count"] / factor), 1)}}
+    rate = (run.get("geometry") or {}).get("generation_rate_per_s")
+    if rate is not None:
+        changes["geometry"] = {"generation_rate_per_s": rate / factor}
+    tests = overlay(data["tests"], {_own_name(data): {"run": changes}})
     name = f"{data.get('name')}-{data['resolution']}"
-    return data | {"run": run, "name": name, "resolution": "full"}
+    return data | {"tests": tests, "name": name, "resolution": "full"}
+
+
+def alike(data: dict[str, Any]) -> dict[str, Any]:
+    """A configuration in which each test that is `like` another has what that one states, below
+    its own."""
+    tests = data.get("tests")
+    if not isinstance(tests, dict):
+        return data
+    return data | {"tests": {name: _as_the_other(tests, own) for name, own in tests.items()}}
+
+
+def _as_the_other(tests, own):
+    other = tests.get(own.get("like")) if isinstance(own, dict) else None
+    if not isinstance(other, dict):
+        return own
+    return overlay({key: other[key] for key in INHERITED if key in other}, own)
 
 
 def section_of(annotation: Any) -> type[BaseModel] | None:
@@ -62,43 +94,46 @@ def named_section_of(annotation: Any) -> type[BaseModel] | None:
     return section_of(parts[1]) if get_origin(annotation) is dict else None
 
 
+VIEWS = ("own", "experiment", "own_run", "target", "further_targets")
+"""What follows from a `Config`'s sections and what a stage may read in their place."""
+
 METRICS = {name: e.targets for name, e in experiments().items()}
 """What a run of each experiment can be calibrated to; the unit is in the name."""
 
 
-class Target(_Part):
-    """What the model is calibrated to."""
+class Response(_Part):
+    """What is asked of a metric of the test that the chain calibrates on."""
 
-    metric: str = Field(
-        "angle_of_repose_deg",
-        description="metric of a run that is compared with the measured values of its name",
+    goal: Literal[GOALS] = Field(  # type: ignore[valid-type]
+        "target",
+        description="meet the mean of the measured values, or go to one end of low to high",
     )
     low: float | None = Field(
-        None, description="value at which the desirability is 0; needed where there are several"
+        None,
+        description="desirability 0 here, or 1 with the goal `minimise`; needed where there are "
+        "several metrics",
     )
     high: float | None = Field(
-        None, description="value at which the desirability is 0; needed where there are several"
+        None,
+        description="desirability 0 here, or 1 with the goal `maximise`; needed where there are "
+        "several metrics",
     )
     weight: Positive = Field(
         1.0,
         description="exponent of the desirability: above 1 asks for more than the way half there",
     )
     importance: Positive = Field(1.0, description="weight in the overall desirability")
-
-
-class FurtherTarget(Target):
-    """A second or third response that counts beside the target."""
-
-    metric: str = Field(description="metric of a run")
-    goal: Literal[GOALS] = Field(  # type: ignore[valid-type]
-        "target",
-        description="meet the mean of the measured values, or go to one end of low to high",
-    )
-    low: float = Field(description="desirability 0 here, or 1 with the goal `minimise`")
-    high: float = Field(description="desirability 0 here, or 1 with the goal `maximise`")
     margin: Positive | None = Field(
-        None, description="difference that does not matter; needed where it was measured"
+        None,
+        description="difference that does not matter, of a further metric that was measured; of "
+        "the first one `validation` has it",
     )
+
+
+class Target(Response):
+    """A metric to which the chain calibrates, and what is asked of it."""
+
+    metric: str
 
 
 class ScreeningConfig(_Part):
@@ -223,31 +258,58 @@ class ValidationConfig(_Part):
 
 
 class SweepConfig(_Part):
-    """A bench test that calibrates one factor by a sweep."""
+    """One factor swept over a test; the level that gives the measured value is read off."""
 
-    levels: list[Positive] = Field(min_length=4, description="levels of the factor")
-    confirmations: int = Field(5, ge=1, le=50, description="runs at the inverse")
-    run: dict = Field({}, description="grains, geometry and numerics of the test")
-
-
-class ShearConfig(_Part):
-    """Direct shear."""
-
-    normal_stresses_kPa: list[Positive] = Field(min_length=3, description="test loads")
-    levels: list[Positive] = Field(min_length=3, description="particle frictions")
-    replicates: int = Field(3, ge=1, le=50, description="runs at each load and friction")
-    fixed: dict[str, float] = Field(
-        {}, description="factor name: its level in the shear cell, in place of the study's"
+    levels: list[Positive] = Field(min_length=3, description="levels of the factor")
+    confirmations: int = Field(5, ge=1, le=50, description="runs at the inverse; none of a shear")
+    normal_stresses_kPa: list[Positive] = Field(
+        [], description="loads of a shear test, three or more; of no other test"
     )
-    run: dict = Field({}, description="grains, geometry and numerics of the test")
+    replicates: int = Field(
+        3, ge=1, le=50, description="runs at each load and friction of a shear test"
+    )
 
 
-class BenchConfig(_Part):
-    """Tests on the laboratory's bench; each stage needs the section of its name."""
+class CurvesConfig(_Part):
+    """Measured curves, of which coefficients are compared in place of a metric."""
 
-    tilt: SweepConfig | None = Field(None, description="tilted plane: friction on the wall")
-    drop: SweepConfig | None = Field(None, description="drop: restitution on the wall")
-    shear: ShearConfig | None = Field(None, description="direct shear: friction between grains")
+    table: str = Field(description="CSV table: curve, x, y")
+    shape: str = Field(description="what is read of these curves")
+
+
+class TestConfig(_Part):
+    """A test of the laboratory, or a machine, as it is simulated."""
+
+    __test__ = False  # pytest takes the name for one of its own
+
+    experiment: Literal[tuple(METRICS)] = Field(description="virtual experiment that stands for it")  # type: ignore[valid-type]
+    like: str | None = Field(
+        None, description="another test that it is but for what it states itself"
+    )
+    run: dict = Field(
+        {}, description="grains, geometry and numerics: what it has beyond the shared `run`"
+    )
+    fixed: dict[str, float] = Field(
+        {},
+        description="factor name: its level in this test, whatever it is in the others, as of side "
+        "walls that are smooth",
+    )
+    metrics: list[str] = Field(
+        [],
+        description="metrics that are predicted and could be measured next; the experiment's main "
+        "one and those that were measured unless given",
+    )
+    sweep: SweepConfig | None = Field(
+        None, description="levels of the stage of its experiment: tilt, drop or shear"
+    )
+    curves: CurvesConfig | None = Field(
+        None, description="measured curves; tests with the same one differ in what it runs over"
+    )
+    discrepancy: dict[str, Annotated[float, Field(ge=0)]] = Field(
+        {},
+        description="metric, or shape of the curves: standard deviation by which the model itself "
+        "may be wrong, in its unit",
+    )
 
 
 class ScalingConfig(_Part):
@@ -294,12 +356,6 @@ class PosteriorConfig(_Part):
     priors: dict[str, PriorConfig] = Field(
         {}, description="factor name: what is known of it; uniform over the region where not named"
     )
-    discrepancy: dict[str, float] = Field(
-        {},
-        description="metric: standard deviation by which the model itself may be wrong, in the "
-        "metric's unit; "
-        "none unless given",
-    )
     readings: int = Field(
         5,
         ge=1,
@@ -321,73 +377,16 @@ class PourRateConfig(_Part):
     )
 
 
-class _Simulated(_Part):
-    """A test or a machine and the run spec that stands for it."""
+class PredictConfig(_Part):
+    """Tests and machines that are simulated with draws of a posterior."""
 
-    experiment: Literal[tuple(METRICS)] = Field(description="virtual experiment that stands for it")  # type: ignore[valid-type]
-    run: dict = Field(
-        {},
-        description="grains, geometry and numerics, laid over the study's run where it is of the "
-        "same experiment, else over its materials and laws",
-    )
-
-
-class PushConfig(_Simulated):
-    """A machine that is simulated with draws of the posterior."""
-
-    metrics: list[str] = Field(
-        [], description="metrics that are reported; all of the experiment unless given"
+    tests: list[str] = Field(
+        [], description="names in `tests`; all but the one that the chain is calibrated on"
     )
     draws: int = Field(20, ge=3, le=300, description="draws of the posterior")
     replicates: int = Field(
         2, ge=1, le=20, description="runs with each draw; two tell the seeds' scatter apart"
     )
-
-
-class RigConfig(_Simulated):
-    """A test of the laboratory, or a machine, as it is simulated."""
-
-    metrics: list[str] = Field(
-        [],
-        description="metrics that could be measured next and are predicted; the experiment's "
-        "main one and those of `targets` unless given",
-    )
-    fixed: dict[str, float] = Field(
-        {},
-        description="factor name: its level in this rig, whatever it is in the others, as of side "
-        "walls that are smooth",
-    )
-
-
-class JointTarget(_Part):
-    """A measured metric of a rig, or coefficients of a measured curve that are metrics of it."""
-
-    rig: str | list[str] = Field(
-        description="name in `rigs`; for a curve over a setting a list of them, one a setting"
-    )
-    metric: str | None = Field(None, description="metric, compared with the rows of its name")
-    curve: str | None = Field(
-        None, description="CSV table of measured curves, in place of `metric`: curve, x, y"
-    )
-    shape: str | None = Field(
-        None, description="what is read of these curves; goes with `curve` and only with it"
-    )
-    error: Positive | None = Field(
-        None,
-        description="standard error of the measured mean, in the metric's unit, where the table "
-        "holds a single reading without one",
-    )
-    discrepancy: float = Field(
-        0.0,
-        ge=0,
-        description="standard deviation by which the model itself may be wrong, in the metric's "
-        "unit",
-    )
-
-    @property
-    def rigs(self) -> tuple[str, ...]:
-        """Names of its rigs."""
-        return (self.rig,) if isinstance(self.rig, str) else tuple(self.rig)
 
 
 class JointPrior(PriorConfig):
@@ -397,12 +396,13 @@ class JointPrior(PriorConfig):
 
 
 class JointConfig(_Part):
-    """One posterior over all `targets`."""
+    """One posterior over all tests that were measured."""
 
+    tests: list[str] = Field([], description="names in `tests` that it runs; all unless given")
     factors: list[str] = Field(
         [], description="factors that are free; all whose levels are numbers unless given"
     )
-    runs: int = Field(60, ge=8, le=900, description="points of the common design of all rigs")
+    runs: int = Field(60, ge=8, le=900, description="points of the common design of all tests")
     repeated: int = Field(
         16, ge=0, le=500, description="of these, points that are run twice, which tells the scatter"
     )
@@ -416,10 +416,10 @@ class JointConfig(_Part):
     readings: int = Field(5, ge=2, description="readings that the next test would take")
     hours: dict[str, Positive] = Field(
         {},
-        description="rig: hours in the laboratory for so many readings; assumed unless given",
+        description="test: hours in the laboratory for so many readings; assumed unless given",
     )
     machine: str | None = Field(
-        None, description="rig whose metrics are to be predicted, in place of the parameters"
+        None, description="test whose metrics are to be predicted, in place of the parameters"
     )
 
 
@@ -428,8 +428,16 @@ class CalibrateConfig(_Part):
 
     by: Literal["chain", "joint"] | None = Field(
         None,
-        description="chain: those of the surface, to one target; joint: those of all `targets` "
+        description="chain: those of the surface, of one test; joint: those of all tests "
         "together. Unless given joint where the report waits for the stage `joint`",
+    )
+    test: str | None = Field(
+        None, description="test that the chain calibrates on; the first one unless given"
+    )
+    to: dict[str, Response] = Field(
+        {},
+        description="metric of that test: what is asked of it; the experiment's main metric unless "
+        "given. Of several the optimum is the most desirable point",
     )
 
 
@@ -447,12 +455,14 @@ class PublishedConfig(_Part):
 
 
 class Config(_Part):
-    """The whole configuration; `run` is the run spec that all heaps share."""
+    """The whole configuration, and what follows from it: `own` is the test that the chain is
+    calibrated on, `own_run` its run spec, `experiment` its experiment, `target` and
+    `further_targets` its metrics."""
 
     @model_validator(mode="before")
     @classmethod
     def _in_key_units(cls, data):
-        return coarsened(converted(data)) if isinstance(data, dict) else data
+        return alike(coarsened(converted(data))) if isinstance(data, dict) else data
 
     name: str = Field(
         pattern=r"^[A-Za-z0-9_-]+$",
@@ -472,15 +482,8 @@ class Config(_Part):
         "settings of it, "
         "of command or of table",
     )
-    experiment: Literal[tuple(METRICS)] = Field(  # type: ignore[valid-type]
-        "heap", description="virtual experiment whose metrics are calibrated"
-    )
     measurements: str = Field(
         description="table of all that was measured: experiment, quantity, value, unit, levers ..."
-    )
-    target: Target
-    further_targets: list[FurtherTarget] = Field(
-        [], description="further responses; the optimum is then the most desirable point"
     )
     supplements: list[str] = Field(
         [], description="stages that the report waits for beside the chain: tilt, drop, shear ..."
@@ -491,7 +494,10 @@ class Config(_Part):
     fixed_from: Literal["config", "bench"] = Field(
         "config", description="bench: what tilt, drop and shear found replaces the levels in fixed"
     )
-    run: dict = Field({}, description="run spec without experiment and seed")
+    run: dict = Field({}, description="run spec that all tests share: materials and laws")
+    tests: dict[str, TestConfig] = Field(
+        min_length=1, description="name: a test of the laboratory or a machine, as it is simulated"
+    )
     resolution: Literal["full", *COARSER] = Field(  # type: ignore[valid-type]
         "full",
         description="quick and test pour fewer, larger grains of the same volume, under a name of "
@@ -508,21 +514,11 @@ class Config(_Part):
     ascent: AscentConfig = AscentConfig()
     response_surface: SurfaceConfig = SurfaceConfig()
     optimise: OptimiseConfig = OptimiseConfig()
-    bench: BenchConfig = BenchConfig()
     scaling: ScalingConfig | None = Field(None, description="the stage `scaling` needs it")
     validation: ValidationConfig = ValidationConfig()
     posterior: PosteriorConfig = PosteriorConfig()
     pour_rate: PourRateConfig | None = Field(None, description="the stage `pour_rate` needs it")
-    push_through: dict[str, PushConfig] = Field(
-        {}, description="machine: how it is simulated with draws of the posterior"
-    )
-    rigs: dict[str, RigConfig] = Field(
-        {}, description="name: a test of the laboratory or a machine, for the stage `joint`"
-    )
-    targets: list[JointTarget] = Field(
-        [],
-        description="measured metrics of any rig, to which the stage `joint` calibrates",
-    )
+    predict: PredictConfig = PredictConfig()
     joint: JointConfig = JointConfig()
     calibrate: CalibrateConfig = CalibrateConfig()
     published: PublishedConfig = PublishedConfig()
@@ -539,3 +535,42 @@ class Config(_Part):
     def runs(self) -> str:
         """Folder of the runs, which all studies of `results` share."""
         return f"{self.results}/runs"
+
+    @property
+    def own(self) -> str:
+        """Name of the test that the chain is calibrated on."""
+        return self.calibrate.test or next(iter(self.tests))
+
+    @property
+    def experiment(self) -> str:
+        """Virtual experiment of that test."""
+        return self.tests[self.own].experiment
+
+    @property
+    def own_run(self) -> dict[str, Any]:
+        """Run spec of that test, without experiment and seed."""
+        return self.run_of(self.own)
+
+    def run_of(self, name: str) -> dict[str, Any]:
+        """Run spec of a test: what it states laid over what all share."""
+        return overlay(self.run, self.tests[name].run)
+
+    def of_experiment(self, experiment: str) -> str | None:
+        """Name of the first test of an experiment, one with a sweep before others; None without
+        one."""
+        own = [name for name, test in self.tests.items() if test.experiment == experiment]
+        return min(own, key=lambda name: self.tests[name].sweep is None, default=None)
+
+    @property
+    def target(self) -> Target:
+        """The main metric that the chain calibrates to."""
+        return self._targets()[0]
+
+    @property
+    def further_targets(self) -> list[Target]:
+        """Further metrics of the same runs that count beside it."""
+        return self._targets()[1:]
+
+    def _targets(self):
+        asked = self.calibrate.to or {METRICS[self.experiment][0]: Response()}
+        return [Target(metric=metric, **dict(asked[metric])) for metric in asked]

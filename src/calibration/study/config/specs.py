@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from calibration.study.config.schema import Config, PushConfig, RigConfig
-
+from typing import Any
 
 SEEDS_A_STAGE = 1000
 """Seeds are disjoint between stages: a run that led to a choice must not judge it as well."""
@@ -41,21 +37,6 @@ def states(run: Mapping[str, Any], key: str) -> bool:
             return False
         run = run[name]
     return True
-
-
-def bench_run(config: Config, changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Run spec of a bench test: the study's materials and laws with `changes` (the test's rig and
-    grains) laid over."""
-    shared = ("materials", "laws", "law_parameters", "engine")
-    return overlay({k: v for k, v in config.run.items() if k in shared}, changes)
-
-
-def machine_run(config: Config, machine: PushConfig | RigConfig) -> dict[str, Any]:
-    """Run spec (a mapping) of a machine of `push_through`: its keys over the study's run where it
-    is of the study's own experiment, else over its materials and laws."""
-    if machine.experiment == config.experiment:
-        return overlay(config.run, machine.run)
-    return bench_run(config, machine.run)
 
 
 def overlay(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

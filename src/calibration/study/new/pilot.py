@@ -23,11 +23,11 @@ import yaml
 
 from calibration.intake.quantities import quantity_name
 from calibration.statistics.screening_design import screening_design
-from calibration.study.config import machine_run, overlay, parse_config, point_spec, read_target
-from calibration.study.config.joint import read_joint_target
+from calibration.study.config import overlay, parse_config, point_spec, read_target
+from calibration.study.config.joint import joint_targets, read_joint_target
 from calibration.study.new.study import configuration, write_settings
 from calibration.study.parcels import WITH_SIZE, ratios
-from calibration.study.simulated_tests import rig_test
+from calibration.study.simulated_tests import simulated
 from dem.errors import DemError, MeasureError, StoppedError
 from dem.spec import parse_spec
 from dem.units import behind, unit_of
@@ -204,12 +204,9 @@ def _tried(lab, k, show):
             break
         for turn in range(CALMER + 1):
             config = _config(lab, "quick")
-            machine = config.rigs[rig]
-            run_spec = machine_run(config, machine)
+            kind, levels = config.tests[rig].experiment, _levels(config, lab, rig, end)
             with heard(f"{rig} at {end}", show):
-                trial = one_run(
-                    config, run_spec, machine.experiment, _levels(config, lab, rig, end)
-                )
+                trial = one_run(config, config.run_of(rig), kind, levels)
             if not trial.restless or turn == CALMER:
                 break
             lab = _calmer(lab, k, turn, show)
@@ -222,7 +219,7 @@ def _tried(lab, k, show):
 def _levels(config, lab, rig, end):
     """{key: level} of an end of the ranges in a rig: the rough one has all friction and no
     bounce."""
-    by = ratios(config, rig_test(config, rig), [f.key for f in lab.factors])
+    by = ratios(config, simulated(config, rig), [f.key for f in lab.factors])
     levels = {f.key: f.centre for f in lab.factors}
     for f in lab.factors if end != MIDDLE else ():
         if f.key.endswith("friction"):
@@ -234,7 +231,7 @@ def _levels(config, lab, rig, end):
 
 def _missed(config, rig, trials):
     """Metrics of a rig's targets that its runs do not reach."""
-    targets = [t for t in config.targets if t.rig == rig]
+    targets = [t for t in joint_targets(config) if t.tests == (rig,)]
     return [t.metric for t in targets if not _reached(*_measured(config, t), trials, t.metric)]
 
 
@@ -251,7 +248,7 @@ def _reached(mean, error, trials, metric):
 
 def _beside(config, rig, trials):
     """Sentences: what a rig gave beside each of its targets, and whether the ranges reach it."""
-    for target in (t for t in config.targets if t.rig == rig):
+    for target in (t for t in joint_targets(config) if t.tests == (rig,)):
         metric, unit = target.metric, behind(unit_of(target.metric))
         mean, error = _measured(config, target)
         told = [f"{t.metrics[metric]:.4g}{unit} at {end}" for end, t in trials.items()
@@ -261,11 +258,7 @@ def _beside(config, rig, trials):
         judged = "the ranges reach it"
         if not _reached(mean, error, trials, metric):
             judged = "these ranges may not reach it"
-            if (
-                metric == ANGLE
-                and "elongation" not in config.run["particles"]
-                and ("clump" not in config.run["particles"])
-            ):
+            if metric == ANGLE and not {"elongation", "clump"} & set(config.own_run["particles"]):
                 judged += ". Longer grains stand steeper (--axes, or particles.elongation)"
         name = quantity_name(metric).replace("_", " ")
         yield f"{name} {', '.join(told)}; measured {mean:.4g}{unit}: {judged}"
@@ -281,7 +274,7 @@ def _eased(lab, show):
 
     def fault(levels):
         with heard("the stickiest heap that is tried", show):
-            return one_run(config, config.run, config.experiment, levels).fault
+            return one_run(config, config.own_run, config.experiment, levels).fault
 
     found, why = eased(lab.factors, sticky, fault)
     if found == lab.factors:
@@ -324,7 +317,7 @@ def _of_one_heap(lab, show):
                 config = _config(lab, "full")
                 levels = levels_at(factors, point)
                 with heard(f"heap {n} of {len(points)}", show):
-                    trial = one_run(config, coarse(config.run), "heap", levels, tuple(point))
+                    trial = one_run(config, coarse(config.own_run), "heap", levels, tuple(point))
                 if not trial.restless or turn == CALMER:
                     break
                 lab = _calmer(lab, 0, turn, show)

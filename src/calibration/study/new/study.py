@@ -111,15 +111,13 @@ def configuration(lab: Laboratory) -> str:
     parts = {name: _yaml(text).splitlines()[0] for name, text in parts.items()}
     sections = {
         "fixed": {f.name: float(f"{f.centre:.4g}") for f in lab.factors},
-        "run": _shared_run(lab) | lead.run,
-        "rigs": _rigs(lab),
-        "targets": _targets(lab.tests),
-        "diagnosed": _diagnosed(lab),
+        "run": _shared_run(lab),
+        "tests": {t.rig: _test(t) for t in lab.tests},
     }
-    parts |= {name: _yaml(section, 2) if section else "" for name, section in sections.items()}
+    parts |= {name: _yaml(section, 2) for name, section in sections.items()}
     margin = MARGINS.get(metric) or float(f"{MARGIN * lead.rows[0]['value']:.3g}")
     return macros("calibration.study.new", "files").config(
-        lab.folder.name, lab.name, lab.alone, lead.rig, lead.experiment, metric, margin, parts
+        lab.folder.name, lab.name, lab.alone, lead.rig, metric, margin, parts
     )
 
 
@@ -151,25 +149,7 @@ def _shared_run(lab):
     return shared | ({"law_parameters": own} if own else {})
 
 
-def _diagnosed(lab):
-    """The rigs in which the diagnosis simulates the tests that are not the study's own experiment;
-    the settings of measured.csv are laid over them."""
-    found: dict = {}
-    for test in lab.tests[1:]:
-        if test.experiment != lab.leading.experiment:
-            found.setdefault(test.experiment, {"run": test.run})
-    return {"experiments": found} if found else {}
-
-
-def _rigs(lab):
-    own = {lab.leading.rig: {"experiment": lab.leading.experiment}}
-    return own | {t.rig: {"experiment": t.experiment, "run": t.run} for t in lab.tests[1:]}
-
-
-def _targets(tests):
-    return [
-        {"rig": t.rig, "metric": metric}
-        | ({"discrepancy": t.discrepancy[metric]} if metric in t.discrepancy else {})
-        for t in tests
-        for metric in t.metrics
-    ]
+def _test(test):
+    doubt = {"discrepancy": test.discrepancy} if test.discrepancy else {}
+    own = {"experiment": test.experiment, "metrics": list(test.metrics), "run": test.run}
+    return own | doubt

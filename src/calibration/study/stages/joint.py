@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from calibration.study.config.joint import joint_targets, joint_tests
 from calibration.study.stages.stage import Figure, Plan, Stage
 from dem.experiments import experiments
 
@@ -15,23 +16,23 @@ def runs_of(config: Config, rig: str) -> int:
     """Number of runs of a rig: the common design, what is repeated of it where runs scatter, and
     the points that are added where the rig has a target."""
     rules = config.joint
-    twice = rules.repeated if experiments()[config.rigs[rig].experiment].poured else 0
+    twice = rules.repeated if experiments()[config.tests[rig].experiment].poured else 0
     return rules.runs + twice + _added(config, rig)
 
 
 def _added(config, rig):
-    asked = [*(r for t in config.targets for r in t.rigs), config.joint.machine]
+    asked = [*(r for t in joint_targets(config) for r in t.tests), config.joint.machine]
     return config.joint.second_wave if rig in asked else 0
 
 
 def _first(config):
     """Runs that a study which waits for the stage plans first; none of another."""
-    waits = config.rigs if "joint" in config.supplements else ()
+    waits = joint_tests(config) if "joint" in config.supplements else ()
     return sum(runs_of(config, rig) - _added(config, rig) for rig in waits)
 
 
 def _second(config):
-    waits = config.rigs if "joint" in config.supplements else ()
+    waits = joint_tests(config) if "joint" in config.supplements else ()
     return sum(_added(config, rig) for rig in waits)
 
 

@@ -23,7 +23,7 @@ from calibration.intake.tables import read_written
 from calibration.runs.plans import read_plan, together, write_plan
 from calibration.runs.store import RunStore
 from calibration.study.config import point_spec
-from calibration.study.config.joint import handed_out_by, stated_error
+from calibration.study.config.joint import handed_out_by
 from calibration.study.factors import Choice
 from calibration.study.simulated_tests import SimulatedTest, at_setting, test_of, tests_of
 from calibration.telling.answer import words
@@ -113,7 +113,7 @@ def _validated(study, row, test):
     if test.experiment != study.config.experiment:
         return False
     metrics = {t.metric for t in study.targets}
-    own = at_setting(test, row).run == study.config.run and not test.fixed
+    own = at_setting(test, row).run == study.config.own_run and not test.fixed
     return own and measurable(row.experiment)[row.quantity].key in metrics
 
 
@@ -151,7 +151,7 @@ def _of_the_bench(config, test, found):
     if "inverse_interval" in found.get(found.get("measure", ""), {}):
         return found[found["measure"]]["inverse_interval"]
     rows = [m for m in read_measured(config.measurements).conditions if m.experiment == test]
-    errors = [_error(config, m)[0] for m in rows]
+    errors = [_error(m)[0] for m in rows]
     if not errors or errors[0] is None:
         return found["inverse"], found["inverse"]
     reach = stats.t.ppf(1 - ALPHA / 2, max(rows[0].n - 1, 1)) * errors[0]
@@ -199,16 +199,16 @@ def _compared(study, source, design):
             note = f"no test of the configuration is a {row.experiment}"
             if row.outcome:
                 note = f"the laboratory's test ended with {label(row.outcome)}"
-            rows.append(_row(config, row, row.experiment, metric, np.array([]), note))
+            rows.append(_row(row, row.experiment, metric, np.array([]), note))
         elif _validated(study, row, test):
             column = "response" if metric == config.target.metric else metric
             values = validated[column].dropna().to_numpy(float)
-            rows.append(_row(config, row, test.name, metric, values, ""))
+            rows.append(_row(row, test.name, metric, values, ""))
         else:
             names = design.loc[design["row"] == n, "run_id"] if "row" in design else []
             values, why = _values(names, metric)
             why = why or _refused(at_setting(test, row))
-            rows.append(_row(config, row, test.name, metric, values, why))
+            rows.append(_row(row, test.name, metric, values, why))
     count = sum(p is not None for _, p in rows)
     return [_judged(config, t, p, count) for t, p in rows]
 
@@ -229,19 +229,19 @@ def _values(names, metric):
     return np.array(values, float), why
 
 
-def _error(config, row):
+def _error(row):
     """(standard error of a row's mean, its degrees of freedom); (None, inf) where nobody states
     it."""
     if row.outcome:
         return None, np.inf
-    if row.sd is not None:
-        return row.sd / np.sqrt(row.n), row.n - 1.0 if row.n > 1 else np.inf
-    return stated_error(config, row), np.inf
+    if row.sd is None:
+        return None, np.inf
+    return row.sd / np.sqrt(row.n), row.n - 1.0 if row.n > 1 else np.inf
 
 
-def _row(config, row, name, metric, values, why):
+def _row(row, name, metric, values, why):
     """(`Test` of a row as far as it is known before all are, p of its pull or None)."""
-    error, freedom = _error(config, row)
+    error, freedom = _error(row)
     mean = float(values.mean()) if len(values) else None
     # a single run says nothing of its scatter
     own = float(values.std(ddof=1) / np.sqrt(len(values))) if len(values) > 1 else None
@@ -273,7 +273,7 @@ def _judged(config, test, p, count):
     margins = {config.target.metric: config.validation.margin}
     margins |= {t.metric: t.margin for t in config.further_targets if t.margin}
     within = abs(test.measured - test.predicted) < margins.get(test.metric, 0.0)
-    missed = p < ALPHA and not (within and test.test == config.experiment)
+    missed = p < ALPHA and not (within and test.test == config.own)
     return test.model_copy(update={"p": p, "state": "missed" if missed else "met"})
 
 

@@ -100,7 +100,9 @@ def calibrated_spec(
     given."""
     levels = {**config.fixed, **optimum}
     keys = {f.key: f.value(levels[f.name]) for f in factors if f.name in levels}
-    return point_spec(config.run, config.experiment, keys, config.seed if seed is None else seed)
+    return point_spec(
+        config.own_run, config.experiment, keys, config.seed if seed is None else seed
+    )
 
 
 def coarse(spec: dict[str, Any]) -> dict[str, Any]:

@@ -134,7 +134,7 @@ def about(study: Study) -> list[str]:
 
 def engine_of(config: Config) -> str:
     """What made the study's runs: this engine by its fingerprint, or another one by its version."""
-    other = config.run.get("engine")
+    other = config.own_run.get("engine")
     if not other:
         return engine_fingerprint()
     return " ".join([other["name"], str(other["identity"].get("version", ""))]).strip()
@@ -147,7 +147,7 @@ def known_parameters(
     config = study.config
     return entries(
         spec,
-        config.run,
+        config.own_run,
         calibrated,
         fixed_entries(config, study.factors, study.bench_levels()),
         published_values(config.published.tables),

@@ -5,7 +5,7 @@ checkpoint plan_repeat:
         **planned("repeat"),
     params:
         function="calibration.chain.repeat:plan_repeat",
-        reads=["seed", "experiment", "fixed", "run", "factors"],
+        reads=PLANNING,
         seeds=9,
     message:
         "plan the middle with several seeds"

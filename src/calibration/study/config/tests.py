@@ -1,0 +1,172 @@
+"""What is wrong with the tests of a configuration, and with the names of tests elsewhere in it."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from calibration.errors import CalibrationError, ConfigError
+from calibration.intake.curves import SHAPES
+from calibration.study.config.schema import METRICS
+from calibration.study.config.specs import SEEDS_A_STAGE, point_spec, states
+from dem.errors import SpecError
+from dem.spec import parse_spec
+
+if TYPE_CHECKING:
+    from calibration.study.config.schema import Config, SweepConfig
+    from dem.spec import RunSpec
+
+
+NO_WORD = ("na", "nan", "null", "none", "true", "false", "inf")
+"""What a table's reader takes for a value, or for none."""
+
+SHEAR = "shear"
+SWEPT = ("tilt", "drop", SHEAR)
+"""Experiments over which a factor is swept."""
+
+LEAST_LEVELS = {SHEAR: 3}
+LEAST_LOADS = 3
+
+
+def spec_of(config: Config, name: str) -> RunSpec:
+    """`RunSpec` of a test at the study's own levels. Raises SpecError."""
+    return parse_spec(point_spec(config.run_of(name), config.tests[name].experiment, {}, 1))
+
+
+def swept_test(config: Config, experiment: str) -> str:
+    """Name of the test of an experiment that has a sweep. Raises ConfigError without one."""
+    for name, test in config.tests.items():
+        if test.experiment == experiment and test.sweep:
+            return name
+    raise ConfigError(
+        f"must be given for the stage {experiment}", key="tests",
+        allowed=f"a test with experiment: {experiment} and sweep: {{ levels: ... }}",
+    )  # fmt: skip
+
+
+def sweep_of(config: Config, experiment: str) -> SweepConfig:
+    """The sweep of that test. Raises ConfigError."""
+    sweep = config.tests[swept_test(config, experiment)].sweep
+    assert sweep is not None
+    return sweep
+
+
+def predicted(config: Config) -> list[str]:
+    """Names of the tests that are run with draws of a posterior. Raises ConfigError for none."""
+    found = config.predict.tests or [name for name in config.tests if name != config.own]
+    if not found:
+        allowed = f"a test beside {config.own}"
+        raise ConfigError("must be given for the stage push_through", key="tests", allowed=allowed)
+    return found
+
+
+def key_in(config: Config, name: str, key: str) -> str:
+    """The dotted key of the configuration that sets a key of a test's run spec, the test's own
+    where none does."""
+    shared = states(config.run, key) and not states(config.tests[name].run, key)
+    return f"run.{key}" if shared else f"tests.{name}.run.{key}"
+
+
+def check_tests(config: Config, file: str) -> None:
+    """Raise ConfigError for tests that cannot be simulated as they are described, and for names
+    that are none of them."""
+    for name, test in config.tests.items():
+        _check_name(name, file)
+        _check_metrics(f"tests.{name}.metrics", test.experiment, test.metrics, file)
+        _check_sweep(test, f"tests.{name}.sweep", file)
+        _check_curves(test, f"tests.{name}", file)
+    for key, names in (
+        ("calibrate.test", [config.own]),
+        ("predict.tests", config.predict.tests),
+        ("joint.tests", config.joint.tests),
+        ("joint.hours", config.joint.hours),
+        ("joint.machine", [config.joint.machine] if config.joint.machine else []),
+        *((f"tests.{n}.like", [t.like]) for n, t in config.tests.items() if t.like),
+    ):
+        for name in names:
+            if name not in config.tests:
+                _refuse("is no test", key, name, ", ".join(config.tests), file)
+    _check_metrics("calibrate.to", config.experiment, list(config.calibrate.to), file)
+    _check_bench(config, file)
+    _check_runs(config, file)
+    runs = config.predict.draws * config.predict.replicates
+    if runs > SEEDS_A_STAGE:
+        allowed = f"draws times replicates of at most {SEEDS_A_STAGE}, not {runs}"
+        reason = "asks for more runs than there are seeds"
+        _refuse(reason, "predict.draws", config.predict.draws, allowed, file)
+
+
+def _refuse(reason, key, value, allowed, file):
+    raise ConfigError(reason, path=file, key=key, value=value, allowed=allowed)
+
+
+def _check_name(name, file):
+    # a table of runs has these names: none may read as a number or as nothing
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", name) or name.lower() in NO_WORD:
+        allowed = "letters, digits, _ and -, a letter first; not nan or none"
+        _refuse("is no name", f"tests.{name}", None, allowed, file)
+
+
+def _check_metrics(key, experiment, metrics, file):
+    for metric in metrics:
+        if metric not in METRICS[experiment]:
+            allowed = f"for the experiment {experiment}: " + ", ".join(METRICS[experiment])
+            _refuse(f"has {metric}, which is no metric of it", key, None, allowed, file)
+
+
+def _check_sweep(test, key, file):
+    """A shear test is swept under three loads or more, tilted plane and drop under none."""
+    if test.sweep is None:
+        return
+    if test.experiment not in SWEPT:
+        _refuse(f"does not go with {test.experiment}", key, None, ", ".join(SWEPT), file)
+    least = LEAST_LEVELS.get(test.experiment, 4)
+    if len(test.sweep.levels) < least:
+        allowed = f"{least} levels or more"
+        _refuse("are too few", f"{key}.levels", test.sweep.levels, allowed, file)
+    loads = test.sweep.normal_stresses_kPa
+    if (len(loads) < LEAST_LOADS) if test.experiment == SHEAR else loads:
+        allowed = f"{LEAST_LOADS} loads or more of a shear test, none of another"
+        _refuse("does not go", f"{key}.normal_stresses_kPa", loads, allowed, file)
+
+
+def _check_curves(test, key, file):
+    known = [n for n, s in SHAPES.items() if set(s.metrics) <= set(METRICS[test.experiment])]
+    if test.curves and test.curves.shape not in known:
+        allowed = f"for the experiment {test.experiment}: " + (", ".join(known) or "no shape")
+        _refuse("is no shape of it", f"{key}.curves.shape", test.curves.shape, allowed, file)
+    own = [*METRICS[test.experiment], *([test.curves.shape] if test.curves else [])]
+    for metric in test.discrepancy:
+        if metric not in own:
+            _refuse("is no metric of it", f"{key}.discrepancy", metric, ", ".join(own), file)
+
+
+def _check_bench(config, file):
+    """One sweep of an experiment, and all of them where their levels are taken."""
+    if config.tests[config.own].fixed:
+        key = f"tests.{config.own}.fixed"
+        allowed = "none: the study's own `fixed` holds for the test that it is calibrated on"
+        raise ConfigError("does not go", path=file, key=key, allowed=allowed)
+    for kind in SWEPT:
+        own = [n for n, t in config.tests.items() if t.experiment == kind and t.sweep]
+        if len(own) > 1:
+            allowed = f"one sweep of {kind}, not {', '.join(own)}"
+            raise ConfigError(
+                "is one too many", path=file, key=f"tests.{own[1]}.sweep", allowed=allowed
+            )
+        if not own and config.fixed_from == "bench":
+            why = f"must be given where fixed_from is bench: a test of {kind} with a sweep"
+            raise ConfigError(why, path=file, key="tests")
+
+
+def _check_runs(config, file):
+    for name in (n for n in config.tests if n != config.own):  # that one is tried with its factors
+        try:
+            spec_of(config, name)
+        except SpecError as error:
+            key = key_in(config, name, error.key) if error.key else f"tests.{name}.run"
+            raise ConfigError(
+                "is not valid", path=file, key=key, value=error.value, allowed=error.allowed
+            ) from None
+        except CalibrationError as error:
+            raise ConfigError(str(error), path=file, key=f"tests.{name}.run") from None
