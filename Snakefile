@@ -18,17 +18,13 @@ rule study:
         rules.all.input,
 
 
-# what takes longer than the study and is no part of it: what the paper claims beyond its
-# calibration, the study in the rig as printed and out of
-# a funnel that is filled and then opened, the pour rate, the posterior in another machine, and the
-# ways to calibrate compared. Each is a study of its own, so each is a call of its own, with this
-# one's configuration below its file; runs that exist are not repeated
+# what takes longer than the study and is no part of it: the study with more runs and what the paper
+# claims beyond its calibration, with the pour rate and the posterior in another machine; the study
+# in the rig as printed and out of a funnel that is filled and then opened; and the ways to calibrate
+# compared. Each study is a call of its own, with this one's configuration below its files; runs that
+# exist are not repeated. The first bears this one's name, and its results take the place of these
 rule reference:
     input:
-        rules.all.input,
-        pour_rate=f"{STUDY}/pour_rate/pour_rate.json",
-        pushed=f"{STUDY}/push_through/push_through.json",
-    output:
         compared=f"{RESULTS}/comparison/summary.csv",
     log:
         f"{RESULTS}/comparison/reference.log",
@@ -36,11 +32,24 @@ rule reference:
     params:
         configuration=CONFIG_FILES,
         studies=[
-            ["config/claims.yaml"],
-            ["config/claims.yaml", "config/rigs/printed.yaml"],
-            ["config/rigs/opened.yaml"],
+            ["config/reference.yaml", "--", "study", "pour_rate", "push_through"],
+            ["config/reference.yaml", "config/rigs/printed.yaml"],
+            ["config/reference.yaml", "config/rigs/opened.yaml"],
         ],
     message:
-        "reference: further claims, two other rigs, the pour rate, the ways to calibrate compared"
+        "reference: more runs, further claims, two other rigs, the pour rate"
     script:
         "workflow/scripts/reference.py"
+
+
+rule comparison:
+    output:
+        compared=f"{RESULTS}/comparison/summary.csv",
+    log:
+        f"{RESULTS}/comparison/comparison.log",
+    threads: workflow.resource_settings.cores or 1
+    message:
+        "comparison: the ways to calibrate, tried on responses in closed form"
+    shell:
+        "OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 {sys.executable} -m benchmarks.ways"
+        " {RESULTS}/comparison --processes={threads} > {log} 2>&1"

@@ -135,6 +135,8 @@ def test_the_scatter_of_seeds_holds_no_aliased_interaction():
 def test_a_stage_that_expects_runs_is_counted(config_of_salt, monkeypatch, tmp_path):
     """The progress has no list of its own: a declared stage appears in it."""
     config, _ = config_of_salt
+    rules = config.optimise.model_copy(update={"candidate_runs": 5})
+    config = config.model_copy(update={"optimise": rules})
     monkeypatch.setattr(stages, "load_stages", lambda: {s.name: s for s in (*STAGES, POLISH)})
     for name in ("config", "data"):
         (tmp_path / name).symlink_to(Path(name).resolve())
@@ -146,6 +148,8 @@ def test_a_stage_that_expects_runs_is_counted(config_of_salt, monkeypatch, tmp_p
     ]  # fmt: skip
     assert sum(plan.left for plan in found.chain) == expected_runs(config)
     assert found.mean_s is None
+    # the salt's asks for the paper's 12, 5 and 17, and the validation's
+    assert expected_runs(config_of_salt[0]) == 12 + 5 + 17 + 15 + 7
 
 
 def test_what_a_stage_above_has_without_a_value_has_not_failed_in_the_chain(

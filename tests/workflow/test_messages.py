@@ -31,7 +31,6 @@ def campaign(tmp_path, monkeypatch):
     data |= {"run": run, "tests": {"heap": {"experiment": "heap"}}, "predict": {}}
     data |= {"name": "few", "optimise": {"candidate_runs": 10}}
     data["validation"] = {"groups": 5, "replicates": 5, "margin": 1.0}
-    data["screening"]["foldover"], data["response_surface"]["replicates"] = False, 1
     (tmp_path / "config").symlink_to(ROOT / "config")
     (tmp_path / "data").symlink_to(ROOT / "data")
     monkeypatch.chdir(tmp_path)

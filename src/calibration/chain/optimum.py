@@ -64,14 +64,16 @@ def plan_candidate(study: Study, source: NamedFiles, output: NamedFiles) -> None
 
 
 def _rows(config, found, count):
-    """Table of the points to run: the candidate `count` times, or the region that moved."""
+    """Table of the points to run: the candidate `count` times and the outliers, or the region that
+    moved. It may have no row."""
     if "moved_region" in found:
         region = [Factor(**f) for f in found["moved_region"]]
         rows = region_design(region, config.response_surface)
         return rows.drop(columns=[f.code for f in region])
     points = [found["optimum"]] * count
     points += [point for point in found.get("repeat", ()) for _ in range(OUTLIER_REPEATS)]
-    return pd.DataFrame([{"run": k + 1} | point for k, point in enumerate(points)])
+    rows = [{"run": k + 1} | point for k, point in enumerate(points)]
+    return pd.DataFrame(rows, columns=["run", *found["optimum"]])
 
 
 def _count(rules, responses):
@@ -89,8 +91,9 @@ def augmented_runs(
 ) -> pd.DataFrame:
     """The response surface's runs and those at the candidate, in the same columns and in the levels
     of `region`. Of a region that moved, only the runs that lie in it."""
-    candidate = with_responses(read_written(candidate_file), config)
-    runs = pd.concat([read_written(runs_file), candidate], ignore_index=True)
+    runs, candidate = read_written(runs_file), read_written(candidate_file)
+    if len(candidate):
+        runs = pd.concat([runs, with_responses(candidate, config)], ignore_index=True)
     for f in region:
         runs[f.code] = f.coded(runs[f.name])
     inside = (runs[[f.code for f in region]].abs() <= 1.0 + 1e-6).all(axis=1)
@@ -124,6 +127,8 @@ def _optimise(config, runs_file, region_file, output, candidate_file=None):
 
 def _replicated(config, candidate_file, names):
     """What the runs at the candidate say of their mean; nothing where it has no interval."""
+    if config.optimise.candidate_runs < 2:
+        return {}
     design = with_responses(read_written(candidate_file), config)
     here = design[(design[names] == design[names].iloc[0]).all(axis=1)]["response"]
     values, first = here.dropna(), here.head(config.optimise.candidate_runs).count()

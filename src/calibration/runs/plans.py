@@ -78,7 +78,8 @@ def plan(
         name = run_id(spec)
         specs[name] = spec
         rows.append(row | {"seed": seed, "experiment": experiment, "run_id": name})
-    return pd.DataFrame(rows), specs
+    added = [name for name in ("seed", "experiment", "run_id") if name not in design]
+    return pd.DataFrame(rows, columns=[*design, *added]), specs
 
 
 def together(

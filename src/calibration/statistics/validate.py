@@ -9,6 +9,7 @@ import numpy.typing as npt
 from scipy import stats
 
 from calibration.errors import CalibrationError
+from calibration.statistics.equivalence import Error, decide_difference
 from calibration.statistics.stated import Stated
 
 
@@ -16,8 +17,10 @@ from calibration.statistics.stated import Stated
 class Comparison:
     """Simulated against measured; angles or any other unit.
 
-    between_groups_sd, within_groups_sd: describe the simulated groups; nothing is judged by
-    them."""
+    more_runs: how many more would show that the means are equivalent, or differ by more than the
+    margin, with the difference and the scatter as found; None where one is shown, or where no
+    number of runs would. between_groups_sd, within_groups_sd: describe the simulated groups;
+    nothing is judged by them."""
 
     simulated_mean: float
     simulated_sd: float
@@ -36,6 +39,7 @@ class Comparison:
     equivalent: bool
     equivalence_low: float
     equivalence_high: float
+    more_runs: int | None
     between_groups_sd: float
     within_groups_sd: float
 
@@ -74,13 +78,15 @@ def compare(
         stats.t.sf((difference + margin) / se, df), stats.t.cdf((difference - margin) / se, df)
     )
     between, within = variance_components(groups)
+    own, theirs = Error(vs**0.5, len(s) - 1, len(s)), Error(vm**0.5, len(m) - 1)
+    decision = decide_difference(difference, own, theirs, margin, alpha)
     return Comparison(
         float(s.mean()), float(s.std(ddof=1)), len(s), float(m.mean()), float(m.std(ddof=1)),
         len(m),
         difference, difference - half, difference + half, 100.0 * abs(difference) / float(m.mean()),
         float(t), float(2 * stats.t.sf(abs(t), df)), margin, float(one_sided),
         bool(one_sided < alpha),
-        difference - narrow, difference + narrow, between, within,
+        difference - narrow, difference + narrow, decision.more_runs, between, within,
     )  # fmt: skip
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 VERDICTS = {"holds": EQUIVALENT, "fails": DIFFERENT, "undecided": UNDECIDED}
-CLAIMS = "config/claims.yaml makes these runs; results/reference/salt has a release's"
+CLAIMS = "config/reference.yaml makes these runs; results/reference/salt has a release's"
 ENLARGED = "The angle of repose does not change with the scale"
 TWICE = 2.0
 """The enlargement that the paper made (1.2.2): salt of 1 mm as grains of 2 mm."""

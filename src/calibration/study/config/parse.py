@@ -218,15 +218,16 @@ def _check_choices(config, factors, file):
 
 
 def _check_candidate(config, file):
-    """The most runs at the candidate are no fewer than the first ones."""
+    """The first runs at the candidate tell their scatter, where it counts, and are no more than
+    the most."""
     rules = config.optimise
-    if rules.candidate_half_width and rules.candidate_at_most < rules.candidate_runs:
+    if rules.candidate_half_width and not 2 <= rules.candidate_runs <= rules.candidate_at_most:
         raise ConfigError(
-            "is less than the first runs",
+            "cannot be the first runs, whose scatter tells how many there are",
             path=file,
-            key="optimise.candidate_at_most",
-            value=rules.candidate_at_most,
-            allowed=f"{rules.candidate_runs} (candidate_runs) or more",
+            key="optimise.candidate_runs",
+            value=rules.candidate_runs,
+            allowed=f"2 to {rules.candidate_at_most} (candidate_at_most)",
         )
 
 

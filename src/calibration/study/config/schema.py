@@ -223,10 +223,11 @@ class OptimiseConfig(_Part):
     )
     candidate_runs: int = Field(
         10,
-        ge=2,
+        ge=0,
         le=100,
         description="runs at the surface's optimum that are added before it is solved again; with "
-        "`candidate_half_width` the first of them",
+        "`candidate_half_width` the first of them, two or more; with 0 the optimum of the surface "
+        "goes to the validation as it is",
     )
     candidate_half_width: Positive | None = Field(
         None,

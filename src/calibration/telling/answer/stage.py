@@ -389,7 +389,8 @@ def _wrong(study, source, tests, instead, beside):
     said += [words.instead(i, _origin(study, i.parameter)) for i in instead]
     found = read_json(source.validation)
     if not found["equivalent"]:
-        said.append(words.not_equivalent(found, response_of(study.config.target.metric)))
+        response, by = response_of(study.config.target.metric), handed_out_by(study.config)
+        said.append(words.not_equivalent(found, response, by))
     if file := _only(source.joint):
         said += against(read_json(file))
     said += words.outside(beside)

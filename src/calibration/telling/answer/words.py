@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from calibration.chain.validation import judged
+from calibration.chain.validation import judged, verdict_of
 from calibration.figures import PLACES, label, response_of
+from calibration.statistics.equivalence import UNDECIDED
 from calibration.statistics.numbers import difference_of, fixed
 from dem.units import without_unit
 
@@ -67,18 +68,25 @@ def instead(found: Instead, origin: str) -> str:
     )
 
 
-def not_equivalent(found: Mapping[str, Any], response: Response) -> str:
-    """A sentence on a validation (content of validation.json) that does not show the runs to be
-    equivalent to the readings."""
+def not_equivalent(found: Mapping[str, Any], response: Response, by: str) -> str:
+    """Sentences on a validation (content of validation.json) that does not show the runs to be
+    equivalent to the readings: what it shows, and what would help; by: as `Answer.by`."""
     apart, low, high = difference_of(found)
-    said = f"The validated runs differ by {apart}{response.unit} (95 % {low} to {high})"
-    if abs(found["difference"]) >= found["margin"]:
-        return f"{said}: {judged(found, response.unit)}."
-    # a small difference that is known badly is no fault of the parameters
+    said = (
+        f"The {found['simulated_n']} validated runs differ by {apart}{response.unit} (95 % {low} "
+        f"to {high}): {judged(found, response.unit)}."
+    )
+    if found["more_runs"]:
+        return (
+            f"{said} {found['more_runs']} more would decide, with this difference and scatter "
+            "(validation.replicates)."
+        )
+    if verdict_of(found) == UNDECIDED:
+        said += " No number of runs there would decide, because the readings scatter too much."
+    if by == "joint":
+        return said
     return (
-        f"{said}: {found['simulated_n']} runs and the readings are too few to show that they are "
-        f"equivalent within ±{found['margin']:g}{response.unit}. More runs would tell "
-        "(validation.replicates)."
+        f"{said} More runs at the optimum before it is validated move it (optimise.candidate_runs)."
     )
 
 
