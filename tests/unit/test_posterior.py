@@ -23,6 +23,7 @@ from calibration.inference.posterior_sampling import (
 )
 from calibration.inference.scatter_emulator import ScatterEmulator
 from calibration.statistics.design import box_behnken
+from calibration.study.config.schema import PosteriorConfig, Target, TestConfig
 from calibration.study.factors import Factor
 from facts import refused, tells
 
@@ -232,12 +233,19 @@ REGION = [
 ]
 
 
+class Asked(SimpleNamespace):
+    """A configuration, which makes its target anew whenever it is asked for."""
+
+    @property
+    def target(self):
+        return Target(metric="angle_of_repose_deg")
+
+
 @pytest.fixture(scope="module")
 def chain(tmp_path_factory):
     """A finished chain of two factors in a folder: its angle depends on the first alone, the grains
     on the plate on the second alone. The configuration and the stage's outputs."""
     from calibration.chain import posterior as stage
-    from calibration.study.config.schema import PosteriorConfig, TestConfig
 
     tmp_path = tmp_path_factory.mktemp("chain")
     optimum = {"region": REGION, "optimum": {"first": 0.4, "second": 0.4}}
@@ -249,10 +257,9 @@ def chain(tmp_path_factory):
     table.to_csv(tmp_path / "design.csv", index=False)
     angle = 30 + 25 * table["first"] + 5 * table["second"] + rng.normal(0, 0.3, len(table))
     plate = 900 + 400 * table["second"] + rng.normal(0, 8, len(table))
-    config = SimpleNamespace(
+    config = Asked(
         seed=1,
         experiment="heap",
-        target=SimpleNamespace(metric="angle_of_repose_deg"),
         further_targets=[],
         own="heap",
         own_run={"particles": {"count": 1200}},

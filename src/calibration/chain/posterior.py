@@ -126,7 +126,7 @@ def _natural(region, u):
 def _measured(config, target, runs, u):
     """A target's mean with its standard error, and the emulator of its response."""
     values = read_target(config, target)
-    column = "response" if target is config.target else target.metric
+    column = "response" if target.metric == config.target.metric else target.metric
     has = runs[column].notna().to_numpy()
     emulator = ScatterEmulator(u[has], runs.loc[has, column].to_numpy(float))
     error = float(values.std(ddof=1) / np.sqrt(len(values)))
