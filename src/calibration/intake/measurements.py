@@ -28,7 +28,7 @@ from calibration.intake.quantities import (
     measurable,
 )
 from calibration.intake.tables import read_table
-from dem.units import UnitError, has_unit, in_unit, question, unit_of
+from dem.units import UnitError, has_unit, in_ascii, in_unit, question, unit_of
 
 NEEDED = ("experiment", "quantity", "value", "unit")
 SPREAD = ("sd", "n")
@@ -333,7 +333,7 @@ def _measurement(row, parameters=()):
     unit = _unit(row, q)
     text = {c: row.get(c) for c in ("note", *SHARED, "replicate", "test")}
     chosen = _chosen(row)
-    scale = in_unit(f"1 {unit}", q.unit) if unit else 1.0
+    scale = _scale(unit, q.unit) if unit else 1.0
     _refuse_superfluous(row, chosen["outcome"])
     value, sd, n = _reading(row, q, scale, unit, chosen["outcome"])
     if n is not None and n != int(n):
@@ -415,13 +415,19 @@ def _unit(row, quantity):
         stated = "" if stated == "1" else stated
     try:
         if stated or quantity.unit:
-            in_unit(f"1 {stated}", quantity.unit or None)
+            _scale(stated, quantity.unit or None)
         return stated or quantity.unit
     except UnitError:
         allowed = f"{quantity.unit}, or what converts to it" if quantity.unit else "no unit"
         reason = f"does not go with {row.get('experiment')}"
         row.fault("unit", reason, value=stated, allowed=allowed)
         return quantity.unit
+
+
+def _scale(stated, unit):
+    """Number of `unit` in one of the unit `stated`. Units that are spelled alike need no library,
+    which takes half a second to load. Raises UnitError."""
+    return 1.0 if in_ascii(stated) == in_ascii(unit) else in_unit(f"1 {stated}", unit)
 
 
 def _levers(row, kind):

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from calibration.study.config import point_spec, read_back
 from calibration.study.factors import Choice, read_factors
 from calibration.telling.answer.schema import answer_of
-from calibration.telling.answer.words import lines
 from dem.spec import parse_spec
 
 if TYPE_CHECKING:
@@ -62,6 +61,8 @@ def _warnings(config, factors):
 def closing(study: Study) -> list[str]:
     """Sentences: the answer, the page of a diagnosis, and where the report is; whatever of them is
     there."""
+    from calibration.telling.answer.words import lines  # loads the figures
+
     found = answer_of(study)
     said = lines(found) if found else []
     verdict = study.summary("diagnosis", "verdict")
