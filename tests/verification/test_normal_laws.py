@@ -5,10 +5,8 @@ import math
 
 import numpy as np
 import pytest
-from numba import njit
-from scenes import SALT, ContactParameters, Laws, effective, make, mass_of
+from scenes import SALT, ContactParameters, Laws, effective, led, make, mass_of
 
-from dem.contact.model import contact_force
 from dem.contact.registry import pair_properties
 from dem.lanes import FIELDS
 
@@ -20,32 +18,15 @@ EEPA = Laws(normal="eepa", damping="none", rolling="none")
 RADIUS = R / 2  # effective, of two spheres of R
 
 
-@njit
-def led(codes, p, overlaps, shear):
-    """Normal and tangential force (n, 2) [N] of a contact led through overlaps (n,) [m] and shears
-    (n,) [m]."""
-    history = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    force = np.zeros((len(overlaps), 2))
-    before = 0.0
-    for k in range(len(overlaps)):
-        velocity = (shear[k] - before, 0.0, 0.0)
-        before = shear[k]
-        f, _, _, history = contact_force(
-            codes, p, 1.0, overlaps[k], (0.0, 0.0, 1.0), 5e-4, 1e-3, 0.0, 1.0, velocity,
-            (0.0, 0.0, 0.0), 0.0, history,
-        )  # fmt: skip
-        force[k] = f[2], f[0]
-    return force
-
-
 def forces(laws, overlaps, shear=None, **constants):
-    """The same for equal grains and their constants, without the dashpots' share: the mass is 0."""
-    assert FIELDS == 9
+    """Normal and tangential force (n, 2) [N] of equal grains that are led from where they touch
+    through overlaps (n,) [m] and shears (n,) [m], without the dashpots' share: the mass is 0."""
     contact = ContactParameters(constants.pop("e", 1.0), constants.pop("mu", 0.5), **constants)
     p = pair_properties(laws, SALT, SALT, contact)
-    overlaps = np.asarray(overlaps, float)
-    shear = np.zeros(len(overlaps)) if shear is None else np.asarray(shear, float)
-    return led(laws.codes(), p, overlaps, shear)
+    path = np.zeros((len(overlaps) + 1, 4))
+    path[1:, 0] = overlaps
+    path[1:, 1] = 0.0 if shear is None else shear
+    return led(laws.codes(), p, 1.0, path, RADIUS, R, 1.0, (0.0,) * FIELDS)[:, :2]
 
 
 def impact(laws, speed, duration, *, steps=2000, offset=0.3, **constants):
