@@ -129,13 +129,12 @@ def enlarged(part, h, key=""):
     return part
 
 
-LONG = ("discharge", "draw_down")  # in fine grains: eight seconds each
 CASES = [
     pytest.param(name, h, laws, id=f"{name}-{size}", marks=marks)
     for name in experiments()
     for size, h, laws, marks in (
         ("large", LARGE, TYPE_A, ()),
-        ("fine", FINE, TYPE_C, pytest.mark.slow if name in LONG else ()),
+        ("fine", FINE, TYPE_C, () if name == "heap" else pytest.mark.slow),
     )
 ]
 

@@ -29,13 +29,14 @@ def repository(monkeypatch, request):
     return request.config.rootpath
 
 
-@pytest.fixture
-def study(repository, tmp_path):
+@pytest.fixture(scope="module")
+def study(tmp_path_factory, request):
     """A small study of the paper's own factors whose angles are the paper's, shifted by what a test
     asks for."""
+    root = request.config.rootpath
 
     def make(shift=0.0, name="study"):
-        folder, paper = tmp_path / name, Paper(PAPER)
+        folder, paper = tmp_path_factory.mktemp("made") / name, Paper(root / PAPER)
         names = [
             "salt_salt_rolling_friction",
             "salt_salt_restitution",
@@ -65,8 +66,17 @@ def study(repository, tmp_path):
     return make
 
 
-def test_every_item_has_a_row_and_the_counts_cover_all(study):
-    table = reproduce([study()])
+@pytest.fixture(scope="module")
+def same(study, request):
+    """(folder, table) of the paper's own numbers."""
+    folder = study(name="salt")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(request.config.rootpath)
+        return folder, reproduce([folder])
+
+
+def test_every_item_has_a_row_and_the_counts_cover_all(same):
+    _, table = same
     assert set(table["item"]) == set(ORDER) - {"Eq. 15"}  # of the scaling study, which has not run
     numbers = re.findall(r"\d+", counts(table))
     assert int(numbers[0]) == sum(map(int, numbers[1:])) == len(table)
@@ -74,12 +84,14 @@ def test_every_item_has_a_row_and_the_counts_cover_all(study):
         EQUIVALENT, DIFFERENT, UNDECIDED, UNDECIDABLE, r.IN_TABLE, r.NOT_RUN, r.NOT_COMPARABLE,
         r.NO_NUMBER,
     }  # fmt: skip
+    assert set(table.loc[table["item"] == "Table 7", "agreement"]) == {r.NOT_RUN}
+    assert "not run" in counts(table)
 
 
-def test_the_paper_s_own_numbers_agree_and_shifted_ones_do_not(study):
-    same = reproduce([study()]).set_index("id")["agreement"]
+def test_the_paper_s_own_numbers_agree_and_shifted_ones_do_not(repository, same, study):
+    same = same[1].set_index("id")["agreement"]
     other = reproduce([study(6.0, "shifted")]).set_index("id")["agreement"]
-    for name in ("eq28.Intercept", "table13.mean.study", "eq28.A"):
+    for name in ("eq28.Intercept", "table13.mean.salt", "eq28.A"):
         assert same[name] == EQUIVALENT, name
     # single runs that scatter by 0.955 on both sides do not show a difference to be below 1
     assert same["table11.whole"] == UNDECIDED
@@ -93,7 +105,7 @@ def test_the_paper_s_own_numbers_agree_and_shifted_ones_do_not(study):
 
 
 @pytest.mark.slow
-def test_a_study_of_other_factors_is_not_compared_point_by_point(study):
+def test_a_study_of_other_factors_is_not_compared_point_by_point(repository, study):
     folder = study()
     path = folder / "response_surface" / "region.json"
     region = json.loads(path.read_text())
@@ -108,17 +120,12 @@ def test_a_study_of_other_factors_is_not_compared_point_by_point(study):
     assert beside.loc["table11.run1", "study"] == "beside"
 
 
-def test_what_has_not_run_says_so(study):
-    table = reproduce([study()])
-    assert set(table.loc[table["item"] == "Table 7", "agreement"]) == {r.NOT_RUN}
-    assert "not run" in counts(table)
-
-
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kept", "stage", "run", "rows"),
     [
-        pytest.param("salt-slow", "screening", 2, {"table06.run2"}, marks=pytest.mark.slow),
-        pytest.param("salt-paper", "ascent", 3, {"table10.level3"}, marks=pytest.mark.slow),
+        ("salt-slow", "screening", 2, {"table06.run2"}),
+        ("salt-paper", "ascent", 3, {"table10.level3"}),
         # without it another run of the design alone decides a coefficient
         ("salt-paper", "response_surface", 5, {"table11.run5", "table12.R2_pred"}),
     ],
@@ -172,11 +179,11 @@ def test_scatter_earns_no_verdict_and_exactness_is_not_punished():
     assert r.point(PLACE, far, 47.0, 0.1, 1)["agreement"] == r.IN_TABLE
 
 
-def test_the_readme_gets_the_rows_that_matter(study, tmp_path):
-    folder = study(name="salt")
+def test_the_readme_gets_the_rows_that_matter(same):
+    folder, table = same
     files = (folder / "reproduction" / name for name in ("reproduction.csv", "r.json"))
-    write_reproduction(reproduce([folder]), *files)
-    short = pages.filled("readme_table", tmp_path).strip()
+    write_reproduction(table, *files)
+    short = pages.filled("readme_table", folder.parent).strip()
     assert tells(short, "validated angle", "45.26 | 45.55")
     assert len(short.splitlines()) == 4  # head, and what this study has
     assert tells(short, "doubled", "0.0", r.NOT_RUN)  # no scaling here

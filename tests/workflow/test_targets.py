@@ -150,6 +150,7 @@ def test_four_to_eleven_factors_are_screened_and_calibrated(tmp_path, monkeypatc
     assert "responses" not in found["optimise"]
 
 
+@pytest.mark.slow
 def test_a_replicated_design_repeats_every_point_with_another_seed(tmp_path, monkeypatch):
     config = study(
         tmp_path, monkeypatch, 5, {"angle_of_repose_deg": 36.0}, screening={"replicates": 2},
@@ -208,6 +209,7 @@ def test_a_factor_that_moves_only_the_second_target_goes_on(tmp_path, monkeypatc
     assert "f6" in found["factors"]
 
 
+@pytest.mark.slow
 def test_targets_that_exclude_each_other_end_with_a_sentence(tmp_path, monkeypatch):
     measured = {"angle_of_repose_deg": 36.0, "height_mm": 13.0}
     config = study(tmp_path, monkeypatch, 4, measured, calibrate={"to": BOTH})
