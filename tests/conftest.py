@@ -18,6 +18,9 @@ for library in ("OPENBLAS", "MKL"):
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 
+DOUBLE = "double"
+
+
 def pytest_addoption(parser):
     parser.addoption(
         "--record",
@@ -39,6 +42,14 @@ def pytest_configure(config):
         config.pluginmanager.register(Recorder(config))
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """A test in double precision is slow: the engine is compiled for it once more."""
+    for item in items:
+        if hasattr(item, "callspec") and DOUBLE in item.callspec.params.values():
+            item.add_marker(pytest.mark.slow)
+
+
 def pytest_collection_finish(session):
     """Compile the engine once for all processes of a run with the verification: each begins with
     another precision and waits for what the others have begun."""
@@ -47,8 +58,10 @@ def pytest_collection_finish(session):
         return
     from dem.warm import compile_engine
 
+    slow = any(item.get_closest_marker("slow") for item in session.items)
+    precisions = ["mixed", DOUBLE] if slow else ["mixed"]
     first = int(worker.removeprefix("gw")) % 2
-    for precision in ("mixed", "double")[:: -1 if first else 1]:
+    for precision in precisions[:: -1 if first else 1]:
         with open(Path(tempfile.gettempdir(), f"compile-{precision}.lock"), "w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             compile_engine(precision)

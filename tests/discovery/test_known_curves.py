@@ -24,7 +24,9 @@ def curves(kind, settings, value, unit_sd):
     return readings, known_curves(catalogue, spec_of)(readings)
 
 
-@pytest.mark.parametrize("name", ["stress_dependent_friction", "wall_adhesion"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("stress_dependent_friction", marks=pytest.mark.slow), "wall_adhesion"]
+)
 def test_what_acts_on_the_size_of_a_slide_has_no_trend_over_the_rate(name):
     """The engine sees a slide after a slip, later at a faster tilt: by 1 % here without a law."""
     settings = [{"tilt_rate_deg_s": r, "particle_diameter_mm": d}

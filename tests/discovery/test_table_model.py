@@ -142,7 +142,7 @@ def test_a_pull_on_grains_that_carry_a_mass_has_the_form_of_both():
     assert {s["slot"] for s in said.laws[0]["same"]} == {"friction", "attraction"}
 
 
-@pytest.mark.parametrize("step", [2.0, 16.0])
+@pytest.mark.parametrize("step", [pytest.param(2.0, marks=pytest.mark.slow), 16.0])
 def test_of_two_levels_they_are_one_thing_however_large(step):
     said = found(slides(lambda r, d: 30.0 if r < 5.0 else 30.0 + step, rates=(2.0, 10.0)))
     assert said.verdict == "ambiguous"

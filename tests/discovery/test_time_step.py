@@ -27,7 +27,10 @@ def rebounds(error):
     ]
 
 
-@pytest.mark.parametrize(("fraction", "error", "matters"), [(0.2, 0.01, True), (0.04, 0.5, False)])
+@pytest.mark.parametrize(
+    ("fraction", "error", "matters"),
+    [(0.2, 0.01, True), pytest.param(0.04, 0.5, False, marks=pytest.mark.slow)],
+)
 def test_a_step_that_moves_a_rebound_by_more_than_its_error_is_told(
     fraction, error, matters, tmp_path
 ):

@@ -180,6 +180,7 @@ def test_the_kept_schema_is_that_of_the_code():
     assert json.loads(SCHEMA.read_text("utf-8")) == Answer.model_json_schema()
 
 
+@pytest.mark.slow
 def test_right_parameters_are_blamed_as_often_as_stated(tmp_path, monkeypatch):
     """Of studies whose seven rows the model meets, one row or more is missed in 5 %."""
     config, rng = config_of(tmp_path, monkeypatch, 0.37), np.random.default_rng(1)

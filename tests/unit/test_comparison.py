@@ -39,6 +39,7 @@ def test_a_study_is_the_same_for_every_way_and_its_target_can_be_met(name):
     assert found.min() < one.measured < found.max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
 def test_each_way_comes_near_with_many_runs(way):
     """Single studies miss by the measurement's own error, 0.16 degrees, and by the fit's."""

@@ -32,6 +32,7 @@ def table(tmp_path):
     return path
 
 
+@pytest.mark.slow
 def test_thirty_rows_of_single_grains_get_a_law_that_the_engine_confirms(table, tmp_path):
     config = types.SimpleNamespace(
         experiment="heap", measurements=str(table), factors=FACTORS, own_run=BASE

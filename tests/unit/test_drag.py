@@ -69,6 +69,7 @@ def drop(tmp_path, height):
     return run(parse_spec(spec), tmp_path)["metrics"]["rebound_height_mm"]
 
 
+@pytest.mark.slow
 def test_a_grain_that_falls_at_terminal_speed_rebounds(tmp_path):
     """As high as the drag lets it rise at `RESTITUTION` of that speed, from whatever height it
     came."""

@@ -48,6 +48,7 @@ def command(folder, script):
     )
 
 
+@pytest.mark.slow
 def test_the_pages_commands_run_it_to_its_closed_form(folder):
     done = command(
         folder,

@@ -126,6 +126,7 @@ def test_wheat(here):
     }
 
 
+@pytest.mark.slow
 def test_limestone_powder(here):
     fill("lime.csv")
     config = begun("lime")
@@ -137,6 +138,7 @@ def test_limestone_powder(here):
     assert config.own_run["laws"]["cohesion"] == "jkr"
 
 
+@pytest.mark.slow
 def test_gravel(here):
     sizes = begun("gravel").own_run["particles"]["sizes"]
     # by hand: 410.5, 380.2 and 209 of 999.7 g, between 16, 8, 4 and 2 mm
@@ -146,6 +148,7 @@ def test_gravel(here):
     assert [s for _, s in found] == pytest.approx([0.20906, 0.38031, 0.41062], abs=1e-5)
 
 
+@pytest.mark.slow
 def test_pellets_from_photographs(here, capsys):
     assert main(["angle", *HEAPS]) == 0
     told = words_of("pellet")
@@ -160,6 +163,7 @@ def test_pellets_from_photographs(here, capsys):
     assert values[:3] == pytest.approx(list(HEAPS.values()), abs=0.3)
 
 
+@pytest.mark.slow
 def test_maize(here, capsys):
     found = targets(begun("maize"))
     assert found["cylinder", "angle_of_repose_deg"] == pytest.approx((23.50 + 21.86) / 2)
@@ -220,6 +224,7 @@ def test_a_diagnosis_drops_the_grain_that_was_dropped(here):
     assert dropped < config.own_run["particles"]["diameter_mm"]
 
 
+@pytest.mark.slow
 def test_grains_of_another_size_stick_by_what_keeps_their_strength(here):
     """The quick profile makes the cylinder's grains larger and not those of vessel and ring. What
     grains hold in tension goes with the energy of their surface over their size: 3 pi g R* of one
@@ -258,6 +263,7 @@ def test_a_column_that_stands_is_not_told_to_roll_apart():
     assert STANDS not in causes(MeasureError("clogged"), spec, column)
 
 
+@pytest.mark.slow
 def test_the_pilot_ends_what_sticks_where_heaps_form(here, monkeypatch, capsys):
     """Heaps form up to 0.4 J/m2 here, with the largest frictions: 3.07, 1.53 and 0.77 have none."""
     made = []

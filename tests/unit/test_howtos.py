@@ -122,6 +122,7 @@ def with_import(tmp_path_factory):
 DEM = "import sys; from calibration.interface.commands import main; sys.exit(main(sys.argv[1:]))"
 
 
+@pytest.mark.slow
 def test_a_format_added_as_the_page_says_is_read(with_import):
     log = with_import / "log.txt"
     log.write_text("start\nslides at 24.3 deg\nnext\nslides at 25.1 deg\n")
@@ -139,7 +140,7 @@ def test_a_format_added_as_the_page_says_is_read(with_import):
 @pytest.mark.parametrize(
     ("text", "facts"),
     [
-        ("slides at 24.3 mm\n", ["line 1", "24.3 mm"]),
+        pytest.param("slides at 24.3 mm\n", ["line 1", "24.3 mm"], marks=pytest.mark.slow),
         ("slides at 124 deg\n", ["line 1", "124 deg", "0 and 90"]),
     ],
 )

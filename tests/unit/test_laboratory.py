@@ -119,6 +119,7 @@ def test_a_square_lattice_is_compressed_as_hertz_says(tmp_path):
     assert found["wall_stress_ratio"] == pytest.approx(0.0, abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_lifted_cylinder_leaves_a_heap_of_all_grains(tmp_path):
     found = measure(
         tmp_path,
@@ -168,6 +169,7 @@ def test_a_narrower_vessel_is_simulated_in_place_of_a_wide_one(tmp_path):
     assert double["poured_density_kg_m3"] == pytest.approx(middle, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_density_does_not_hang_on_the_width_that_is_simulated(tmp_path):
     """Mass over volume in vessels of 9 and 14 grains differs by 3 %, and is 7 % below that of a
     vessel so wide that its walls do not count."""

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
+import pytest
 import yaml
 
 from calibration.chain.response_surface import (
@@ -65,6 +66,7 @@ def test_a_lost_edge_leaves_the_opposite_run_alone(monkeypatch, tmp_path):
     assert "nan" not in said
 
 
+@pytest.mark.slow
 def test_a_whole_design_has_no_run_that_decides_alone(monkeypatch, tmp_path):
     _, summary = _fitted(monkeypatch, tmp_path, lost=0)
     assert summary["decide_alone"] == []

@@ -158,6 +158,7 @@ def test_two_readings_that_differ_are_told_and_those_of_a_cone_are_not():
     assert "no one angle" in told["aside"]
 
 
+@pytest.mark.slow
 def test_a_drop_in_air_has_the_restitution_of_its_impact(tmp_path):
     """The restitution of 0.8 read against the vacuum's speed is mostly drag."""
     result = run(

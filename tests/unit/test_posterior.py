@@ -337,6 +337,7 @@ def test_what_is_weighed_tells_what_the_angle_leaves_open(answer):
     assert tells(said, f"{low:.0f} to {high:.0f}", f"{100 * low / 1200:.1f} to")
 
 
+@pytest.mark.slow
 def test_runs_without_a_value_count_against_their_parameters(chain, answer, monkeypatch):
     from calibration.chain import posterior as stage
     from calibration.chain.posterior_words import sentences

@@ -197,7 +197,7 @@ def test_a_joint_study_is_told_beside_one_target(repository):
     assert values.outside({"b": parameter}, {"b": 0.31}, ["b"]) == []
 
 
-@pytest.mark.parametrize("share", [0.5, 1.0])
+@pytest.mark.parametrize("share", [0.5, pytest.param(1.0, marks=pytest.mark.slow)])
 def test_another_code_s_heaps_are_compared_with_ours_at_their_points(
     repository, tmp_path, monkeypatch, share
 ):

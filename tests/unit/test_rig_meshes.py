@@ -215,6 +215,7 @@ def test_a_grain_rebounds_from_a_mesh_as_from_a_plate(tmp_path):
     assert mesh["rebound_height_mm"] == pytest.approx(own["rebound_height_mm"], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_grains_slide_on_a_mesh_as_on_a_plate(tmp_path):
     own, mesh = both("tilt", tmp_path)
     # the angle is read at looks, which are 0.01 degrees apart
@@ -227,6 +228,7 @@ def test_a_punch_compresses_a_lattice_as_the_lid_does(tmp_path):
         assert mesh[metric] == pytest.approx(own[metric], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_grains_that_do_not_roll_slide_on_a_mesh_at_their_coefficient(tmp_path):
     contacts = {
         "particle_particle": {"rolling_friction": 5.0},

@@ -237,6 +237,7 @@ def kill_after_a_new_checkpoint(process, checkpoint, wait):
     return process.wait()
 
 
+@pytest.mark.slow
 def test_a_heap_killed_at_random_moments_ends_as_an_uninterrupted_one(tmp_path):
     spec = tmp_path / "heap.yaml"
     spec.write_text(yaml.safe_dump(overlay(yaml.safe_load(template("heap")), CHANGES)))

@@ -87,6 +87,7 @@ def test_the_ledger_closes_with(case, record):
     assert least > -1e-6
 
 
+@pytest.mark.slow
 def test_the_ledger_closes_under_a_lid_that_falls_under_a_load(record):
     walls = cup()
     lid = {"mass": 5 * MASS, "axis": (0.0, 0.0, 1.0), "load": -20 * MASS * G, "drag": 2e-3}

@@ -168,6 +168,7 @@ def energy_kept(n, seed):
     return max(kept, key=lambda share: abs(share - 1))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [None, 144], ids=["smooth", "144 facets"])
 def test_an_elastic_gas_in_a_faceted_drum_keeps_its_energy(record, n):
     gases = [energy_kept(n, seed) for seed in range(4)]

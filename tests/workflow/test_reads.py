@@ -103,6 +103,7 @@ def exported(tmp_path_factory):
         yield Study(config), data
 
 
+@pytest.mark.slow
 def test_the_page_opens_what_its_rule_declares(exported):
     study, data = exported
     [rule] = [rule for rule in read_workflow(data).rules if rule.name == "report"]

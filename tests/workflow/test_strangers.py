@@ -62,6 +62,7 @@ def test_code_in_a_configuration_is_not_run(tmp_path, text, profile):
     assert not (tmp_path / "created").exists()
 
 
+@pytest.mark.slow
 def test_an_engine_s_command_is_not_run_until_it_is_allowed(tmp_path):
     """Refused with what to type; what is typed is remembered."""
     write_study(tmp_path / "bounce", may_start=False)

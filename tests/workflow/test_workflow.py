@@ -75,6 +75,7 @@ def test_each_stage_is_a_target(clone):
     assert wanted <= jobs.keys()
 
 
+@pytest.mark.slow
 def test_a_second_material_is_planned_alone_and_coarsened_by_a_profile(clone):
     _, said = dry_run(clone, "--profile", "profiles/quick", "--configfile", SOYBEAN)
     assert "report: results/soybean-quick/report.html" in said
@@ -199,6 +200,7 @@ def test_every_fault_of_a_users_table_is_shown_before_any_run(clone):
     assert not (clone / "results/runs").exists()
 
 
+@pytest.mark.slow
 def test_a_plan_says_which_measurement_a_diagnosis_lacks(clone):
     """Each test was made at one setting."""
     (clone / "mine.csv").write_text(
