@@ -114,6 +114,7 @@ def test_a_state_kept_in_memory_gives_the_same_future_again(cohesion, precision)
         assert np.array_equal(seen(again), future)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cohesion", COHESIONS)
 def test_a_state_does_not_change_while_the_simulation_goes_on(cohesion):
     sim = crowd(cohesion, "double")
@@ -153,6 +154,7 @@ def change_and_impulse(sim, steps):
     return angular_momentum(sim, ORIGIN) - before, sim.wall_angular_impulse("w")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [0.0, 20.0])
 @pytest.mark.parametrize("floor", FLOORS)
 def test_a_wall_takes_the_angular_momentum_that_a_hit_takes_from_a_grain(floor, rate):
@@ -166,6 +168,7 @@ def test_a_wall_takes_the_angular_momentum_that_a_hit_takes_from_a_grain(floor, 
     assert impulse == pytest.approx(-change, abs=1e-5 * np.linalg.norm(change))
 
 
+@pytest.mark.slow
 def test_a_top_that_slows_down_on_the_axis_turns_the_wall():
     """There nothing but torsion acts on either."""
     sim = simulation(FLOORS["plane"](origin=ORIGIN), precision="double")

@@ -133,6 +133,7 @@ def tumbled(inertia, spin, time):
     return solve_ivp(euler, (0.0, time), spin, rtol=1e-11, atol=1e-9).y[:, -1]
 
 
+@pytest.mark.slow
 def test_a_free_clump_keeps_energy_and_momenta_and_tumbles_as_euler_says(triple):
     errors = []
     for fraction, steps in ((0.4, 500), (0.2, 1000), (0.1, 2000), (0.05, 4000)):

@@ -58,6 +58,7 @@ def elongated(elongation, **more):
     return build_simulation(spec, WallSet(), gravity=(0.0, 0.0, 0.0)), spec
 
 
+@pytest.mark.slow
 def test_a_grain_in_the_engine_has_mass_and_inertia_of_the_body():
     sim, spec = elongated(1.6)
     add_grains(sim, spec, np.zeros((1, 3)), np.array([1e-3]), 0.0, np.random.default_rng(1))
@@ -110,6 +111,7 @@ def collision(e, mu, laws, angle, rayleigh_fraction=0.4):
     return before, state(), sim
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rolling", ["none", "constant_torque_relative", "elastic_plastic"])
 @pytest.mark.parametrize("angle", [0.3, 1.9, 4.1])
 def test_two_free_grains_keep_momentum_and_create_no_energy(rolling, angle):
@@ -120,6 +122,7 @@ def test_two_free_grains_keep_momentum_and_create_no_energy(rolling, angle):
     assert after[2] < before[2]
 
 
+@pytest.mark.slow
 def test_without_dissipation_the_error_in_energy_falls_as_the_square_of_the_time_step():
     def error(rayleigh_fraction):
         lost = []

@@ -45,6 +45,7 @@ TOGETHER = [
 LAWS = dict.fromkeys(laws for _, laws in alone()) | dict.fromkeys(TOGETHER)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("laws", LAWS, ids=lambda laws: "-".join(vars(laws).values()))
 def test_lanes_and_floats_run_the_same_law(laws):
     own = dict(

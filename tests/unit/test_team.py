@@ -89,7 +89,9 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    "case", [pytest.param(c, marks=pytest.mark.slow) if CASES[c] else c for c in CASES]
+)
 def test_the_numbers_do_not_depend_on_the_threads(case):
     alone = stirred(1, **CASES[case])
     expected = last(alone)

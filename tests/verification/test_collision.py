@@ -28,6 +28,7 @@ def spec(experiment, diameter=2.0, **pair):
     return out | {"contacts": {"particle_wall": pair}}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("e", [0.3, 0.6, 0.9])
 def test_a_constant_restitution_comes_back_at_every_speed(e):
     share = np.sqrt(rebounds(spec("drop", restitution=e), HEIGHTS) / HEIGHTS)

@@ -130,6 +130,7 @@ def sticky(request):
     return request.param, sticky_hit(request.param)
 
 
+@pytest.mark.slow
 @SETTINGS
 @given(
     angle=st.floats(-3, 3),

@@ -43,11 +43,13 @@ def slope(e, steps, order, depth=0.0):
     return -float(np.polyfit(np.log(steps), np.log(errors(e, steps, order, depth)), 1)[0])
 
 
+@pytest.mark.slow
 def test_elastic_contact_is_second_order(record):
     # the force has a kink in its second derivative at the touch, which costs a little
     record("convergence", "order, elastic", slope(1.0, COARSE, 2), 2.0, 0.1, "", "leapfrog")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("e", [0.3, 0.8])
 def test_damped_contact_is_first_order_where_its_force_is_smooth(record, e):
     record(
@@ -61,6 +63,7 @@ def test_damped_contact_is_first_order_where_its_force_is_smooth(record, e):
     )
 
 
+@pytest.mark.slow
 def test_the_two_terms_of_the_damped_error_account_for_its_slope(record, figure):
     steps = 20 * 2 ** np.arange(9)
     error, h = errors(0.3, steps, 1), 1.0 / steps

@@ -96,6 +96,7 @@ def test_restitution_of_size_and_speed_together(powers, state, radii):
     assert (pair[1] - pair[0]) / speed == pytest.approx(wanted, abs=3e-3)
 
 
+@pytest.mark.slow
 def test_each_bounce_has_the_speed_of_its_own_touch():
     """A ball that bounces on: each rebound is the curve's at the speed that the last one left."""
     contact = ContactParameters(1.0, 0.0, **curve_of("restitution_curve", FALLING, LOW, HIGH))
@@ -145,6 +146,7 @@ def block(contact, laws, gravity, speed):
     return sim
 
 
+@pytest.mark.slow
 def test_a_block_is_slowed_by_the_friction_of_its_speed():
     """du/dt = -mu(u) g, integrated by scipy."""
     shares, start = (1.0, 0.9, 0.7, 0.5, 0.45), 0.4
@@ -161,6 +163,7 @@ def test_a_block_is_slowed_by_the_friction_of_its_speed():
         assert begun - sim.clusters.velocity[0, 0] == pytest.approx(slowed, rel=5e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("heavier", [0.3, 2.0, 4.0, 30.0])
 def test_friction_falls_with_the_load_of_each_grain(heavier):
     """A block decelerates by mu(F) times gravity, F the load of one of its grains [N]."""

@@ -77,6 +77,7 @@ CASES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_the_ledger_closes_with(case, record):
     laws, grains, air = CASES[case]
@@ -110,6 +111,7 @@ def meeting(e, speed=0.5):
     return sim, 0.25 * MASS * speed**2
 
 
+@pytest.mark.slow
 def test_a_contact_holds_all_the_energy_at_its_deepest_and_gives_it_back():
     sim, begin = meeting(1.0)
     ledger, held = Ledger(sim), []
@@ -121,6 +123,7 @@ def test_a_contact_holds_all_the_energy_at_its_deepest_and_gives_it_back():
     assert abs(ledger.energies.dissipated) < 1e-3 * begin
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("e", [0.9, 0.5])
 def test_an_impact_dissipates_by_its_restitution(e):
     sim, begin = meeting(e)
@@ -130,6 +133,7 @@ def test_an_impact_dissipates_by_its_restitution(e):
     assert ledger.energies.dissipated == pytest.approx((1.0 - e * e) * begin, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_a_push_that_no_contact_makes_is_told(monkeypatch):
     sim = simulation(cup(**STIRRED), Laws(), precision="double")
     thrown(sim)

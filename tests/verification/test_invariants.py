@@ -86,6 +86,7 @@ EXTRA = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("laws", PAIR_LAWS, ids=lambda laws: "-".join(vars(laws).values()))
 @SETTINGS
 @given(v=vector, w=vector, ratio=st.floats(1, 4))
@@ -99,6 +100,7 @@ def test_momentum_angular_momentum_and_energy(laws, v, w, ratio):
     assert after[2] <= before[2] * (1 + 1e-3)
 
 
+@pytest.mark.slow
 @SETTINGS
 @given(v=vector, w=vector)
 def test_energy_is_kept_without_dissipation(v, w):
@@ -106,6 +108,7 @@ def test_energy_is_kept_without_dissipation(v, w):
     assert after[2] == pytest.approx(before[2], rel=1e-4)
 
 
+@pytest.mark.slow
 @SETTINGS
 @given(v=vector, w=vector, ratio=st.floats(1, 4))
 def test_the_own_spin_torque_keeps_momentum_and_creates_no_energy(v, w, ratio):
@@ -114,6 +117,7 @@ def test_the_own_spin_torque_keeps_momentum_and_creates_no_energy(v, w, ratio):
     assert after[2] <= before[2] * (1 + 1e-3)
 
 
+@pytest.mark.slow
 @SETTINGS
 @given(w=st.floats(0.1, 3))
 def test_own_spin_torque_breaks_angular_momentum_by_what_it_says(w):
@@ -131,6 +135,7 @@ def test_own_spin_torque_breaks_angular_momentum_by_what_it_says(w):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["constant_torque", "constant_torque_relative"])
 @SETTINGS
 @given(w=st.floats(0.001, 5), mu_r=st.floats(0.01, 5))

@@ -129,6 +129,7 @@ share = st.floats(0.1, 0.9)
 speed = st.tuples(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2), st.floats(-0.2, 0.0))
 
 
+@pytest.mark.slow
 @SETTINGS
 @given(cuts=st.lists(share, min_size=1, max_size=3, unique=True), x=share, velocity=speed)
 def test_a_cut_funnel_is_the_funnel(cuts, x, velocity):

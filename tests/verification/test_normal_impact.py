@@ -254,6 +254,7 @@ def test_one_yield_speed_is_one_material(record):
             )
 
 
+@pytest.mark.slow
 def test_simplified_jkr_pulls_with_its_energy_density(record):
     r, k, overlap = 1e-3, 5e4, 1e-6
     contact = ContactParameters(1.0, 0.0, cohesion_energy_density=k)

@@ -58,6 +58,7 @@ def test_the_linear_spring_has_one_branch():
     close(found, K * LOOP, K * D)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("e", [0.3, 0.7])
 @pytest.mark.parametrize("speed", [0.05, 2.0])
 def test_the_linear_dashpot_returns_e_at_any_speed(record, e, speed):
@@ -99,6 +100,7 @@ def test_walton_brauns_loop(e):
     close(forces(WALTON_BRAUN, LOOP, e=e, **SPRING)[:, 0], walton_braun(LOOP, e), K * D)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("e", [0.4, 0.8])
 @pytest.mark.parametrize("speed", [0.05, 2.0])
 def test_walton_brauns_restitution_is_the_root_of_the_stiffnesses(record, e, speed):
@@ -152,6 +154,7 @@ def test_eepa_pulls_the_more_the_harder_it_was_pressed(record):
     assert pulls[1] / pulls[0] == pytest.approx(2.0, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [0.05, 1.0])
 def test_eepa_without_adhesion_returns_what_its_branches_say(record, speed):
     """e^2 is the area under unloading over that under loading; both go with the deepest overlap to

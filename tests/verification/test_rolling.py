@@ -93,6 +93,7 @@ def test_incline_at_rest_where_rolling_friction_holds(record, law):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [0.1, 0.3])
 def test_a_rocking_sphere_has_the_stated_damping_ratio(record, ratio):
     """A sphere that rocks on a plane without slip turns about the contact point: (7/5) m R^2 th'' =

@@ -121,6 +121,7 @@ def restitutions(radius, n, v_t=0.0, places=21):
     return -(sim.velocity * normal).sum(1) / speed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [36, 360])
 @pytest.mark.parametrize("size", [3, 8])
 def test_restitution_inside_a_faceted_cylinder_is_that_of_the_cylinder(record, size, n):
@@ -199,6 +200,7 @@ def friction_on_the_way(n, steps=400):
     return np.array(out)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [1440, 3600])
 def test_friction_is_handed_on_over_the_seams_of_a_cylinder(record, n):
     """Over one seam and over two: the pressure stays, the spring goes on growing."""
