@@ -2,7 +2,6 @@
 runs at the candidate follow it, with the seeds that a fixed number would have."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,15 +13,13 @@ from scipy import stats
 from calibration.chain import optimum
 from calibration.chain.optimum import (
     _replicated,
-    candidate,
-    optimise,
+    augmented_runs,
     plan_candidate,
     plan_candidate_first,
     sentences,
 )
 from calibration.chain.study import Study
 from calibration.figures import response_of
-from calibration.statistics.composite import region_design
 from calibration.statistics.replication import mean_interval, runs_needed
 from calibration.study.config import overlay, parse_config, read_target
 from calibration.study.factors import read_factors
@@ -196,49 +193,20 @@ def test_a_fixed_number_and_a_moved_region_ask_for_no_more(config, tmp_path, mon
     assert (len(design), len(first), plan) == (22, 22, {})
 
 
-def test_without_runs_at_the_candidate_the_surface_s_optimum_is_handed_out(tmp_path, monkeypatch):
-    """The second solution has the runs of the first, and finds the same point; only an outlier's
-    point is run again."""
+def test_without_runs_at_the_candidate_the_surface_has_its_own_alone(tmp_path, monkeypatch):
+    """So the second solution is the first one; only what lies off the surface is run again."""
     monkeypatch.chdir(ROOT)
-    config = salt_of()
-    study = Study(config, seeds=3)
-    names, half = config.response_surface.centre, config.response_surface.half_width
-    region = [
-        replace(f, low=names[f.name] - half[f.name], high=names[f.name] + half[f.name])
-        for f in read_factors(config.factors)
-        if f.name in names
-    ]
-    runs = region_design(region, config.response_surface)
-    scatter = 0.7 * np.random.default_rng(3).standard_normal(len(runs))
-    runs["response"] = 46.0 + 2.0 * runs["G"] - 1.5 * runs["E"] + scatter
-    files = {name: tmp_path / name for name in ("surface", "candidate", "first", "more", "end")}
-    for folder in files.values():
-        folder.mkdir()
-    runs.to_csv(files["surface"] / "runs.csv", index=False)
-    (files["surface"] / "region.json").write_text(json.dumps([vars(f) for f in region]))
-
-    def written(folder):
-        found = {"summary": "optimum.json", "solutions": "set.csv", "contours": "contours.svg"}
-        return Files(**{name: folder / file for name, file in found.items()})
-
-    source = Files(runs=files["surface"] / "runs.csv", region=files["surface"] / "region.json")
-    candidate(study, source, written(files["candidate"]))
-    first, more = PlanFiles.of(files["first"]), PlanFiles.of(files["more"])
-    source.optimum, source.first = files["candidate"] / "optimum.json", first.design
-    plan_candidate_first(study, source, first)
-    source.candidate_region, source.candidate = files["more"] / "region.json", more.design
-    plan_candidate(study, source, Files(**more._asdict(), region=source.candidate_region))
-    assert json.loads(first.plan.read_text()) == json.loads(more.plan.read_text()) == {}
-    optimise(study, source, written(files["end"]))
-    one, two = (json.loads((files[k] / "optimum.json").read_text()) for k in ("candidate", "end"))
-    assert one["attainable"]
-    for key in ("optimum", "solution_set", "interval_95_others_held", "fitted_runs"):
-        assert one[key] == two[key]
-    assert two["predicted"] == pytest.approx(one["predicted"], abs=1e-9)
-    found = json.loads(source.optimum.read_text()) | {"repeat": [one["optimum"]]}
-    source.optimum.write_text(json.dumps(found))
-    plan_candidate_first(study, source, first)
-    assert len(json.loads(first.plan.read_text())) == 2
+    config, responses = salt_of(), scattering(0.7)
+    design, plan, first = planned(config, tmp_path, responses, monkeypatch, {"optimum": AT})
+    assert (len(design), len(first), plan) == (0, 0, {})
+    runs = pd.DataFrame([AT, AT]).assign(response=[45.0, 46.0], E=0.0)
+    runs.to_csv(tmp_path / "runs.csv", index=False)
+    factors = [f for f in read_factors(config.factors) if f.name in AT]
+    files = tmp_path / "runs.csv", factors, tmp_path / "candidate/design.csv"
+    assert list(augmented_runs(config, *files)["response"]) == [45.0, 46.0]
+    assert _replicated(config, files[2], list(AT)) == {}
+    repeat = {"optimum": AT, "repeat": [AT]}
+    assert len(planned(config, tmp_path, responses, monkeypatch, repeat)[0]) == 2
 
 
 def test_the_interval_is_told_with_its_reason(config, tmp_path, monkeypatch):

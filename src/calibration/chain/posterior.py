@@ -105,8 +105,7 @@ def _runs(config, region, design_files):
     """Runs of all designs that hold the region's factors near it, each once; one that gave no value
     has no response."""
     names = [f.name for f in region]
-    designs = [d for d in map(read_written, design_files) if len(d)]
-    tables = [with_responses(design, config) for design in designs]
+    tables = [with_responses(d, config) for d in map(read_written, design_files) if len(d)]
     wanted = [*names, "run_id", *columns(config)]
     runs = pd.concat([t[wanted] for t in tables if set(names) <= set(t)], ignore_index=True)
     runs = runs.drop_duplicates("run_id")

@@ -35,7 +35,8 @@ def handed_out(source: NamedFiles) -> dict[str, float]:
 
 
 def plan_validation(study: Study, source: NamedFiles, output: NamedFiles) -> None:
-    """Plan groups of replicates at the parameters that are handed out."""
+    """Plan groups of replicates at the parameters that are handed out. Their seeds are their own:
+    a run that led to the choice does not judge it."""
     config, levels = study.config, handed_out(source)
     rows = [
         {"run": g * config.validation.replicates + r + 1, "group": g + 1, "replicate": r + 1}

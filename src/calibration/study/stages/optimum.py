@@ -2,7 +2,8 @@
 
 The surface's optimum is one point of a fit to few runs. Runs are added there and the surface is
 solved again, so that what is validated does not rest on how five centre runs happened to fall. How
-many it takes, the scatter of the first ones says.
+many it takes, the scatter of the first ones says. With `candidate_runs: 0` none is added, and the
+validation's runs, none of which led to the optimum, say alone how far off it is.
 """
 
 from calibration.study.stages.stage import Figure, Plan, Stage
