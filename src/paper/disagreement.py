@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import jinja2
 import numpy as np
 import pandas as pd
 
@@ -30,27 +31,21 @@ from diagnosis.rig import Rig
 from diagnosis.settings import catalogue_of, parameters_of, study_settings
 from diagnosis.switched_causes import plan, read_switched, tried
 from paper.audit.paper import Paper
-from paper.reproduction.chain import NAMES, simulated_sd
+from paper.reproduction.chain import simulated_sd
 from paper.reproduction.study import Study
+from paper.simulated import TABLES, levels
 
 if TYPE_CHECKING:
     from calibration.chain.handed_over import NamedFiles
     from calibration.chain.study import Study as CalibratedStudy
     from calibration.intake.measurements import Measurement
-    from diagnosis.other_code import Cause
     from diagnosis.switched_causes import Switched
 
 
-TABLES = {
-    # table: experiment, its file, the column of its values
-    "Table 6": ("heap", "table06_plackett_burman", "angle_deg"),
-    "Table 8": ("tilt", "table08_inclined_plane", "angle_deg"),
-    "Table 9": ("drop", "table09_drop_test", "rebound_height_mm"),
-    "Table 10": ("heap", "table10_steepest_ascent", "angle_deg"),
-    "Table 11": ("heap", "table11_box_behnken", "angle_deg"),
+LEVERS = {
+    "tilt": ("tilt_rate_deg_s", "inclined_plane_tilt_rate"),
+    "drop": ("drop_height_mm", "drop_height"),
 }
-LEVERS = {"tilt": ("tilt_rate_deg_s", "inclined_plane_tilt_rate"),
-    "drop": ("drop_height_mm", "drop_height")}  # fmt: skip
 """Experiment -> lever that the paper states once for all rows, and its name there."""
 FEWEST = 2
 """Rows that can be compared: the scatter of a row is told by the others."""
@@ -61,38 +56,15 @@ OURS = ("screening", "ascent", "response_surface")
 def runs_table(paper: Paper, name: str, fixed: Mapping[str, float | str]) -> pd.DataFrame:
     """A table of the paper in the form of `diagnosis.other_code.read_runs`; fixed: {factor: level}
     of what the table itself does not vary."""
-    experiment, file, column = TABLES[name]
-    points = _points(paper, name).assign(value=paper.numbers(file, column)[column])
-    rest = {k: v for k, v in fixed.items() if k not in points} if experiment == "heap" else {}
-    lever, scalar = LEVERS.get(experiment, (None, None))
-    q = QUANTITIES[experiment]
-    head = {"experiment": experiment, "quantity": q.name, "unit": q.unit}
-    levers = {lever: paper.value(scalar)} if lever else {}  # type: ignore[arg-type]
-    return points.assign(**head, **levers, **rest)
-
-
-def _points(paper, name):
-    """The factors' levels of a table's rows, in natural units."""
-    file = TABLES[name][1]
-    if name == "Table 6":
-        ranges = paper.text("table05_contact_parameter_ranges", "factor", "name", "low", "high")
-        coded = paper.numbers(file, *ranges["factor"])
-        return pd.DataFrame({r["name"]: _natural(coded[r["factor"]], float(r["low"]),
-            float(r["high"])) for r in ranges.to_dict("records")})  # fmt: skip
-    if name in ("Table 8", "Table 9"):
-        table = paper.text(file)
-        own = [c for c in table if c not in ("number", TABLES[name][2])]
-        return paper.numbers(file, *own)
-    table = paper.numbers(file, *NAMES)
-    if name == "Table 11":
-        levels = paper.text("table11_coding", "factor", "low", "high").set_index("factor")
-        table = pd.DataFrame({c: _natural(table[c], float(levels.loc[c, "low"]),
-            float(levels.loc[c, "high"])) for c in NAMES})  # fmt: skip
-    return table.rename(columns=NAMES)
-
-
-def _natural(coded, low, high):
-    return np.round(0.5 * (low + high) + 0.5 * coded * (high - low), 9)
+    table = TABLES[name]
+    points = levels(paper, name).assign(value=paper.numbers(table.file, table.column).iloc[:, 0])
+    rest = {k: v for k, v in fixed.items() if k not in points} if table.experiment == "heap" else {}
+    q = QUANTITIES[table.experiment]
+    head = {"experiment": table.experiment, "quantity": q.name, "unit": q.unit}
+    if table.experiment in LEVERS:
+        lever, scalar = LEVERS[table.experiment]
+        rest = {lever: paper.value(scalar)}
+    return points.assign(**head, **rest)
 
 
 def our_values(
@@ -127,17 +99,15 @@ def _at(known, groups, fixed):
     """Responses (k,) of the first group of tables with runs at these levels, without those that
     gave no value; None without a run."""
     for tables in groups:
-        here = [t.loc[_matches(t, known, fixed), "response"] for t in tables]
+        here = []
+        for table in tables:
+            own = {k: table[k] if k in table else fixed.get(k, math.nan) for k in known}
+            same = [np.isclose(own[k], v, atol=1e-6) | np.zeros(len(table), bool)
+                    for k, v in known.items()]  # fmt: skip
+            here.append(table.loc[np.all(same, axis=0), "response"])
         if any(len(found) for found in here):
             return pd.concat(here).dropna().to_numpy(float)
     return None
-
-
-def _matches(table, known, fixed):
-    """Which rows (n,) of a table of runs have these levels."""
-    levels = {k: table[k] if k in table else fixed.get(k, math.nan) for k in known}
-    return np.all([np.isclose(levels[k], v, atol=1e-6) | np.zeros(len(table), bool)
-        for k, v in known.items()], axis=0)  # fmt: skip
 
 
 def spec_of(
@@ -198,20 +168,38 @@ def of_table(
     causes: Mapping[str, Mapping[str, Switched]],
     metrics: Mapping[str, dict[str, float] | None],
 ) -> dict[str, Any]:
-    """What `judged` says of one table: heaps beside the runs of `groups` of studies (`our_values`),
-    slides and drops beside integrated contacts."""
+    """What `diagnosis.compared.compare` says of one table, with the values of each row: heaps
+    beside the runs of `groups` of studies (`our_values`), slides and drops beside integrated
+    contacts. rows, causes: what was switched on, as of `diagnosis.switched_causes.plan`, with the
+    metrics {run: metrics} of its runs."""
     kind, apart, lost, spreads = runs[0].experiment, None, [], {}
     here = causes.get(kind, {})
     if kind == study.config.experiment:
         ours, counts = our_values(runs, groups, study.config.fixed)
-        lost = [m.line for m, value in zip(runs, ours, strict=True) if np.isnan(value)]
-        runs, ours, rows = _with_value(runs, ours, rows)
+        has = ~np.isnan(ours)
+        lost = [m.line for m, there in zip(runs, has, strict=True) if not there]
+        runs = [m for m, there in zip(runs, has, strict=True) if there]
+        ours, rows = ours[has], [r for i, r in enumerate(rows) if has[i % len(has)]]
         known = other_code.conventions(runs, ours)
-        apart = _apart(_own_scatter(groups), counts[counts > 0], paper, runs)
+        scatter = next(own[0] for group in groups for s in group if (own := s.seed_spread()))
+        apart = _apart(scatter, counts[has], paper, runs)
         spreads = spreads_of(paper, runs, rows, here, metrics, study.folder.parent)
     else:
-        ours, known = other_code.of_contacts(runs, *_contacts(study, kind))
-    found = judged(runs, ours, known, apart, rows, here, metrics, spreads)
+        settings = study_settings(study.config.diagnosis)
+        factors = tuple(parameters_of(settings, study.config.factors, [kind]))
+        rig = Rig(settings, study.config.own_run, factors)
+        ours, known = other_code.of_contacts(runs, rig, catalogue_of(settings, [kind]))
+    metric = measurable(kind)[runs[0].quantity].key
+    more, without = tried(rows, here, metrics, metric, spreads)
+    found = compare(runs, ours, known + more, spread=apart)
+    theirs = [m.value for m in runs]
+    values = {c.name: c.values[np.abs(c.values - theirs).sum(1).argmin()] for c in more}
+    found["rows"] = [
+        {"line": m.line, "theirs": m.value, "ours": float(o)}
+        | {name: float(v[i]) for name, v in values.items()}
+        for i, (m, o) in enumerate(zip(runs, ours, strict=True))
+    ]
+    found["without_value"] = {k: in_part(runs, ours, v) for k, v in without.items()}
     return found | {"ours_without_value": lost}
 
 
@@ -260,82 +248,9 @@ def _apart(sd, counts, paper, runs):
     return float(math.sqrt(np.mean(sd**2 / counts + theirs)))
 
 
-def _own_scatter(groups):
-    """Standard deviation [deg] of our heaps at one point: of the first study that tells it."""
-    return next(own[0] for group in groups for s in group if (own := s.seed_spread()))
-
-
-def _with_value(runs, ours, rows):
-    """Runs, our values beside them (n,) and what was switched on, in the rows of a table where ours
-    have a value; rows: as of `diagnosis.switched_causes.plan`."""
-    has = ~np.isnan(ours)
-    kept = [m for m, here in zip(runs, has, strict=True) if here]
-    return kept, ours[has], [r for i, r in enumerate(rows) if has[i % len(has)]]
-
-
-def judged(
-    runs: Sequence[Measurement],
-    ours: np.ndarray,
-    known: list[Cause],
-    apart: float | None,
-    rows: Sequence[dict[str, Any]],
-    causes: Mapping[str, Switched],
-    metrics: Mapping[str, dict[str, float] | None],
-    spreads: Mapping[str, float] | None = None,
-) -> dict[str, Any]:
-    """What `diagnosis.compared.compare` says of runs beside ours (n,), with the values of each
-    row.
-
-    known: causes that need no run; apart: standard deviation between seeds; rows and causes: what
-    was switched on, with the metrics {run: metrics} of its runs; spreads: as of `spreads_of`."""
-    metric = measurable(runs[0].experiment)[runs[0].quantity].key
-    more, without = tried(rows, causes, metrics, metric, spreads)
-    found = compare(runs, ours, known + more, spread=apart)
-    values = {c.name: c.values[np.abs(c.values - [m.value for m in runs]).sum(1).argmin()]
-        for c in more}  # fmt: skip
-    found["rows"] = [
-        {"line": m.line, "theirs": m.value, "ours": float(o)}
-        | {name: float(v[i]) for name, v in values.items()}
-        for i, (m, o) in enumerate(zip(runs, ours, strict=True))
-    ]
-    return found | {"without_value": {k: in_part(runs, ours, v) for k, v in without.items()}}
-
-
-def _contacts(study, kind):
-    """(`Rig`, {name: Mechanism}) of a single contact."""
-    settings = study_settings(study.config.diagnosis)
-    factors = parameters_of(settings, study.config.factors, [kind])
-    return Rig(settings, study.config.own_run, factors), catalogue_of(settings, [kind])
-
-
 def page(found: Mapping[str, Mapping[str, Any]]) -> str:
     """Markdown: a sentence and a ranking for each table."""
-    lines = ["# Two simulations that disagree: the paper's tables and our runs", ""]
-    for name, one in found.items():
-        lines += [f"## {name}: {one['verdict']}", "", one["sentence"], ""]
-        if one["ours_without_value"]:
-            left = ", ".join(map(str, one["ours_without_value"]))
-            lines += [f"Left out, as no run of ours there gave a value: line {left}.", ""]
-        for cause, part in one["without_value"].items():
-            before, after = (told(part[f"scatter_{k}"], one["unit"]) for k in ("before", "after"))
-            rest = f" In the other {part['others']} it leaves {after} in place of {before}."
-            runs = f"{part['runs']} of {part['runs'] + part['others']} runs"
-            lines += [
-                f"Gave no value in {runs}, and so was not compared: {cause}."
-                f"{rest if part['others'] else ''}",
-                "",
-            ]
-        lines += [
-            "| cause | kind | at | gain, nats | p | left | by the scatter of | chance of that |",
-            "|---" * 8 + "|",
-        ]
-        for r in one["ranking"]:
-            at = f"{r['strength']:.3g} {r['unit']}".strip() if r["unit"] else "on"
-            chance = "" if r["p_left"] is None else f"{r['p_left']:.2g}"
-            left = told(r["scatter_after"], one["unit"])
-            name, figures = r["cause"].replace("_", " "), (f"{r['gain']:+.1f}", f"{r['p']:.3f}")
-            scatter = told(r["spread"], one["unit"]) if r.get("spread") else ""
-            cells = (name, r["kind"], at, *figures, left, scatter, chance)
-            lines.append(f"| {' | '.join(cells)} |")
-        lines.append("")
-    return "\n".join(lines)
+    template = Path(__file__).with_name("disagreement.md.j2").read_text("utf-8")
+    return jinja2.Template(template, undefined=jinja2.StrictUndefined).render(
+        found=found, told=told
+    )

@@ -20,6 +20,14 @@ KEYS = ("experiment", "quantity")
 CLAIM = ("id", "where", "claim", "printed", "unit")
 SENTENCES = ("agrees", "disagrees", "unknown")
 """Columns of claims.csv that say what each verdict means for a reader."""
+FACTORS = tuple("ABCDEFG")
+"""The paper's letters of the factors of Tables 5 to 7."""
+NAMES = {
+    "X": "salt_salt_rolling_friction",
+    "Y": "salt_salt_restitution",
+    "Z": "salt_steel_rolling_friction",
+}
+"""Axes of Tables 10 and 11: factor."""
 MEASURED = {
     "measured_inclined_plane_angle": ("tilt", "sliding_angle"),
     "measured_rebound_height": ("drop", "rebound_height"),

@@ -2,17 +2,10 @@
 
 import numpy as np
 
-from calibration.statistics.screening import screen
-from paper.audit.paper import Cells, Claims, Found, Paper
+from calibration.statistics.screening import Screening, screen
+from paper.audit.paper import FACTORS, NAMES, Cells, Claims, Found, Paper
 
-FACTORS = tuple("ABCDEFG")
 ANOVA = ("sum_sq", "df", "mean_sq", "F", "p")
-NAMES = {
-    "X": "salt_salt_rolling_friction",
-    "Y": "salt_salt_restitution",
-    "Z": "salt_steel_rolling_friction",
-}
-"""Axes of Tables 10 and 11: factor."""
 PATH = "table10_steepest_ascent"
 RANGES = "table05_contact_parameter_ranges"
 
@@ -21,13 +14,13 @@ def _design(paper):
     return paper.numbers("table06_plackett_burman", *FACTORS, "angle_deg")
 
 
-def _screening(paper):
+def screened(paper: Paper) -> Screening:
     """Main effects of the Plackett-Burman design."""
     return screen(_design(paper), list(FACTORS), _design(paper).angle_deg)
 
 
 def _anova(paper):
-    return _screening(paper).anova.set_index("source").astype(float)
+    return screened(paper).anova.set_index("source").astype(float)
 
 
 def _ranges(paper):
@@ -110,7 +103,7 @@ def _step(paper, claim):
     """The step of an axis that goes with X's when both follow the screening's coefficients per
     coded unit."""
     axis = claim.id[-1].upper()
-    slope = _screening(paper).table.set_index("code").effect / 2
+    slope = screened(paper).table.set_index("code").effect / 2
     half = (_ranges(paper).high - _ranges(paper).low) / 2
     x, y = NAMES["X"], NAMES[axis]
     letters = _letters(paper)

@@ -16,8 +16,17 @@ from calibration.statistics.surface import (
     quadratic_terms,
     term_name,
 )
-from paper.audit.paper import AuditInputError, Cells, Claims, Found, Paper, Printed, propagate
-from paper.audit.screening import ANOVA, NAMES
+from paper.audit.paper import (
+    NAMES,
+    AuditInputError,
+    Cells,
+    Claims,
+    Found,
+    Paper,
+    Printed,
+    propagate,
+)
+from paper.audit.screening import ANOVA
 
 DESIGN, RUNS = "table11_box_behnken", "table13_validation"
 CODES = ["A", "B", "C"]
@@ -80,13 +89,13 @@ def _angles(paper):
     return paper.numbers(DESIGN, "angle_deg").angle_deg.to_numpy()
 
 
-def _model(paper: Paper) -> Surface:
+def regression(paper: Paper) -> Surface:
     """Full quadratic regression of Table 11's angles on the restored levels."""
     return _fit(restored_levels(paper), _angles(paper))
 
 
 def _anova(paper):
-    anova = _model(paper).anova
+    anova = regression(paper).anova
     return anova.set_index(anova["source"].map(_key))[list(ANOVA)].astype(float)
 
 
@@ -153,14 +162,14 @@ def _is_product(total, df, mean):
 
 def summary_cells(paper: Paper) -> Cells:
     """The statistics below Table 12."""
-    found = _model(paper).summary
+    found = regression(paper).summary
     table = paper.text("table12_summary", "statistic", "value")
     for name, text in zip(table.statistic, table.value, strict=True):
         yield "table12.summary.{statistic}", text, Found(found[name], names={"statistic": name})
 
 
 def _statistic(name):
-    return lambda paper, _: _model(paper).summary[name]
+    return lambda paper, _: regression(paper).summary[name]
 
 
 def _p(source):
@@ -180,7 +189,7 @@ def _significant(paper, claim):
 def _trend(paper, claim):
     """Sign of the slope along one axis over the square of X and that axis, the other axis at its
     centre."""
-    b = _coefficients(_model(paper))
+    b = _coefficients(regression(paper))
     x, other = np.meshgrid(np.linspace(-1, 1, 101), np.linspace(-1, 1, 101))
     if claim.group == "fig9a":
         slope, name = b["B"] + b["AB"] * x + 2 * b["B2"] * other, "salt-salt restitution"
@@ -213,7 +222,7 @@ def equation_coefficients(paper: Paper) -> Cells:
     counts."""
     printed = _printed_equation(paper)
     kept = tuple(term for term in ALL_TERMS if term in printed)
-    full = _coefficients(_model(paper))
+    full = _coefficients(regression(paper))
     reduced = _coefficients(_fit(restored_levels(paper), _angles(paper), kept))
     misses = [sum((c[t] - cell.value) ** 2 for t, cell in printed.items()) for c in (full, reduced)]
     nearer = full if misses[0] <= misses[1] else reduced
@@ -267,7 +276,7 @@ def _optimum_of_equation(paper, claim):
 
 
 def _optimum_of_regression(paper, claim):
-    equation, grid = _coefficients(_model(paper)), np.linspace(-1, 1, 41)
+    equation, grid = _coefficients(regression(paper)), np.linspace(-1, 1, 41)
     cube = np.stack(np.meshgrid(grid, grid, grid, indexing="ij"), axis=-1).reshape(-1, 3)
     target = paper.value("measured_angle_of_repose")
     band = paper.claims["validation.error"].value / 100 * target

@@ -10,6 +10,7 @@ import numpy as np
 from scipy import stats
 
 from calibration.statistics.equivalence import Error
+from paper.audit.bench import DROP, TILT, r_squared
 from paper.reproduction import margins
 from paper.reproduction.rows import (
     NOT_COMPARABLE,
@@ -17,7 +18,6 @@ from paper.reproduction.rows import (
     Place,
     absent,
     estimates,
-    line_fit,
     means,
     point,
     printed_of,
@@ -32,83 +32,74 @@ if TYPE_CHECKING:
 
 
 DRAWS = 2000
-TESTS = {
-    # stage: table, file, column, equation, unit; scalars: factor, confirming mean, coefficients
-    "tilt": (
-        "Table 8", "table08_inclined_plane", "angle_deg", "Eq. 21", "deg",
-        "salt_steel_static_friction", "simulated_tilt_angle", "eq21_coefficients",
-    ),
-    "drop": (
-        "Table 9", "table09_drop_test", "rebound_height_mm", "Eq. 23", "mm",
-        "salt_steel_restitution", "simulated_rebound_at_0.421", "eq23_coefficients",
-    ),
-}  # fmt: skip
-R2 = {"tilt": "tilt.r2", "drop": "drop.r2"}
+SWEEPS = {"tilt": ("Table 8", TILT), "drop": ("Table 9", DROP)}
 TRIALS = 5  # 2.3.2 and 2.3.3: the mean of five
+UNPRINTED = (
+    "The paper prints one yield locus and no scatter; it is taken to scatter as ours, of which the "
+    "90 % interval is shown"
+)
 
 
 def rows(paper: Paper, study: Study) -> Iterator[dict[str, Any]]:
     """Rows of the bench tests."""
-    for stage in TESTS:
+    for stage in SWEEPS:
         yield from _sweep(paper, study, stage)
     yield from _shear(paper, study)
 
 
 def _sweep(paper, study, stage):
-    item, file, column, equation, unit, factor, confirming, coefficients = TESTS[stage]
+    item, sweep = SWEEPS[stage]
+    equation, unit, factor = f"Eq. {sweep.equation[2:]}", sweep.unit, sweep.parameter
     runs, summary = study.table(stage, "runs"), study.summary(stage)
     if runs is None or summary is None:
         for what in (item, equation):
             yield absent(Place(what, f"{stage}.{what}", f"{stage} test"), None, NOT_RUN, stage)
         return
-    table = paper.numbers(file, factor, column)
-    for level, text in zip(table[factor], paper.printed(file, column), strict=True):
+    levels, responses = sweep.points(paper)
+    for level, text in zip(levels, paper.printed(sweep.table, sweep.response), strict=True):
         place = Place(item, f"{stage}.{level:g}", f"{unit} at {factor} {level:g}", unit, study.name)
         here = runs[np.isclose(runs[factor], level)]
         if here.empty:
             yield absent(place, text.text, NOT_COMPARABLE, "not a level of this sweep")
             continue
         run = here.iloc[0]
-        repeats = int(run.get("repeats", 1))
-        yield _point(place, text, run["response"], run.get("response_sd"), repeats)
-    theirs = _quadratic(table[factor], table[column])
-    ours = _quadratic(runs[factor], runs["response"])
-    printed = paper.scalar_text(coefficients).split()
-    for k, (name, text) in enumerate(zip(("x²", "x", "1"), printed, strict=True)):
+        sd = run.get("response_sd", math.nan)  # their mean of five trials scatters as ours
+        sd, theirs = (None, None) if math.isnan(sd) else (sd, sd / math.sqrt(TRIALS))
+        yield point(place, text, run["response"], sd, int(run.get("repeats", 1)), theirs)
+    theirs, ours = _quadratic(levels, responses), _quadratic(runs[factor], runs["response"])
+    margin = margins.by_unit(unit, float(responses.mean()))
+    for k, (name, printed) in enumerate(zip(("x²", "x", "1"), sweep.curve(paper), strict=True)):
         place = Place(
             equation, f"{stage}.coefficient{k}", f"coefficient of {name}", unit, study.name
         )
-        mine, their_se = float(ours[0][k]), math.sqrt(theirs[1][k, k])
-        response = margins.by_unit(unit, float(table[column].mean()))
-        margin = margins.of_coefficient(response, list(table[factor]), 2 - k)
-        own = Error(math.sqrt(ours[1][k, k]), ours[2], len(runs))
-        yield estimates(place, printed_of(text), mine, own, Error(their_se, theirs[2]), margin)
+        own, other = (
+            Error(math.sqrt(fit[1][k, k]), fit[2], n)
+            for fit, n in ((ours, len(runs)), (theirs, None))
+        )
+        of_power = margins.of_coefficient(margin, list(levels), 2 - k)
+        yield estimates(place, printed, float(ours[0][k]), own, other, of_power)
     place = Place(equation, f"{stage}.R2", "R² of the quadratic", "1", study.name)
-    yield _r2(place, printed_of(paper.claims[R2[stage]].printed), runs[factor], runs["response"])
+    printed = printed_of(paper.claims[f"{stage}.r2"].printed)
+    yield _r2(place, printed, runs[factor].to_numpy(float), runs["response"].to_numpy(float))
     place = Place(equation, f"{stage}.inverse", said(factor), "1", study.name, headline=True)
     level = summary["inverse"]
-    own, their_own = (_inverse_se(fit, level) for fit in (ours, theirs))
-    own = Error(own, ours[2], len(runs))
-    yield estimates(place, paper.scalar(factor), level, own, Error(their_own, theirs[2]))
-    place = Place(
-        equation, f"{stage}.confirmation", f"mean of runs at the inverse [{unit}]", unit, study.name
+    own, other = (
+        Error(_inverse_se(fit, level), fit[2], n) for fit, n in ((ours, len(runs)), (theirs, None))
     )
-    mean, sd = summary["confirmed_mean"], summary["confirmed_sd"]
-    count = summary.get("confirmed_n")
-    yield means(place, paper.scalar(confirming), mean, sd, count, paper_n=TRIALS)
-
-
-def _point(place, text, response, sd, repeats):
-    """A point of a sweep: our mean of so many repeats beside the paper's mean of five trials, taken
-    to scatter as ours."""
-    if sd is None or math.isnan(sd):
-        return point(place, text, response, None, repeats)
-    return point(place, text, response, sd, repeats, sd / math.sqrt(TRIALS))
+    yield estimates(place, paper.scalar(factor), level, own, other)
+    text = f"mean of runs at the inverse [{unit}]"
+    place = Place(equation, f"{stage}.confirmation", text, unit, study.name)
+    mean, sd, count = (summary.get(f"confirmed_{of}") for of in ("mean", "sd", "n"))
+    yield means(place, paper.scalar(sweep.confirmed), mean, sd, count, paper_n=TRIALS)
 
 
 def _quadratic(x, y):
-    """(coefficients, highest power first; their covariance; degrees of freedom)."""
-    return line_fit(np.vander(np.asarray(x, float), 3), np.asarray(y, float))
+    """(coefficients, highest power first; their covariance; degrees of freedom) by least
+    squares."""
+    matrix, y = np.vander(np.asarray(x, float), 3), np.asarray(y, float)
+    coefficients, *_ = np.linalg.lstsq(matrix, y, rcond=None)
+    left, freedom = y - matrix @ coefficients, len(y) - 3
+    return coefficients, float(left @ left) / freedom * np.linalg.inv(matrix.T @ matrix), freedom
 
 
 def _inverse_se(fit, level):
@@ -121,9 +112,8 @@ def _inverse_se(fit, level):
 
 def _r2(place, printed, x, y):
     """R2 of our quadratic, its interval drawn from the fit and the scatter about it."""
-    matrix = np.vander(np.asarray(x, float), 3)
-    y = np.asarray(y, float)
-    coefficients, _, freedom = line_fit(matrix, y)
+    matrix = np.vander(x, 3)
+    coefficients, _, freedom = _quadratic(x, y)
     fitted = matrix @ coefficients
     sd = math.sqrt(float(((y - fitted) ** 2).sum()) / freedom)
     draws = fitted + np.random.default_rng(1).normal(0.0, sd, (DRAWS, len(y)))
@@ -131,7 +121,7 @@ def _r2(place, printed, x, y):
     residual = ((draws - draws @ hat.T) ** 2).sum(1)
     total = ((draws - draws.mean(1, keepdims=True)) ** 2).sum(1)
     low, high = np.quantile(1 - residual / total, (0.05, 0.95))
-    ours = 1 - float(((y - fitted) ** 2).sum() / ((y - y.mean()) ** 2).sum())
+    ours = r_squared(y, fitted)
     basis = "90 % interval of our R², drawn from the fit"
     return within(place, printed, ours, (ours - low, high - ours), basis, margins.R2, len(y))
 
@@ -142,45 +132,36 @@ def _shear(paper, study):
         for item in ("Eq. 26", "Eq. 27"):
             yield absent(Place(item, f"shear.{item}", "yield locus"), None, NOT_RUN, "shear")
         return
-    found = summary[summary["measure"]]
-    friction = paper.scalar("salt_salt_static_friction")
-    text = f"slope of the yield locus at particle friction {found['particle_friction']:g}"
-    place = Place("Eq. 26", "shear.slope", text, "1", study.name, headline=True)
-    reach = _reach(found["slope"], found["slope_interval"])
-    runs = len(study.table("shear", "runs"))
-    yield within(
-        place, paper.scalar("yield_locus_slope"), found["slope"], reach, UNPRINTED, runs=runs,
-        paper_reach=reach
-    )  # fmt: skip
-    nearest = min(
-        summary["loci"], key=lambda x: abs(x["particle_friction"] - found["particle_friction"])
-    )
+    found, runs = summary[summary["measure"]], study.table("shear", "runs")
+
+    def row(item, name, text, unit, scalar, value, interval, basis=UNPRINTED, margin=None):
+        place = Place(item, f"shear.{name}", text, unit, study.name, name != "intercept")
+        reach = _reach(value, interval)
+        printed = paper.scalar(scalar)
+        return within(place, printed, value, reach, basis, margin, len(runs), reach)
+
+    friction = found["particle_friction"]
+    text = f"slope of the yield locus at particle friction {friction:g}"
+    slope, interval = found["slope"], found["slope_interval"]
+    yield row("Eq. 26", "slope", text, "1", "yield_locus_slope", slope, interval)
+    nearest = min(summary["loci"], key=lambda locus: abs(locus["particle_friction"] - friction))
     locus = nearest[summary["measure"]]
-    place = Place("Eq. 26", "shear.intercept", "intercept of the yield locus", "kPa", study.name)
-    reach = _reach(locus["intercept_kPa"], locus["intercept_interval_kPa"])
-    yield within(
-        place, paper.scalar("yield_locus_intercept"), locus["intercept_kPa"], reach, UNPRINTED,
-        margins.SHARE * _shear_stress(paper, study), runs, reach,
+    # an intercept is a part of the shear stress of the paper's locus at the mean load of our runs
+    load = float(runs["normal_stress_kPa"].mean())
+    stress = paper.value("yield_locus_slope") * load + paper.value("yield_locus_intercept")
+    yield row(
+        "Eq. 26", "intercept", "intercept of the yield locus", "kPa", "yield_locus_intercept",
+        locus["intercept_kPa"], locus["intercept_interval_kPa"], margin=margins.SHARE * stress,
     )  # fmt: skip
-    place = Place(
-        "Eq. 27", "shear.friction", "particle friction for the measured slope", "1", study.name,
-        headline=True
-    )  # fmt: skip
+    text, scalar = "particle friction for the measured slope", "salt_salt_static_friction"
     if found["inverse"] is None:
-        low, high = found["swept"]
-        yield words(place, friction.text, f"none between {low:g} and {high:g}", summary["sentence"])
+        place = Place("Eq. 27", "shear.friction", text, "1", study.name, headline=True)
+        none = "none between {:g} and {:g}".format(*found["swept"])
+        yield words(place, paper.scalar_text(scalar), none, summary["sentence"])
     else:
-        reach = _reach(found["inverse"], found["inverse_interval"])
-        yield within(
-            place, friction, found["inverse"], reach, f"{summary['sentence']} {UNPRINTED}",
-            runs=runs, paper_reach=reach
-        )  # fmt: skip
-
-
-UNPRINTED = (
-    "The paper prints one yield locus and no scatter; it is taken to scatter as ours, of which the "
-    "90 % interval is shown"
-)
+        inverse, interval = found["inverse"], found["inverse_interval"]
+        basis = f"{summary['sentence']} {UNPRINTED}"
+        yield row("Eq. 27", "friction", text, "1", scalar, inverse, interval, basis)
 
 
 def _reach(value, interval):
@@ -188,10 +169,3 @@ def _reach(value, interval):
     one."""
     share = float(stats.norm.ppf(0.95) / stats.norm.ppf(0.975))
     return share * (value - interval[0]), share * (interval[1] - value)
-
-
-def _shear_stress(paper, study):
-    """Shear stress [kPa] of the paper's yield locus at the mean load of our runs, of which an
-    intercept is a part."""
-    load = float(study.table("shear", "runs")["normal_stress_kPa"].mean())
-    return paper.value("yield_locus_slope") * load + paper.value("yield_locus_intercept")

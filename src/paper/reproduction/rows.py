@@ -263,11 +263,3 @@ def printed_of(value: str | float, digits: int | None = None) -> Printed:
 
 def _rounded(value, digits):
     return f"{Decimal(f'{value:.12g}').quantize(Decimal(1).scaleb(-digits), ROUND_HALF_UP):f}"
-
-
-def line_fit(matrix: np.ndarray, response: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
-    """Least squares: coefficients (p,), their covariance (p, p), residual degrees of freedom."""
-    coefficients, *_ = np.linalg.lstsq(matrix, response, rcond=None)
-    left = response - matrix @ coefficients
-    freedom = len(response) - matrix.shape[1]
-    return coefficients, float(left @ left) / freedom * np.linalg.inv(matrix.T @ matrix), freedom

@@ -18,6 +18,8 @@ from calibration.chain.responses import with_value
 from calibration.statistics.anova import pure_error
 from calibration.statistics.equivalence import Error
 from calibration.statistics.screening import screen
+from paper.audit.paper import FACTORS
+from paper.audit.screening import screened
 from paper.reproduction.chain import spread
 from paper.reproduction.rows import (
     NOT_COMPARABLE,
@@ -35,18 +37,19 @@ if TYPE_CHECKING:
     from paper.reproduction.study import Study
 
 
-CODES = list("ABCDEFG")
-RESPONSE = "angle_deg"
+CODES = list(FACTORS)
+TABLE = "table06_plackett_burman"
 
 
 def rows(paper: Paper, study: Study, repeats: Iterable[Study] = ()) -> Iterator[dict[str, Any]]:
     """Rows of Tables 6 and 7; repeats: the same study at other seeds."""
     runs, summary = study.table("screening", "runs"), study.summary("screening")
     if runs is None or summary is None:
-        for item, what in (("Table 6", "screening runs"), ("Table 7", "effects")):
-            yield absent(
-                Place(item, f"{item.lower().replace(' ', '0')}", what), None, NOT_RUN, "screening"
-            )
+        for item, name, what in (
+            ("Table 6", "table06", "screening runs"),
+            ("Table 7", "table07", "effects"),
+        ):
+            yield absent(Place(item, name, what), None, NOT_RUN, "screening")
         return
     more = [own_half(s.table("screening", "runs")) for s in repeats]
     runs = own_half(runs)
@@ -74,20 +77,19 @@ def _scatter(paper, study, every):
     """(our standard deviation between seeds [deg], its degrees of freedom, the paper's): from the
     repeats, else from the validation."""
     own, n, theirs = spread(paper, study)
-    if len(every) > 1:
-        valued = with_value(pd.concat(every, ignore_index=True), "response")
-        square, freedom = pure_error(valued[CODES].to_numpy(float), valued["response"].to_numpy())
-        return math.sqrt(square / freedom), freedom, theirs
-    return own, None if n is None else n - 1, theirs
+    if len(every) == 1:
+        return own, None if n is None else n - 1, theirs
+    valued = with_value(pd.concat(every, ignore_index=True), "response")
+    square, freedom = pure_error(valued[CODES].to_numpy(float), valued["response"].to_numpy())
+    return math.sqrt(square / freedom), freedom, theirs
 
 
 def _runs(paper, study, every):
-    table = paper.numbers("table06_plackett_burman", *CODES, RESPONSE)
-    angles = paper.printed("table06_plackett_burman", RESPONSE)
     own, _, theirs = _scatter(paper, study, every)
-    for k, text in enumerate(angles):
+    alike = _alike(every[0], paper.numbers(TABLE, *CODES))
+    for k, text in enumerate(paper.printed(TABLE, "angle_deg")):
         place = Place("Table 6", f"table06.run{k + 1}", f"angle of run {k + 1}", "deg", study.name)
-        if not _alike(every[0], table):
+        if not alike:
             yield absent(place, text.text, NOT_COMPARABLE, "this study ran another design")
             continue
         values = np.array([t["response"].iloc[k] for t in every], float)
@@ -97,16 +99,18 @@ def _runs(paper, study, every):
 
 
 def _effects(paper, study, every):
-    table = paper.numbers("table06_plackett_burman", *CODES, RESPONSE)
     names = paper.text("table05_contact_parameter_ranges", "factor", "name")
     names = names.set_index("factor")["name"]
     effects = study.table("screening", "effects").set_index("code")
-    theirs = screen(table, CODES, table[RESPONSE]).table.set_index("code")["effect"]
+    theirs = screened(paper).table.set_index("code")["effect"]
     runs = with_value(pd.concat(every, ignore_index=True), "response")
     own = [c for c in CODES if c in effects.index and effects.loc[c, "name"] == names[c]]
     ours = screen(runs, own, runs["response"]).table.set_index("code") if own else None
     inverse = np.linalg.inv(np.cov(runs[own].T, bias=True).reshape(len(own), len(own)))
     sd, freedom, paper_sd = _scatter(paper, study, every)
+    # of the paper's effects, by the scatter between its runs, that of Table 13
+    paper_n = len(paper.numbers("table13_validation", "angle_deg"))
+    their_error = Error(2.0 * paper_sd / math.sqrt(len(paper.text(TABLE))), paper_n - 1)
     for code in CODES:
         words = f"effect of {said(names[code])}"
         place = Place("Table 7", f"table07.{code}.effect", words, "deg", study.name, True)
@@ -120,10 +124,4 @@ def _effects(paper, study, every):
         # of an effect, which is twice a slope; the columns are not orthogonal where a run is lost
         k = own.index(code)
         error = 2.0 * sd * math.sqrt(inverse[k, k] / len(runs))
-        their_error = Error(2.0 * paper_sd / math.sqrt(len(table)), paper_freedom(paper))
         yield estimates(place, printed, mine, Error(error, freedom, len(runs)), their_error)
-
-
-def paper_freedom(paper: Paper) -> int:
-    """Degrees of freedom of the paper's scatter between runs, that of Table 13."""
-    return len(paper.numbers("table13_validation", "angle_deg")) - 1

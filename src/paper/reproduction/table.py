@@ -17,6 +17,7 @@ from paper.audit.paper import Paper
 from paper.reproduction import bench, chain, margins, scaling, screening
 from paper.reproduction.rows import COLUMNS, IN_TABLE, Place, whole
 from paper.reproduction.study import Study
+from paper.simulated import TABLES
 
 if TYPE_CHECKING:
     from calibration.chain.handed_over import NamedFiles
@@ -28,8 +29,6 @@ ORDER = (
     "Eq. 27", "Table 10", "Table 11", "Eq. 28", "Table 12", "3.1", "Table 13", "3.2",
 )  # fmt: skip
 """Items in the order of the paper."""
-WHOLE = {"Table 6": "deg", "Table 8": "deg", "Table 9": "mm", "Table 10": "deg", "Table 11": "deg"}
-"""Tables of simulated values, and their unit."""
 
 
 def reproduction(study: CalibratedStudy, source: NamedFiles, output: NamedFiles) -> None:
@@ -61,7 +60,7 @@ def reproduce(
         *bench.rows(printed, studies[0]),
         *chain.rows(printed, studies),
     ]
-    rows += [_whole(item, unit, rows, studies[0]) for item, unit in WHOLE.items()]
+    rows += [_whole(item, table.unit, rows, studies[0]) for item, table in TABLES.items()]
     rows.sort(key=lambda row: ORDER.index(row["item"]))
     table = pd.DataFrame(rows, columns=list(COLUMNS))
     repeated = sorted(set(table["id"][table["id"].duplicated()]))
