@@ -25,13 +25,18 @@ def section(name):
     return text.split(f"\n## {name.capitalize()}\n")[1].split("\n## ")[0]
 
 
-def copy_with(name, folder):
-    """Copy src, workflow and what studies need into a folder and apply an example."""
+def copy_with(folder, *names):
+    """Copy src, workflow and what studies need into a folder and apply examples."""
     shutil.copytree(ROOT / "src", folder / "src", symlinks=True,
                     ignore=shutil.ignore_patterns("__pycache__"))  # fmt: skip
     shutil.copytree(ROOT / "workflow", folder / "workflow", symlinks=True)
     for linked in ("Snakefile", "config", "profiles", "data"):
         (folder / linked).symlink_to(ROOT / linked)
+    for name in names:
+        _add(folder, name)
+
+
+def _add(folder, name):
     files, blocks = EXAMPLES / name, BLOCK.findall(section(name))
     assert files.is_dir() or blocks, f"{name} has neither files nor blocks"
     for path in (p for p in files.rglob("*") if p.is_file()):

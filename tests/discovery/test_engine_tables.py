@@ -15,6 +15,7 @@ from benchmarks.rates.engine_tables import (
 from benchmarks.rates.foreign_studies import HEAPS
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_of_wet_heaps_it_is_said_that_something_is_wrong(tmp_path):
     """No place but the attraction leads, and no other mechanism is named alone. Whether the name is

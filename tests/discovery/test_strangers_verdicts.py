@@ -92,6 +92,7 @@ def test_what_is_wrong_is_said(case):
     check(case)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_every_kind_once():
     """Each share is what is asked, or not told from it by as many tables (5 %, one-sided)."""

@@ -16,25 +16,26 @@ from calibration.intake.measurements import read_measured
 from dem.io.vtk import POINTS, read_grains
 from howto_pages import ROOT, copy_with, python
 
-# --- stage -------------------------------------------------------------------------------
-
 
 @pytest.fixture(scope="module")
-def staged(tmp_path_factory):
-    """The copy with the page's stage after `snakemake repeat` of the smallest study."""
-    folder = tmp_path_factory.mktemp("stage")
-    copy_with("stage", folder)
+def extended(tmp_path_factory):
+    """A copy with the page's stage, figure and metric after `snakemake repeat` of the smallest
+    study. The engine is compiled anew for each copy."""
+    folder = tmp_path_factory.mktemp("extended")
+    copy_with(folder, "stage", "figure", "metric")
     (folder / "config").unlink()
     shutil.copytree(ROOT / ".test" / "config", folder / "config")
-    done = python(folder, "-m", "snakemake", "-j1", "repeat")
+    done = python(folder, "-m", "snakemake", "-j1", "repeat", "screening")
     assert done.returncode == 0, done.stderr[-3000:]
     return folder
 
 
+# --- stage -------------------------------------------------------------------------------
+
+
 @pytest.mark.slow
-def test_a_stage_added_as_the_page_says_runs(staged):
-    folder = staged
-    made = folder / "results/drops/repeat"
+def test_a_stage_added_as_the_page_says_runs(extended):
+    made = extended / "results/drops/repeat"
     rows = (made / "runs.csv").read_text().splitlines()
     at = rows[0].split(",").index("response")
     values = [float(row.split(",")[at]) for row in rows[1:]]
@@ -46,9 +47,8 @@ def test_a_stage_added_as_the_page_says_runs(staged):
 
 
 @pytest.mark.slow
-def test_the_page_of_the_study_and_a_second_start_know_it(staged):
-    folder = staged
-    done = python(folder, "-c", "from calibration.study.stages import load_stages\n"
+def test_the_page_of_the_study_and_a_second_start_know_it(extended):
+    done = python(extended, "-c", "from calibration.study.stages import load_stages\n"
                   "stage = load_stages()['repeat']\n"
                   "from calibration.study.stages import resolve\n"
                   "from calibration.figures import response_of\n"
@@ -56,7 +56,7 @@ def test_the_page_of_the_study_and_a_second_start_know_it(staged):
                   "print(stage.rule, *words)")  # fmt: skip
     assert done.stdout.startswith("repeat "), done.stderr
     assert "1.5 mm" in done.stdout
-    again = python(folder, "-m", "snakemake", "-n", "repeat")
+    again = python(extended, "-m", "snakemake", "-n", "repeat")
     assert again.returncode == 0
     assert not re.search(r"^repeat +\d", again.stdout + again.stderr, re.M)
 
@@ -65,18 +65,13 @@ def test_the_page_of_the_study_and_a_second_start_know_it(staged):
 
 
 @pytest.mark.slow
-def test_a_figure_added_as_the_page_says_is_drawn_and_shown(tmp_path):
-    copy_with("figure", tmp_path)
-    (tmp_path / "config").unlink()
-    shutil.copytree(ROOT / ".test" / "config", tmp_path / "config")
-    done = python(tmp_path, "-m", "snakemake", "-j1", "screening")
-    assert done.returncode == 0, done.stderr[-3000:]
-    made = tmp_path / "results/drops/screening"
+def test_a_figure_added_as_the_page_says_is_drawn_and_shown(extended):
+    made = extended / "results/drops/screening"
     # a point for each of the eight runs
     drawn = (made / "runs_in_order.svg").read_text()
     [points] = re.findall(r'<g id="PathCollection_1">.*?\n   </g>', drawn, re.S)
     assert points.count("<use ") == len((made / "runs.csv").read_text().splitlines()) - 1 == 8
-    told = python(tmp_path, "-c", "from calibration.study.stages import load_stages\n"
+    told = python(extended, "-c", "from calibration.study.stages import load_stages\n"
                   "print(*[f.name for f in load_stages()['screening'].figures])")  # fmt: skip
     assert told.stdout.split() == ["runs_in_order", "half_normal", "pareto"], told.stderr
 
@@ -99,9 +94,8 @@ print("sliding_time_s" in experiments()["tilt"].targets)
 
 
 @pytest.mark.slow
-def test_a_metric_added_as_the_page_says_is_measured(tmp_path):
-    copy_with("metric", tmp_path)
-    done = python(tmp_path, "-c", RUN)
+def test_a_metric_added_as_the_page_says_is_measured(extended):
+    done = python(extended, "-c", RUN)
     assert done.returncode == 0, done.stderr[-3000:]
     time, target = done.stdout.splitlines()
     # friction 0.5 holds up to its angle; a slide is seen a little later
@@ -115,7 +109,7 @@ def test_a_metric_added_as_the_page_says_is_measured(tmp_path):
 @pytest.fixture(scope="module")
 def with_import(tmp_path_factory):
     folder = tmp_path_factory.mktemp("import")
-    copy_with("import", folder)
+    copy_with(folder, "import")
     return folder
 
 

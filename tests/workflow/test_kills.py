@@ -158,6 +158,7 @@ def _free(path):
     return True
 
 
+@pytest.mark.long
 def test_a_campaign_that_is_killed_ends_as_an_undisturbed_one(tmp_path):
     whole, killed = checkout(tmp_path / "whole"), checkout(tmp_path / "killed")
     assert start(whole).wait() == 0
