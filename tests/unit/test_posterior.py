@@ -43,7 +43,7 @@ def test_a_linear_model_has_the_posterior_of_the_closed_form():
     two."""
     b, se, sd = np.array([2.0, 1.0]), 0.1, 0.06
     prior = Prior(np.array([0.5, 0.5]), np.array([sd, sd]))
-    found = sample([Measured(Linear(0.0, b), 1.6, se)], prior, steps=3000)
+    found = sample([Measured(Linear(0.0, b), 1.6, se)], prior, steps=1000)
     precision = np.eye(2) / sd**2 + np.outer(b, b) / se**2
     covariance = np.linalg.inv(precision)
     mean = covariance @ (np.full(2, 0.5) / sd**2 + b * 1.6 / se**2)
@@ -88,7 +88,7 @@ def test_tests_that_gave_a_value_speak_against_parameters_at_which_runs_give_non
     """Under a flat prior the density goes with (1 - p)^tests, p the chance of no value."""
     x = np.random.default_rng(3).random((60, 2))
     chance = Chance(x, x[:, 1] > 0.6, np.ones(60))
-    found = sample([Formed(chance, 10)], Prior.uniform(2), steps=3000).draws[:, 1]
+    found = sample([Formed(chance, 10)], Prior.uniform(2), steps=1000).draws[:, 1]
     # the first input decides nothing: its weight is small, and the density is that of the second
     grid = np.linspace(0.0, 1.0, 201)
     odds = chance.with_slope(np.column_stack([np.full(201, 0.5), grid]), [])[0]
