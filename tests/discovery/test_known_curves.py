@@ -24,9 +24,8 @@ def curves(kind, settings, value, unit_sd):
     return readings, known_curves(catalogue, spec_of)(readings)
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param("stress_dependent_friction", marks=pytest.mark.slow), "wall_adhesion"]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["stress_dependent_friction", "wall_adhesion"])
 def test_what_acts_on_the_size_of_a_slide_has_no_trend_over_the_rate(name):
     """The engine sees a slide after a slip, later at a faster tilt: by 1 % here without a law."""
     settings = [{"tilt_rate_deg_s": r, "particle_diameter_mm": d}
@@ -38,6 +37,7 @@ def test_what_acts_on_the_size_of_a_slide_has_no_trend_over_the_rate(name):
     assert np.abs(fast - slow)[:WEAK].max() < 2e-3
 
 
+@pytest.mark.slow
 def test_friction_over_the_load_is_the_power_that_was_asked_for():
     """mu ~ F^-n and F ~ d^3: over a factor of four in size the logarithm falls by 3 n ln 4."""
     settings = [{"tilt_rate_deg_s": 5.0, "particle_diameter_mm": d} for d in (1.0, 2.0, 4.0)]

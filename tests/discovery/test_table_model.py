@@ -211,12 +211,14 @@ def test_the_mechanism_that_made_the_data_is_named():
     assert said.ranking[0]["mechanism"] == "film"
 
 
+@pytest.mark.slow
 def test_a_mechanism_of_the_wrong_sign_is_not_named():
     said = found(drops(sine, FINER), known_of(-1.0))
     assert said.causes == []
     assert said.laws[0]["names"] == []
 
 
+@pytest.mark.slow
 def test_a_mechanism_that_only_resembles_the_data_must_beat_the_free_law():
     """Data of half the curve and half a power: the mechanism explains much and does not fit."""
     said = found(drops(lambda h, d: sine(h, d) * speed(h) ** -0.2, FINER), known_of(1.0))

@@ -118,6 +118,7 @@ def test_processes_share_the_seeds_and_change_nothing(monkeypatch, tmp_path):
     study.main([str(tmp_path / "2"), "--repeats=5"])
 
 
+@pytest.mark.slow
 def test_history_matching_rules_out_what_misses_and_keeps_what_meets():
     """On a plane without scatter what is left is a slab about the plane of the measured value."""
     bench = Bench.drawn(TRUTHS["nearly plane"], 3)

@@ -129,13 +129,12 @@ def enlarged(part, h, key=""):
     return part
 
 
+QUICK = ("heap-fine", "compression-large", "drop-large", "heap-large", "shear-large")
 CASES = [
-    pytest.param(name, h, laws, id=f"{name}-{size}", marks=marks)
+    pytest.param(name, h, laws, id=case, marks=() if case in QUICK else pytest.mark.slow)
     for name in experiments()
-    for size, h, laws, marks in (
-        ("large", LARGE, TYPE_A, ()),
-        ("fine", FINE, TYPE_C, () if name == "heap" else pytest.mark.slow),
-    )
+    for size, h, laws in (("large", LARGE, TYPE_A), ("fine", FINE, TYPE_C))
+    for case in (f"{name}-{size}",)
 ]
 
 

@@ -60,6 +60,7 @@ def test_grains_left_in_the_funnel_are_no_heap(tmp_path):
     assert not (tmp_path / "result.json").exists()
 
 
+@pytest.mark.slow
 def test_a_plate_that_is_not_covered_is_no_heap(tmp_path):
     wide = parse_spec(spec({"plate_diameter_mm": 200, "discharge_height_mm": 40}))
     with pytest.raises(MeasureError) as error:
@@ -69,6 +70,7 @@ def test_a_plate_that_is_not_covered_is_no_heap(tmp_path):
     assert "funnel" not in str(error.value)
 
 
+@pytest.mark.slow
 def test_a_filled_funnel_is_opened_onto_a_rimmed_plate(tmp_path):
     rig = {"feed": "opened", "orifice_diameter_mm": 32.0}
     rig |= {"plate_rim_height_mm": 3.0, "plate_diameter_mm": 50.0}

@@ -98,7 +98,8 @@ def test_runs_that_the_emulators_do_not_have_are_refused(change, facts):
         emulated(runs, lambda names: model, [])
 
 
-@pytest.mark.parametrize("step", [pytest.param(0.5, marks=pytest.mark.slow), 0.8])
+@pytest.mark.slow
+@pytest.mark.parametrize("step", [0.5, 0.8])
 def test_a_code_with_few_steps_in_a_contact_is_named(step):
     """Single bounces of four and of 2.5 steps: each begins anywhere in a step."""
     settings = read_settings("config/diagnosis.yaml")

@@ -69,7 +69,10 @@ TROUBLES = [
 
 
 HEAPS = [(18.0, WHEAT), (27.4, DARK), (36.0, LIGHT)]
-ONCE = [(*HEAPS[n % 3], trouble) for n, trouble in enumerate(TROUBLES)]
+ONCE = [
+    pytest.param(*HEAPS[n % 3], trouble, marks=() if n >= 3 else pytest.mark.slow)
+    for n, trouble in enumerate(TROUBLES)
+]
 
 
 def check(tmp_path, angle, colours, trouble):

@@ -209,6 +209,7 @@ def columns(name, folder, *metrics, runs=4, **parts):
     return [np.array([[m[metric] for m in pair] for pair in found]) for metric in metrics]
 
 
+@pytest.mark.slow
 def test_a_grain_rebounds_from_a_mesh_as_from_a_plate(tmp_path):
     own, mesh = both("drop", tmp_path)
     assert mesh["effective_restitution"] == pytest.approx(own["effective_restitution"], rel=1e-9)

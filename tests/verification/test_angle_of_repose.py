@@ -36,7 +36,11 @@ TOLERANCE = {1.0: 0.5, 2.0: 1.0, 4.0: 2.5}
 
 
 @pytest.mark.parametrize(
-    ("angle", "diameter"), [(35, 1.0), *[(a, d) for a in (25, 40, 55) for d in (2.0, 4.0)]]
+    ("angle", "diameter"),
+    [
+        pytest.param(35, 1.0, marks=pytest.mark.slow),
+        *[(a, d) for a in (25, 40, 55) for d in (2.0, 4.0)],
+    ],
 )
 def test_angle_of_a_cone_of_separate_grains(record, angle, diameter):
     read = []
