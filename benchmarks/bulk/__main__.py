@@ -3,14 +3,15 @@
 import argparse
 import sys
 import tempfile
-import time
 from pathlib import Path
+
+import pandas as pd
 
 from benchmarks.bulk.cases import CASES, Case
 from benchmarks.bulk.codes import CODES, Outcome
-from benchmarks.speed.__main__ import load, machine, read_rows, write_rows
+from benchmarks.speed.__main__ import made_by, read_rows
+from calibration.files import write_table
 from dem.errors import DemError
-from dem.fingerprint import engine_fingerprint
 
 RUNS, SPEEDS = "runs.csv", "speeds.csv"
 
@@ -50,14 +51,9 @@ def keep(out: Path, case: Case, code: str, outcome: Outcome, table: str = RUNS) 
     """Write a row of the run to a table, in place of an earlier one of this case and code; with a
     row of RUNS what was watched, to <case>.<code>.csv."""
     if table == RUNS:
-        write_rows(out / f"{case.name}.{code}.csv", outcome.rows)
-    row = {
-        "case": case.name,
-        "code": code,
-        "date": time.strftime("%Y-%m-%d"),
-        "engine": engine_fingerprint(),
-        "machine": machine(),
-        "load": load(),
+        write_table(pd.DataFrame(outcome.rows), out / f"{case.name}.{code}.csv")
+    row = {"case": case.name, "code": code} | made_by()
+    row |= {
         "grains": case.grains,
         "time_step_s": case.time_step,
         "simulated_s": round(outcome.steps * case.time_step, 9),
@@ -65,8 +61,9 @@ def keep(out: Path, case: Case, code: str, outcome: Outcome, table: str = RUNS) 
         "wall_time_s": round(outcome.wall_s, 1),
         "particle_steps_per_s": round(outcome.particle_steps / outcome.processor_s),
     }
-    others = [r for r in read_rows(out / table) if (r["case"], r["code"]) != (case.name, code)]
-    write_rows(out / table, [*others, row])
+    line = {key: str(value) for key, value in row.items()}
+    rows = pd.concat([read_rows(out / table), pd.DataFrame([line])])
+    write_table(rows.drop_duplicates(["case", "code"], keep="last"), out / table)
 
 
 if __name__ == "__main__":

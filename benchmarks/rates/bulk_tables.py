@@ -16,6 +16,7 @@ import tempfile
 import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -25,6 +26,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 
+from benchmarks.rates.foreign_studies import FACTORS, FIXED, MATERIALS
 from benchmarks.rates.kept_rates import KEPT, Trial, shares
 from calibration.intake.quantities import LEVERS, QUANTITIES, measurable
 from calibration.study.config.parse import parse_config
@@ -34,22 +36,7 @@ from diagnosis.settings import study_settings
 from diagnosis.setup import Setup
 
 SEEDS = range(520, 540)
-G, DENSITY = 9.81, 1200.0
-FACTORS = {
-    "rolling": ("contacts.particle_particle.rolling_friction", 0.02, 0.4),
-    "friction": ("contacts.particle_particle.static_friction", 0.3, 0.8),
-    "wall_friction": ("contacts.particle_wall.static_friction", 0.3, 0.8),
-}
-RUN = {
-    "materials": {
-        "particle": {"density_kg_m3": DENSITY, "shear_modulus_Pa": 3e6, "poisson_ratio": 0.25},
-        "wall": {"density_kg_m3": 7800, "shear_modulus_Pa": 8e10, "poisson_ratio": 0.3},
-    },
-    "contacts": {
-        pair: {"restitution": 0.5, "static_friction": 0.6, "rolling_friction": 0.2}
-        for pair in ("particle_particle", "particle_wall")
-    },
-}
+G, DENSITY = 9.81, MATERIALS["materials"]["particle"]["density_kg_m3"]
 RIGS: dict[str, dict[str, Any]] = {
     "heap": {
         "particles": {"count": 400, "diameter_mm": 5.8},
@@ -234,7 +221,8 @@ def table_of(case: Case) -> pd.DataFrame:
     """The stranger's table: each reading is a row."""
     rng = np.random.default_rng([case.seed, *f"{case.kind}, {case.effect}".encode()])
     lever, levels = LEVELS[case.kind]
-    own = {n: low + (high - low) * rng.uniform(0.2, 0.8) for n, (_, low, high) in FACTORS.items()}
+    rows = pd.read_csv(StringIO(FACTORS), sep="\t").itertuples()
+    own = {r.name: r.low + (r.high - r.low) * rng.uniform(0.2, 0.8) for r in rows}
     pull = PULL[case.kind] * (case.effect == "attraction")
     wrong = rng.integers(1, len(levels) - 1)
     rows = []
@@ -283,14 +271,11 @@ def diagnosed(table: pd.DataFrame, kind: str, runs: int) -> dict[str, Any]:
 
 def _in_folder(table, kind, runs):
     table.to_csv("table.csv", index=False)
-    factors = [f"{n[0].upper()}\t{n}\t{key}\t{low}\t{high}\t{n}"
-               for n, (key, low, high) in FACTORS.items()]  # fmt: skip
-    head = "code\tname\tkey\tlow\thigh\tdescription"
-    Path("factors.tsv").write_text("\n".join([head, *factors]) + "\n")
+    Path("factors.tsv").write_text(FACTORS)
     config = parse_config({
         "name": "stranger", "factors": "factors.tsv", "measurements": "table.csv",
-        "tests": {"test": {"experiment": kind, "run": RUN | RIGS[kind]}},
-        "fixed": {"rolling": 0.2, "friction": 0.6, "wall_friction": 0.6},
+        "tests": {"test": {"experiment": kind, "run": MATERIALS | RIGS[kind]}},
+        "fixed": FIXED,
         "diagnosis": {"runs": runs},
     })  # fmt: skip
     return through(Setup(SimpleNamespace(config=config), study_settings(config.diagnosis)))

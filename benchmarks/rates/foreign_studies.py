@@ -5,7 +5,7 @@ from typing import Any
 
 from calibration.study.config import overlay
 
-RUN: dict[str, Any] = {
+MATERIALS: dict[str, Any] = {
     "materials": {
         "particle": {"density_kg_m3": 1200, "shear_modulus_Pa": 3e6, "poisson_ratio": 0.25},
         "wall": {"density_kg_m3": 7800, "shear_modulus_Pa": 8e10, "poisson_ratio": 0.3},
@@ -14,6 +14,8 @@ RUN: dict[str, Any] = {
         pair: {"restitution": 0.5, "static_friction": 0.6, "rolling_friction": 0.2}
         for pair in ("particle_particle", "particle_wall")
     },
+}
+RUN = MATERIALS | {
     "laws": {"rolling": "elastic_plastic"},
     "particles": {"count": 400, "diameter_mm": 5.8},
     "geometry": {

@@ -1,20 +1,20 @@
 """Speed of the engine on the work that it is for, beside other engines on the same work."""
 
 import argparse
-import csv
-import io
 import math
 import os
 import platform
+import re
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from benchmarks.speed.cases import (
     BLOCK,
@@ -30,14 +30,19 @@ from benchmarks.speed.cases import (
     timed_heap,
 )
 from benchmarks.speed.peers import run_peers
+from calibration.files import write_table
+from calibration.intake.tables import read_written
 from dem.errors import DemError
 from dem.experiments.setup import rest_energy
 from dem.fingerprint import engine_fingerprint
-from dem.io.files import replace_file
 from dem.warm import compile_engine
 
 HISTORY = Path("results/reference/speed/history.csv")
 ROUNDS = 7
+COLUMNS = (
+    "date", "engine", "machine", "case", "particle_steps_per_s", "ratio", "wall_time_s",
+    "rebuild_share", "peak_memory_MiB", "commit", "dirty_files", "load",
+)  # fmt: skip
 
 
 def main(words: list[str] | None = None) -> int:
@@ -63,14 +68,6 @@ def main(words: list[str] | None = None) -> int:
         append(HISTORY, rows)
     show(rows)
     return 0
-
-
-def _bed():
-    return [{"case": "settled bed", **timed_bed()}]
-
-
-def _heap():
-    return [{"case": "funnel heap", **timed_heap()}]
 
 
 def _million():
@@ -122,8 +119,8 @@ def _wall_time(sim):
 
 
 CASES = {
-    "bed": _bed,
-    "heap": _heap,
+    "bed": lambda: [{"case": "settled bed", **timed_bed()}],
+    "heap": lambda: [{"case": "funnel heap", **timed_heap()}],
     "million": _million,
     "threads": _threads,
 }
@@ -151,12 +148,8 @@ def machine() -> str:
     """Processor of this machine."""
     try:
         text = Path("/proc/cpuinfo").read_text()
-        return next(
-            line.split(":")[1].strip()
-            for line in text.splitlines()
-            if line.startswith("model name")
-        )
-    except (OSError, StopIteration):
+        return re.search(r"model name\s*: (.+)", text)[1].strip()  # type: ignore[index]
+    except (OSError, TypeError):
         return platform.processor() or platform.machine()
 
 
@@ -165,12 +158,8 @@ def tree() -> tuple[str, int | str]:
     files that differ from it; empty where there is no git."""
 
     def git(*words):
-        return subprocess.run(
-            ["git", "-C", str(Path(__file__).parent), *words],
-            capture_output=True,
-            text=True,
-            check=True,
-        ).stdout.strip()
+        command = ["git", "-C", str(Path(__file__).parent), *words]
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
 
     try:
         changed = git("status", "--porcelain", "--untracked-files=no")
@@ -188,53 +177,30 @@ def load() -> float | str:
         return ""
 
 
-def append(path: str | Path, rows: Sequence[dict[str, Any]]) -> None:
+def append(path: Path, rows: Sequence[dict[str, Any]]) -> None:
     """Append one line a case to a CSV history: with the commit, the number of files that differ
     from it and the load of the machine, so that a figure of a changed tree or a busy machine is
     seen as one. An older history gets the columns that it lacks, empty."""
-    columns = [
-        "date",
-        "engine",
-        "machine",
-        "case",
-        "particle_steps_per_s",
-        "ratio",
-        "wall_time_s",
-        "rebuild_share",
-        "peak_memory_MiB",
-        "commit",
-        "dirty_files",
-        "load",
-    ]
     commit, dirty = tree()
-    stamp = {
+    stamp = made_by() | {"commit": commit, "dirty_files": dirty}
+    lines = [{key: str(value) for key, value in (stamp | row).items()} for row in rows]
+    table = pd.concat([read_rows(path), pd.DataFrame(lines)])
+    write_table(table.reindex(columns=COLUMNS), path)
+
+
+def made_by() -> dict[str, Any]:
+    """Date, engine, machine and its load."""
+    return {
         "date": time.strftime("%Y-%m-%d"),
         "engine": engine_fingerprint(),
         "machine": machine(),
-        "commit": commit,
-        "dirty_files": dirty,
         "load": load(),
     }
-    every = [*read_rows(path), *(stamp | row for row in rows)]
-    write_rows(path, [{name: row.get(name, "") for name in columns} for row in every])
 
 
-def read_rows(path: str | Path) -> list[dict[str, str]]:
-    """Rows of a CSV file, none where it is not there."""
-    if not Path(path).exists():
-        return []
-    with open(path, newline="") as stream:
-        return list(csv.DictReader(stream))
-
-
-def write_rows(path: str | Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write rows as a CSV file, atomically. Raises ValueError for a row that has a column which the
-    first one lacks."""
-    text = io.StringIO(newline="")
-    writer = csv.DictWriter(text, list(rows[0]))
-    writer.writeheader()
-    writer.writerows(rows)
-    replace_file(path, lambda stream: stream.write(text.getvalue().encode()))
+def read_rows(path: Path) -> pd.DataFrame:
+    """Rows of a CSV file, each cell a text; none where it is not there."""
+    return read_written(path, dtype=str) if path.exists() else pd.DataFrame()
 
 
 def show(rows: Sequence[dict[str, Any]]) -> None:
@@ -243,11 +209,7 @@ def show(rows: Sequence[dict[str, Any]]) -> None:
         print(row["case"])
         for key, value in row.items():
             if key != "case":
-                print(
-                    f"    {key:30s} {value:.4g}"
-                    if isinstance(value, float)
-                    else f"    {key:30s} {value}"
-                )
+                print(f"    {key:30s} {value:.4g}")
 
 
 if __name__ == "__main__":

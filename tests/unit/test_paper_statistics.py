@@ -1,4 +1,5 @@
-"""The analysis must print the paper's own tables from the paper's own runs."""
+"""The analysis of the paper's own runs finds what the paper found; that it prints its tables is the
+audit's (`test_audit.py`)."""
 
 from pathlib import Path
 
@@ -21,18 +22,9 @@ def table(name):
     return pd.read_csv(TABLES / name, comment="#")
 
 
-def printed_p(value):
-    return 0.00005 if str(value).startswith("<") else float(value)
-
-
-def test_table_7_from_table_6():
-    runs, printed = table("table06_plackett_burman.csv"), table("table07_plackett_burman_anova.csv")
+def test_the_screening_of_table_6_sends_on_what_the_paper_does():
+    runs = table("table06_plackett_burman.csv")
     screening = screen(runs, list("ABCDEFG"), runs["angle_deg"])
-    ours = screening.anova.set_index("source")
-    for row in printed.itertuples():
-        assert ours.loc[row.source, "sum_sq"] == pytest.approx(row.sum_sq, abs=0.0051)
-        assert ours.loc[row.source, "F"] == pytest.approx(row.F, abs=0.0051)
-        assert ours.loc[row.source, "p"] == pytest.approx(printed_p(row.p), abs=0.000051)
     assert significant(screening, 0.05) == ["G", "E", "C"]
     assert screening.method == "residual"
 
@@ -40,24 +32,6 @@ def test_table_7_from_table_6():
 def surface():
     runs = table("table11_box_behnken.csv").rename(columns={"X": "A", "Y": "B", "Z": "C"})
     return fit_surface(runs, list("ABC"), runs["angle_deg"])
-
-
-def test_table_12_from_table_11():
-    ours = surface().anova.set_index("source")
-    printed = table("table12_box_behnken_anova.csv").replace({"A2": "A²", "B2": "B²", "C2": "C²"})
-    for row in printed.itertuples():
-        assert ours.loc[row.source, "sum_sq"] == pytest.approx(row.sum_sq, abs=0.0051)
-        assert ours.loc[row.source, "df"] == row.df
-        if np.isfinite(row.F):
-            assert ours.loc[row.source, "F"] == pytest.approx(row.F, abs=0.0051)
-            assert ours.loc[row.source, "p"] == pytest.approx(printed_p(row.p), abs=0.000051)
-
-
-def test_table_12_summary():
-    printed = table("table12_summary.csv").set_index("statistic")["value"]
-    ours = surface().summary
-    for name, value in printed.items():
-        assert ours[name] == pytest.approx(value, abs=0.0051), name
 
 
 def test_the_printed_levels_leave_the_model_rank_deficient():

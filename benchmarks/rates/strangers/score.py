@@ -29,6 +29,13 @@ from benchmarks.rates.kept_rates import share as rate
 from benchmarks.rates.strangers import nature
 from benchmarks.rates.strangers.cases import LEVERS, PROPORTIONAL, Case, Drawn
 
+LEVER = {
+    "speed": "drop_height_mm",
+    "size": "particle_diameter_mm",
+    "rate": "tilt_rate_deg_s",
+    "load": "normal_stress_kPa",
+}
+"""State of a law: the lever that sets it; a speed is that of a fall from its height."""
 CLAIMS = ("identified", "discovered")
 CLEAN = ("null", "two-level null", "declared")
 
@@ -165,32 +172,16 @@ def in_band(drawn, laws):
     law, own = (laws or [{}])[0], drawn.strong[0] if len(drawn.strong) == 1 else None
     if own is None or not own[0].factor or not _is(place(law), own[0]):
         return None
-    levers = {"speed": _height_of, "size": _size_of, "rate": _rate_of, "load": _load_of}
     values, state = law.get("values"), tuple(law["state"])
     # a slide's load is known by the size alone
-    if not values or len(state) != 1 or state[0] not in levers or law["slot"] == "attraction":
+    if not values or len(state) != 1 or state[0] not in LEVER or law["slot"] == "attraction":
         return None
     if own[0].experiment == "tilt" and state == ("load",):
         return None
-    x = levers[state[0]](np.array([v["state"] for v in values]))
-    true = drawn.constants[own[0].experiment] * own[0].factor(x, own[1])
+    at = np.array([v["state"] for v in values])
+    at = at**2 / (2e-3 * nature.G) if state == ("speed",) else at
+    true = drawn.constants[own[0].experiment] * own[0].factor({LEVER[state[0]]: at}, own[1])
     return int(all(v["low"] <= t <= v["high"] for v, t in zip(values, true, strict=True)))
-
-
-def _height_of(speed):
-    return {"drop_height_mm": speed**2 / (2e-3 * nature.G)}
-
-
-def _size_of(diameter):
-    return {"particle_diameter_mm": diameter}
-
-
-def _rate_of(rate):
-    return {"tilt_rate_deg_s": rate}
-
-
-def _load_of(stress):
-    return {"normal_stress_kPa": stress}
 
 
 def _wrong_name(drawn, said, laws):
