@@ -46,10 +46,8 @@ def rebounds(rng, power, heights, first):
             for k, (v, (h, d)) in enumerate(zip(true, settings, strict=True))]  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("power", "outcome"),
-    [pytest.param(POWER, "confirmed", marks=pytest.mark.slow), (0.0, "refuted")],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("power", "outcome"), [(POWER, "confirmed"), (0.0, "refuted")])
 def test_rows_of_another_experiment_decide_a_cause(power, outcome):
     rng = np.random.default_rng(8)
     table, held = slides(rng), rebounds(rng, power, (80.0, 160.0), 90)

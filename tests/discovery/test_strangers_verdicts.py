@@ -17,7 +17,6 @@ from benchmarks.rates.strangers.campaign import diagnosed
 VERDICTS = {"adequate", "identified", "discovered", "ambiguous", "error", "unexplained"}
 ASKED = ("leads", "both", "silent", "pointed")
 NEVER = ("adequate_wrongly", "wrong_name", "name_loses")
-QUICK = ("rises with speed",)
 NAMED = ("seen after a slip", "air")
 """Kinds of FIXED whose mechanism must stand among the names."""
 
@@ -81,13 +80,8 @@ def consistent(said):
         assert said["errors"] or said["rows"]
 
 
-@pytest.mark.parametrize(
-    "case",
-    [
-        pytest.param(c, id=c.name, marks=() if c.kind in QUICK else pytest.mark.slow)
-        for c in cases.FIXED
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("case", cases.FIXED, ids=lambda c: c.name)
 def test_what_is_wrong_is_said(case):
     check(case)
 

@@ -22,6 +22,7 @@ def values(coefficient, low, high):
     return [{"state": s, "value": v} for s, v in zip(state, coefficient(state), strict=True)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "coefficient", "low", "high"),
     [
@@ -43,6 +44,7 @@ def test_a_rebound_is_that_of_the_laws_restitution(name, coefficient, low, high)
         assert rebounds(spec, heights) == pytest.approx(expected, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_slide_is_that_of_the_laws_friction():
     law = LAWS["tilt:friction(size)"]
     switch, middle = switched_on(law, values(lambda d: 0.6 * d**-0.2, 1.0, 4.0))

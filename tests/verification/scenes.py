@@ -118,20 +118,20 @@ def plane_impact(
 
 
 @njit(cache=True)
-def led(codes, p, dt, path, r_eff, grain, inertia, history):
+def led(codes, p, dt, path, r_eff, grain, inertia, about, history):
     """Forces (n - 1, 4) [N, N, N m, N m] of a contact without dashpots that is led along path (n,
-    4): overlap [m], shear [m], roll and twist [rad]. They are against the overlap, along the shear
-    and about both axes. grain: radius [m], see `contact_force`."""
+    4): overlap [m], shear [m], roll and twist [rad]; and its last history. They are against the
+    overlap, along the shear and about both axes. grain [m], about [rad/s]: see `contact_force`."""
     forces = np.zeros((len(path) - 1, 4))
     for k in range(1, len(path)):
         d = path[k] - path[k - 1]
         velocity, spin = (d[1] / dt, 0.0, -d[0] / dt), (d[2] / dt, 0.0, d[3] / dt)
         force, torque, _, history = contact_force(
             codes, p, dt, path[k, 0], (0.0, 0.0, 1.0), r_eff, grain, 0.0, inertia, velocity, spin,
-            0.0, history,
+            about, history,
         )  # fmt: skip
         forces[k - 1] = force[2], force[0], torque[0], torque[2]
-    return forces
+    return forces, history
 
 
 __all__ = ["ContactParameters", "Laws", "WallSet"]

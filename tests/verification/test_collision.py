@@ -35,12 +35,14 @@ def test_a_constant_restitution_comes_back_at_every_speed(e):
     assert share == pytest.approx(e, rel=0.004)
 
 
+@pytest.mark.slow
 def test_a_viscous_contact_loses_as_the_fifth_root_of_speed():
     weak = load_catalogue()["viscoelastic_restitution"].apply(spec("drop"), 2e-6)
     lost = 1.0 - np.sqrt(rebounds(weak, HEIGHTS) / HEIGHTS)
     assert np.polyfit(np.log(HEIGHTS) / 2.0, np.log(lost), 1)[0] == pytest.approx(0.2, abs=0.05)
 
 
+@pytest.mark.slow
 def test_a_heavy_ball_in_thin_air_rises_as_in_vacuum_and_in_thick_air_less():
     drag = load_catalogue()["air_drag"].apply
     vacuum = rebounds(spec("drop", restitution=0.8), HEIGHTS)
@@ -49,6 +51,7 @@ def test_a_heavy_ball_in_thin_air_rises_as_in_vacuum_and_in_thick_air_less():
     assert (np.diff(thick / vacuum) < 0.0).all()
 
 
+@pytest.mark.slow
 def test_a_slide_begins_at_the_angle_of_friction():
     angle = sliding_angles(spec("tilt", static_friction=0.5), [4.0])
     late = np.degrees(np.cbrt(6.0 * 2e-6 * np.cos(np.arctan(0.5)) * np.radians(4.0) ** 2 / 9.81))

@@ -237,7 +237,8 @@ ALL = WET | {
 
 def work_of(codes, p, path):
     """Work [J] done by a contact on a sphere that is led along path (n, 4), see `led`."""
-    forces = led(codes, p, 1e-3, path, R, R, 1e-9, (0.0,) * FIELDS) * [-1.0, 1.0, 1.0, 1.0]
+    forces, _ = led(codes, p, 1e-3, path, R, R, 1e-9, 0.0, (0.0,) * FIELDS)
+    forces *= [-1.0, 1.0, 1.0, 1.0]
     return (0.5 * (forces[:-1] + forces[1:]) * np.diff(path, axis=0)[1:]).sum()
 
 

@@ -49,6 +49,7 @@ def worst(ours, theirs, grains):
     return float((np.linalg.norm((ours - theirs)[grains], axis=1) / size).max())
 
 
+@pytest.mark.slow
 def test_forces_of_one_contact(record):
     (force, torque), (force_l, torque_l) = torques("no rolling resistance")
     source = f"{engine_of('contacts')}, hertz, tangential history"
@@ -66,6 +67,7 @@ def rolling_part(name):
     return ours - bare, theirs - bare_l
 
 
+@pytest.mark.slow
 def test_elastic_plastic_torque_of_one_contact(record):
     """At this instant the spring is empty: what is compared is the dashpot, stiffness and inertia
     under its root."""
@@ -95,6 +97,7 @@ def load_and_share():
     return elastic / whole, np.linalg.norm(rolling, axis=1) / np.linalg.norm(spin, axis=1)
 
 
+@pytest.mark.slow
 def test_relative_torque_of_one_contact(record):
     """cdt loads the torque with the elastic force alone and divides by the whole relative spin,
     twist included; its manual divides by the rolling part, as we do. With both undone the torques
@@ -137,6 +140,7 @@ IMPACT_TOLERANCE = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", cases.IMPACTS)
 def test_impacts(record, name):
     (velocity, spin), (velocity_l, spin_l) = after_impact(name)

@@ -26,7 +26,7 @@ def forces(laws, overlaps, shear=None, **constants):
     path = np.zeros((len(overlaps) + 1, 4))
     path[1:, 0] = overlaps
     path[1:, 1] = 0.0 if shear is None else shear
-    return led(laws.codes(), p, 1.0, path, RADIUS, R, 1.0, (0.0,) * FIELDS)[:, :2]
+    return led(laws.codes(), p, 1.0, path, RADIUS, R, 1.0, 0.0, (0.0,) * FIELDS)[0][:, :2]
 
 
 def impact(laws, speed, duration, *, steps=2000, offset=0.3, **constants):

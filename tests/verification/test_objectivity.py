@@ -5,8 +5,9 @@ import math
 
 import numpy as np
 import pytest
+from scenes import led
 
-from dem.contact.registry import ContactParameters, Laws, Material
+from dem.contact.registry import ContactParameters, Laws, Material, pair_properties
 from dem.simulation import Simulation
 from dem.timescales import rayleigh_time
 from dem.walls.builder import WallSet
@@ -95,28 +96,22 @@ def test_a_bed_that_turns_with_its_drum_is_unchanged_after_ten_turns(rate, preci
 def test_a_pair_s_spring_turns_with_it():
     """Two grains pressed and sheared, then spun alike about their normal: in the turned frame the
     spring is what it was."""
-    from dem.contact.model import contact_force
-    from dem.contact.registry import pair_properties
-
     salt = Material(DENSITY, 3e6, 0.25)
     p = pair_properties(LAWS, salt, salt, ContactParameters(0.5, 0.8, 0.2))
-    codes, n, zero, dt = LAWS.codes(), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), 1e-5
-    history = (1e-5, 0.0, 0.0, 0.0, 1e-9, 0.0, 1e-4, 0.0, 0.0)
-    overlap = 2e-5
-    steps, rate = 3000, 2.0 * math.pi / (3000 * dt)
-    _, _, _, start = contact_force(
-        codes, p, dt, overlap, n, 5e-4, 1e-3, 1e-6, 1e-13, zero, zero, 0.0, history
-    )
-    now = start
-    for k in range(1, steps + 1):
-        _, _, _, now = contact_force(
-            codes, p, dt, overlap, n, 5e-4, 1e-3, 1e-6, 1e-13, zero, zero, rate, now
-        )
-        if k == steps // 4:
-            assert now[1] == pytest.approx(start[0], rel=1e-4)
-            assert now[3] == pytest.approx(-start[4], rel=1e-4)
-    assert now[0] == pytest.approx(start[0], rel=1e-4)
-    assert now[4] == pytest.approx(start[4], rel=1e-4)
+    steps, dt = 3000, 1e-5
+    held = np.zeros((steps + 1, 4))
+    held[:, 0] = 2e-5
+
+    def history(steps, turns, begun):
+        about = 2.0 * math.pi * turns / (steps * dt)
+        return led(LAWS.codes(), p, dt, held[: steps + 1], 5e-4, 1e-3, 1e-13, about, begun)[1]
+
+    start = history(1, 0.0, (1e-5, 0.0, 0.0, 0.0, 1e-9, 0.0, 1e-4, 0.0, 0.0))
+    quarter, whole = history(steps // 4, 0.25, start), history(steps, 1.0, start)
+    assert quarter[1] == pytest.approx(start[0], rel=1e-4)
+    assert quarter[3] == pytest.approx(-start[4], rel=1e-4)
+    assert whole[0] == pytest.approx(start[0], rel=1e-4)
+    assert whole[4] == pytest.approx(start[4], rel=1e-4)
 
 
 def rebound(walls, place, asked=0.5):
