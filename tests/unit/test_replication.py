@@ -2,6 +2,7 @@
 runs at the candidate follow it, with the seeds that a fixed number would have."""
 
 import json
+from functools import reduce
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,10 @@ from calibration.chain.optimum import (
     plan_candidate_first,
     sentences,
 )
+from calibration.chain.response_surface import plan_response_surface
+from calibration.chain.screening import plan_screening
 from calibration.chain.study import Study
+from calibration.chain.validation import plan_validation
 from calibration.figures import response_of
 from calibration.statistics.replication import mean_interval, runs_needed
 from calibration.study.config import overlay, parse_config, read_target
@@ -31,8 +35,8 @@ ROOT = Path(__file__).parents[2]
 
 def salt_of(*files):
     """The salt's configuration with files laid over it, in config/."""
-    read = [yaml.safe_load(Path("config", file).read_text()) for file in ("config.yaml", *files)]
-    return parse_config(overlay(*read) if files else read[0])
+    read = (yaml.safe_load(Path("config", file).read_text()) for file in ("config.yaml", *files))
+    return parse_config(reduce(overlay, read))
 
 
 @pytest.fixture
@@ -125,6 +129,24 @@ def test_the_salts_half_width_is_what_its_comment_says(salt):
     mean, beyond = expected[rules.candidate_runs]
     assert round(mean) == 19
     assert beyond < 0.01
+
+
+@pytest.mark.parametrize(
+    ("name", "rig"), [("salt", ()), ("salt-printed", ("rigs/printed.yaml",)),
+                      ("salt-opened", ("rigs/opened.yaml",))]
+)  # fmt: skip
+def test_the_reference_plans_the_kept_runs(name, rig, monkeypatch, tmp_path):
+    monkeypatch.chdir(ROOT)
+    config, kept = salt_of("reference.yaml", *rig), ROOT / "results/reference" / name
+    source = Files(ascent=kept / "ascent/ascent.json", optimum=kept / "optimise/optimum.json")
+    stages = {"screening": plan_screening, "response_surface": plan_response_surface,
+              "validation": plan_validation}  # fmt: skip
+    for (stage, plan), seeds in zip(stages.items(), (0, 2, 4), strict=True):
+        output = PlanFiles.of(tmp_path / stage)
+        output = Files(**output._asdict(), region=tmp_path / stage / "region.json")
+        plan(Study(config, seeds=seeds), source, output)
+        runs = [pd.read_csv(file)["run_id"] for file in (output.design, kept / stage / "runs.csv")]
+        assert list(runs[0]) == list(runs[1]), stage
 
 
 def planned(config, folder, responses, monkeypatch, found):
