@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,8 +17,6 @@ from dem.constants import GRAVITY
 from dem.spec import parse_spec
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from diagnosis.catalogue import Mechanism
     from diagnosis.rig import Rig
 
@@ -34,26 +32,21 @@ STEP = {"drop": 0.8, "tilt": 1.25}
 """Time step over that of the diagnosis."""
 
 FILM_S, FAST_FILM_S = 0.04, 0.01  # 25 and 100 frames a second
-DROPS = [
-    *[
-        ("drop", {"drop_height_mm": h, "particle_diameter_mm": d, "output_interval_s": FAST_FILM_S})
-        for d in (1.0, 2.0, 4.0)
-        for h in (50.0, 110.0, 250.0)
-    ],
+PLAN = [
     # the lower rebounds once more with an ordinary camera: free of charge, and it shows what the
     # camera does
-    *[
-        ("drop", {"drop_height_mm": h, "particle_diameter_mm": d, "output_interval_s": FILM_S})
+    *(
+        ("drop", {"drop_height_mm": h, "particle_diameter_mm": d, "output_interval_s": film})
+        for film, heights in ((FAST_FILM_S, (50.0, 110.0, 250.0)), (FILM_S, (50.0, 110.0)))
         for d in (1.0, 2.0, 4.0)
-        for h in (50.0, 110.0)
-    ],
+        for h in heights
+    ),
+    *(
+        ("tilt", {"tilt_rate_deg_s": w, "particle_diameter_mm": d})
+        for d in (1.0, 1.6, 2.5, 4.0)
+        for w in (4.0, 20.0)
+    ),
 ]
-TILTS = [
-    ("tilt", {"tilt_rate_deg_s": w, "particle_diameter_mm": d})
-    for d in (1.0, 1.6, 2.5, 4.0)
-    for w in (4.0, 20.0)
-]
-PLAN = DROPS + TILTS
 """What a laboratory measures that wants to tell mechanisms apart: each lever at its ends and
 between."""
 
@@ -64,10 +57,8 @@ def draw(
     catalogue: Mapping[str, Mechanism],
     effects: Mapping[str, float],
     seed: int,
-    plan: Sequence[tuple[str, dict[str, float]]] = PLAN,
-    root: str | Path | None = None,
 ) -> list[Measurement]:
-    """Return measurements with `effects` {name: strength in its unit} switched on.
+    """Return measurements of PLAN with `effects` {name: strength in its unit} switched on.
 
     `point` draws the base parameters from the middle 60 % of their ranges. `seed` and the effects
     draw the noise of each condition. A run that gives no value is a row with that outcome.
@@ -75,12 +66,12 @@ def draw(
     rng = np.random.default_rng([point, 20_011])
     values = {f.name: f.natural(float(rng.uniform(-0.6, 0.6))) for f in rig.factors}
     measured = []
-    for experiment, levers in plan:
+    for experiment, levers in PLAN:
         spec = _own_step(rig.spec(Condition(experiment, levers), 50_000 + 100 * point, values))
         for name, strength in effects.items():
             if experiment in catalogue[name].experiments and name != "apex_sampling":
                 spec = catalogue[name].apply(spec, strength)
-        [metrics] = simulate(named([spec]), root).values()
+        [metrics] = simulate(named([spec])).values()
         if metrics is None:
             measured.append(
                 Measurement(
@@ -108,24 +99,10 @@ def _read(experiment, levers, value, rng, frame_factor):
     """Mean and spread of noisy readings; frame_factor times the frame interval is what the camera
     really had."""
     n = REPLICATES
-    sample = value + _spread(experiment, value) * rng.standard_normal(n)
+    noise = NOISE[experiment] * (value if QUANTITIES[experiment].relative else 1.0)
+    sample = value + noise * rng.standard_normal(n)
     if experiment == "drop" and frame_factor:
         # each replicate's apex falls at a phase of its own between two frames
         away = frame_factor * levers.get("output_interval_s", 0.0) * rng.uniform(-0.5, 0.5, n)
         sample = sample - 1e3 * 0.5 * GRAVITY * away**2
     return Measurement(experiment, float(sample.mean()), float(sample.std(ddof=1)), n, dict(levers))
-
-
-def _spread(experiment, value):
-    """Standard deviation of one reading of a value, or of values (k,)."""
-    return NOISE[experiment] * (value if QUANTITIES[experiment].relative else np.ones_like(value))
-
-
-def standard_error(
-    experiment: str, value: np.ndarray | float, scatter: np.ndarray | float = 0.0
-) -> np.ndarray:
-    """Return standard errors (k,) of the means (k,) that this laboratory finds in an experiment.
-
-    scatter: sd of the value from run to run, where each reading is one of a run of its own.
-    """
-    return np.hypot(_spread(experiment, value), scatter) / REPLICATES**0.5

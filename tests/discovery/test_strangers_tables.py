@@ -11,7 +11,6 @@ def test_the_campaign_has_every_kind_and_each_case_once():
     names = [c.name for c in cases.campaign()]
     assert len(names) == len(set(names)) >= 128
     assert {c.kind for c in cases.campaign()} == set(cases.KINDS)
-    assert [cases.case(n) for n in names] == cases.campaign()
     assert len({c.name for c in cases.FIXED}) == len(cases.FIXED) == 20
 
 

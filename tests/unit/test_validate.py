@@ -40,6 +40,8 @@ def test_the_papers_means_and_error(simulated, measured):
     assert result.difference == pytest.approx(result.simulated_mean - result.measured_mean)
     assert round(result.relative_error_percent, 1) == 0.6
     assert (result.simulated_n, result.measured_n) == (25, 25)
+    assert result.t_p > 0.05
+    assert result.equivalent
 
 
 @pytest.mark.parametrize("alpha", [0.05, 0.01])

@@ -102,7 +102,6 @@ class Kind:
 
     group: str
     draw: Callable
-    tells: str = ""
 
 
 # --- readings ---------------------------------------------------------------------------------
@@ -212,6 +211,10 @@ def _plain(experiment, plan, rng, shuffle=False):
     return x, nature.value((), experiment, x, c), c
 
 
+def _rows_of(x):
+    return len(next(iter(x.values())))
+
+
 def grown(experiment, x, true, pattern, strength):
     """True readings with a pattern (n,) of standard errors added, as strong as asked."""
     error = sigma(experiment, true) / np.sqrt(REPLICATES)
@@ -221,19 +224,28 @@ def grown(experiment, x, true, pattern, strength):
     return true + error * pattern * k
 
 
-def shared_by_level(experiment, of, plan="4", other=None):
-    """All readings at a level of a lever share an error: a camera set up anew for each height, a
-    lot of grains for each size, a plate cleaned for each rate."""
+def patterned(experiment, of, pattern, plan="4", other=None, shuffle=False):
+    """Readings of a plan have errors in common: pattern(x, rng) gives them in standard errors (n,).
+    of: what the fault is of. shuffle: the plan is measured in random order."""
 
     def draw(rng, strength):
-        x, true, c = _plain(experiment, plan, rng)
-        level = np.unique(x[of], return_inverse=True)[1]
-        each = _uneven(level.max() + 1, rng)
-        true = grown(experiment, x, true, each[level], strength)
+        x, true, c = _plain(experiment, plan, rng, shuffle)
+        true = grown(experiment, x, true, pattern(x, rng), strength)
         table = together(means(experiment, x, true, rng), *_beside(other, plan, rng))
         return Drawn(table, faults=(Fault(experiment, of),), constants={experiment: c})
 
     return draw
+
+
+def shared_by_level(experiment, of, plan="4", other=None):
+    """All readings at a level of a lever share an error: a camera set up anew for each height, a
+    lot of grains for each size, a plate cleaned for each rate."""
+
+    def pattern(x, rng):
+        level = np.unique(x[of], return_inverse=True)[1]
+        return _uneven(level.max() + 1, rng)[level]
+
+    return patterned(experiment, of, pattern, plan, other)
 
 
 def _uneven(n, rng):
@@ -270,61 +282,35 @@ def shared_by_column(experiment, column, count, declared, plan="4"):
     return draw
 
 
-def scatter(experiment, plan="4"):
+def scatter(experiment):
     """Each setting has an error of its own."""
-
-    def draw(rng, strength):
-        x, true, c = _plain(experiment, plan, rng)
-        true = grown(experiment, x, true, rng.standard_normal(len(true)), strength)
-        table = means(experiment, x, true, rng)
-        return Drawn(table, faults=(Fault(experiment, "settings"),), constants={experiment: c})
-
-    return draw
+    return patterned(experiment, "settings", lambda x, rng: rng.standard_normal(_rows_of(x)))
 
 
-def drift(experiment, plan="4", shuffle=True):
+def drift(experiment, shuffle=True):
     """The plate wears in the order of the rows; the plan is measured in random order, or level by
     level."""
 
-    def draw(rng, strength):
-        x, true, c = _plain(experiment, plan, rng, shuffle)
-        pattern = -np.linspace(0.0, 1.0, len(true))
-        true = grown(experiment, x, true, pattern, strength)
-        table = means(experiment, x, true, rng)
-        return Drawn(table, faults=(Fault(experiment, "order"),), constants={experiment: c})
+    def pattern(x, rng):
+        return -np.linspace(0.0, 1.0, _rows_of(x))
 
-    return draw
+    return patterned(experiment, "order", pattern, shuffle=shuffle)
 
 
-def one_row(experiment, plan="4", other=None):
-    """One row is off by so many standard errors."""
+def one_row(experiment, plan="4", other=None, written=means):
+    """One row is off by so many standard errors; of single readings, by so many standard deviations
+    of a reading."""
 
     def draw(rng, strength):
         x, true, c = _plain(experiment, plan, rng)
-        table = means(experiment, x, true, rng)
-        row = int(rng.integers(len(true)))
-        error = sigma(experiment, true)[row] / np.sqrt(REPLICATES)
-        table.loc[row, "value"] += strength * error * rng.choice([-1.0, 1.0])
-        table = together(table, *_beside(other, plan, rng))
-        return Drawn(
-            table, faults=(Fault(experiment, "row", (row + 2,)),), constants={experiment: c}
-        )
-
-    return draw
-
-
-def one_reading(experiment, plan="3"):
-    """Of single readings one is off by so many standard deviations of a reading."""
-
-    def draw(rng, strength):
-        x, true, c = _plain(experiment, plan, rng)
-        table = singles(experiment, x, true, rng)
+        table = written(experiment, x, true, rng)
         row = int(rng.integers(len(table)))
-        spread = sigma(experiment, true)[row // REPLICATES]
-        table.loc[row, "value"] += strength * spread * rng.choice([-1.0, 1.0])
-        return Drawn(
-            table, faults=(Fault(experiment, "row", (row + 2,)),), constants={experiment: c}
-        )
+        spread = sigma(experiment, true)[row * len(true) // len(table)]
+        error = spread / np.sqrt(REPLICATES) if written is means else spread
+        table.loc[row, "value"] += strength * error * rng.choice([-1.0, 1.0])
+        fault = Fault(experiment, "row", (row + 2,))
+        table = together(table, *_beside(other, plan, rng))
+        return Drawn(table, faults=(fault,), constants={experiment: c})
 
     return draw
 
@@ -489,7 +475,7 @@ _add("row", {
     "one row, slides": one_row("tilt"),
     "one row of 9, drops": one_row("drop", "3"),
     "one row, both": one_row("drop", other="tilt"),
-    "one single reading": one_reading("drop"),
+    "one single reading": one_row("drop", "3", written=singles),
     "three rows mislabelled": mislabelled(),
 })  # fmt: skip
 _add("level", {
@@ -613,11 +599,3 @@ MIDDLE = tuple(
     if kind not in {c.kind for c in FIXED}
 )
 """The slow tests' cases: every other kind once."""
-
-
-def case(name: str) -> Case:
-    """The case of a name as `Case.name` writes it. Raises StopIteration for an unknown kind."""
-    kind, rest = name.rsplit("@", 1)
-    strength, seed = rest.split("#")
-    kind = next(k for k in KINDS if k.replace(" ", "_") == kind.replace(" ", "_"))
-    return Case(kind, float(strength), int(seed))
