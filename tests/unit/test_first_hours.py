@@ -1,4 +1,4 @@
-"""Five users' first commands begin their studies, and each can be run: its planning without the
+"""Four users' first commands begin their studies, and each can be run: its planning without the
 pilot."""
 
 import math
@@ -44,11 +44,8 @@ COMMANDS = {
     'pellet --measured "heap 1.png" "heap 2.png" "heap 3.png" --density 0.92g/cm3 --grain '
     "3.8mm --material PP --orifice 40mm --plate 150mm --height 70mm --rim 4mm "
     "--bulk-density 0.56g/cm3 0.57g/cm3",
-    "maize":
-    "maize --lifted-cylinder 23.50 21.86 --material maize --density 1440kg/m3 --grain "
-    "6.24mm --bulk-density 762.6kg/m3 783.37kg/m3",
 }  # fmt: skip
-"""Study -> what follows `dem new`: five users' measurements."""
+"""Study -> what follows `dem new`: four users' measurements."""
 
 SIEVE = "Siebweite [mm];Rückstand [g]\n16;0\n8;410,5\n4;380,2\n2;209\n"
 
@@ -116,16 +113,6 @@ def targets(config):
     }
 
 
-def test_wheat(here):
-    found = targets(begun("wheat"))
-    assert found == {
-        ("cylinder", "angle_of_repose_deg"): pytest.approx(27.24),
-        ("vessel", "poured_density_kg_m3"): 765.0,
-        ("drop_300_mm", "rebound_height_mm"): 78.0,
-        ("plane", "sliding_angle_deg"): 21.0,
-    }
-
-
 @pytest.mark.slow
 def test_limestone_powder(here):
     fill("lime.csv")
@@ -161,13 +148,6 @@ def test_pellets_from_photographs(here, capsys):
     path = Path("pellet/measured.csv")
     values = [float(line.split(",")[2]) for line in path.read_text().splitlines()[1:]]
     assert values[:3] == pytest.approx(list(HEAPS.values()), abs=0.3)
-
-
-@pytest.mark.slow
-def test_maize(here, capsys):
-    found = targets(begun("maize"))
-    assert found["cylinder", "angle_of_repose_deg"] == pytest.approx((23.50 + 21.86) / 2)
-    assert tells(capsys.readouterr().out, "assumed", "cylinder")
 
 
 POWDER = ("--density", "2.7g/cm3", "--grain", "50um", "--moisture", "moist", "--no-pilot")

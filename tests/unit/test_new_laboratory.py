@@ -78,6 +78,8 @@ def test_wheat_becomes_four_rigs_on_one_calibration(here, capsys):
     assert angle.covariance[0, 0] == pytest.approx(np.var(values, ddof=1) / 5)
     rebound = found["drop_300_mm", "rebound_height_mm"]
     assert (rebound.mean[0], rebound.covariance[0, 0]) == pytest.approx((78.0, 16.0 / 10))
+    assert found["vessel", "poured_density_kg_m3"].mean[0] == pytest.approx(765.0)
+    assert found["plane", "sliding_angle_deg"].mean[0] == pytest.approx(21.0)
     assert config.tests["drop_300_mm"].run["geometry"]["drop_height_mm"] == 300
     # (6.2 * 3.3 * 2.9) ** (1/3) = 3.900 mm
     assert config.tests["drop_300_mm"].run["particles"]["diameter_mm"] == pytest.approx(
