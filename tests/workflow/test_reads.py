@@ -115,6 +115,7 @@ def test_the_page_opens_what_its_rule_declares(exported):
     assert any(path.endswith("effects.csv") for path in seen)
 
 
+@pytest.mark.slow
 def test_an_edited_deck_is_told(exported):
     study, data = exported
     output = flat(rules_of(data)["export"].output)
