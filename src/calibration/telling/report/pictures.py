@@ -29,6 +29,7 @@ def heaps(study: Study, source: NamedFiles, output: Sequence[str]) -> None:
     """Draw each run of a design into the folder that is the only output; a run without a value has
     the reason on its picture."""
     store = RunStore()
+    Path(output[0]).mkdir(parents=True, exist_ok=True)  # a stage without runs has no picture
     for name in read_written(source.design)["run_id"].unique():
         reason = store.result(name)["numerics"].get(REFUSED, {}).get("reason", "")
         image = _drawn(read_run(store.folder(name)))
