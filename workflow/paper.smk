@@ -85,7 +85,6 @@ rule disagreement:
         **planned("disagreement"),
         tables=TABLES,
         causes=CAUSES,
-        settings=DIAGNOSIS_SETTINGS,
         runs=runs_of("disagreement"),
         screening=f"{STUDY}/screening/runs.csv",
         ascent=f"{STUDY}/ascent/runs.csv",

@@ -12,6 +12,7 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -106,8 +107,8 @@ def run_here(case: Case, folder: Path) -> Outcome:
     return Outcome(rows, sim.steps, done, spent, wall)
 
 
-def _moved(distance):
-    return lambda case, folder: run_here(case.moved(distance), folder)
+def _run_moved(case, folder, distance):
+    return run_here(case.moved(distance), folder)
 
 
 def _finished(case, folder, name, command):
@@ -136,16 +137,23 @@ def _frames(path: Path) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
                 yield step, table[:, 0].astype(int) - 1, table[:, 1:]
 
 
+def _space(case):
+    """Six bounds of the box [m], with room around the walls."""
+    corners = case.triangles.reshape(-1, 3)
+    low, high = corners.min(axis=0) - 0.01, corners.max(axis=0) + 0.01
+    return [q for pair in zip(low, high, strict=True) for q in pair]
+
+
 def _write_data(case, folder, style):
     """Grains as LIGGGHTS and LAMMPS read them: types are numbered as `case.materials` are."""
     material, radius, position, velocity = _all(case)
     names = case.materials
     types = [names.index(name) + 1 for name in material]
     density = [MATERIALS[name].density for name in material]
-    corners = case.triangles.reshape(-1, 3)
-    low, high = corners.min(axis=0) - 0.01, corners.max(axis=0) + 0.01  # room around the walls
+    bounds = _space(case)
     box = "\n".join(
-        f"{a:.9g} {b:.9g} {axis}lo {axis}hi" for a, b, axis in zip(low, high, "xyz", strict=True)
+        f"{bounds[2 * k]:.9g} {bounds[2 * k + 1]:.9g} {axis}lo {axis}hi"
+        for k, axis in enumerate("xyz")
     )
     grains = "\n".join(
         f"{k + 1} {types[k]} {2 * radius[k]:.9g} {density[k]:g} "
@@ -257,8 +265,11 @@ def run_lammps(case: Case, folder: Path) -> Outcome:
             walls.append(
                 f"fix wall{i}_{k} grains{i} wall/gran/region granular {law} region wall{k}"
             )
-    told = _numbers(case) | {"pairs": "\n".join(pairs), "walls": "\n".join(walls)}
-    (folder / "in.lammps").write_text((INPUTS / "lammps.in").read_text().format(**told))
+    (folder / "in.lammps").write_text(
+        (INPUTS / "lammps.in")
+        .read_text()
+        .format(**_numbers(case), pairs="\n".join(pairs), walls="\n".join(walls))
+    )
     command = [lammps_program() or "lmp", "-in", "in.lammps", "-log", "none"]
     return _finished(case, folder, "lammps", command)
 
@@ -284,7 +295,11 @@ def run_yade(case: Case, folder: Path) -> Outcome:
 
 CODES: dict[str, Callable[[Case, Path], Outcome]] = {
     "dem": run_here,
-    **{name: _moved(distance) for starts in MOVED.values() for name, distance in starts.items()},
+    **{
+        name: partial(_run_moved, distance=distance)
+        for starts in MOVED.values()
+        for name, distance in starts.items()
+    },
     "liggghts": run_liggghts,
     "lammps": run_lammps,
     "yade": run_yade,

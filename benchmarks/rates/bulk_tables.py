@@ -278,7 +278,7 @@ def _in_folder(table, kind, runs):
         "fixed": FIXED,
         "diagnosis": {"runs": runs},
     })  # fmt: skip
-    return through(Setup(SimpleNamespace(config=config), study_settings(config.diagnosis)))
+    return through(Setup(SimpleNamespace(config=config), study_settings(config)))
 
 
 def through(setup: Setup) -> dict[str, Any]:

@@ -11,15 +11,14 @@ from functools import cache
 from typing import Any
 
 import pandas as pd
-import yaml
 
 from benchmarks.rates import hidden
 from benchmarks.rates.kept_rates import KEPT, ROOT, Trial, shares
-from calibration.study.config import overlay
+from benchmarks.rates.simulated import rate_settings, salt_heap
 from diagnosis import contacts
 from diagnosis.catalogue import load_catalogue
 from diagnosis.rig import Rig
-from diagnosis.settings import parameters_of, read_settings
+from diagnosis.settings import parameters_of
 
 STRENGTHS = KEPT / "strengths.csv"
 POINTS, FIRST = 4, 1000
@@ -65,9 +64,8 @@ def strengths() -> dict[str, float]:
 @cache
 def study() -> tuple[Rig, dict]:
     """Return rig and catalogue."""
-    salt = yaml.safe_load((ROOT / "config/config.yaml").read_text())
-    base = overlay(salt["run"], salt["tests"]["heap"]["run"]) | {"experiment": "heap"}
-    settings = read_settings(ROOT / "benchmarks/rates/settings.yaml")
+    base = salt_heap()
+    settings = rate_settings()
     factors = parameters_of(settings, ROOT / "config/factors.tsv", ["drop", "tilt"])
     return Rig(settings, base, tuple(factors)), load_catalogue()
 

@@ -93,6 +93,10 @@ def write_states(sim: Simulation, width: float, folder: Path) -> None:
         csv.writer(stream).writerows(np.column_stack([r, x, v, w]).tolist())
 
 
+def _input(name):
+    return str(INPUTS / name)
+
+
 def run_program(command: list[str], folder: Path, name: str) -> tuple[str, float, float]:
     """(output, processor time [s], wall time [s]) of a program, whose output is kept in `folder`.
     Raises DemError where it fails."""
@@ -118,20 +122,22 @@ def _seconds(pattern, output):
     return [spent / wall * float(s) for s in re.findall(pattern, text)][-3:]
 
 
-def _lammps_like(name, program, folder, variables):
+def _run_liggghts(folder, variables):
     flags = [p for k, v in variables.items() for p in ("-var", k, v)]
-    command = [*program, "-in", str(INPUTS / f"bed.{name}.in"), *flags]
-    return _seconds(LOOP, run_program(command, folder, name))
+    command = [*liggghts_launch(), "liggghts", "-in", _input("bed.liggghts.in"), *flags]
+    return _seconds(LOOP, run_program(command, folder, "liggghts"))
 
 
-def _yade(folder, variables):
+def _run_lammps(folder, variables):
+    flags = [p for k, v in variables.items() for p in ("-var", k, v)]
+    command = [lammps_program(), "-in", _input("bed.lammps.in"), *flags]
+    return _seconds(LOOP, run_program(command, folder, "lammps"))
+
+
+def _run_yade(folder, variables):
     arguments = [variables[k] for k in ("width", "relax", "block", "gravity")]
-    command = ["yade", "-j1", "-n", "-x", str(INPUTS / "bed.yade.py"), *arguments]
+    command = ["yade", "-j1", "-n", "-x", _input("bed.yade.py"), *arguments]
     return _seconds(r"block seconds (\S+)", run_program(command, folder, "yade"))
 
 
-RUNNERS = {
-    "liggghts": lambda *a: _lammps_like("liggghts", [*liggghts_launch(), "liggghts"], *a),
-    "lammps": lambda *a: _lammps_like("lammps", [lammps_program()], *a),
-    "yade": _yade,
-}
+RUNNERS = {"liggghts": _run_liggghts, "lammps": _run_lammps, "yade": _run_yade}

@@ -12,12 +12,12 @@ from pathlib import Path
 
 import yaml
 
+from benchmarks.rates.simulated import salt_settings
 from calibration.study.config import overlay, parse_config
 from diagnosis import contacts
 from diagnosis.catalogue import load_catalogue
 from diagnosis.measurements import read_measurements
 from diagnosis.rig import Rig
-from diagnosis.settings import read_settings
 from diagnosis.table_model.found import discover
 
 FOLDER = Path(__file__).parent
@@ -73,7 +73,7 @@ def _of_ball(measured, diameter, density):
     grain = {"run": {"materials": {"particle": {"density_kg_m3": density}}}}
     config = parse_config(overlay(base, grain))
     run = {"run": {"particles": {"diameter_mm": diameter}}}
-    settings = read_settings(ROOT / "config/diagnosis.yaml", {"experiments": {"drop": run}})
+    settings = salt_settings({"experiments": {"drop": run}})
     return contacts.discovered(measured, Rig(settings, config.run), load_catalogue())
 
 

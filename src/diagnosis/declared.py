@@ -23,7 +23,7 @@ def batches(study: Study) -> int:
     from diagnosis.settings import study_settings  # loads the catalogue
 
     asked = need_emulators(study.config.measurements)
-    return study_settings(study.config.diagnosis).batches if asked else 1
+    return study_settings(study.config).batches if asked else 1
 
 
 def other_settings(path: str | Path) -> str:

@@ -115,16 +115,21 @@ WRITTEN = "settings.yaml"
 """File beside the plan that holds the settings in full."""
 
 
-def as_file(settings: Settings) -> str:
-    """Text of a YAML file with all of `Settings`, which a study may name as `diagnosis.settings`
-    and edit."""
+def as_file(settings: Settings, config: Config) -> str:
+    """Text of a YAML file with all of `Settings` as a configuration has them. It can be edited and
+    laid over the study's."""
     head = (
         "# How the diagnosis simulates each measured experiment: what the configuration gave, and\n"
-        "# what followed from the study's run spec, rigs, factors and measurements. To change it,\n"
-        "# copy it beside the study and name the copy as diagnosis.settings.\n"
+        "# what followed from the study's tests, factors and measurements. To change it, edit a\n"
+        "# copy and lay it over the study: --configfile config.yaml COPY.yaml\n"
     )
     data = settings.model_dump(mode="json", exclude_none=True, exclude={"catalogue"})
-    return head + yaml.safe_dump(data, sort_keys=False, allow_unicode=True)
+    tests = {
+        config.of_experiment(kind) or kind: {"experiment": kind, "diagnosis": own}
+        for kind, own in data.pop("experiments").items()
+    }
+    whole = {"diagnosis": data, "tests": tests}
+    return head + yaml.safe_dump(whole, sort_keys=False, allow_unicode=True)
 
 
 def announced(settings: Settings, planned: int, file: str | Path) -> str:

@@ -14,14 +14,13 @@ from calibration.intake.measurements import raise_faults
 from calibration.intake.quantities import LEVERS, QUANTITIES
 from calibration.study.config import overlay
 from calibration.study.factors import read_factors, refuse_choices
-from dem.errors import SpecError
-from dem.io.mapping import read_mapping
 from diagnosis.catalogue import load_catalogue
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from calibration.intake.measurements import Measurement
+    from calibration.study.config import Config
     from calibration.study.factors import Factor
     from diagnosis.catalogue import Mechanism
 
@@ -158,43 +157,46 @@ class Settings(_Part):
     )
 
 
-def study_settings(own: Mapping[str, Any]) -> Settings:
-    """`Settings` of a study from its key `diagnosis`: those of the file that it names as
-    `settings`, the other keys laid over them. Raises ConfigError."""
-    file = own.get("settings")
-    if file is not None and not isinstance(file, str):
-        allowed = "path of a YAML file"
-        raise ConfigError("is no path", key="diagnosis.settings", value=file, allowed=allowed)
-    return read_settings(file, {k: v for k, v in own.items() if k != "settings"})
+RIG = ("particles", "geometry", "numerics")
 
 
-def read_settings(path: str | Path | None, changes: Mapping[str, Any] | None = None) -> Settings:
-    """`Settings` from a YAML file, if there is one, with the nested mapping `changes` laid over it.
-    A null takes its key away. Raises ConfigError."""
+def study_settings(config: Config) -> Settings:
+    """`Settings` of a study: its key `diagnosis`, and what the first test of an experiment says of
+    how the diagnosis simulates it. Raises ConfigError."""
+    tests: dict[str, str] = {}
+    for name, test in config.tests.items():
+        if test.diagnosis:
+            tests.setdefault(test.experiment, name)
+    experiments = {kind: _of_test(config, name) for kind, name in tests.items()}
     try:
-        data = _mapping(path) if path else {}
-        return Settings.model_validate(_without_nulls(overlay(data, changes or {})))
-    except SpecError as error:
-        raise ConfigError(str(error)) from None
+        return settings_of(config.diagnosis | {"experiments": experiments})
+    except ConfigError as error:
+        first, *parts = str(error.key).split(".")
+        own = ("diagnosis", first)
+        if first == "experiments":
+            own = ("tests", tests[parts.pop(0)], "diagnosis")
+        where = {"value": error.value, "allowed": error.allowed}
+        raise ConfigError(error.reason, key=".".join([*own, *parts]), **where) from None
+
+
+def _of_test(config, name):
+    """What a test says, its `run` laid over the test's own."""
+    test = config.tests[name]
+    rig = {key: part for key, part in config.run_of(name).items() if key in RIG}
+    return test.diagnosis | {"run": overlay(rig, test.diagnosis.get("run", {}))}
+
+
+def settings_of(data: Mapping[str, Any]) -> Settings:
+    """`Settings` from a nested mapping; a null takes its key away. Raises ConfigError."""
+    try:
+        return Settings.model_validate(_without_nulls(data))
     except ValidationError as error:
-        raise ConfigError("is not valid", path=path, **first_fault(error)) from None
+        raise ConfigError("is not valid", **first_fault(error)) from None
 
 
 def with_gain_runs(settings: Settings, runs: int) -> Settings:
     """`Settings` with another number of runs at each left-out setting."""
     return settings.model_copy(update={"gain_runs": runs})
-
-
-def _mapping(path):
-    """The mapping in a file of settings. Raises ConfigError and SpecError."""
-    data, lines = read_mapping(path)
-    if not isinstance(data, dict):
-        raise ConfigError("is no mapping", path=path, allowed="a YAML mapping of keys")
-    if "catalogue" in data:  # its Python would be run
-        where = {"path": path, "line": lines["catalogue"], "key": "catalogue"}
-        allowed = "on the command line: --config 'diagnosis={catalogue: DIR}'"
-        raise ConfigError("is no key of a file", **where, allowed=allowed)
-    return data
 
 
 def _without_nulls(data):

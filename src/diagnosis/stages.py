@@ -81,7 +81,7 @@ def plan_runs(setup: Setup, output: NamedFiles) -> None:
     write_json(output.design, rows)
     write_json(output.plan, specs)
     written = Path(output.design).with_name(WRITTEN)
-    write_text(as_file(setup.settings), written)
+    write_text(as_file(setup.settings, setup.config), written)
     print(announced(setup.settings, len(specs), written), file=sys.__stderr__)
 
 
@@ -272,7 +272,7 @@ def conclude(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
 
 
 def _setup(study):
-    return Setup(study, study_settings(study.config.diagnosis))
+    return Setup(study, study_settings(study.config))
 
 
 def diagnosis_power(study: Study, source: NamedFiles, output: NamedFiles) -> None:

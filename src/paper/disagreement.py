@@ -185,7 +185,7 @@ def of_table(
         apart = _apart(scatter, counts[has], paper, runs)
         spreads = spreads_of(paper, runs, rows, here, metrics, study.folder.parent)
     else:
-        settings = study_settings(study.config.diagnosis)
+        settings = study_settings(study.config)
         factors = tuple(parameters_of(settings, study.config.factors, [kind]))
         rig = Rig(settings, study.config.own_run, factors)
         ours, known = other_code.of_contacts(runs, rig, catalogue_of(settings, [kind]))

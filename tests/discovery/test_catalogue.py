@@ -4,15 +4,15 @@ of its reading."""
 import numpy as np
 import pytest
 
+from benchmarks.rates.simulated import rate_settings, salt_settings
 from calibration.intake.quantities import Condition
 from dem.run import run
 from dem.spec import parse_spec
 from diagnosis.catalogue import load_catalogue
 from diagnosis.rig import Rig
-from diagnosis.settings import read_settings
 
 CATALOGUE = load_catalogue()
-SETTINGS = read_settings("config/diagnosis.yaml")
+SETTINGS = salt_settings()
 RIG = Rig(SETTINGS, {})
 LEVERS = {"drop": {"drop_height_mm": 150.0}, "shear": {"normal_stress_kPa": 5.0}}
 EXPECTED = {
@@ -110,7 +110,7 @@ def test_the_mean_apex_deficit_is_that_of_random_phases():
 @pytest.mark.parametrize("name", [n for n, m in CATALOGUE.items() if m.multiplies])
 def test_one_that_multiplies_a_lever_is_the_base_model_at_another_lever(name, tmp_path):
     mechanism = CATALOGUE[name]
-    settings, metrics = read_settings("benchmarks/rates/settings.yaml"), []
+    settings, metrics = rate_settings(), []
     for experiment in sorted(set(mechanism.experiments) & set(settings.experiments)):
         levers = {
             n: (lo + hi) / 2 for n, (lo, hi) in settings.experiments[experiment].levers.items()

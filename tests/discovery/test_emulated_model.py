@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from benchmarks.rates.simulated import rate_settings
 from calibration.intake.measurements import Measurement
 from diagnosis import held_out
 from diagnosis.catalogue import Strength, load_catalogue
@@ -12,9 +13,9 @@ from diagnosis.design import MultipliedLever, inputs_of
 from diagnosis.emulator import Emulator, Multiplied, forward, inverse
 from diagnosis.fit import Data, data_of, fit, moderated_sd
 from diagnosis.model import Emulated
-from diagnosis.settings import BASE, parameters_of, read_settings
+from diagnosis.settings import BASE, parameters_of
 
-SETTINGS = read_settings("benchmarks/rates/settings.yaml")
+SETTINGS = rate_settings()
 FACTORS = parameters_of(SETTINGS, "config/factors.tsv", ["drop", "tilt"])
 LAWS = [("drop", BASE), ("drop", "air_drag"), ("drop", "plastic_restitution"), ("tilt", BASE)]
 CONDITIONS = [

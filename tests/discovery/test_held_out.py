@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
+from benchmarks.rates.simulated import salt_settings
 from calibration.intake.measurements import Measurement
 from diagnosis import held_out, remarks
 from diagnosis.contacts import defaults_of
 from diagnosis.measurements import Measured
-from diagnosis.settings import read_settings
 from diagnosis.table_model.found import discover
 from facts import tells
 
-SETTINGS = read_settings("config/diagnosis.yaml")
+SETTINGS = salt_settings()
 HEIGHTS, SIZES = (40.0, 70.0, 120.0, 200.0, 330.0), (1.5, 2.5, 4.0)
 
 

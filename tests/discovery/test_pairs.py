@@ -5,15 +5,16 @@ import numpy as np
 import pytest
 
 from benchmarks.rates import hidden
+from benchmarks.rates.simulated import rate_settings
 from calibration.intake.measurements import Measurement
 from diagnosis.catalogue import load_catalogue
 from diagnosis.design import inputs_of
 from diagnosis.emulator import Emulator
 from diagnosis.identify import _best_pair, decide, weigh
 from diagnosis.model import Emulated
-from diagnosis.settings import BASE, parameters_of, read_settings
+from diagnosis.settings import BASE, parameters_of
 
-SETTINGS = read_settings("benchmarks/rates/settings.yaml")
+SETTINGS = rate_settings()
 FACTORS = parameters_of(SETTINGS, "config/factors.tsv", ["drop", "tilt"])
 CONDITIONS = hidden.PLAN
 EFFECTS = {

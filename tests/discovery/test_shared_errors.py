@@ -9,6 +9,7 @@ import pytest
 from linear_model import Linear
 from scipy.stats import multivariate_normal
 
+from benchmarks.rates.simulated import rate_settings
 from calibration.intake.measurements import Measurement
 from diagnosis import held_out
 from diagnosis.catalogue import load_catalogue
@@ -19,11 +20,11 @@ from diagnosis.fit import data_of, fit
 from diagnosis.identify import identify
 from diagnosis.model import Emulated
 from diagnosis.page.markdown import page
-from diagnosis.settings import BASE, parameters_of, read_settings
+from diagnosis.settings import BASE, parameters_of
 from diagnosis.shared_errors import covariance_of, scatter
 from diagnosis.verdict import findings, validate
 
-SETTINGS = read_settings("benchmarks/rates/settings.yaml")
+SETTINGS = rate_settings()
 FACTORS = parameters_of(SETTINGS, "config/factors.tsv", ["heap", "shear"])
 ANGLE, SHARE, REPLICATES = 1.0, 0.03, 5
 """Noise of one heap [deg] and of one shear test (a share); readings of a setting."""

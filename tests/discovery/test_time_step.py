@@ -4,20 +4,20 @@ import types
 
 import pytest
 
+from benchmarks.rates.simulated import rate_settings
 from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import Condition
 from calibration.runs.simulated import simulate
 from dem.spec import parse_spec
 from diagnosis import time_step
 from diagnosis.rig import Rig
-from diagnosis.settings import read_settings
 
 BASE = {"contacts": {"particle_wall": {"restitution": 0.35}}}
 
 
 def settings(fraction):
     run = {"numerics": {"rayleigh_fraction": fraction}}
-    return read_settings("benchmarks/rates/settings.yaml", {"experiments": {"drop": {"run": run}}})
+    return rate_settings({"experiments": {"drop": {"run": run}}})
 
 
 def rebounds(error):

@@ -1,20 +1,16 @@
 """A diagnosis whose runs are closed forms, so that its stages can be tested without the engine."""
 
 import math
-from pathlib import Path
 
-import yaml
-
-from calibration.study.config import overlay
+from benchmarks.rates.simulated import salt_heap, salt_settings
 from diagnosis.design import plan
 from diagnosis.emulator import train
 from diagnosis.model import Emulated
 from diagnosis.rig import Rig
-from diagnosis.settings import catalogue_of, parameters_of, read_settings
+from diagnosis.settings import catalogue_of, parameters_of
 
 FACTORS = "config/factors.tsv"
-SALT = yaml.safe_load(Path("config/config.yaml").read_text())
-BASE = overlay(SALT["run"], SALT["tests"]["heap"]["run"]) | {"experiment": "heap"}
+BASE = salt_heap()
 
 
 def closed_form(spec):
@@ -41,7 +37,7 @@ def closed_form(spec):
 
 def bench(kinds, changes=None):
     """`Emulated` of the experiments, its emulators trained by `closed_form`."""
-    settings = read_settings("config/diagnosis.yaml", {"runs_per_input": 6} | (changes or {}))
+    settings = salt_settings({"runs_per_input": 6} | (changes or {}))
     known = catalogue_of(settings, kinds)
     factors = parameters_of(settings, FACTORS, kinds)
     rows, specs = plan(Rig(settings, BASE, factors), known, kinds)

@@ -9,12 +9,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import yaml
 from diagnosis_cases import BASE as RUN
 from diagnosis_cases import FACTORS, closed_form
 
 from calibration.errors import CalibrationError, ConfigError
 from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import LEVERS, QUANTITIES, levers_of
+from calibration.study.config import overlay
 from calibration.study.config.schema import Config
 from calibration.study.factors import read_factors
 from dem.experiments import experiments
@@ -30,7 +32,7 @@ from diagnosis.identify import identify, one_place
 from diagnosis.lever_laws import as_laws, lever_laws, with_laws
 from diagnosis.model import Emulated
 from diagnosis.rig import Rig
-from diagnosis.settings import catalogue_of, parameters_of, read_settings
+from diagnosis.settings import catalogue_of, parameters_of, settings_of, study_settings
 from diagnosis.setup import Setup
 from diagnosis.single_setting import with_single
 from diagnosis.stages import plan_runs
@@ -85,7 +87,7 @@ def table_of(rows, path):
 def setup_of(kind, rows, folder, **own):
     """`Setup` of a study of an experiment whose table has the rows."""
     config = study(kind, measurements=table_of(rows, folder / "m.csv"), factors=FACTORS)
-    return Setup(SimpleNamespace(config=config), read_settings(None, own))
+    return Setup(SimpleNamespace(config=config), settings_of(own))
 
 
 @pytest.mark.parametrize("kind", QUANTITIES)
@@ -95,8 +97,8 @@ def test_every_experiment_has_its_plan_and_says_its_budget_before_any_run(kind, 
     files = {k: str(tmp_path / f"{k}.json") for k in ("design", "plan")}
     plan_runs(own, SimpleNamespace(**files))
     specs = json.loads(Path(files["plan"]).read_text())
-    written = read_settings(str(tmp_path / "settings.yaml"))
-    assert written.experiments[kind].whole
+    written = yaml.safe_load((tmp_path / "settings.yaml").read_text())
+    assert study_settings(Config.model_validate(own.config.model_dump() | written)) == own.settings
     said = capfd.readouterr().err
     if kind in POURED:
         assert 0 < len(specs) <= TRAIN * RUNS
@@ -149,9 +151,10 @@ def test_corners_that_nobody_measured_need_not_be_possible(tmp_path):
 
 def test_what_is_derived_is_a_file_that_gives_the_same_settings(tmp_path):
     factors, rows = read_factors(FACTORS), rows_of("heap")
-    settings = completed(read_settings(None), study("heap"), factors, rows, "m.csv")
-    (tmp_path / "settings.yaml").write_text(as_file(settings))
-    assert read_settings(tmp_path / "settings.yaml") == settings
+    settings = completed(settings_of({}), study("heap"), factors, rows, "m.csv")
+    config = study("heap")
+    written = overlay(config.model_dump(), yaml.safe_load(as_file(settings, config)))
+    assert study_settings(Config.model_validate(written)) == settings
     assert completed(settings, None, factors, rows, "m.csv") is settings
 
 
@@ -159,7 +162,7 @@ def test_an_experiment_without_a_rig_is_named_by_its_line():
     rows = [*rows_of("heap"), *rows_of("discharge")]
     place = {"path": "m.csv", "line": 2, "column": "experiment"}
     with refused(ConfigError, "discharge", "tests", "experiment: discharge", **place):
-        completed(read_settings(None), study("heap"), read_factors(FACTORS), rows, "m.csv")
+        completed(settings_of({}), study("heap"), read_factors(FACTORS), rows, "m.csv")
 
 
 @pytest.mark.parametrize("code", ["dem", "liggghts", "lammps"])
@@ -199,7 +202,7 @@ def bench_settings(runs):
     """Settings, factors and catalogue of heaps over the grain's size within a budget."""
     rows = rows_of("heap")
     settings = completed(
-        read_settings(None, {"runs": runs}), study("heap"), read_factors(FACTORS), rows, "m.csv"
+        settings_of({"runs": runs}), study("heap"), read_factors(FACTORS), rows, "m.csv"
     )
     return settings, parameters_of(settings, FACTORS, ["heap"]), catalogue_of(settings, ["heap"])
 
@@ -321,7 +324,7 @@ def silo(rows):
     """`Emulated` of discharges in a silo of 40 mm, trained within a budget by `beverloo`, and its
     laws."""
     config, factors = study("discharge"), read_factors(FACTORS)
-    settings = completed(read_settings(None), config, factors, rows, "m.csv")
+    settings = completed(settings_of({}), config, factors, rows, "m.csv")
     known = catalogue_of(settings, ["discharge"])
     factors = parameters_of(settings, FACTORS, ["discharge"])
     rig = Rig(settings, config.own_run | {"experiment": "discharge"}, tuple(factors))
@@ -351,9 +354,7 @@ def test_a_clogged_orifice_counts():
 def test_a_silo_that_arches_late_is_a_clogged_test_where_the_table_has_some(clogged):
     """Its run reads the flow of what had left before."""
     rows = discharges(lambda orifice: 0.0, clogged=clogged)
-    settings = completed(
-        read_settings(None), study("discharge"), read_factors(FACTORS), rows, "m.csv"
-    )
+    settings = completed(settings_of({}), study("discharge"), read_factors(FACTORS), rows, "m.csv")
     specs = {n: {"experiment": "discharge"} for n in ("free", "arched", "failed")}
     flow = {"mass_flow_g_s": 3.0}
     metrics = {"free": flow | {"arched": 0}, "arched": flow | {"arched": 1}, "failed": None}

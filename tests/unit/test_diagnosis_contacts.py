@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from diagnosis_cases import BASE, FACTORS
 
+from benchmarks.rates.simulated import salt_settings
 from calibration.intake.measurements import Measurement
 from diagnosis import setup, stages
 from diagnosis.laws.readings import readings_of
-from diagnosis.settings import read_settings
 from diagnosis.table_model.found import table_misfit
 from diagnosis.table_model.selection import blocks_of, of_chance
 from diagnosis.verdict import validate
@@ -35,9 +35,13 @@ def table(tmp_path):
 @pytest.mark.slow
 def test_thirty_rows_of_single_grains_get_a_law_that_the_engine_confirms(table, tmp_path):
     config = types.SimpleNamespace(
-        experiment="heap", measurements=str(table), factors=FACTORS, own_run=BASE
+        experiment="heap",
+        measurements=str(table),
+        factors=FACTORS,
+        own_run=BASE,
+        of_experiment=lambda kind: kind,
     )
-    settings = read_settings("config/diagnosis.yaml")
+    settings = salt_settings()
     # the engine's own contacts are tested elsewhere
     known = {n: m for n, m in setup.catalogue_of(settings, ["drop"]).items() if m.observe}
     own = setup.Setup(types.SimpleNamespace(config=config), settings)

@@ -12,6 +12,7 @@ from diagnosis_cases import FACTORS, closed_form
 from scipy.special import expit
 from scipy.stats import binom
 
+from benchmarks.rates.simulated import salt_settings
 from calibration.inference.chance_of_no_value import Chance, log_likelihood
 from calibration.intake.measurements import Measurement
 from diagnosis import emulator_waves, stages
@@ -23,7 +24,7 @@ from diagnosis.fit import Data, held_out
 from diagnosis.identify import identify
 from diagnosis.model import Emulated
 from diagnosis.rig import Rig
-from diagnosis.settings import BASE, catalogue_of, parameters_of, read_settings
+from diagnosis.settings import BASE, catalogue_of, parameters_of
 from diagnosis.verdict import findings
 
 CLOGS_AT_MM, COARSE = 2.6, 2.0
@@ -62,7 +63,7 @@ def clogging(kinds=("heap",)):
             }
         },
     }
-    settings = read_settings("config/diagnosis.yaml", changes)
+    settings = salt_settings(changes)
     known = {
         k: m for k, m in catalogue_of(settings, kinds).items() if k in ("size_bias", "cohesion")
     }
@@ -94,7 +95,7 @@ def test_runs_that_blow_up_are_no_tests(tmp_path, monkeypatch):
     large = [r["run_ids"][0] for r in rows if r["inputs"][0] > 0.5]
     metrics = {r["run_ids"][0]: {"angle_of_repose_deg": 30.0} for r in rows}
     metrics |= dict.fromkeys(large[::2])
-    settings = read_settings("config/diagnosis.yaml")
+    settings = salt_settings()
 
     def chance(faults):
         trained = train_failures(rows, metrics, settings, [], faults)
@@ -119,7 +120,7 @@ def test_runs_that_blow_up_are_no_tests(tmp_path, monkeypatch):
 
 
 SIZES = (1.7, 1.9, 2.1, 2.3, 2.5)
-SETTINGS = read_settings("config/diagnosis.yaml")
+SETTINGS = salt_settings()
 PAIRS = ("particle_particle", "particle_wall")
 
 

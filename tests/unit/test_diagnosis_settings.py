@@ -1,26 +1,22 @@
 """Settings of the diagnosis: laid over by a study, checked against the measurements, extended by a
 folder."""
 
-from pathlib import Path
-
 import pytest
-import yaml
 
+from benchmarks.rates.simulated import rate_settings, salt_settings
 from calibration.errors import ConfigError
 from calibration.intake.measurements import Measurement, MeasurementErrors
+from calibration.study.config.schema import Config
 from diagnosis.design import inputs_of, plan
 from diagnosis.rig import Rig
 from diagnosis.settings import (
     catalogue_of,
     check_levers,
     parameters_of,
-    read_settings,
     study_settings,
     widened,
 )
 from facts import refused
-
-FILE = "config/diagnosis.yaml"
 
 
 def drop(height, line, **levers):
@@ -28,9 +24,8 @@ def drop(height, line, **levers):
 
 
 def test_changes_are_laid_over_key_by_key_and_a_null_takes_one_away():
-    plain = read_settings(FILE)
-    changed = read_settings(
-        FILE,
+    plain = salt_settings()
+    changed = salt_settings(
         {
             "experiments": {
                 "shear": {"runs_per_input": 4},
@@ -66,12 +61,12 @@ def test_changes_are_laid_over_key_by_key_and_a_null_takes_one_away():
     ],
 )
 def test_a_bad_setting_is_named(changes, names, facts):
-    with refused(ConfigError, *names, path="diagnosis.yaml", **facts):
-        read_settings(FILE, changes)
+    with refused(ConfigError, *names, **facts):
+        salt_settings(changes)
 
 
 def test_levers_that_the_emulators_hold_are_named_each_with_line_and_column():
-    settings = read_settings(FILE)
+    settings = salt_settings()
     rows = [
         drop(10.0, 3),
         drop(100.0, 4, particle_diameter_mm=9.0),
@@ -90,7 +85,7 @@ def test_levers_that_the_emulators_hold_are_named_each_with_line_and_column():
 
 
 def test_the_ranges_of_the_levers_are_as_wide_as_the_measurements():
-    settings = read_settings(FILE)
+    settings = salt_settings()
     before, load = (settings.experiments[e].levers for e in ("drop", "shear"))
     rows = [drop(10.0, 3), drop(700.0, 4), drop(100.0, 5, particle_diameter_mm=9.0)]
     after = widened(settings, rows).experiments
@@ -100,32 +95,40 @@ def test_the_ranges_of_the_levers_are_as_wide_as_the_measurements():
     assert widened(settings, rows[2:2]).experiments == settings.experiments
 
 
-def test_the_salt_s_study_names_its_file_and_lays_its_keys_over_it():
-    own = yaml.safe_load(Path("config/config.yaml").read_text())["diagnosis"]
-    assert study_settings(own) == read_settings(FILE)
-    assert study_settings(own | {"seed": 9}) == read_settings(FILE, {"seed": 9})
+def test_a_fault_in_a_test_is_named_by_its_key():
+    data = {"name": "s", "factors": "f", "measurements": "m"}
+    ball = {"experiment": "drop", "diagnosis": {"levers": {"colour": [1, 2]}}}
+    with refused(ConfigError, "levers.colour", key="tests.ball.diagnosis"):
+        study_settings(Config.model_validate(data | {"tests": {"ball": ball}}))
+    plain = data | {"tests": {"ball": {"experiment": "drop"}}, "diagnosis": {"seed": "x"}}
+    with refused(ConfigError, key="diagnosis.seed", value="x"):
+        study_settings(Config.model_validate(plain))
+
+
+def test_the_run_of_a_test_counts_below_that_of_its_diagnosis():
+    ball = {"experiment": "drop", "run": {"geometry": {"drop_height_mm": 90, "drops": 3}}}
+    ball["diagnosis"] = {"run": {"geometry": {"drops": 24}}}
+    data = {"name": "s", "factors": "f", "measurements": "m", "tests": {"ball": ball}}
+    found = study_settings(Config.model_validate(data)).experiments["drop"].run
+    assert found == {"geometry": {"drop_height_mm": 90, "drops": 24}}
 
 
 def test_ranges_of_factors_can_be_replaced():
     name = "contacts.particle_wall.restitution"
-    settings = read_settings(FILE, {"ranges": {name: [0.85, 0.99]}})
+    settings = salt_settings({"ranges": {name: [0.85, 0.99]}})
     [factor] = parameters_of(settings, "config/factors.tsv", ["drop"])
     assert (factor.low, factor.high) == (0.85, 0.99)
     with refused(ConfigError, path="factors.tsv", key="ranges", value="gold"):
-        parameters_of(
-            read_settings(FILE, {"ranges": {"gold": [0, 1]}}), "config/factors.tsv", ["drop"]
-        )
+        parameters_of(salt_settings({"ranges": {"gold": [0, 1]}}), "config/factors.tsv", ["drop"])
     with refused(
         ConfigError, key="diagnosis.ranges.contacts.particle_wall.restitution", value=[1.0, 0.0]
     ):
-        parameters_of(
-            read_settings(FILE, {"ranges": {name: [1, 0]}}), "config/factors.tsv", ["drop"]
-        )
+        parameters_of(salt_settings({"ranges": {name: [1, 0]}}), "config/factors.tsv", ["drop"])
 
 
 def _planned(changes, mechanism="size_bias"):
     heap = {"runs_per_input": 3, "mechanisms": [mechanism]} | changes
-    settings = read_settings("benchmarks/rates/settings.yaml", {"experiments": {"heap": heap}})
+    settings = rate_settings({"experiments": {"heap": heap}})
     factors = parameters_of(settings, "config/factors.tsv", ["heap"])
     known = catalogue_of(settings, ["heap"])
     rows, specs = plan(Rig(settings, {}, factors), known, ["heap"])

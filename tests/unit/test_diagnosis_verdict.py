@@ -77,7 +77,11 @@ def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypa
         stages, "simulate", lambda specs: {k: closed_form(s) for k, s in specs.items()}
     )
     config = types.SimpleNamespace(
-        experiment="heap", measurements=SHIPPED, factors=FACTORS, own_run=BASE
+        experiment="heap",
+        measurements=SHIPPED,
+        factors=FACTORS,
+        own_run=BASE,
+        of_experiment=lambda kind: kind,
     )
     settings = emulated.settings.model_copy(update={"replicates": 60})
     at = tmp_path.joinpath

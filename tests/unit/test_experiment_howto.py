@@ -22,9 +22,7 @@ from facts import tells
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "extend" / "experiment"
-CODE, STUDY, DIAGNOSIS = (
-    (EXAMPLE / name).read_text() for name in ("throw.py", "study.yaml", "diagnosis.yaml")
-)
+CODE, STUDY = ((EXAMPLE / name).read_text() for name in ("throw.py", "study.yaml"))
 GRAVITY = 9.81
 
 
@@ -107,7 +105,7 @@ def test_a_study_screens_and_diagnoses_it_and_a_made_up_law_without_another_file
         (folder / name).symlink_to(ROOT / name)
     shutil.copytree(ROOT / "src", folder / "src", symlinks=True)
     (folder / LAW_FILE).write_text(LAW)
-    study = yaml.safe_load(STUDY + DIAGNOSIS)
+    study = yaml.safe_load(STUDY)
     study["run"] |= CHOSEN
     study["fixed"] = FIXED
     (folder / "study.yaml").write_text(yaml.safe_dump(study))

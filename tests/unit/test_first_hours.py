@@ -183,7 +183,7 @@ def test_a_diagnosis_of_the_users_own_table_needs_no_edit(here):
     """The ring under the powder's loads is that of the joint study, at the loads of the table."""
     fill("lime.csv")
     config = begun("lime")
-    settings = Setup(Study(config), study_settings(config.diagnosis)).settings
+    settings = Setup(Study(config), study_settings(config)).settings
     shear = settings.experiments["shear"]
     assert shear.metric == "shear_stress_kPa"
     assert shear.levels == {"normal_stress_kPa": [2.0, 4.0, 6.0, 8.0]}
@@ -198,7 +198,7 @@ def test_a_diagnosis_drops_the_grain_that_was_dropped(here):
     assert main([*words_of("wheat"), *again]) == 0
     path = Path("wheat/config.yaml")
     config = parse_config(yaml.safe_load(path.read_text()), files=[path])
-    settings = Setup(Study(config), study_settings(config.diagnosis)).settings
+    settings = Setup(Study(config), study_settings(config)).settings
     dropped = settings.experiments["drop"].run["particles"]["diameter_mm"]
     assert dropped == pytest.approx((6.2 * 3.3 * 2.9) ** (1 / 3), abs=1e-3)
     assert dropped < config.own_run["particles"]["diameter_mm"]

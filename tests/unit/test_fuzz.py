@@ -40,7 +40,7 @@ from calibration.study.new.laboratory_table import read_filled, write_empty
 from calibration.study.new.methods import methods
 from dem.errors import DemError
 from dem.io.stl import read_stl, write_stl
-from diagnosis.settings import read_settings
+from diagnosis.settings import study_settings
 
 pytestmark = pytest.mark.slow
 
@@ -197,7 +197,7 @@ def _numbers(path):
 
 def _configuration(path):
     with path.open(encoding="utf-8") as stream:  # as snakemake opens it
-        parse_resolved(data_of(stream), [path])
+        study_settings(parse_resolved(data_of(stream), [path]))
 
 
 YAML = ("run spec", "numerics", "metrics")
@@ -217,7 +217,6 @@ READERS = {
     "measurements": ("data/paper/measurements.csv", read_measured, mutated),
     "readings": ("examples/soybean/measured.csv", read_measured, mutated),
     "factors": ("config/factors.tsv", read_factors, mutated),
-    "diagnosis settings": ("config/diagnosis.yaml", read_settings, restated),
     "configuration": ("config/config.yaml", _configuration, restated),
 }  # fmt: skip
 """Name: (a valid input or the path of one, what reads the path of such a file, how it changes)."""

@@ -7,16 +7,12 @@ from joint_worlds import KINDS, World
 from scipy import integrate, stats
 
 from calibration.inference.joint.critique import agreement, borders, pulls
-from calibration.inference.joint.diagnostics import (
-    check_ranks,
-    coverage,
-    misspecification,
-    simulation_based_calibration,
-)
+from calibration.inference.joint.diagnostics import misspecification
 from calibration.inference.joint.likelihood import Cloud, Joint, Response
 from calibration.inference.joint.next_test import Candidate, rank
 from calibration.inference.joint.shares import shares
 from calibration.inference.posterior_sampling import Prior
+from joint_checks import check_ranks, coverage, simulation_based_calibration
 
 
 class Linear:
@@ -169,7 +165,7 @@ def covered(kind, d, emulators, studies=30):
         trained, truths = world.trained(rng, seed), rng.random((studies, d))
         measured = [world.study(u, trained, rng) for u in truths]
         cloud = Cloud.of(measured[0], 20000, seed)
-        found.append(coverage(measured[0], truths, measured, cloud=cloud).share.mean())
+        found.append(coverage(measured[0], truths, measured, cloud=cloud).mean())
     return np.array(found)
 
 

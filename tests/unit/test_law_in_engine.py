@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 from diagnosis_cases import BASE
 
+from benchmarks.rates.simulated import salt_settings
 from calibration.intake.quantities import Condition
 from dem.spec import parse_spec
 from diagnosis.collision import rebounds, sliding_angles
 from diagnosis.laws.in_engine import curve_of, keys, switched_on
 from diagnosis.laws.slots import FAMILY
 from diagnosis.rig import Rig
-from diagnosis.settings import read_settings
 
 LAWS = {law.name: law for law in FAMILY}
-RIG = Rig(read_settings("config/diagnosis.yaml"), BASE)
+RIG = Rig(salt_settings(), BASE)
 
 
 def values(coefficient, low, high):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from diagnosis_cases import BASE, FACTORS, bench
 
+from benchmarks.rates.simulated import salt_settings
 from calibration.errors import ConfigError
 from calibration.intake.measurements import Measurement
 from calibration.study.factors import read_factors
@@ -22,7 +23,7 @@ from diagnosis.other_code import (
     read_runs,
 )
 from diagnosis.rig import Rig
-from diagnosis.settings import parameters_of, read_settings
+from diagnosis.settings import parameters_of
 from diagnosis.switched_causes import Switched, tried
 from facts import refused, tells
 
@@ -63,7 +64,7 @@ def test_faults_are_said_by_line(tmp_path):
 
 def test_a_parameter_that_no_column_gives_is_asked_for(tmp_path):
     """Its value would else be that of our own run spec, or of no study at all."""
-    settings = read_settings("config/diagnosis.yaml")
+    settings = salt_settings()
     rig = Rig(settings, BASE, parameters_of(settings, FACTORS, ["tilt"]))
     rows = [f"tilt,sliding_angle,{a},deg,5" for a in (20, 25, 30, 33)]
     rows = [f"{r},{k}" for r, k in zip(rows, (0.4, 0.5, 0.6, 0.7), strict=True)]
@@ -88,7 +89,7 @@ def test_a_parameter_that_no_column_gives_is_asked_for(tmp_path):
     ids=["missing", "foreign", "beyond"],
 )  # fmt: skip
 def test_runs_that_the_emulators_do_not_have_are_refused(change, facts):
-    factors = parameters_of(read_settings("config/diagnosis.yaml"), FACTORS, ["shear"])
+    factors = parameters_of(salt_settings(), FACTORS, ["shear"])
     known = change([(f.name, f.high) for f in factors])
     runs = [
         Measurement("shear", 1.0, None, 1, {"normal_stress_kPa": 2.0}, line=3, known=tuple(known))
@@ -102,7 +103,7 @@ def test_runs_that_the_emulators_do_not_have_are_refused(change, facts):
 @pytest.mark.parametrize("step", [0.5, 0.8])
 def test_a_code_with_few_steps_in_a_contact_is_named(step):
     """Single bounces of four and of 2.5 steps: each begins anywhere in a step."""
-    settings = read_settings("config/diagnosis.yaml")
+    settings = salt_settings()
     rig = Rig(settings, BASE, parameters_of(settings, FACTORS, ["drop"]))
     name, rng, runs = rig.factors[0].name, np.random.default_rng(0), []
     numerics = STEP | {"rayleigh_fraction": step, "overlap_limit": 1.0}
@@ -224,7 +225,7 @@ def test_chance_alone_is_no_cause(tmp_path):
 @pytest.mark.parametrize("known", [{}, load_catalogue()], ids=["conventions", "catalogue"])
 def test_slides_of_a_code_whose_reading_is_off(tmp_path, known):
     """The engine's own slides, and a reading that is one degree off."""
-    settings = read_settings("config/diagnosis.yaml")
+    settings = salt_settings()
     rig = Rig(settings, BASE, parameters_of(settings, FACTORS, ["tilt"]))
     runs = slides(tmp_path, lambda a: a + 1.05)
     ours, causes = of_contacts(runs, rig, known)

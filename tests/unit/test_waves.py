@@ -5,13 +5,14 @@ import pytest
 from diagnosis_cases import BASE as RUN
 from diagnosis_cases import FACTORS, closed_form
 
+from benchmarks.rates.simulated import salt_settings
 from calibration.intake.measurements import Measurement
 from diagnosis import emulator_waves
 from diagnosis.design import plan
 from diagnosis.emulator import train
 from diagnosis.model import Emulated
 from diagnosis.rig import Rig
-from diagnosis.settings import catalogue_of, parameters_of, read_settings
+from diagnosis.settings import catalogue_of, parameters_of
 
 CHANGES = {"runs_per_input": 4, "experiments": {"shear": {"mechanisms": ["cohesion"]}}}
 FRICTION, ROLLING, ENERGY = 0.6, 0.15, 0.1
@@ -29,7 +30,7 @@ def curved(spec):
 @pytest.fixture(scope="module")
 def refined():
     """(rig, measurements, emulators, what was left, runs) before any wave, after one, after two."""
-    settings = read_settings("config/diagnosis.yaml", CHANGES)
+    settings = salt_settings(CHANGES)
     catalogue = catalogue_of(settings, ["shear"])
     factors = parameters_of(settings, FACTORS, ["shear"])
     rig = Rig(settings, RUN, factors)

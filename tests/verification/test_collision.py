@@ -1,26 +1,21 @@
 """One contact integrated for the diagnosis: closed forms of its restitution, its flight in air and
 its friction."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-import yaml
 
+from benchmarks.rates.simulated import salt_heap, salt_settings
 from calibration.intake.quantities import Condition
-from calibration.study.config import overlay
 from diagnosis.catalogue import load_catalogue
 from diagnosis.collision import rebounds, sliding_angles
 from diagnosis.rig import Rig
-from diagnosis.settings import read_settings
 
 HEIGHTS = np.array([60.0, 150.0, 400.0])
 
 
 def spec(experiment, diameter=2.0, **pair):
-    salt = yaml.safe_load(Path("config/config.yaml").read_text())
-    base = overlay(salt["run"], salt["tests"]["heap"]["run"]) | {"experiment": "heap"}
-    settings = read_settings("config/diagnosis.yaml")
+    base = salt_heap()
+    settings = salt_settings()
     levers = {"particle_diameter_mm": diameter}
     if experiment == "drop":
         levers["drop_height_mm"] = 100.0

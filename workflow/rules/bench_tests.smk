@@ -3,108 +3,62 @@
 # yield locus
 
 
-checkpoint plan_tilt:
-    input:
-        needs=refusing(lambda: swept_test(SETTINGS, "tilt")),
-        factors=FACTORS,
-    output:
-        **planned("tilt"),
-    params:
-        function="calibration.chain.bench_tests.sweep:plan_tilt",
-        reads=[*PLANNING, *TESTS],
-    message:
-        "plan the tilt test: sweep"
-    script:
-        "../scripts/task.py"
+for TEST in ("tilt", "drop"):
 
+    checkpoint:
+        name:
+            f"plan_{TEST}"
+        input:
+            needs=refusing(lambda test=TEST: swept_test(SETTINGS, test)),
+            factors=FACTORS,
+        output:
+            **planned(TEST),
+        params:
+            function=f"calibration.chain.bench_tests.sweep:plan_{TEST}",
+            reads=[*PLANNING, *TESTS],
+        message:
+            f"plan the {TEST} test: sweep"
+        script:
+            "../scripts/task.py"
 
-checkpoint plan_tilt_confirmation:
-    input:
-        sweep=f"{STUDY}/tilt/design.csv",
-        runs=runs_of("tilt"),
-        factors=FACTORS,
-        measurements=MEASUREMENTS,
-    output:
-        **planned("tilt_confirmation"),
-    params:
-        function="calibration.chain.bench_tests.sweep:plan_tilt_confirmation",
-        reads=[*PLANNING, *TESTS, "measurements"],
-    message:
-        "plan the tilt test: runs at the inverse of the fit"
-    script:
-        "../scripts/task.py"
+    checkpoint:
+        name:
+            f"plan_{TEST}_confirmation"
+        input:
+            sweep=f"{STUDY}/{TEST}/design.csv",
+            runs=runs_of(TEST),
+            factors=FACTORS,
+            measurements=MEASUREMENTS,
+        output:
+            **planned(f"{TEST}_confirmation"),
+        params:
+            function=f"calibration.chain.bench_tests.sweep:plan_{TEST}_confirmation",
+            reads=[*PLANNING, *TESTS, "measurements"],
+        message:
+            f"plan the {TEST} test: runs at the inverse of the fit"
+        script:
+            "../scripts/task.py"
 
-
-rule tilt:
-    input:
-        sweep=f"{STUDY}/tilt/design.csv",
-        confirmation=f"{STUDY}/tilt_confirmation/design.csv",
-        runs=runs_of("tilt_confirmation"),
-        factors=FACTORS,
-        measurements=MEASUREMENTS,
-    output:
-        summary=f"{STUDY}/tilt/tilt.json",
-        runs=f"{STUDY}/tilt/runs.csv",
-        figure=page("tilt/tilt.svg", "7 Bench tests"),
-    params:
-        function="calibration.chain.bench_tests.sweep:tilt",
-        reads=[*PLANNING, *TESTS, "measurements"],
-    message:
-        "tilt test: fit, inverse and confirmation"
-    script:
-        "../scripts/task.py"
-
-
-checkpoint plan_drop:
-    input:
-        needs=refusing(lambda: swept_test(SETTINGS, "drop")),
-        factors=FACTORS,
-    output:
-        **planned("drop"),
-    params:
-        function="calibration.chain.bench_tests.sweep:plan_drop",
-        reads=[*PLANNING, *TESTS],
-    message:
-        "plan the drop test: sweep"
-    script:
-        "../scripts/task.py"
-
-
-checkpoint plan_drop_confirmation:
-    input:
-        sweep=f"{STUDY}/drop/design.csv",
-        runs=runs_of("drop"),
-        factors=FACTORS,
-        measurements=MEASUREMENTS,
-    output:
-        **planned("drop_confirmation"),
-    params:
-        function="calibration.chain.bench_tests.sweep:plan_drop_confirmation",
-        reads=[*PLANNING, *TESTS, "measurements"],
-    message:
-        "plan the drop test: runs at the inverse of the fit"
-    script:
-        "../scripts/task.py"
-
-
-rule drop:
-    input:
-        sweep=f"{STUDY}/drop/design.csv",
-        confirmation=f"{STUDY}/drop_confirmation/design.csv",
-        runs=runs_of("drop_confirmation"),
-        factors=FACTORS,
-        measurements=MEASUREMENTS,
-    output:
-        summary=f"{STUDY}/drop/drop.json",
-        runs=f"{STUDY}/drop/runs.csv",
-        figure=page("drop/drop.svg", "7 Bench tests"),
-    params:
-        function="calibration.chain.bench_tests.sweep:drop",
-        reads=[*PLANNING, *TESTS, "measurements"],
-    message:
-        "drop test: fit, inverse and confirmation"
-    script:
-        "../scripts/task.py"
+    rule:
+        name:
+            TEST
+        input:
+            sweep=f"{STUDY}/{TEST}/design.csv",
+            confirmation=f"{STUDY}/{TEST}_confirmation/design.csv",
+            runs=runs_of(f"{TEST}_confirmation"),
+            factors=FACTORS,
+            measurements=MEASUREMENTS,
+        output:
+            summary=f"{STUDY}/{TEST}/{TEST}.json",
+            runs=f"{STUDY}/{TEST}/runs.csv",
+            figure=page(f"{TEST}/{TEST}.svg", "7 Bench tests"),
+        params:
+            function=f"calibration.chain.bench_tests.sweep:{TEST}",
+            reads=[*PLANNING, *TESTS, "measurements"],
+        message:
+            f"{TEST} test: fit, inverse and confirmation"
+        script:
+            "../scripts/task.py"
 
 
 checkpoint plan_shear:

@@ -5,18 +5,15 @@
 from diagnosis.declared import WAVES, other_settings, trained
 from diagnosis.measurements import read_measurements
 
-DIAGNOSIS_SETTINGS = user_file(SETTINGS.diagnosis.get("settings"))
-
 # tests and fixed levels give what the settings do not
 DIAGNOSIS_READS = [*TESTS, "own_run", "experiment", "fixed", "factors", "diagnosis"]
 DIAGNOSIS_READS += ["measurements"]
-BOTH = {"settings": DIAGNOSIS_SETTINGS, "factors": FACTORS}
 EACH_WAVE = [f"{STUDY}/diagnosis/wave_{k}" for k in range(1, WAVES + 1)]
 
 
 checkpoint diagnosis_plan:
     input:
-        **BOTH,
+        factors=FACTORS,
         measurements=diagnosed,
     output:
         design=f"{STUDY}/diagnosis/design.json",
@@ -33,7 +30,7 @@ checkpoint diagnosis_plan:
 
 rule diagnosis_emulate:
     input:
-        **BOTH,
+        factors=FACTORS,
         measurements=MEASUREMENTS,
         design=f"{STUDY}/diagnosis/design.json",
         plan=f"{STUDY}/diagnosis/plan.json",
@@ -54,7 +51,7 @@ rule diagnosis_emulate:
 
 checkpoint diagnosis_wave:
     input:
-        **BOTH,
+        factors=FACTORS,
         measurements=MEASUREMENTS,
         emulators=lambda w: wave_before(w, "emulators.npz"),
     output:
@@ -74,7 +71,7 @@ checkpoint diagnosis_wave:
 
 rule diagnosis_refine:
     input:
-        **BOTH,
+        factors=FACTORS,
         measurements=MEASUREMENTS,
         emulators=lambda w: wave_before(w, "emulators.npz"),
         errors=lambda w: wave_before(w, "emulators.json"),
@@ -97,7 +94,7 @@ rule diagnosis_refine:
 
 rule diagnosis_calibrate:
     input:
-        **BOTH,
+        factors=FACTORS,
         measurements=diagnosed,
         emulators=lambda w: trained(SETTINGS, f"{EACH_WAVE[-1]}/emulators.npz"),
     output:
@@ -117,7 +114,7 @@ rule diagnosis_calibrate:
 
 checkpoint diagnosis_identify:
     input:
-        **BOTH,
+        factors=FACTORS,
         measurements=MEASUREMENTS,
         emulators=lambda w: trained(SETTINGS, f"{EACH_WAVE[-1]}/emulators.npz"),
         errors=lambda w: trained(SETTINGS, f"{EACH_WAVE[-1]}/emulators.json"),
@@ -143,7 +140,7 @@ checkpoint diagnosis_identify:
 
 rule diagnose:
     input:
-        **BOTH,
+        factors=FACTORS,
         measurements=MEASUREMENTS,
         calibration=f"{STUDY}/diagnosis/calibration.json",
         findings=f"{STUDY}/diagnosis/findings.json",
@@ -167,7 +164,7 @@ rule diagnose:
 # before anything is measured: what a plan of measurements would show
 rule diagnosis_power:
     input:
-        **BOTH,
+        factors=FACTORS,
         measurements=MEASUREMENTS,
         emulators=lambda w: trained(SETTINGS, f"{STUDY}/diagnosis/emulators.npz"),
     output:

@@ -5,14 +5,12 @@ from functools import cache
 from pathlib import Path
 
 import pandas as pd
-import yaml
 
-from calibration.study.config import overlay
+from benchmarks.rates.simulated import salt_heap, salt_settings
 from diagnosis import contacts
 from diagnosis.catalogue import load_catalogue
 from diagnosis.measurements import read_measurements
 from diagnosis.rig import Rig
-from diagnosis.settings import read_settings
 
 ROOT = Path(__file__).parents[3]
 
@@ -20,9 +18,8 @@ ROOT = Path(__file__).parents[3]
 @cache
 def study():
     """Rig and catalogue of the shipped study."""
-    salt = yaml.safe_load((ROOT / "config/config.yaml").read_text())
-    base = overlay(salt["run"], salt["tests"]["heap"]["run"]) | {"experiment": "heap"}
-    return Rig(read_settings(ROOT / "config/diagnosis.yaml"), base), load_catalogue()
+    base = salt_heap()
+    return Rig(salt_settings(), base), load_catalogue()
 
 
 def ask(table: pd.DataFrame) -> dict:

@@ -263,12 +263,12 @@ def _beside(other, plan, rng):
     return [means(other, x, true, rng)]
 
 
-def shared_by_column(experiment, column, count, declared):
+def shared_by_column(experiment, column, count, declared, plan="4"):
     """Readings of a batch, or of an instrument, share an error; the column tells which, or is not
     there."""
 
     def draw(rng, strength):
-        x, true, c = _plain(experiment, "4", rng)
+        x, true, c = _plain(experiment, plan, rng)
         group = rng.permutation(np.arange(len(true)) % count)
         true = grown(experiment, x, true, _uneven(count, rng)[group], strength)
         table = means(experiment, x, true, rng)
@@ -315,15 +315,15 @@ def one_row(experiment, plan="4", other=None, written=means):
     return draw
 
 
-def mislabelled():
+def mislabelled(experiment="drop"):
     """Three of 20 rows at three sizes and three neighbouring heights stand under each other's
     label, none above the height that it stands under. The strength does not count."""
 
     def draw(rng, strength):
-        x = plans.levers("drop", PLANS["close"], rng)
+        x = plans.levers(experiment, PLANS["close"], rng)
         c = float(rng.uniform(0.5, 0.7))
-        true = nature.value((), "drop", x, c)
-        table = means("drop", x, true, rng)
+        true = nature.value((), experiment, x, c)
+        table = means(experiment, x, true, rng)
         heights = np.unique(x["drop_height_mm"])
         sizes = rng.permutation(np.unique(x["particle_diameter_mm"]))[:3]
         start = int(rng.integers(len(heights) - 2))
@@ -334,17 +334,17 @@ def mislabelled():
         read = ["value", "sd"]
         table.loc[rows, read] = table.loc[np.roll(rows, 1), read].to_numpy()
         lines = tuple(sorted(r + 2 for r in rows))
-        return Drawn(table, faults=(Fault("drop", "row", lines),), constants={"drop": c})
+        return Drawn(table, faults=(Fault(experiment, "row", lines),), constants={experiment: c})
 
     return draw
 
 
-def wrong_level(share, level=2):
+def wrong_level(share=1.1, plan="5", level=2):
     """All drops of one level fell from a height that was so many times the one that stands in the
     table (120 mm that were 132). The noise makes it as strong as asked."""
 
     def draw(rng, strength):
-        x, true, c = _plain("drop", "5", rng)
+        x, true, c = _plain("drop", plan, rng)
         at = x["drop_height_mm"] == np.unique(x["drop_height_mm"])[level]
         off = true * np.where(at, share, 1.0)
         scale = distance("drop", x, off) / strength
@@ -354,11 +354,11 @@ def wrong_level(share, level=2):
     return draw
 
 
-def coarse(to_mm, every_reading, written=means):
+def coarse(to_mm, every_reading, written=means, plan="5"):
     """Rebounds are read to so many mm: each reading, or the mean that is written down."""
 
     def draw(rng, strength):
-        x, true, c = _plain("drop", "5", rng)
+        x, true, c = _plain("drop", plan, rng)
 
         def read(values):
             return np.maximum(np.round(values / to_mm), 1.0) * to_mm
@@ -392,11 +392,11 @@ def null(*experiments, plan="4", column=None, tails=False, written=None):
     return draw
 
 
-def named_batches(experiment, column):
+def named_batches(experiment, column, plan="4"):
     """Batches or instruments that are told and share nothing."""
 
     def draw(rng, strength):
-        x, true, c = _plain(experiment, "4", rng)
+        x, true, c = _plain(experiment, plan, rng)
         table = means(experiment, x, true, rng)
         table[column] = rng.permutation(np.arange(len(true)) % (4 if column == "batch" else 2)) + 1
         return Drawn(table, declared=True, constants={experiment: c})

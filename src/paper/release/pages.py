@@ -118,12 +118,14 @@ def filled(template: str, kept: Path) -> str:
     return wrapped(environment.get_template(f"{template}.md.j2").render())
 
 
-def pieces() -> dict[tuple[Path, str, str], str]:
+def pieces(kept: str | Path = KEPT) -> dict[tuple[Path, str, str], str]:
     """{(page, begin, end): text between these marks} of the pages that only a part of is written:
     the README's table and what it says, and what is known of ways to calibrate, bulk processes
     and other codes."""
     return {
-        (page, f"<!-- {mark}: begin -->", f"<!-- {mark}: end -->"): filled(template, KEPT).strip()
+        (page, f"<!-- {mark}: begin -->", f"<!-- {mark}: end -->"): filled(
+            template, Path(kept)
+        ).strip()
         for template, (page, mark) in PIECES.items()
     }
 
@@ -158,8 +160,8 @@ def wrapped(text: str) -> str:
     return "\n".join(out)
 
 
-def write_pages() -> None:
-    """Write every page that shows a release's data."""
-    write_text(filled("results", KEPT), PAGE)
-    for (page, begin, end), text in pieces().items():
-        put(page, text, begin, end)
+def write_pages(kept: str | Path = KEPT, root: str | Path = ".") -> None:
+    """Write every page that shows a release's data into the folder `root`."""
+    write_text(filled("results", Path(kept)), Path(root) / PAGE)
+    for (page, begin, end), text in pieces(kept).items():
+        put(Path(root) / page, text, begin, end)

@@ -204,9 +204,12 @@ MANY = 1e9
 """Degrees of freedom that are as good as infinitely many."""
 
 
-def whole(place: Place, parts: Iterable[Mapping[str, Any]], margin: float) -> dict[str, Any]:
+def whole(
+    place: Place, parts: Iterable[Mapping[str, Any]], margin: float, freedom: float = math.inf
+) -> dict[str, Any]:
     """A table of single runs judged as one: the root mean square of the true differences of its
-    rows (`equivalence.together`), which the scatter of the runs on both sides is taken off."""
+    rows (`equivalence.together`), which the scatter of the runs on both sides is taken off.
+    freedom: degrees of freedom that this scatter is known on."""
     judged = [row for row in parts if row["se"] is not None and row["difference"] is not None]
     if len(judged) < 2:
         return absent(place, None, NOT_COMPARABLE, "fewer than two of its values are compared")
@@ -214,7 +217,7 @@ def whole(place: Place, parts: Iterable[Mapping[str, Any]], margin: float) -> di
     square = [float(np.mean(np.square(x))) for x in (own, [row["se"] for row in judged])]
     runs = int(sum(row["n"] or 1 for row in judged))
     scatter = math.sqrt(square[0]), math.sqrt(max(square[1] - square[0], 0.0))
-    found = together([row["difference"] for row in judged], *scatter, math.inf, runs, margin)
+    found = together([row["difference"] for row in judged], *scatter, freedom, runs, margin)
     basis = (
         f"{found.n} differences: mean {found.mean:+.2f}, root mean square {found.rms:.2f}, of "
         f"which the runs' scatter makes {math.sqrt(square[1]):.2f} (p = {found.p:.2g})"

@@ -40,7 +40,11 @@ def reproduction(study: CalibratedStudy, source: NamedFiles, output: NamedFiles)
     write_reproduction(table, output.table, output.summary)
 
 
-def reproduce(folders: Sequence[str | Path], repeats: Iterable[str | Path] = ()) -> pd.DataFrame:
+def reproduce(
+    folders: Sequence[str | Path],
+    paper: str | Path = PAPER,
+    repeats: Iterable[str | Path] = (),
+) -> pd.DataFrame:
     """The reproduction table from what the stages of the studies in `folders` have left; the first
     is the main one. repeats: folders of the same study at other seeds.
 
@@ -48,7 +52,7 @@ def reproduce(folders: Sequence[str | Path], repeats: Iterable[str | Path] = ())
     rows that say so. Raises AuditInputError for an incomplete folder of printed tables,
     CalibrationError for two rows of one id.
     """
-    printed, studies = Paper(PAPER), [Study(f) for f in folders]
+    printed, studies = Paper(paper), [Study(f) for f in folders]
     studies[0].repeats = tuple(Study(f) for f in repeats)
     rows = [
         *scaling.rows(studies[0]),

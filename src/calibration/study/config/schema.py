@@ -306,6 +306,11 @@ class TestConfig(_Part):
     curves: CurvesConfig | None = Field(
         None, description="measured curves; tests with the same one differ in what it runs over"
     )
+    diagnosis: dict = Field(
+        {},
+        description="how the diagnosis simulates tests of this experiment: levers, parameters, "
+        "mechanisms, and a `run` that is laid over the test's; what it does not say follows",
+    )
     discrepancy: dict[str, Annotated[float, Field(ge=0)]] = Field(
         {},
         description="metric, or shape of the curves: standard deviation by which the model itself "
@@ -528,8 +533,7 @@ class Config(_Part):
     )
     diagnosis: dict = Field(
         {},
-        description="how each measured experiment is simulated for the diagnosis; `settings` names "
-        "a YAML file, over which the other keys are laid; null takes a key away",
+        description="budget, seed and error rates of the diagnosis",
     )
 
     @property
