@@ -29,7 +29,7 @@ def crowded():
     ]
 
 
-@pytest.mark.parametrize("which", [0, 1])
+@pytest.mark.parametrize("which", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_a_plan_costs_the_same_and_stays_in_its_ranges(which):
     plan, found = crowded(), plans(crowded())[which]
     assert len(found) == len(plan)

@@ -39,6 +39,7 @@ def test_a_law_and_an_error_of_each_level_ask_for_a_level_that_is_new(block):
     assert "61.2 and 90.8 mm" in found["text"]
 
 
+@pytest.mark.slow
 def test_laws_of_other_states_ask_for_what_parts_their_levers(block):
     found = propose(block, LAW, ["drop:restitution(speed, size)"])
     laws = ("restitution of speed", "restitution of speed and size")

@@ -180,7 +180,7 @@ def test_a_batch_that_is_asked_to_stop_begins_no_further_run(study, monkeypatch,
     assert Path("batch.log").read_text() == f"{began[0]} stopped at 0 %\n"
 
 
-@pytest.mark.parametrize("damage", ["removed", "changed"])
+@pytest.mark.parametrize("damage", [pytest.param("removed", marks=pytest.mark.slow), "changed"])
 def test_the_mark_of_a_batch_falls_with_one_of_its_runs(study, damage):
     config, specs = study
     folder = Path(f"results/{config.name}/screening")

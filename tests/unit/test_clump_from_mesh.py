@@ -71,6 +71,7 @@ def test_balls_are_found_again(tmp_path):
     assert found[np.argsort(found[:, 2])] == pytest.approx(np.array(expected), abs=2 * cell)
 
 
+@pytest.mark.slow
 def test_an_ellipsoid_is_filled_and_turns_as_it_does(tmp_path):
     z = 2.0 * np.cos(np.linspace(np.pi, 0.0, RINGS))
     vertices, triangles = revolved(z, np.sqrt(np.maximum(1.0 - (z / 2.0) ** 2, 0.0)))

@@ -17,6 +17,7 @@ def small():
     return bed(300)
 
 
+@pytest.mark.slow
 def test_beds_side_by_side_fill_the_box_and_do_not_overlap_at_the_seams(small):
     position, width = tiled(small, 3000, 3)
     assert position.shape == (9 * 300, 3)

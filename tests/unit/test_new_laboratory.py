@@ -132,10 +132,13 @@ def test_the_pilot_tells_the_time_that_a_dry_run_tells(here, monkeypatch, capsys
 
 @pytest.mark.parametrize(
     ("angles", "runs", "facts"),
-    [((27.0, 28.0), 2, ["the ranges reach"]), ((20.0, 15.0, 28.0), 3, ["28°", "the ranges reach"]),
-     ((20.0, 15.0, 24.0), 3, ["24°", "27.24°", "may not reach"])],
+    [
+        ((27.0, 28.0), 2, ["the ranges reach"]),
+        pytest.param((20.0, 15.0, 28.0), 3, ["28°", "the ranges reach"], marks=pytest.mark.slow),
+        ((20.0, 15.0, 24.0), 3, ["24°", "27.24°", "may not reach"]),
+    ],
     ids=["between", "at the rough end", "beyond them"],
-)  # fmt: skip
+)
 def test_the_pilot_says_whether_the_ranges_reach_what_was_measured(
     here, monkeypatch, capsys, angles, runs, facts
 ):

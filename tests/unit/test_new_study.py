@@ -395,6 +395,7 @@ def frictions(spec):
     return rub + wall.static_friction + wall.rolling_friction - bounce
 
 
+@pytest.mark.slow
 def test_an_angle_beyond_all_heaps_is_looked_for_at_the_ends(here, monkeypatch, capsys):
     """Friction steepens, restitution flattens: no point of the screening has the steep ends of all
     seven. The measured mean is 27.17°."""

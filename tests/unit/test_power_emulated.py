@@ -41,6 +41,7 @@ def rows(emulated):
     return {r["law"]: r for r in power(emulated, plan())}
 
 
+@pytest.mark.slow
 def test_every_mechanism_of_the_plan_has_a_row(emulated, rows):
     assert set(rows) == set(emulated.applicable([m.condition for m in plan()]))
     assert rows["cohesion"]["experiment"] == "shear and heap"

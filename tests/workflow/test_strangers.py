@@ -50,7 +50,10 @@ def dry_run(folder, *arguments):
 
 @pytest.mark.parametrize(
     ("text", "profile"),
-    [(EVALUATES, ()), (DEFINES, ("--profile", "profiles/test"))],
+    [
+        pytest.param(EVALUATES, (), marks=pytest.mark.slow),
+        (DEFINES, ("--profile", "profiles/test")),
+    ],
     ids=["an expression", "another profile"],
 )
 def test_code_in_a_configuration_is_not_run(tmp_path, text, profile):
