@@ -63,6 +63,7 @@ def test_rows_of_another_experiment_decide_a_cause(power, outcome):
     assert np.sqrt(np.mean([r[right] ** 2 for r in test["rows"]])) < 2.0
 
 
+@pytest.mark.slow
 def test_without_rows_of_another_experiment_the_prediction_is_open():
     rng = np.random.default_rng(8)
     test = told(slides(rng), study()[0], CATALOGUE)["test"]
