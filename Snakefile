@@ -48,8 +48,10 @@ rule comparison:
     log:
         f"{RESULTS}/comparison/comparison.log",
     threads: workflow.resource_settings.cores or 1
+    params:
+        python=sys.executable,
     message:
         "comparison: the ways to calibrate, tried on responses in closed form"
     shell:
-        "OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 {sys.executable} -m benchmarks.ways"
-        " {RESULTS}/comparison --processes={threads} > {log} 2>&1"
+        "OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 {params.python} -m benchmarks.ways"
+        " $(dirname {output.compared}) --processes={threads} > {log} 2>&1"

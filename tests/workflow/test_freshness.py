@@ -323,7 +323,9 @@ def remarks(study):
 def of_another_checkout(study):
     """The same results without snakemake's records, beside sources of other times."""
     touched(study)
-    edited(study / "study.yaml", "low: 0, high: 60", "high: 60, low: 0")
+    edited(
+        study / "study.yaml", "design: table.csv, replicates: 2", "replicates: 2, design: table.csv"
+    )
     shutil.rmtree(study / ".snakemake")
 
 
