@@ -16,9 +16,10 @@ from types import SimpleNamespace
 import pytest
 
 from calibration.chain.jobs import leave_record
-from calibration.chain.study import ALWAYS, Study
+from calibration.chain.study import ALWAYS, OF, Study
 from calibration.runs.records import altered
 from calibration.study.config import Config
+from calibration.study.config.schema import VIEWS
 from calibration.study.stages import load_stages, resolve
 from calibration.telling.report import build
 from opened.watch import undeclared, watching
@@ -46,8 +47,9 @@ def looked_through(function):
             named.append(known.get(node.id))
         elif isinstance(node, ast.Attribute):
             owner = getattr(node.value, "id", getattr(node.value, "attr", None))
-            if owner == "config" and node.attr in Config.model_fields:
-                sections.add(node.attr)
+            section = OF.get(node.attr, node.attr)
+            if owner == "config" and (section in Config.model_fields or section in VIEWS):
+                sections.add(section)
             elif owner in ("study", "self"):
                 named.append(inspect.getattr_static(Study, node.attr, None))
             else:

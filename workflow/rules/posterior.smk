@@ -38,7 +38,7 @@ rule posterior:
         f"{STUDY}/logs/posterior.tsv"
     params:
         function="calibration.chain.posterior:posterior",
-        reads=[*RESPONSES, "seed", "posterior"],
+        reads=[*RESPONSES, "own_run", "seed", "posterior"],
     message:
         "posterior: the parameters as a distribution"
     script:
