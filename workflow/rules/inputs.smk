@@ -9,15 +9,15 @@ if BY_JOINT:
 CHAIN = [*CALIBRATION, "answer", "export"]
 
 
-def refusing(asked):
-    """Input function without files: refuses a stage for which `asked` raises."""
+def refusing(asked, files=(), hint=lambda: ""):
+    """Input function: `files`; refuses a stage for which `asked` raises, with a hint behind why."""
 
     def check(wildcards):
         try:
             asked()
         except REFUSALS as error:
-            raise WorkflowError(in_words(error))
-        return []
+            raise WorkflowError(in_words(error) + hint())
+        return files
 
     return check
 
@@ -29,15 +29,8 @@ def needs(key, stage):
 
 def table_that(reads):
     """Input function: the table of measurements; refuses one that `reads` refuses."""
-
-    def check(wildcards):
-        try:
-            reads()
-        except REFUSALS as error:
-            raise WorkflowError(in_words(error) + other_settings(SETTINGS.measurements))
-        return MEASUREMENTS
-
-    return check
+    hint = lambda: other_settings(SETTINGS.measurements)
+    return refusing(reads, MEASUREMENTS, hint)
 
 
 # it has values of the target

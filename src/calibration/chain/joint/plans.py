@@ -19,7 +19,7 @@ from calibration.intake.tables import read_written
 from calibration.runs.plans import together, write_plan
 from calibration.statistics.space_filling import space_filling
 from calibration.statistics.ties import first_least
-from calibration.study.config.joint import joint_targets, joint_tests
+from calibration.study.config.joint import joint_tests, refined_tests
 from calibration.study.simulated_tests import simulated
 from dem.experiments import experiments
 
@@ -49,8 +49,7 @@ def plan_joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
         draws = joint_of(config, Emulators(factors, first)).posterior(config.seed).draws
         points = _spread(draws, config.joint.second_wave, config.seed)
         before = config.joint.runs + config.joint.repeated
-        rigs = [*(r for t in joint_targets(config) for r in t.tests), config.joint.machine]
-        for rig in dict.fromkeys(r for r in rigs if r):
+        for rig in refined_tests(config):
             parts.append(_planned(study, rig, factors, points, before))
     table, specs = _numbered([(first.drop(columns="run"), {}), *parts])
     made = set(first["run_id"])

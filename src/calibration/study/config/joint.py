@@ -106,6 +106,13 @@ def joint_targets(config: Config) -> list[JointTarget]:
     return found + [_of_curves(config, own, names) for own, names in curves.items()]
 
 
+def refined_tests(config: Config) -> list[str]:
+    """Names of the tests that get runs where the first posterior is wide: those of the targets, and
+    the one that is to be predicted. Raises ConfigError."""
+    names = [*(name for t in joint_targets(config) for name in t.tests), config.joint.machine]
+    return list(dict.fromkeys(name for name in names if name))
+
+
 def _of_curves(config, curves, names):
     over = SHAPES[curves.shape].setting
     tests = tuple(names)

@@ -12,9 +12,8 @@ from calibration.intake.quantities import quantity_name
 from calibration.intake.tables import summary
 from calibration.statistics.goals import Goal
 from calibration.statistics.stated import Stated
-from calibration.study.config.specs import point_spec
+from calibration.study.config.tests import spec_of
 from calibration.study.matching import NotComparableError, agreeing, sample
-from dem.spec import parse_spec
 from dem.units import behind, unit_of
 
 if TYPE_CHECKING:
@@ -39,8 +38,7 @@ def rows_of(
 ) -> list[Measurement]:
     """The measured conditions of a metric that a test is at; levers in `but` do not count. Raises
     ConfigError."""
-    experiment = config.tests[name].experiment
-    spec = parse_spec(point_spec(config.run_of(name), experiment, {}, 1))
+    experiment, spec = config.tests[name].experiment, spec_of(config, name)
     own = replace(table, conditions=tuple(c for c in table.conditions if c.test in ("", name)))
     return agreeing(own, experiment, quantity_name(metric), spec, but)
 

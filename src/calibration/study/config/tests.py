@@ -9,6 +9,7 @@ from calibration.errors import CalibrationError, ConfigError
 from calibration.intake.curves import SHAPES
 from calibration.study.config.schema import METRICS
 from calibration.study.config.specs import SEEDS_A_STAGE, point_spec, states
+from calibration.study.sweeps import SWEEPS
 from dem.errors import SpecError
 from dem.spec import parse_spec
 
@@ -21,7 +22,7 @@ NO_WORD = ("na", "nan", "null", "none", "true", "false", "inf")
 """What a table's reader takes for a value, or for none."""
 
 SHEAR = "shear"
-SWEPT = ("tilt", "drop", SHEAR)
+SWEPT = (*SWEEPS, SHEAR)
 """Experiments over which a factor is swept."""
 
 LEAST_LEVELS = {SHEAR: 3}
@@ -35,9 +36,9 @@ def spec_of(config: Config, name: str) -> RunSpec:
 
 def swept_test(config: Config, experiment: str) -> str:
     """Name of the test of an experiment that has a sweep. Raises ConfigError without one."""
-    for name, test in config.tests.items():
-        if test.experiment == experiment and test.sweep:
-            return name
+    name = config.of_experiment(experiment)
+    if name and config.tests[name].sweep:
+        return name
     raise ConfigError(
         f"must be given for the stage {experiment}", key="tests",
         allowed=f"a test with experiment: {experiment} and sweep: {{ levels: ... }}",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from calibration.study.config.joint import joint_targets, joint_tests
+from calibration.study.config.joint import joint_tests, refined_tests
 from calibration.study.stages.stage import Figure, Plan, Stage
 from dem.experiments import experiments
 
@@ -12,28 +12,18 @@ if TYPE_CHECKING:
     from calibration.study.config import Config
 
 
-def runs_of(config: Config, rig: str) -> int:
-    """Number of runs of a rig: the common design, what is repeated of it where runs scatter, and
-    the points that are added where the rig has a target."""
-    rules = config.joint
-    twice = rules.repeated if experiments()[config.tests[rig].experiment].poured else 0
-    return rules.runs + twice + _added(config, rig)
-
-
-def _added(config, rig):
-    asked = [*(r for t in joint_targets(config) for r in t.tests), config.joint.machine]
-    return config.joint.second_wave if rig in asked else 0
-
-
-def _first(config):
-    """Runs that a study which waits for the stage plans first; none of another."""
+def _first(config: Config) -> int:
+    """Runs that a study which waits for the stage plans first, none of another: the common design
+    of each test, and what is repeated of it where runs scatter."""
     waits = joint_tests(config) if "joint" in config.supplements else ()
-    return sum(runs_of(config, rig) - _added(config, rig) for rig in waits)
+    scatter = [experiments()[config.tests[name].experiment].poured for name in waits]
+    return config.joint.runs * len(scatter) + config.joint.repeated * sum(scatter)
 
 
-def _second(config):
-    waits = joint_tests(config) if "joint" in config.supplements else ()
-    return sum(_added(config, rig) for rig in waits)
+def _second(config: Config) -> int:
+    """Runs that are added where the posterior is wide."""
+    waits = refined_tests(config) if "joint" in config.supplements else ()
+    return config.joint.second_wave * len(waits)
 
 
 STAGES = (
