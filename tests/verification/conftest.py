@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 import pytest
 
-from calibration.figures import STYLE, save
+from calibration.figures import save, styled
 from dem.fingerprint import engine_fingerprint
 from recording import FIGURE, RECORD, name_of
 
@@ -48,7 +48,7 @@ def figure(request, tmp_path_factory):
     drawn = {}
 
     def new(topic, name, caption, columns=1):
-        with plt.rc_context(STYLE):
+        with styled() as plt:
             fig, axes = plt.subplots(
                 1, columns, figsize=(5.6 if columns == 1 else 9.6, 3.8), layout="constrained"
             )

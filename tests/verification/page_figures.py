@@ -2,17 +2,16 @@
 
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 from calibration import figures
-from calibration.figures import BLUE, GREY, ORANGE, STYLE, save
+from calibration.figures import BLUE, GREY, ORANGE, save, styled
 
 FOLDER = Path(__file__).parents[2] / "docs" / "verification"
 
 
 def _axes(width=5.6, height=3.8):
-    with plt.rc_context(STYLE):
+    with styled() as plt:
         return plt.subplots(figsize=(width, height), layout="constrained")
 
 

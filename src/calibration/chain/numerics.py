@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import pandas as pd
+import scipy
 from pydantic import BaseModel, Field, ValidationError
-from scipy import stats
 
 from calibration import figures
 from calibration.errors import ConfigError, first_fault
@@ -105,7 +105,7 @@ def _difference(ours, theirs):
     """Of the means of two samples (series); NaN where one has fewer than two values."""
     if min(len(ours), len(theirs)) < 2:
         return dict.fromkeys(("difference", "low", "high", "seed_sd"), np.nan)
-    low, high = stats.ttest_ind(ours, theirs, equal_var=False).confidence_interval(0.95)
+    low, high = scipy.stats.ttest_ind(ours, theirs, equal_var=False).confidence_interval(0.95)
     spread = float(np.sqrt((ours.var() + theirs.var()) / 2))
     difference = ours.mean() - theirs.mean()
     row = {"difference": difference, "low": low, "high": high, "seed_sd": spread}

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-from scipy import stats
+import scipy
 
 from calibration import figures
 from calibration.errors import CalibrationError
@@ -82,7 +82,7 @@ def _row(rig, heaps):
     if len(values) < 2:
         return None
     sd = float(values.std(ddof=1))
-    reach = float(stats.t.ppf(0.5 + 0.5 * LEVEL, len(values) - 1) * sd / np.sqrt(len(values)))
+    reach = float(scipy.stats.t.ppf(0.5 + 0.5 * LEVEL, len(values) - 1) * sd / np.sqrt(len(values)))
     mean = float(values.mean())
     return {
         "rig": rig,
@@ -122,7 +122,8 @@ def _reach_of_any(a, b, rates):
     and Howell (1976), Journal of Educational Statistics 1:113."""
     parts = np.array([row["sd"] ** 2 / row["heaps"] for row in (a, b)])
     freedom = parts.sum() ** 2 / (parts**2 / [a["heaps"] - 1, b["heaps"] - 1]).sum()
-    return float(stats.studentized_range.ppf(LEVEL, rates, freedom) * np.sqrt(0.5 * parts.sum()))
+    quantile = scipy.stats.studentized_range.ppf(LEVEL, rates, freedom)
+    return float(quantile * np.sqrt(0.5 * parts.sum()))
 
 
 def _range(rows, summary, response):

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-from scipy import stats
+import scipy
 
 from calibration import figures
 from calibration.errors import CalibrationError, ConfigError
@@ -128,7 +128,7 @@ def _decides(table, metric, parameters):
     nothing = {"decides": None, "rank_correlation": None}
     if means[metric].nunique() < 2 or not parameters:
         return nothing
-    found = {p: stats.spearmanr(means[p], means[metric]) for p in parameters}
+    found = {p: scipy.stats.spearmanr(means[p], means[metric]) for p in parameters}
     best = parameters[first_largest([abs(found[p].statistic) for p in parameters])]
     if len(means) < 4 or found[best].pvalue * len(parameters) > ALPHA:
         return nothing

@@ -18,7 +18,7 @@ from calibration.figures.pulls import pulls
 from calibration.figures.push_through import pushed_through
 from calibration.figures.replicates import validation
 from calibration.figures.screening import half_normal, pareto
-from calibration.figures.style import BLUE, GREEN, GREY, ORANGE, STYLE, save, subplots
+from calibration.figures.style import BLUE, GREEN, GREY, ORANGE, panel_grid, save, styled, subplots
 from calibration.figures.surface import perturbation, predicted_actual, residual_panel, surfaces
 
 __all__ = [
@@ -28,7 +28,6 @@ __all__ = [
     "GREY",
     "ORANGE",
     "PLACES",
-    "STYLE",
     "Response",
     "ascent_path",
     "contours",
@@ -38,6 +37,7 @@ __all__ = [
     "label",
     "next_measurements",
     "numerics",
+    "panel_grid",
     "parameter_words",
     "pareto",
     "perturbation",
@@ -51,6 +51,7 @@ __all__ = [
     "response_of",
     "save",
     "scaling",
+    "styled",
     "subplots",
     "surfaces",
     "sweep",

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 from calibration.figures.labels import ANGLE, label, response_of
 from calibration.figures.planes import pairs_of, plane
-from calibration.figures.style import BLUE, ORANGE, STYLE, panel_grid, subplots
+from calibration.figures.style import BLUE, ORANGE, panel_grid, styled, subplots
 from calibration.statistics.goals import overall_desirability
 
 if TYPE_CHECKING:
@@ -32,7 +31,7 @@ def contours(
 ) -> Figure:
     """Contours through the chosen point with the solution set drawn in."""
     pairs = pairs_of(region)
-    with plt.rc_context(STYLE):  # type: ignore[arg-type]  # names of matplotlib
+    with styled():
         figure, rows, columns = panel_grid(len(pairs), (4.1, 3.5))
         for n, (i, j) in enumerate(pairs):
             ax = figure.add_subplot(rows, columns, n + 1)
@@ -64,7 +63,7 @@ def desirability_contours(
     shows where a response meets its target. surfaces and goals have the same order; found:
     `Compromise`. Returns a matplotlib Figure."""
     pairs = pairs_of(region)
-    with plt.rc_context(STYLE):  # type: ignore[arg-type]  # names of matplotlib
+    with styled():
         figure, rows, columns = panel_grid(len(pairs), (4.8, 4.0))
         for n, pair in enumerate(pairs):
             ax = figure.add_subplot(rows, columns, n + 1)

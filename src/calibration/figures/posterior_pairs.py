@@ -6,11 +6,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 from calibration.figures.labels import ANGLE, label, response_of
-from calibration.figures.style import BLUE, GREEN, GREY, ORANGE, STYLE, subplots
+from calibration.figures.style import BLUE, GREEN, GREY, ORANGE, styled, subplots
 from calibration.statistics.numbers import fixed
 from calibration.statistics.stated import Stated
 
@@ -38,7 +37,7 @@ def posterior_pairs(
     {name: natural level} of the chosen point. The frame is the region, which is the prior's box.
     """
     d = len(region)
-    with plt.rc_context(STYLE):  # type: ignore[arg-type]  # names of matplotlib
+    with styled() as plt:
         size = 2.6 * max(d, 1.6)
         figure, axes = plt.subplots(
             d, d, figsize=(size, 0.92 * size), layout="constrained", squeeze=False

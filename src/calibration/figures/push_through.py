@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import matplotlib.pyplot as plt
-
 from calibration.figures.labels import label, response_of
-from calibration.figures.style import BLUE, ORANGE, STYLE, panel_grid, subplots
+from calibration.figures.style import BLUE, ORANGE, panel_grid, styled, subplots
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -26,7 +24,7 @@ def pushed_through(rows: Sequence[tuple[Mapping[str, Any], pd.DataFrame]]) -> Fi
         ax.set_axis_off()
         ax.text(0.5, 0.5, "no run gave a value", ha="center")
         return figure
-    with plt.rc_context(STYLE):  # type: ignore[arg-type]  # names of matplotlib
+    with styled():
         figure, down, across = panel_grid(len(rows), (4.1, 3.2))
         for n, (row, table) in enumerate(rows):
             _panel(figure.add_subplot(down, across, n + 1), row, table)

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.patches import Patch
 
 from calibration.figures.labels import ANGLE, label
 from calibration.figures.style import BLUE, GREY, ORANGE, subplots
@@ -50,6 +49,8 @@ def pareto(
     response: Response = ANGLE,
 ) -> Figure:
     """Pareto chart of absolute effects with the limits of significance at level alpha."""
+    from matplotlib.patches import Patch
+
     figure, ax = subplots()
     order = table.reindex(table["effect"].abs().sort_values().index)
     colour = np.where(order["effect"] > 0, BLUE, ORANGE)

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import matplotlib.pyplot as plt
 import numpy as np
-from scipy import stats
+import scipy
 
 from calibration.figures.labels import ANGLE, label
 from calibration.figures.planes import label_3d, pairs_of, plane
-from calibration.figures.style import BLUE, GREY, STYLE, panel_grid, subplots
+from calibration.figures.style import BLUE, GREY, panel_grid, styled, subplots
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,7 +44,7 @@ def residual_panel(surface: Surface, response: Response = ANGLE) -> Figure:
     d = surface.diagnostics
     figure, ax = subplots(2, 2, size=(7.2, 5.8))
     z = np.sort(d["externally_studentised"])
-    q = stats.norm.ppf((np.arange(1, len(z) + 1) - 0.5) / len(z))
+    q = scipy.stats.norm.ppf((np.arange(1, len(z) + 1) - 0.5) / len(z))
     ax[0, 0].scatter(z, q, color=BLUE)
     ax[0, 0].plot(q, q, color=GREY, lw=1)
     ax[0, 0].set(xlabel="externally studentised residual", ylabel="normal quantile")
@@ -54,7 +53,7 @@ def residual_panel(surface: Surface, response: Response = ANGLE) -> Figure:
         (ax[1, 0], d["run"], "run"),
     ):
         panel.scatter(x, d["externally_studentised"], color=BLUE)
-        limit = stats.t.ppf(1 - 0.025 / len(d), max(surface.df - 1, 1))
+        limit = scipy.stats.t.ppf(1 - 0.025 / len(d), max(surface.df - 1, 1))
         for y in (-limit, 0, limit):
             panel.axhline(y, color=GREY, lw=1, ls="-" if y == 0 else "--")
         panel.set(xlabel=name, ylabel="externally studentised residual")
@@ -82,7 +81,7 @@ def perturbation(
 def surfaces(surface: Surface, region: Sequence[CodedFactor], response: Response = ANGLE) -> Figure:
     """Response surfaces of all pairs of factors, the others at the centre."""
     pairs = pairs_of(region)
-    with plt.rc_context(STYLE):  # type: ignore[arg-type]  # names of matplotlib
+    with styled():
         figure, rows, columns = panel_grid(len(pairs), (3.9, 3.6))
         for n, (i, j) in enumerate(pairs):
             ax = figure.add_subplot(rows, columns, n + 1, projection="3d")

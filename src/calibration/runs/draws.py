@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from calibration.runs.all_runs import finished
 from dem.results import OTHER
@@ -139,8 +139,8 @@ def difference(
     error = np.sqrt(float(np.sum((y - slope * x) ** 2)) / freedom / moment)
     if error == 0.0:  # a metric without scatter: equal, or surely not
         return -slope, -slope, -slope, 1.0 if slope == 0.0 else 0.0
-    half = float(stats.t.ppf((1.0 + level) / 2.0, freedom)) * error
-    p = float(2.0 * stats.t.sf(abs(slope) / error, freedom))
+    half = float(scipy.stats.t.ppf((1.0 + level) / 2.0, freedom)) * error
+    p = float(2.0 * scipy.stats.t.sf(abs(slope) / error, freedom))
     return -slope, -slope - half, -slope + half, p
 
 

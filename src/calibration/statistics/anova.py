@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy import stats
+import scipy
 
 from calibration.errors import CalibrationError, RankDeficientError
 
@@ -20,7 +20,7 @@ def anova_row(
     and finite."""
     row = {"source": source, "sum_sq": sum_sq, "df": df, "mean_sq": sum_sq / df}
     if f is not None and np.isfinite(f):
-        row |= {"F": f, "p": float(stats.f.sf(f, df, df_error))}
+        row |= {"F": f, "p": float(scipy.stats.f.sf(f, df, df_error))}
     return row
 
 

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import pyDOE3
 
 from calibration.errors import CalibrationError, ConfigError, RankDeficientError
 from calibration.intake.tables import read_table
@@ -44,6 +43,8 @@ def plackett_burman(
     runs = runs or max(12, 4 * (k // 4 + 1))
     if runs % 4 or not k < runs <= MAX_SCREENING + 1:
         raise CalibrationError(f"{runs} runs do not make a Plackett-Burman design for {k} factors")
+    import pyDOE3  # it loads a library in half a second
+
     matrix = np.asarray(pyDOE3.pbdesign(runs - 1), float)[:, :k]
     orthogonal = np.array_equal(matrix.T @ matrix, runs * np.eye(k))
     if (
@@ -109,6 +110,8 @@ def box_behnken(
     if k in TRIPLES:
         matrix = _from_blocks(TRIPLES[k], k, centre_runs)
     else:
+        import pyDOE3
+
         matrix = np.asarray(pyDOE3.bbdesign(k, center=centre_runs), float)
     edges = np.abs(matrix).sum(1) > 0
     if (

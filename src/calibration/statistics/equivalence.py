@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy import optimize, stats
+import scipy
 
 from calibration.errors import CalibrationError
 
@@ -44,7 +44,7 @@ def limits(
 ) -> tuple[float, float]:
     """(low, high) of the 1 - 2 alpha interval of a difference with standard error `se` on `freedom`
     degrees."""
-    half = float(stats.t.ppf(1.0 - alpha, freedom)) * se if se > 0.0 else 0.0
+    half = float(scipy.stats.t.ppf(1.0 - alpha, freedom)) * se if se > 0.0 else 0.0
     return difference - half, difference + half
 
 
@@ -158,10 +158,12 @@ def rms_interval(
 
     def share(ratio, centre):
         if math.isinf(freedom):
-            return stats.ncx2.cdf(n * ratio, n, centre) if centre else stats.chi2.cdf(n * ratio, n)
+            if centre:
+                return scipy.stats.ncx2.cdf(n * ratio, n, centre)
+            return scipy.stats.chi2.cdf(n * ratio, n)
         if centre:
-            return stats.ncf.cdf(ratio, n, freedom, centre)
-        return stats.f.cdf(ratio, n, freedom)
+            return scipy.stats.ncf.cdf(ratio, n, freedom, centre)
+        return scipy.stats.f.cdf(ratio, n, freedom)
 
     def end(ratio, probability):
         if share(ratio, 0.0) <= probability:
@@ -169,7 +171,7 @@ def rms_interval(
         top = 4.0 * n * (ratio + 1.0)
         while share(ratio, top) > probability:
             top *= 2.0
-        centre = optimize.brentq(lambda c: share(ratio, c) - probability, 0.0, top)
+        centre = scipy.optimize.brentq(lambda c: share(ratio, c) - probability, 0.0, top)
         return math.sqrt(centre * variance / n)
 
     ratio = mean_square / variance
@@ -216,7 +218,7 @@ def together(
     if known == 0.0:
         p = 0.0 if square > 0.0 else 1.0
     else:
-        p = float(stats.chi2.sf(n * square / known, n) if math.isinf(freedom)
-                  else stats.f.sf(square / known, n, freedom))  # fmt: skip
+        p = float(scipy.stats.chi2.sf(n * square / known, n) if math.isinf(freedom)
+                  else scipy.stats.f.sf(square / known, n, freedom))  # fmt: skip
     decision = decide(interval, runs, margin)
     return Together(n, float(d.mean()), math.sqrt(square), math.sqrt(true), p, decision)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy import stats
+import scipy
 
 from calibration.errors import CalibrationError
 
@@ -48,7 +48,7 @@ def nested(values: npt.ArrayLike, of: npt.ArrayLike, level: float = 0.95) -> Nes
     df = n - 1.0
     if freedom and total > 0.0:
         df = total**2 / (draws**2 / (n - 1) + rest**2 / freedom)
-    reach = stats.t.ppf(0.5 + 0.5 * level, df) * np.sqrt(total + draws / n)
+    reach = scipy.stats.t.ppf(0.5 + 0.5 * level, df) * np.sqrt(total + draws / n)
     mean = float(means.mean())
     return Nested(
         mean,

@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
-from scipy import optimize
-from scipy.stats import qmc
+import scipy
 
 from calibration.errors import CalibrationError
 from calibration.statistics.goals import RULES, Goal, overall_desirability
@@ -85,7 +84,7 @@ def _crossings(surface, target, k, seed):
 
     The chords run through pairs of quasi-random points from face to face, so that the set is met up
     to the faces."""
-    pairs = 2.0 * qmc.Sobol(2 * k, seed=seed).random(CANDIDATES) - 1.0
+    pairs = 2.0 * scipy.stats.qmc.Sobol(2 * k, seed=seed).random(CANDIDATES) - 1.0
     a, b = _chord(pairs[:, :k], pairs[:, k:])
     fa, fm, fb = (surface.predict(p) - target for p in (a, 0.5 * (a + b), b))
     # f(t) = c2 t^2 + c1 t + c0 through t = 0, 1/2, 1
@@ -118,7 +117,7 @@ def _chord(a, b):
 def _refine(surface, target, start, merit):
     """The point of least merit on the solution set, searched from `start`, which is kept where that
     fails."""
-    found = optimize.minimize(
+    found = scipy.optimize.minimize(
         lambda x: float(merit(x[None])[0]),
         start,
         method="SLSQP",
@@ -143,10 +142,10 @@ def _extent(surface, target, points):
 
 def _nearest(surface, target, seed):
     k = len(surface.codes)
-    starts = 2.0 * qmc.Sobol(k, seed=seed).random(256) - 1.0
+    starts = 2.0 * scipy.stats.qmc.Sobol(k, seed=seed).random(256) - 1.0
     best = starts[np.argsort(np.abs(surface.predict(starts) - target))[:8]]
     fits = [
-        optimize.minimize(
+        scipy.optimize.minimize(
             lambda x: (float(surface.predict([x])[0]) - target) ** 2,
             s,
             bounds=[(-1, 1)] * k,
@@ -162,11 +161,11 @@ def most_desirable(
 ) -> tuple[np.ndarray, float]:
     """Point (factors,) of the cube with the largest overall desirability, and that desirability."""
     k = len(surfaces[0].codes)
-    starts = 2.0 * qmc.Sobol(k, seed=seed).random(CANDIDATES) - 1.0
+    starts = 2.0 * scipy.stats.qmc.Sobol(k, seed=seed).random(CANDIDATES) - 1.0
     value = overall_desirability(surfaces, goals, starts)
     best = starts[largest_first(value)[:8]]
     fits = [
-        optimize.minimize(
+        scipy.optimize.minimize(
             lambda x: -float(overall_desirability(surfaces, goals, [x])[0]),
             s,
             bounds=[(-1, 1)] * k,
@@ -205,7 +204,7 @@ def pareto_front(
     by weighing the two goals in turn (Deb 2001, Multi-Objective Optimization, chapter 2).
     """
     k = len(surfaces[0].codes)
-    points = 2.0 * qmc.Sobol(k, seed=seed).random(CANDIDATES) - 1.0
+    points = 2.0 * scipy.stats.qmc.Sobol(k, seed=seed).random(CANDIDATES) - 1.0
     climbed = [most_desirable(surfaces, _weighed(goals, share), seed)[0] for share in FRONT_WEIGHTS]
     points = np.vstack([points, climbed])
     both = zip(goals, surfaces, strict=True)
@@ -233,7 +232,7 @@ def compromise(surfaces: Sequence[Surface], goals: Sequence[Goal], seed: int = 1
             "no point of the region is acceptable in all targets at once; widen their low and "
             "high, or move the region"
         )
-    sample = 2.0 * qmc.Sobol(len(chosen), seed=seed).random(CANDIDATES) - 1.0
+    sample = 2.0 * scipy.stats.qmc.Sobol(len(chosen), seed=seed).random(CANDIDATES) - 1.0
     near = sample[overall_desirability(surfaces, goals, sample) >= NEARLY * best]
     points = np.vstack([chosen, near])
     return Compromise(chosen, best, points, points.min(0), points.max(0))

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from math import ceil, sqrt
 
 import numpy as np
-from scipy.special import stdtrit
+import scipy
 
 ALPHA = 0.05
 
@@ -43,4 +43,4 @@ def mean_interval(
 
 def _reach(first, alpha):
     """Half width [the values' unit] of the interval of a single value."""
-    return float(stdtrit(len(first) - 1, 1.0 - alpha / 2.0) * np.std(first, ddof=1))
+    return float(scipy.special.stdtrit(len(first) - 1, 1.0 - alpha / 2.0) * np.std(first, ddof=1))

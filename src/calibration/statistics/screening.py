@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from scipy import stats
+import scipy
 
 from calibration.errors import CalibrationError, RankDeficientError
 from calibration.statistics.anova import (
@@ -79,7 +79,7 @@ def screen(
     table["vif"] = scale**2 * ((levels - levels.mean(axis=0)) ** 2).sum(axis=0)
     table["p_seeds"] = np.nan
     if seed_sd:
-        table["p_seeds"] = 2.0 * stats.t.sf(np.abs(beta) / (scale * seed_sd), df_seeds)
+        table["p_seeds"] = 2.0 * scipy.stats.t.sf(np.abs(beta) / (scale * seed_sd), df_seeds)
     mean_se = float(np.sqrt((table["se"] ** 2).mean()))
     return Screening(
         table,
@@ -87,8 +87,8 @@ def screen(
             table, residual @ residual, df, (sigma, df_error), total, (seeds, df_seeds)
         ),
         method,
-        float(stats.t.ppf(1.0 - alpha / 2, df_error)) * mean_se,
-        float(stats.t.ppf(1.0 - alpha / 2 / k, df_error)) * mean_se,
+        float(scipy.stats.t.ppf(1.0 - alpha / 2, df_error)) * mean_se,
+        float(scipy.stats.t.ppf(1.0 - alpha / 2 / k, df_error)) * mean_se,
         seed_sd,
     )
 
@@ -136,7 +136,7 @@ def _effects(codes, beta, scale, sigma, df, total):
     t = np.abs(effects) / se
     order = largest_first(-np.abs(effects))
     score = np.empty(k)
-    score[order] = stats.norm.ppf(0.5 + 0.5 * (np.arange(1, k + 1) - 0.5) / k)
+    score[order] = scipy.stats.norm.ppf(0.5 + 0.5 * (np.arange(1, k + 1) - 0.5) / k)
     sum_sq = (beta / scale) ** 2
     return pd.DataFrame(
         {
@@ -147,7 +147,7 @@ def _effects(codes, beta, scale, sigma, df, total):
             "contribution_percent": 100.0 * sum_sq / total,
             "t": t,
             "F": t**2,
-            "p": 2.0 * stats.t.sf(t, df),
+            "p": 2.0 * scipy.stats.t.sf(t, df),
             "half_normal_score": score,
         }
     )
@@ -233,7 +233,7 @@ def interactions(
         taken = float(own @ y) ** 2 / size if size > 1e-9 * len(y) else 0.0
         f = taken / (seeds / df_seeds)
         row = {"pair": codes[i] + codes[j], "sum_sq": taken, "share": taken / lack, "F": f}
-        rows.append(row | {"p": float(stats.f.sf(f, 1, df_seeds))})
+        rows.append(row | {"p": float(scipy.stats.f.sf(f, 1, df_seeds))})
     table = pd.DataFrame(rows)
     return table.iloc[largest_first(table["sum_sq"])].reset_index(drop=True)
 

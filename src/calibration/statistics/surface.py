@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from scipy import optimize, stats
+import scipy
 
 from calibration.errors import CalibrationError
 from calibration.statistics.anova import (
@@ -90,7 +90,7 @@ class Surface:
         yhat +- t s sqrt(1/runs + x' (X'X)^-1 x); with runs = inf, for the true
         mean."""
         centre, mean_se = self.predict(levels), self.standard_error(levels)
-        half = stats.t.ppf(1 - alpha / 2, self.df) * np.sqrt(self.sigma2 / runs + mean_se**2)
+        half = scipy.stats.t.ppf(1 - alpha / 2, self.df) * np.sqrt(self.sigma2 / runs + mean_se**2)
         return centre - half, centre + half
 
     def canonical(self) -> dict[str, Any]:
@@ -169,7 +169,7 @@ def _least_on_sphere(values, g, r):
         z[0] = np.copysign(np.sqrt(max(r**2 - float(z[1:] @ z[1:]), 0.0)), z[0])
         return z
     high = -values[0] + 1.001 * np.linalg.norm(g) / (2 * r)
-    return -g / (2 * (values + optimize.brentq(excess, low, high, xtol=1e-15 * scale)))
+    return -g / (2 * (values + scipy.optimize.brentq(excess, low, high, xtol=1e-15 * scale)))
 
 
 def fit_surface(
@@ -235,7 +235,7 @@ def outlier_limit(surface: Surface, alpha: float = 0.05) -> float:
     free = int(surface.diagnostics["externally_studentised"].notna().sum())
     if surface.df < 2 or not free:
         return np.nan
-    return float(stats.t.ppf(1.0 - alpha / 2.0 / free, surface.df - 1))
+    return float(scipy.stats.t.ppf(1.0 - alpha / 2.0 / free, surface.df - 1))
 
 
 def outliers(surface: Surface, alpha: float = 0.05) -> np.ndarray:
@@ -288,7 +288,7 @@ def parameter_interval(
     levels[:, k] = grid
     own, other = surface.standard_error(levels) ** 2, target_se**2
     df = (own + other) ** 2 / (own**2 / surface.df + other**2 / target_df)
-    reach = stats.t.ppf(1 - alpha / 2, df) * np.sqrt(own + other)
+    reach = scipy.stats.t.ppf(1 - alpha / 2, df) * np.sqrt(own + other)
     inside = np.abs(surface.predict(levels) - target) <= reach
     start = int(np.argmin(np.abs(grid - point[k])))
     if not inside[start]:
@@ -325,7 +325,7 @@ def _anova(terms, beta, inverse, y, sse, df, levels):
 
 def _coefficients(terms, beta, inverse, sigma2, df, x, alpha):
     se = np.sqrt(sigma2 * np.diag(inverse))
-    half = stats.t.ppf(1 - alpha / 2, df) * se
+    half = scipy.stats.t.ppf(1 - alpha / 2, df) * se
     spread = ((x - x.mean(0)) ** 2).sum(0)
     return pd.DataFrame(
         {
@@ -333,7 +333,7 @@ def _coefficients(terms, beta, inverse, sigma2, df, x, alpha):
             "estimate": beta,
             "se": se,
             "t": beta / se,
-            "p": 2 * stats.t.sf(np.abs(beta / se), df),
+            "p": 2 * scipy.stats.t.sf(np.abs(beta / se), df),
             "low": beta - half,
             "high": beta + half,
             "vif": np.where(spread > 0, np.diag(inverse) * spread, np.nan),

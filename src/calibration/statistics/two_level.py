@@ -7,7 +7,6 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-import pyDOE3
 
 from calibration.errors import CalibrationError
 from calibration.statistics.design import MAX_SCREENING, tabulate
@@ -30,6 +29,8 @@ def resolution_iv(
     k = len(factors)
     if not 1 <= k <= MAX_SCREENING:
         raise CalibrationError(f"screening takes 1 to {MAX_SCREENING} factors, not {k}")
+    import pyDOE3
+
     matrix = pyDOE3.fracfact(generators(k))[:, :k]
     matrix = np.vstack([matrix, np.zeros((centre_runs, k))])
     return tabulate(matrix, factors, replicates)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy import stats
+import scipy
 
 from calibration.errors import CalibrationError
 from calibration.statistics.equivalence import Error, decide_difference
@@ -72,11 +72,10 @@ def compare(
     vs, vm = s.var(ddof=1) / len(s), m.var(ddof=1) / len(m)
     se = float(np.sqrt(vs + vm))
     df = (vs + vm) ** 2 / (vs**2 / (len(s) - 1) + vm**2 / (len(m) - 1))
-    half, narrow = stats.t.ppf(1 - alpha / 2, df) * se, stats.t.ppf(1 - alpha, df) * se
+    half, narrow = scipy.stats.t.ppf(1 - alpha / 2, df) * se, scipy.stats.t.ppf(1 - alpha, df) * se
     t = difference / se
-    one_sided = max(
-        stats.t.sf((difference + margin) / se, df), stats.t.cdf((difference - margin) / se, df)
-    )
+    below = scipy.stats.t.sf((difference + margin) / se, df)
+    one_sided = max(below, scipy.stats.t.cdf((difference - margin) / se, df))
     between, within = variance_components(groups)
     own, theirs = Error(vs**0.5, len(s) - 1, len(s)), Error(vm**0.5, len(m) - 1)
     decision = decide_difference(difference, own, theirs, margin, alpha)
@@ -84,7 +83,7 @@ def compare(
         float(s.mean()), float(s.std(ddof=1)), len(s), float(m.mean()), float(m.std(ddof=1)),
         len(m),
         difference, difference - half, difference + half, 100.0 * abs(difference) / float(m.mean()),
-        float(t), float(2 * stats.t.sf(abs(t), df)), margin, float(one_sided),
+        float(t), float(2 * scipy.stats.t.sf(abs(t), df)), margin, float(one_sided),
         bool(one_sided < alpha),
         difference - narrow, difference + narrow, decision.more_runs, between, within,
     )  # fmt: skip

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
+import scipy
 from numpy.typing import ArrayLike
-from scipy import stats
 
 from calibration import figures
 from calibration.errors import ConfigError
@@ -60,7 +60,7 @@ def measured_locus(config: Config) -> tuple[float, float]:
             value=loads[0],
             allowed="shear stresses at two normal stresses or more",
         )
-    line = stats.linregress(loads, [m.value for m in found])
+    line = scipy.stats.linregress(loads, [m.value for m in found])
     return round(float(line.slope), DIGITS), round(float(line.intercept), DIGITS)
 
 
@@ -85,9 +85,9 @@ def yield_locus(
 ) -> dict[str, Any]:
     """Straight line shear = slope * normal + intercept through stresses (n,) [kPa], with intervals
     and the p of a zero intercept, for JSON."""
-    fit = stats.linregress(normal, shear)
-    t = stats.t.ppf(1 - alpha / 2, len(normal) - 2)
-    zero = 2 * stats.t.sf(abs(fit.intercept / fit.intercept_stderr), len(normal) - 2)
+    fit = scipy.stats.linregress(normal, shear)
+    t = scipy.stats.t.ppf(1 - alpha / 2, len(normal) - 2)
+    zero = 2 * scipy.stats.t.sf(abs(fit.intercept / fit.intercept_stderr), len(normal) - 2)
     return {
         "slope": float(fit.slope),
         "slope_interval": [float(fit.slope - t * fit.stderr), float(fit.slope + t * fit.stderr)],
@@ -130,7 +130,7 @@ class SlopeCurve:
         return cls(
             coefficients,
             covariance,
-            float(stats.t.ppf(1 - alpha / 2, freedom)),
+            float(scipy.stats.t.ppf(1 - alpha / 2, freedom)),
             mu.min(),
             mu.max(),
         )

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy import stats
+import scipy
 
 from calibration.chain import push_through
 from calibration.files import write_table
@@ -58,7 +58,7 @@ def _share(levels, values, clear):
     95 % interval by Fisher's z; `clear`: part of the variance of the values that is not the seeds'.
     """
     r = float(np.corrcoef(levels, values)[0, 1])
-    reach = stats.norm.ppf(0.5 + 0.5 * LEVEL) / np.sqrt(len(levels) - 3)
+    reach = scipy.stats.norm.ppf(0.5 + 0.5 * LEVEL) / np.sqrt(len(levels) - 3)
     ends = np.tanh(np.arctanh(np.clip(r, -1.0 + 1e-12, 1.0 - 1e-12)) + np.array([-reach, reach]))
     low = 0.0 if ends[0] < 0.0 < ends[1] else float((ends**2).min())
     whole = max(clear, 1e-12)

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
+import scipy
 from numpy.typing import ArrayLike
-from scipy import stats
 
 from calibration import figures
 from calibration.chain.scaling.dimensions import (
@@ -100,7 +100,8 @@ def mean_interval(values: np.ndarray, alpha: float = 0.05) -> dict[str, float]:
     columns = "mean", "sd", "low", "high"
     if len(values) < 2:
         return dict.fromkeys(columns, np.nan)
-    mean, half = values.mean(), stats.t.ppf(1 - alpha / 2, len(values) - 1) * stats.sem(values)
+    mean, quantile = values.mean(), scipy.stats.t.ppf(1 - alpha / 2, len(values) - 1)
+    half = quantile * scipy.stats.sem(values)
     return dict(zip(columns, (mean, values.std(ddof=1), mean - half, mean + half), strict=True))
 
 
@@ -116,7 +117,8 @@ def difference(
     if values.var() + first.var() == 0.0:  # runs without scatter differ exactly or not at all
         low = high = apart
     else:
-        low, high = stats.ttest_ind(values, first, equal_var=False).confidence_interval(1 - alpha)
+        found = scipy.stats.ttest_ind(values, first, equal_var=False)
+        low, high = found.confidence_interval(1 - alpha)
     change = judge(low, high, margin)
     return dict(zip(DIFFERENCE, (apart, low, high), strict=True)) | {"change": change}
 
@@ -137,8 +139,8 @@ def trend(scale: ArrayLike, response: ArrayLike, alpha: float = 0.05) -> tuple[f
         return np.nan, np.nan, np.nan
     scale, response = scale[has], np.asarray(response)[has]
     octaves = np.log2(scale)
-    fit, span = stats.linregress(octaves, response), float(np.ptp(octaves))
-    half = float(stats.t.ppf(1 - alpha / 2, len(octaves) - 2) * fit.stderr) * span
+    fit, span = scipy.stats.linregress(octaves, response), float(np.ptp(octaves))
+    half = float(scipy.stats.t.ppf(1 - alpha / 2, len(octaves) - 2) * fit.stderr) * span
     change = float(fit.slope) * span
     return change, change - half, change + half
 
@@ -281,8 +283,8 @@ def log_slope(
 ) -> tuple[float, float, float]:
     """(exponent, low, high) of a power law through values (n,) > 0 at scales (n,), by a line
     through the logarithms."""
-    fit = stats.linregress(np.log(np.asarray(scale, float)), np.log(np.asarray(value, float)))
-    half = float(stats.t.ppf(1 - alpha / 2, len(scale) - 2) * fit.stderr)
+    fit = scipy.stats.linregress(np.log(np.asarray(scale, float)), np.log(np.asarray(value, float)))
+    half = float(scipy.stats.t.ppf(1 - alpha / 2, len(scale) - 2) * fit.stderr)
     return float(fit.slope), float(fit.slope) - half, float(fit.slope) + half
 
 

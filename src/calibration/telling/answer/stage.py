@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-from scipy import stats
+import scipy
 
 from calibration import engines, figures
 from calibration.chain.joint.words import against
@@ -154,7 +154,7 @@ def _of_the_bench(config, test, found):
     errors = [_error(m)[0] for m in rows]
     if not errors or errors[0] is None:
         return found["inverse"], found["inverse"]
-    reach = stats.t.ppf(1 - ALPHA / 2, max(rows[0].n - 1, 1)) * errors[0]
+    reach = scipy.stats.t.ppf(1 - ALPHA / 2, max(rows[0].n - 1, 1)) * errors[0]
     slope = abs(np.polyval(np.polyder(found["quadratic"]), found["inverse"]))
     return found["inverse"] - reach / slope, found["inverse"] + reach / slope
 
@@ -251,7 +251,7 @@ def _row(row, name, metric, values, why):
         parts = (error**4 / freedom, own**4 / (len(values) - 1))
         behind = whole**4 / sum(parts) if sum(parts) else np.inf
         pull = float((row.value - mean) / whole)
-        p = float(2 * stats.t.sf(abs(pull), behind))
+        p = float(2 * scipy.stats.t.sf(abs(pull), behind))
     note = why
     if mean is not None and error is None:
         note = "a single reading without a standard deviation: nobody can judge it"
@@ -299,7 +299,7 @@ def _instead(study, source, design, levels):
         values, _ = _values(design.loc[design["instead"] == name, "run_id"], metric)
         change, ends = None, None
         if len(values) > 1:
-            found = stats.ttest_ind(values, validated, equal_var=False)
+            found = scipy.stats.ttest_ind(values, validated, equal_var=False)
             low, high = found.confidence_interval(1 - ALPHA)
             change, ends = float(values.mean() - validated.mean()), (float(low), float(high))
         yield Instead(

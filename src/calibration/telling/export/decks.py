@@ -22,7 +22,7 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.stats import t
+import scipy
 
 from calibration import engines
 from calibration.engines import EngineError, rig
@@ -153,7 +153,7 @@ def pour_file(
 def scatter_of_one(expected: Mapping[str, Any]) -> float:
     """Half width of the interval in which ONE_HEAP of single heaps of the calibrated model lie."""
     n = expected["runs"]
-    quantile = t.ppf(0.5 + 0.5 * ONE_HEAP, n - 1)
+    quantile = scipy.stats.t.ppf(0.5 + 0.5 * ONE_HEAP, n - 1)
     return float(quantile * expected["sd"] * math.sqrt(1.0 + 1.0 / n))
 
 

@@ -7,7 +7,7 @@ import json
 from html import escape
 from typing import TYPE_CHECKING
 
-from scipy import stats
+import scipy
 
 from calibration.chain.study import Results
 from calibration.errors import CalibrationError
@@ -81,7 +81,7 @@ def _surface(runs, codes, column, response, target):
         "terms": [[place[c] for c in term] for term in surface.terms],
         "beta": [float(b) for b in surface.beta],
         "covariance": (surface.sigma2 * surface.inverse).tolist(),
-        "t": float(stats.t.ppf(0.975, surface.df)) if surface.df > 0 else None,
+        "t": float(scipy.stats.t.ppf(0.975, surface.df)) if surface.df > 0 else None,
         "target": target,
         "unit": response.unit,
         "name": response.name,
