@@ -21,7 +21,7 @@ from snakemake.settings.types import (
 )
 from snakemake_interface_executor_plugins.settings import ExecMode
 
-from calibration.study.stages import resolve
+from calibration.study.stage import resolve
 from opened.watch import undeclared, watching
 from stage_files import Files
 

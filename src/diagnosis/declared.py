@@ -1,10 +1,10 @@
-"""The stages of the diagnosis, as `calibration.study.stages` describes them."""
+"""The stages of the diagnosis, as `calibration.study.stage` describes them."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from calibration.study.stages import Figure, Plan, Stage
+from calibration.study.stage import Figure, Plan, Stage
 
 if TYPE_CHECKING:
     from pathlib import Path

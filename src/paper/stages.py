@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import yaml
 
-from calibration.study.stages import Plan, Stage
+from calibration.study.stage import Plan, Stage
 
 if TYPE_CHECKING:
     from calibration.chain.study import Study

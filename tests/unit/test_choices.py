@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import yaml
 
-from calibration.chain.screening import _going_on
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError, ConfigError
 from calibration.runs.feasibility import check_ahead
+from calibration.stages.screening import _going_on
 from calibration.statistics.screening import screen
 from calibration.statistics.screening_design import screening_design
 from calibration.study.config import parse_config

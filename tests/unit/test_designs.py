@@ -11,10 +11,10 @@ import pyDOE3
 import pytest
 import yaml
 
-from calibration.chain.screening import _aliased, plan_screening, screening, sentences
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError
 from calibration.figures import ANGLE
+from calibration.stages.screening import _aliased, plan_screening, screening, sentences
 from calibration.statistics.composite import augmented, central_composite, region_design
 from calibration.statistics.definitive import ORDERS, conference_matrix, definitive_screening
 from calibration.statistics.design import box_behnken
@@ -100,7 +100,7 @@ def _screened(monkeypatch, folder, response):
     names = "runs effects anova half_normal pareto summary"
     output = SimpleNamespace(further={}, **{n: folder / f"{n}.svg" for n in names.split()})
     monkeypatch.setattr(
-        "calibration.chain.screening.with_responses",
+        "calibration.stages.screening.with_responses",
         lambda table, _: table.assign(response=response(table)),
     )
     monkeypatch.setattr("calibration.chain.responses.reason_without", lambda name: "it clogged")

@@ -11,6 +11,10 @@ import pandas as pd
 import pytest
 
 from calibration import figures
+from calibration.stages.optimum import contours
+from calibration.stages.response_surface import predicted_actual
+from calibration.stages.screening import half_normal, pareto
+from calibration.stages.validation import validation_figure
 from calibration.statistics.optimise import solve
 from calibration.statistics.screening import screen, significant
 from calibration.statistics.surface import fit_surface
@@ -89,7 +93,7 @@ def cut_off(figure):
 
 
 def test_half_normal_names_what_goes_on(screening):
-    figure = figures.half_normal(screening.table, significant(screening, 0.05))
+    figure = half_normal(screening.table, significant(screening, 0.05))
     texts = [t.get_text() for t in figure.axes[0].texts]
     assert [tells(t, "rolling friction") for t in texts if t.startswith("G ")] == [True]
     assert "A" in texts
@@ -99,7 +103,7 @@ def test_half_normal_names_what_goes_on(screening):
 
 
 def test_pareto_is_sorted_with_its_limits(screening):
-    figure = figures.pareto(screening.table, screening.t_limit, screening.bonferroni_limit, 0.01)
+    figure = pareto(screening.table, screening.t_limit, screening.bonferroni_limit, 0.01)
     ax = figure.axes[0]
     widths = [bar.get_width() for bar in ax.patches]
     assert widths == sorted(widths)
@@ -114,16 +118,16 @@ def test_pareto_is_sorted_with_its_limits(screening):
 @pytest.mark.parametrize("metric", ["angle_of_repose_deg", "steady_shear_stress_sd_kPa"])
 def test_no_text_of_the_effects_is_cut_off(screening, metric):
     response = figures.response_of(metric)
-    figure = figures.pareto(screening.table, 1.0, 2.0, response=response)
+    figure = pareto(screening.table, 1.0, 2.0, response=response)
     drawn = [t.get_text() for t in figure.legends[0].get_texts()]
     assert any(response.name in text for text in drawn)
     assert not cut_off(figure)
-    assert not cut_off(figures.half_normal(screening.table, list("ABCDEFG"), response))
+    assert not cut_off(half_normal(screening.table, list("ABCDEFG"), response))
 
 
 def test_contours_draw_the_solution_set_through_the_chosen_point(surface, region):
     solution = solve(surface, 45.27)
-    figure = figures.contours(surface, region, solution)
+    figure = contours(surface, region, solution)
     panels = [a for a in figure.axes if a.get_xlabel()]
     assert len(panels) == 3
     for ax, (i, j) in zip(panels, ((0, 1), (0, 2), (1, 2)), strict=True):
@@ -139,7 +143,7 @@ def test_validation_shows_every_value():
     )
     measured = Paper(ROOT / "data" / "paper").angles()["angle_deg"].to_numpy()
     result = compare(simulated.to_numpy(), measured, margin=1.0)
-    figure = figures.validation(simulated.to_numpy(), measured, result)
+    figure = validation_figure(simulated.to_numpy(), measured, result)
     drawn = [c.get_offsets() for c in figure.axes[0].collections if len(c.get_offsets()) > 1]
     assert sum(len(d) for d in drawn) == 50
     assert not overlapping(figure)
@@ -148,7 +152,7 @@ def test_validation_shows_every_value():
 def test_saving_is_reproducible_keeps_text_and_leaves_no_partial_file(tmp_path, surface):
     paths = [tmp_path / "deep" / f"{n}.svg" for n in "ab"]
     for path in paths:
-        figures.save(figures.predicted_actual(surface), path)
+        figures.save(predicted_actual(surface), path)
     assert paths[0].read_bytes() == paths[1].read_bytes()
     assert "predicted by" in paths[0].read_text()
     assert sorted(p.name for p in paths[0].parent.iterdir()) == ["a.svg", "b.svg"]

@@ -48,11 +48,10 @@ def test_a_stage_added_as_the_page_says_runs(extended):
 
 @pytest.mark.slow
 def test_the_page_of_the_study_and_a_second_start_know_it(extended):
-    done = python(extended, "-c", "from calibration.study.stages import load_stages\n"
+    done = python(extended, "-c", "from calibration.study.stage import load_stages\n"
                   "stage = load_stages()['repeat']\n"
-                  "from calibration.study.stages import resolve\n"
                   "from calibration.figures import response_of\n"
-                  "words = resolve(stage.sentences)({'sd': 1.5}, response_of('height_mm'))\n"
+                  "words = stage.sentences({'sd': 1.5}, response_of('height_mm'))\n"
                   "print(stage.rule, *words)")  # fmt: skip
     assert done.stdout.startswith("repeat "), done.stderr
     assert "1.5 mm" in done.stdout
@@ -71,7 +70,7 @@ def test_a_figure_added_as_the_page_says_is_drawn_and_shown(extended):
     drawn = (made / "runs_in_order.svg").read_text()
     [points] = re.findall(r'<g id="PathCollection_1">.*?\n   </g>', drawn, re.S)
     assert points.count("<use ") == len((made / "runs.csv").read_text().splitlines()) - 1 == 8
-    told = python(extended, "-c", "from calibration.study.stages import load_stages\n"
+    told = python(extended, "-c", "from calibration.study.stage import load_stages\n"
                   "print(*[f.name for f in load_stages()['screening'].figures])")  # fmt: skip
     assert told.stdout.split() == ["runs_in_order", "half_normal", "pareto"], told.stderr
 

@@ -9,13 +9,13 @@ import pandas as pd
 import pytest
 import yaml
 
-from calibration.chain.response_surface import (
+from calibration.chain.study import Study
+from calibration.figures import ANGLE
+from calibration.stages.response_surface import (
     plan_response_surface,
     response_surface,
     sentences,
 )
-from calibration.chain.study import Study
-from calibration.figures import ANGLE
 from calibration.study.config import parse_config
 from facts import tells
 from stage_files import Files, PlanFiles
@@ -42,7 +42,7 @@ def _fitted(monkeypatch, folder, lost):
         y = 45 + 2 * table["C"] - table["E"] * table["G"] + rng.normal(0, 0.5, len(table))
         return table.assign(response=y.where(table["run"] != lost))
 
-    monkeypatch.setattr("calibration.chain.response_surface.with_responses", responses)
+    monkeypatch.setattr("calibration.stages.response_surface.with_responses", responses)
     monkeypatch.setattr("calibration.chain.responses.reason_without", lambda name: "it clogged")
     files = {name: folder / f"{name}.svg" for name in NAMES.split()}
     output = Files(further={}, **files)

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import yaml
 
 from calibration import Study
-from calibration.chain.numerics import plan_numerics
 from calibration.intake.tables import read_written
+from calibration.stages.numerics import plan_numerics
 
 
 def test_a_variant_may_have_seeds_of_its_own(tmp_path):

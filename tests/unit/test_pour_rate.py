@@ -10,12 +10,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from calibration.chain.pour_rate import sentences
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError, ConfigError
 from calibration.figures import ANGLE
 from calibration.runs.feasibility import check_ahead
 from calibration.runs.plans import read_plan, result_path
+from calibration.stages.pour_rate import sentences
 from calibration.study.config import parse_config
 from dem.results import write_result
 from dem.spec import parse_spec

@@ -16,7 +16,7 @@ from statsmodels.stats.anova import anova_lm
 from statsmodels.stats.outliers_influence import variance_inflation_factor
 from statsmodels.stats.weightstats import CompareMeans, DescrStatsW
 
-from calibration.chain.screening import aliasing
+from calibration.stages.screening import aliasing
 from calibration.statistics.screening import screen
 from frozen import FROZEN
 from paper.disagreement import page

@@ -18,7 +18,6 @@ from refusals import (
     WRITTEN,
 )  # fmt: skip
 
-from calibration.chain.numerics import read_numerics
 from calibration.engines.command import read_metrics
 from calibration.engines.table import read_row
 from calibration.errors import CalibrationError, ConfigError
@@ -29,6 +28,7 @@ from calibration.intake.sound import read_train
 from calibration.intake.tables import read_table
 from calibration.interface import cli
 from calibration.interface.commands import main
+from calibration.stages.numerics import read_numerics
 from calibration.statistics.screening_design import screening_design
 from calibration.study.config import overlay, parse_config, read_back
 from calibration.study.config.as_data import data_of

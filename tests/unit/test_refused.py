@@ -12,7 +12,7 @@ from calibration.chain import responses
 from calibration.errors import CalibrationError
 from calibration.runs import runner
 from calibration.runs.store import RunStore
-from calibration.study.stages.screening import STAGES
+from calibration.stages.screening import STAGES
 from calibration.telling import kept_results
 from dem.errors import BlowUpError, MeasureError, RefusedStateError
 from dem.results import run_name, write_result

@@ -10,9 +10,9 @@ import pandas as pd
 import pytest
 import yaml
 
-from calibration.chain.optimum import _moved, plan_candidate, plan_candidate_first
 from calibration.chain.study import Study
 from calibration.runs import progress
+from calibration.stages.optimum import _moved, plan_candidate, plan_candidate_first
 from calibration.statistics import surface as surfaces
 from calibration.statistics.composite import central_composite, surface_design
 from calibration.statistics.design import box_behnken
@@ -27,11 +27,11 @@ from calibration.statistics.surface import (
     reduced_surface,
 )
 from calibration.statistics.two_level import resolution_iv
-from calibration.study import stages
+from calibration.study import stage as declared
 from calibration.study.config import parse_config
 from calibration.study.factors import Factor, read_factors
 from calibration.study.physical_limits import inside, physical_range
-from calibration.study.stages import Plan, Stage, expected_runs, load_stages
+from calibration.study.stage import Plan, Stage, expected_runs, load_stages
 from stage_files import Files, PlanFiles
 from workflow_rules import ROOT, rules_of
 
@@ -137,7 +137,7 @@ def test_a_stage_that_expects_runs_is_counted(config_of_salt, monkeypatch, tmp_p
     config, _ = config_of_salt
     rules = config.optimise.model_copy(update={"candidate_runs": 5})
     config = config.model_copy(update={"optimise": rules})
-    monkeypatch.setattr(stages, "load_stages", lambda: {s.name: s for s in (*STAGES, POLISH)})
+    monkeypatch.setattr(declared, "load_stages", lambda: {s.name: s for s in (*STAGES, POLISH)})
     for name in ("config", "data"):
         (tmp_path / name).symlink_to(Path(name).resolve())
     monkeypatch.chdir(tmp_path)

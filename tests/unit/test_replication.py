@@ -11,19 +11,19 @@ import pytest
 import yaml
 from scipy import stats
 
-from calibration.chain import optimum
-from calibration.chain.optimum import (
+from calibration.chain.study import Study
+from calibration.figures import response_of
+from calibration.stages import optimum
+from calibration.stages.optimum import (
     _replicated,
     augmented_runs,
     plan_candidate,
     plan_candidate_first,
     sentences,
 )
-from calibration.chain.response_surface import plan_response_surface
-from calibration.chain.screening import plan_screening
-from calibration.chain.study import Study
-from calibration.chain.validation import plan_validation
-from calibration.figures import response_of
+from calibration.stages.response_surface import plan_response_surface
+from calibration.stages.screening import plan_screening
+from calibration.stages.validation import plan_validation
 from calibration.statistics.replication import mean_interval, runs_needed
 from calibration.study.config import overlay, parse_config, read_target
 from calibration.study.factors import read_factors

@@ -17,7 +17,8 @@ from PIL import Image
 from answers import ANSWER
 from browser import browse, find_browser
 from calibration import figures
-from calibration.study.stages import load_stages
+from calibration.stages.screening import half_normal, pareto
+from calibration.study.stage import load_stages
 from calibration.telling.report import build
 from calibration.telling.report.heaps import LEVELS
 from calibration.telling.report.pictures import WIDTH as PICTURE
@@ -29,7 +30,7 @@ from dem.results import run_name, write_result
 from dem.spec import parse_spec
 from facts import tells
 
-STAGES = load_stages("calibration.study.stages", "diagnosis.declared", "paper.stages")
+STAGES = load_stages("calibration.stages", "diagnosis.declared", "paper.stages")
 OPTIMUM = {
     "optimum": {"c_d": 0.25},
     "solution_set": {"c_d": [0.2, 0.3]},
@@ -113,8 +114,8 @@ def make_study(tmp_path, root):
     effects = pd.DataFrame({"code": ["A", "B"], "effect": [1.0, -3.0]})
     effects.to_csv(folder / "screening" / "effects.csv", index=False)
     table = effects.assign(name=["a_b", "c_d"], half_normal_score=[0.3, 1.1])
-    figures.save(figures.half_normal(table, ["B"]), folder / "screening" / "half_normal.svg")
-    figures.save(figures.pareto(table, 2.0, 2.5), folder / "screening" / "pareto.svg")
+    figures.save(half_normal(table, ["B"]), folder / "screening" / "half_normal.svg")
+    figures.save(pareto(table, 2.0, 2.5), folder / "screening" / "pareto.svg")
     names = [make_run(tmp_path, 3 + k, 0.012 + 0.006 * k) for k in range(3)]
     for k, name in enumerate(names):
         picture = folder / "heaps" / "screening" / f"{name}.webp"
@@ -143,7 +144,7 @@ def make_study(tmp_path, root):
     write(folder / "reproduction" / "reproduction.csv", "printed,paper,ours\nR2,0.98,0.979\n")
     write(folder / "scaling" / "scaling.json", {"exponent": 1.5})
     write(folder / "scaling" / "scaling.csv", "scale,angle\n1,45\n")
-    figures.save(figures.pareto(table, 2.0, 2.5), folder / "scaling" / "scaling.svg")
+    figures.save(pareto(table, 2.0, 2.5), folder / "scaling" / "scaling.svg")
     write(folder / "audit" / "audit.csv", "claim,verdict\nfirst,agrees\nsecond,disagrees\n")
     write(folder / "calibrated.yaml", "c_d: 0.25\n")
     write(folder / "exports" / "liggghts.in", 'fix m1 all property/global "c" <1> 0.25\n')

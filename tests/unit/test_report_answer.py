@@ -18,7 +18,7 @@ from calibration.figures import response_of
 from calibration.statistics.design import box_behnken
 from calibration.statistics.surface import fit_surface
 from calibration.study.factors import Factor
-from calibration.study.stages import load_stages
+from calibration.study.stage import load_stages
 from calibration.telling.report import build
 from calibration.telling.report.answer import answer
 from calibration.telling.report.carried import workbook

@@ -7,6 +7,16 @@ import pytest
 from matplotlib.text import Text
 
 from calibration import figures
+from calibration.stages.ascent import ascent_path
+from calibration.stages.optimum import contours
+from calibration.stages.response_surface import (
+    perturbation,
+    predicted_actual,
+    residual_panel,
+    surfaces,
+)
+from calibration.stages.screening import half_normal, pareto
+from calibration.stages.validation import validation_figure
 from calibration.statistics.design import box_behnken
 from calibration.statistics.numbers import difference_of
 from calibration.statistics.optimise import solve
@@ -90,15 +100,15 @@ def test_no_figure_of_another_metric_speaks_of_degrees():
     )
     groups, measured = 40 + noise[:6].reshape(2, 3), 40 + noise[6:12]
     drawn = [
-        figures.half_normal(effects, ["B"], response),
-        figures.pareto(effects, 2.0, 2.5, response=response),
-        figures.ascent_path(path, region, 40.0, 2, response),
-        figures.predicted_actual(surface, response),
-        figures.residual_panel(surface, response),
-        figures.perturbation(surface, region, response),
-        figures.surfaces(surface, region, response),
-        figures.contours(surface, region, solve(surface, 40.0), response),
-        figures.validation(groups, measured, compare(groups, measured, 1.0), response),
+        half_normal(effects, ["B"], response),
+        pareto(effects, 2.0, 2.5, response=response),
+        ascent_path(path, region, 40.0, 2, response),
+        predicted_actual(surface, response),
+        residual_panel(surface, response),
+        perturbation(surface, region, response),
+        surfaces(surface, region, response),
+        contours(surface, region, solve(surface, 40.0), response),
+        validation_figure(groups, measured, compare(groups, measured, 1.0), response),
     ]
     for figure in drawn:
         said = texts(figure)

@@ -13,7 +13,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from calibration.chain.screening import plan_screening
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError, ConfigError
 from calibration.files import set_aside
@@ -43,6 +42,7 @@ from calibration.runs.verify import (
     set_faults_aside,
     untrusted,
 )
+from calibration.stages.screening import plan_screening
 from calibration.study.config import parse_config
 from dem.errors import BlowUpError, MeasureError, RefusedStateError
 from dem.experiments import heap, phases

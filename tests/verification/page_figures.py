@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from calibration import figures
 from calibration.figures import BLUE, GREY, ORANGE, save, styled
+from calibration.stages.numerics import numerics_figure
 
 FOLDER = Path(__file__).parents[2] / "docs" / "verification"
 
@@ -106,5 +106,5 @@ OF_TOPIC = {
 
 def numerics(table):
     """Differences between numerical choices with their intervals; returns the caption."""
-    _keep(figures.numerics(table), "numerics")
+    _keep(numerics_figure(table), "numerics")
     return "Angle of repose of each variant less that of the variant it is compared with."

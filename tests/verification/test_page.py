@@ -7,7 +7,7 @@ import page
 import page_figures
 import pandas as pd
 
-from calibration.chain.numerics import compare_variants
+from calibration.stages.numerics import compare_variants
 from facts import rows_in, tells
 from frozen import FROZEN
 
@@ -15,7 +15,7 @@ from frozen import FROZEN
 def test_a_run_of_the_numerics_without_a_value_is_told(tmp_path, monkeypatch):
     angles = {"a": 30.0, "b": 31.0, "c": 30.5, "d": 33.0, "e": None, "f": 33.2}
     angles |= {"g": None, "h": 32.0, "i": None}
-    monkeypatch.setattr("calibration.chain.numerics.read_values", lambda ids, *_: ids.map(angles))
+    monkeypatch.setattr("calibration.stages.numerics.read_values", lambda ids, *_: ids.map(angles))
     monkeypatch.setattr(page_figures, "FOLDER", tmp_path)
     design = pd.DataFrame({"run_id": list(angles), "point": "optimum"})
     design["variant"] = ["default"] * 3 + ["half the step"] * 3 + ["a tenth of the step"] * 3

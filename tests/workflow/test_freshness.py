@@ -20,7 +20,7 @@ from calibration.digests import digest
 from calibration.intake.started_code import allow
 from calibration.study.config import overlay, parse_config
 from calibration.study.config.schema import VIEWS, Config
-from calibration.study.stages import resolve
+from calibration.study.stage import resolve
 from dem.io.stl import write_stl
 from workflow_rules import ROOT, dry_run, rules_of
 
@@ -169,7 +169,7 @@ def test_a_table_counts_by_what_is_in_it(tmp_path, config):
     table = tmp_path / "factors.tsv"
 
     def held():
-        return digest(config, ["seed"], ["calibration.chain.screening"], [table])
+        return digest(config, ["seed"], ["calibration.stages.screening"], [table])
 
     found = {held()}
     table.write_text("1")

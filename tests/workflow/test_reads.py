@@ -20,7 +20,7 @@ from calibration.chain.study import ALWAYS, OF, Study
 from calibration.runs.records import altered
 from calibration.study.config import Config
 from calibration.study.config.schema import VIEWS
-from calibration.study.stages import load_stages, resolve
+from calibration.study.stage import load_stages, resolve
 from calibration.telling.report import build
 from opened.watch import undeclared, watching
 from workflow.test_targets import angle, run_chain, study

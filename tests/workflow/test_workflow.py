@@ -12,12 +12,12 @@ import yaml
 from snakemake.cli import parse_args
 
 from calibration.chain.jobs import study_of
-from calibration.chain.validation import plan_validation
 from calibration.runs.feasibility import check_ahead
 from calibration.runs.plans import read_plan
+from calibration.stages.validation import plan_validation
 from calibration.study.config import parse_config, point_spec, read_target
 from calibration.study.factors import read_factors
-from calibration.study.stages import load_stages
+from calibration.study.stage import load_stages
 from calibration.telling.export.stage import CODES, CONVERTED
 from dem.run import run
 from dem.spec import parse_spec
@@ -154,7 +154,7 @@ def test_a_rule_names_the_tables_that_it_reads(workflow, declared):
 
 
 def test_each_stage_ends_with_a_rule_and_its_plans_are_made(declared):
-    stages = load_stages("calibration.study.stages", "diagnosis.declared", "paper.stages").values()
+    stages = load_stages("calibration.stages", "diagnosis.declared", "paper.stages").values()
     assert {stage.rule for stage in stages} <= set(declared)
     made = {
         re.sub(r"\{wave.*?\}", str(wave), str(Path(rule.plan).parent))

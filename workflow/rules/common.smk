@@ -21,7 +21,7 @@ from calibration.intake.started_code import refuse_unasked
 from calibration.digests import digest
 from calibration.runs.records import made_again, refuse_outside
 from calibration.runs.verify import date_back, plan_faults
-from calibration.study.stages import load_stages
+from calibration.study.stage import load_stages
 from calibration.chain.study import Study
 from dem.experiments import experiments
 
@@ -49,7 +49,7 @@ config = {**config, "results": str(workflow.modifier.modify_path(RESULTS))}
 
 # modules that say what the page shows of a stage; those of SUPPLEMENTS count for a study that names
 # one of theirs
-DECLARED = ["calibration.study.stages", "diagnosis.declared"]
+DECLARED = ["calibration.stages", "diagnosis.declared"]
 for module in globals().get("SUPPLEMENTS", []):
     if set(load_stages(module)) & set(config.get("supplements") or ()):
         DECLARED.append(module)

@@ -10,7 +10,7 @@ checkpoint plan_numerics:
     output:
         **planned("numerics"),
     params:
-        function="calibration.chain.numerics:plan_numerics",
+        function="calibration.stages.numerics:plan_numerics",
         reads=[*PLANNING, "numerics"],
     message:
         "plan the study of resolution, time step, modulus and rolling law"
@@ -26,7 +26,7 @@ rule numerics:
         table=f"{STUDY}/numerics/numerics.csv",
         figure=page("numerics/numerics.svg", "11 Numerics"),
     params:
-        function="calibration.chain.numerics:numerics",
+        function="calibration.stages.numerics:numerics",
         reads=["target"],
     message:
         "numerics: what the numerical choices cost"

@@ -12,7 +12,7 @@ rule candidate:
         solutions=f"{STUDY}/candidate/solution_set.csv",
         contours=f"{STUDY}/candidate/contours.svg",
     params:
-        function="calibration.chain.optimum:candidate",
+        function="calibration.stages.optimum:candidate",
         reads=[*RESPONSES, "seed", "optimise", "validation"],
     message:
         "candidate: the optimum of the response surface alone"
@@ -28,7 +28,7 @@ checkpoint plan_candidate_first:
     output:
         **planned("candidate_first"),
     params:
-        function="calibration.chain.optimum:plan_candidate_first",
+        function="calibration.stages.optimum:plan_candidate_first",
         reads=[*PLANNING, "optimise", "response_surface"],
         seeds=3,
     message:
@@ -49,7 +49,7 @@ checkpoint plan_candidate:
         **planned("candidate"),
         region=f"{STUDY}/candidate/region.json",
     params:
-        function="calibration.chain.optimum:plan_candidate",
+        function="calibration.stages.optimum:plan_candidate",
         reads=[*PLANNING, "optimise", "response_surface", "target", "further_targets"],
         seeds=3,
     message:
@@ -72,7 +72,7 @@ rule optimise:
         front=each_further("optimise/front_{}.csv"),
         front_figures=each_further("optimise/front_{}.svg"),
     params:
-        function="calibration.chain.optimum:optimise",
+        function="calibration.stages.optimum:optimise",
         reads=[*RESPONSES, "seed", "optimise", "validation"],
     message:
         "optimum: all points that give the measured value, and the chosen one"

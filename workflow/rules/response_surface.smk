@@ -13,7 +13,7 @@ checkpoint plan_response_surface:
         **planned("response_surface"),
         region=f"{STUDY}/response_surface/region.json",
     params:
-        function="calibration.chain.response_surface:plan_response_surface",
+        function="calibration.stages.response_surface:plan_response_surface",
         reads=[*PLANNING, "response_surface"],
         seeds=2,
     message:
@@ -41,7 +41,7 @@ rule response_surface:
         residuals=page("response_surface/residuals.svg", "3 Response surface"),
         perturbation=page("response_surface/perturbation.svg", "3 Response surface"),
     params:
-        function="calibration.chain.response_surface:response_surface",
+        function="calibration.stages.response_surface:response_surface",
         reads=RESPONSES,
     message:
         "response surface: quadratic model and its ANOVA"

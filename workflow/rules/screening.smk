@@ -10,7 +10,7 @@ checkpoint plan_screening:
     output:
         **planned("screening"),
     params:
-        function="calibration.chain.screening:plan_screening",
+        function="calibration.stages.screening:plan_screening",
         reads=[*PLANNING, "screening"],
         seeds=0,
     message:
@@ -35,7 +35,7 @@ rule screening:
         half_normal=page("screening/half_normal.svg", "1 Screening"),
         pareto=page("screening/pareto.svg", "1 Screening"),
     params:
-        function="calibration.chain.screening:screening",
+        function="calibration.stages.screening:screening",
         reads=[*RESPONSES, "factors", "screening", "ascent"],
     message:
         "screening: effects, ANOVA and the factors that go on"

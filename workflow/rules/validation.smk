@@ -12,7 +12,7 @@ checkpoint plan_validation:
     output:
         **planned("validation"),
     params:
-        function="calibration.chain.validation:plan_validation",
+        function="calibration.stages.validation:plan_validation",
         reads=[*PLANNING, "validation"],
         seeds=4,
     message:
@@ -32,7 +32,7 @@ rule validation:
         further_figures=each_further("validation/{}.svg", measured=True),
         figure=page("validation/validation.svg", "5 Validation"),
     params:
-        function="calibration.chain.validation:validation",
+        function="calibration.stages.validation:validation",
         reads=[*RESPONSES, "validation"],
     message:
         "validation: replicates at the optimum against the measurement"

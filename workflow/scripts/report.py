@@ -1,7 +1,7 @@
 import sys
 
 from calibration.chain.jobs import leave_record, logged, work_for
-from calibration.study.stages import load_stages
+from calibration.study.stage import load_stages
 from calibration.telling.report import build
 
 with logged(snakemake.log[0]):

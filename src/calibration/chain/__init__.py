@@ -1,6 +1,2 @@
-"""The chain from screening to validation: each function reads its input files and writes its output
-files.
-
-They hold no statistics of their own; those are in `calibration.statistics`.
-`calibration.study.stages` declares what each reads and writes.
-"""
+"""What the stages share: the study that each is given, what a job does around its function, the
+files that several read or write, and the responses of their runs."""

@@ -17,7 +17,7 @@ from calibration.intake.started_code import permit
 from calibration.runs.records import FOLDER, record
 from calibration.runs.store import keep_runs_in
 from calibration.study.config import Config, with_engine
-from calibration.study.stages import resolve
+from calibration.study.stage import resolve
 from dem.errors import DemError
 
 if TYPE_CHECKING:

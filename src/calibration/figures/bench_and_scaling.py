@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
-    from calibration.figures.labels import Response
-
 
 def sweep(
     levels: Sequence[float] | np.ndarray | pd.Series,
@@ -111,23 +109,4 @@ def scaling(table: pd.DataFrame) -> Figure:
         ax.set(xlabel="scale h", ylabel=axis)
     lines = axes[0].get_legend_handles_labels()
     figure.legend(*lines, loc="outside upper center", ncols=2, frameon=False, fontsize=8)
-    return figure
-
-
-def numerics(table: pd.DataFrame, response: Response = ANGLE) -> Figure:
-    """Difference that each numerical choice makes at each point, with its interval; table as of
-    `compare_variants`."""
-    compared = table[table["difference"].notna()]
-    names, points = list(dict.fromkeys(compared["variant"])), list(dict.fromkeys(table["point"]))
-    figure, ax = subplots(size=(5.6, 0.32 * len(names) + 1.2))
-    for k, point in enumerate(points):
-        rows = compared[compared["point"] == point]
-        y = [names.index(v) + 0.18 * (k - (len(points) - 1) / 2) for v in rows["variant"]]
-        low, high = rows["difference"] - rows["low"], rows["high"] - rows["difference"]
-        ax.errorbar(rows["difference"], y, xerr=[low, high], fmt="o", ms=4, label=point)
-    ax.axvline(0.0, color=GREY, lw=1)
-    ax.set_yticks(range(len(names)), names, fontsize=8)
-    ax.invert_yaxis()
-    ax.set_xlabel(f"difference of the {response.name}{response.brackets}, 95 % interval")
-    ax.legend(frameon=False, fontsize=8, title="point", title_fontsize=8, loc="upper left")
     return figure

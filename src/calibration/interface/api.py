@@ -23,7 +23,7 @@ from calibration.intake.guard import in_study
 from calibration.runs.snakemake_command import LOGGER, call, snakemake_command
 from calibration.study.config import overlay, stands_alone
 from calibration.study.config.resolution import parse_resolved
-from calibration.study.stages import load_stages
+from calibration.study.stage import load_stages
 from calibration.telling.answer.schema import Answer, answer_of
 from calibration.telling.answer.words import lines
 from calibration.telling.kept_results import sentences_of

@@ -14,7 +14,7 @@ from calibration.runs.snakemake_command import (
     rule_names,
     snakemake_command,
 )
-from calibration.study.stages import load_stages
+from calibration.study.stage import load_stages
 from dem.errors import DemError
 
 VERIFY = (
@@ -54,7 +54,7 @@ class _WithStages(argparse.ArgumentParser):
 
     def format_help(self) -> str:
         """Return the help."""
-        stages = load_stages("calibration.study.stages", "diagnosis.declared").values()
+        stages = load_stages("calibration.stages", "diagnosis.declared").values()
         lines = [f"  {stage.rule:20}{stage.title}" for stage in stages]
         return "\n".join([super().format_help(), "stages of calibration run STUDY:", *lines, ""])
 

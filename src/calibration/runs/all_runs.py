@@ -9,18 +9,20 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.io import netcdf_file
+import scipy
 
 from calibration.files import replacing
 from calibration.runs.plans import read_plan
 from calibration.runs.store import RunStore
 from calibration.study.config import numbers_of
-from calibration.study.stages.provenance import CRATE
 from dem.errors import ResultError
 from dem.units import in_ascii, unit_of
 
 ABOUT = ("run", "stages", "experiment", "engine")
 """Columns of words; all others are numbers."""
+
+CRATE = "provenance"
+"""Folder of a study's results that holds copies of the others."""
 
 
 def planned(folder: str | Path, plans: Iterable[str | Path] | None = None) -> dict[str, list[str]]:
@@ -73,7 +75,7 @@ def runs_table(study: Any, runs: Sequence[tuple[str, list[str], dict[str, Any]]]
 def write_netcdf(table: pd.DataFrame, path: str | Path, about: Mapping[str, str]) -> None:
     """Write a table as netCDF 3 with the dimension `run`: numbers as float64 with their unit, words
     as characters. about: {name: text} of the file as a whole."""
-    with replacing(path) as partial, netcdf_file(partial, "w", version=2) as file:
+    with replacing(path) as partial, scipy.io.netcdf_file(partial, "w", version=2) as file:
         for name, text in about.items():
             setattr(file, name, text)
         file.createDimension("run", len(table))

@@ -10,7 +10,7 @@ from calibration.runs.store import REFUSED, RunStore
 from calibration.study.config import Config, point_spec
 from calibration.study.config.joint import joint_tests
 from calibration.study.cost import duration, run_seconds
-from calibration.study.stages import planning
+from calibration.study.stage import planning
 from dem.results import FAILED, is_current
 
 REPEAT = "failed.yaml"

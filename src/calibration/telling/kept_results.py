@@ -17,11 +17,11 @@ from calibration.chain.study import Results
 from calibration.errors import CalibrationError
 from calibration.figures import response_of
 from calibration.runs.records import FOLDER
-from calibration.study.stages import load_stages, resolve
+from calibration.study.stage import load_stages
 
 if TYPE_CHECKING:
     from calibration.figures import Response
-    from calibration.study.stages import Stage
+    from calibration.study.stage import Stage
 
 
 KEPT = (
@@ -65,7 +65,7 @@ def sentences_of(stage: Stage, summary: Mapping[str, Any] | None, response: Resp
     what its runs say themselves."""
     if not summary:
         return []
-    texts = resolve(stage.sentences)(summary, response) if stage.sentences else []
+    texts = stage.sentences(summary, response) if stage.sentences else []
     noted = [f"Run {row['run']}: {row['note']}." for row in summary.get("noted", [])]
     return [*texts, *without_value(summary.get("left_out", [])), *noted]
 

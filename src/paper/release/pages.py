@@ -11,11 +11,11 @@ from typing import Any
 import jinja2
 import yaml
 
-from calibration.chain import validation
 from calibration.chain.joint import words
 from calibration.figures import label, response_of
 from calibration.files import read_json, write_text
 from calibration.intake.tables import read_written
+from calibration.stages import validation
 from calibration.statistics.numbers import fixed
 from calibration.telling.export import trials
 from calibration.telling.kept_results import put

@@ -11,11 +11,11 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from calibration.chain.screening import aliasing
 from calibration.errors import CalibrationError
 from calibration.figures import label
 from calibration.files import read_json
 from calibration.intake.tables import read_written
+from calibration.stages.screening import aliasing
 from calibration.statistics.equivalence import UNDECIDABLE, UNDECIDED
 from calibration.statistics.numbers import fixed, spread
 from calibration.statistics.screening import screen

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from calibration.chain.validation import judged, verdict_of
 from calibration.figures import PLACES, label, response_of
+from calibration.stages.validation import judged, verdict_of
 from calibration.statistics.equivalence import UNDECIDED
 from calibration.statistics.numbers import difference_of, fixed
 from dem.units import without_unit

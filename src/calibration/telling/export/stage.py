@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from calibration.chain.files import read_region
-from calibration.chain.optimum import augmented_runs
 from calibration.chain.responses import with_value
-from calibration.chain.validation import handed_out
 from calibration.engines import lammps, liggghts, yade
 from calibration.engines.conversion import Conversion, granulate, left_out
 from calibration.files import read_json, write_text
 from calibration.intake.tables import read_written
 from calibration.runs.store import RunStore
+from calibration.stages.optimum import augmented_runs
+from calibration.stages.validation import handed_out
 from calibration.statistics.surface import fit_surface
 from calibration.telling.answer.schema import answer_of
 from calibration.telling.answer.words import head

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from calibration.chain.optimum import given_nowhere, out_of_reach
 from calibration.chain.study import Results
 from calibration.figures import PLACES, label
+from calibration.stages.optimum import given_nowhere, out_of_reach
 from calibration.telling.answer import words
 from calibration.telling.answer.schema import answer_of
 from calibration.telling.report.findings import predicts

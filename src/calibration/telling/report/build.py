@@ -23,7 +23,7 @@ from calibration.telling.report.runs import runs_section
 from calibration.telling.report.sheet import sheet
 
 if TYPE_CHECKING:
-    from calibration.study.stages import Stage
+    from calibration.study.stage import Stage
 
 
 EVERY = "Every parameter with its unit, source and interval"

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from calibration.figures import Response
-    from calibration.study.stages import Stage
+    from calibration.study.stage import Stage
 
 
 FRONT = "front"  # of a further target; without one there is no such figure

@@ -20,7 +20,7 @@ from dem.errors import ResultError
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from calibration.study.stages import Stage
+    from calibration.study.stage import Stage
 
 
 def run_times(study: Path, stages: Mapping[str, Stage]) -> pd.DataFrame:

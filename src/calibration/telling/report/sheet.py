@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from calibration.figures import Response
-    from calibration.study.stages import Stage
+    from calibration.study.stage import Stage
 
 
 COLUMNS = 10

@@ -4,7 +4,7 @@ checkpoint plan_repeat:
     output:
         **planned("repeat"),
     params:
-        function="calibration.chain.repeat:plan_repeat",
+        function="calibration.stages.repeat:plan_repeat",
         reads=PLANNING,
         seeds=9,
     message:
@@ -22,7 +22,7 @@ rule repeat:
         table=f"{STUDY}/repeat/runs.csv",
         figure=f"{STUDY}/repeat/spread_of_seeds.svg",
     params:
-        function="calibration.chain.repeat:repeat",
+        function="calibration.stages.repeat:repeat",
         reads=["target"],
     message:
         "how far runs of one point lie apart"

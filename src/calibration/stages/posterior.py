@@ -1,6 +1,7 @@
 """The parameters as a distribution, from the runs of the chain and the measured values."""
 
-from calibration.study.stages.stage import Figure, Stage
+from calibration.chain.posterior_words import sentences
+from calibration.study.stage import Figure, Stage
 
 STAGES = (
     Stage(
@@ -19,6 +20,6 @@ STAGES = (
                 "What each further measurement tells; one nat leaves 37 % of what is open",
             ),
         ),
-        sentences="calibration.chain.posterior_words:sentences",
+        sentences=sentences,
     ),
 )

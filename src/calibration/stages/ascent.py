@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,12 +21,17 @@ from calibration.runs.plans import write_plan
 from calibration.statistics.design import path_from_effects, steepest_path
 from calibration.study.config import read_target
 from calibration.study.factors import read_factors
+from calibration.study.stage import Figure, Plan, Stage
 from dem.io.files import write_json
 
 if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure as Drawing
+
     from calibration.chain.handed_over import NamedFiles
     from calibration.chain.study import Study
     from calibration.figures import Response
+    from calibration.statistics.factor import CodedFactor
 
 
 def plan_ascent(study: Study, source: NamedFiles, output: NamedFiles) -> None:
@@ -63,7 +68,7 @@ def ascent(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     used = [f for f in factors if f.name in runs]
     write_table(runs, output.runs)
     response = figures.response_of(config.target.metric)
-    figures.save(figures.ascent_path(runs, used, target, int(best["run"]), response), output.path)
+    figures.save(ascent_path(runs, used, target, int(best["run"]), response), output.path)
     write_json(
         output.summary,
         {
@@ -79,6 +84,44 @@ def ascent(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     )
 
 
+def ascent_path(
+    runs: pd.DataFrame,
+    factors: Sequence[CodedFactor],
+    target: float,
+    best: int,
+    response: Response = figures.ANGLE,
+) -> Drawing:
+    """Response along the path with the target."""
+    figure, ax = figures.subplots()
+    ax.errorbar(
+        runs["run"],
+        runs["response"],
+        yerr=runs.get("response_sd"),
+        color=figures.BLUE,
+        marker="o",
+        capsize=3,
+    )
+    ax.axhline(target, color=figures.ORANGE, lw=1.2, label=f"measured {response.value(target)}")
+    row = runs[runs["run"] == best].iloc[0]
+    ax.scatter(
+        [best],
+        [row["response"]],
+        s=140,
+        facecolor="none",
+        edgecolor=figures.ORANGE,
+        zorder=3,
+        label="centre of the region",
+    )
+    names = ["\n".join(f"{r[f.name]:.3g}" for f in factors) for _, r in runs.iterrows()]
+    ax.set_xticks(runs["run"], names)
+    ax.set(
+        ylabel=response.axis,
+        xlabel="\n".join(f"{i + 1}. line: {figures.label(f.name)}" for i, f in enumerate(factors)),
+    )
+    ax.legend(frameon=False)
+    return figure
+
+
 def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
     """What came out, for the report."""
     path = ", ".join(response.value(v) for v in summary["responses"])
@@ -92,3 +135,17 @@ def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
     words = ", ".join(map(figures.label, named))
     apart = f", but for {words}, whose centre the configuration names" if words else ""
     return [f"{nearest_one} and becomes the centre of the response surface{apart}."]
+
+
+STAGES = (
+    Stage(
+        name="ascent",
+        title="Steepest ascent",
+        place=2,
+        plans=(Plan("ascent", expected=lambda config: config.ascent.steps),),
+        figures=(Figure("path", ("runs.csv",)),),
+        tables=(("runs", "Path and results"),),
+        sentences=sentences,
+        pictured="ascent",
+    ),
+)

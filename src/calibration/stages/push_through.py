@@ -1,6 +1,7 @@
 """Draws of the posterior pushed through other experiments or rigs."""
 
-from calibration.study.stages.stage import Figure, Plan, Stage
+from calibration.chain.push_through import sentences
+from calibration.study.stage import Figure, Plan, Stage
 
 STAGES = (
     Stage(
@@ -10,6 +11,6 @@ STAGES = (
         plans=(Plan("push_through"),),
         figures=(Figure("push_through", ("metrics.csv", "runs.csv")),),
         tables=(("metrics", "Each metric over the draws"),),
-        sentences="calibration.chain.push_through:sentences",
+        sentences=sentences,
     ),
 )

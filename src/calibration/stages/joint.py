@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from calibration.chain.joint import machines, words
 from calibration.study.config.joint import joint_tests, refined_tests
-from calibration.study.stages.stage import Figure, Plan, Stage
+from calibration.study.stage import Figure, Plan, Stage
 from dem.experiments import experiments
 
 if TYPE_CHECKING:
@@ -49,7 +50,7 @@ STAGES = (
             ),
             ("predictions", "What is expected of each rig, and from which parameter"),
         ),
-        sentences="calibration.chain.joint.words:sentences",
+        sentences=words.sentences,
     ),
     Stage(
         name="joint_push_through",
@@ -61,6 +62,6 @@ STAGES = (
             ("metrics", "Each metric over the draws"),
             ("shares", "Share of each metric's spread that goes with a parameter"),
         ),
-        sentences="calibration.chain.joint.machines:sentences",
+        sentences=machines.sentences,
     ),
 )

@@ -21,12 +21,16 @@ from calibration.intake.tables import read_written
 from calibration.runs.plans import read_plan, read_values, together, write_plan
 from calibration.statistics.numbers import signed
 from calibration.study.config import overlay, point_spec
+from calibration.study.stage import Figure, Plan, Stage
 from dem.experiments.heap import capacity
 from dem.grains import grain_volume
 from dem.io.files import write_json
 from dem.spec import parse_spec
 
 if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure as Drawing
+
     from calibration.chain.handed_over import NamedFiles
     from calibration.chain.study import Study
     from calibration.figures import Response
@@ -73,7 +77,7 @@ def pour_rate(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     found = {"capacity_per_s": passes, "fed_per_s": fed, "grain_g": 1e3 * grain}
     write_json(output.summary, found | {"rigs": rigs})
     response = figures.response_of(config.target.metric)
-    figures.save(figures.pour_rate(design, table, passes, fed, response), output.figure)
+    figures.save(pour_rate_figure(design, table, passes, fed, response), output.figure)
 
 
 def _row(rig, heaps):
@@ -95,6 +99,38 @@ def _row(rig, heaps):
         "sd": sd,
         "hold_up": float(heaps["hold_up"].mean()),
     }
+
+
+def pour_rate_figure(
+    runs: pd.DataFrame,
+    table: pd.DataFrame,
+    capacity: float,
+    fed: float,
+    response: Response = figures.ANGLE,
+) -> Drawing:
+    """Single heaps and the mean of each rate with its interval; the rate that the orifice passes,
+    and the opened funnel as a band.
+
+    runs: columns rig, response; table: rig, rate_per_s (NaN of the opened funnel), mean, low, high;
+    capacity, fed: grains per second.
+    """
+    figure, ax = figures.subplots(size=(6.4, 3.8))
+    rained = table[table["rate_per_s"].notna()]
+    single = runs[runs["rig"].astype(str) != "opened"]
+    ax.scatter(single["rig"].astype(float), single["response"], s=14, color=figures.BLUE, alpha=0.4)
+    reach = np.array([rained["mean"] - rained["low"], rained["high"] - rained["mean"]])
+    ax.errorbar(
+        rained["rate_per_s"], rained["mean"], reach, color=figures.BLUE, marker="o", capsize=3,
+        label="rain through the open funnel, mean and 95 %",
+    )  # fmt: skip
+    for row in table[table["rate_per_s"].isna()].to_dict("records"):
+        ax.axhspan(row["low"], row["high"], color=figures.ORANGE, alpha=0.2, lw=0)
+        ax.axhline(row["mean"], color=figures.ORANGE, lw=1.5, label="filled funnel that is opened")
+    ax.axvline(capacity, color="black", ls="--", lw=1, label="the orifice passes (Beverloo)")
+    ax.axvline(fed, color=figures.GREY, ls=":", lw=1.5, label="this study")
+    ax.set(xlabel="grains made per second", ylabel=response.axis)
+    figure.legend(loc="outside upper center", ncols=2, frameon=False, fontsize=8)
+    return figure
 
 
 def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
@@ -136,3 +172,16 @@ def _range(rows, summary, response):
         f"(±{error:.2g}, 95 % for all pairs of rates together): {response.value(low['mean'])} at "
         f"{low['rate_per_s']:.0f}/s, {response.value(high['mean'])} at {high['rate_per_s']:.0f}/s."
     )
+
+
+STAGES = (
+    Stage(
+        name="pour_rate",
+        title="How fast the grains arrive",
+        place=7.5,
+        plans=(Plan("pour_rate"),),
+        figures=(Figure("pour_rate", ("rates.csv", "runs.csv")),),
+        tables=(("rates", "Rates and rigs"),),
+        sentences=sentences,
+    ),
+)

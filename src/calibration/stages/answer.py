@@ -1,6 +1,6 @@
 """The answer: every measured row at the parameters that are handed out."""
 
-from calibration.study.stages.stage import Figure, Plan, Stage
+from calibration.study.stage import Figure, Plan, Stage
 
 STAGES = (
     Stage(

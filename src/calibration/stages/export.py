@@ -1,7 +1,7 @@
 """Export: calibrated.yaml, and input for other codes, with the rolling friction that their laws
 need."""
 
-from calibration.study.stages.stage import Plan, Stage
+from calibration.study.stage import Plan, Stage
 
 STAGES = (
     Stage(name="export", title="Export", place=9),

@@ -10,26 +10,33 @@ import numpy as np
 import pandas as pd
 
 from calibration import figures
-from calibration.chain.joint.analysis import middle
 from calibration.chain.responses import naming_left_out, told, with_responses, with_value
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
 from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDED, verdict
 from calibration.statistics.numbers import difference_of
+from calibration.statistics.stated import Stated
 from calibration.statistics.validate import compare
 from calibration.study.config import is_measured, read_target
+from calibration.study.stage import Figure, Plan, Stage
 from dem.io.files import write_json
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Drawing
+
     from calibration.chain.handed_over import NamedFiles
     from calibration.chain.study import Study
     from calibration.figures import Response
+    from calibration.statistics.validate import Comparison
+    from calibration.study.config import Config
 
 
 def handed_out(source: NamedFiles) -> dict[str, float]:
     """{factor: level} of the parameters that a study hands out: the optimum of the chain, or the
     middle one of the draws that meet all tests."""
+    from calibration.chain.joint.analysis import middle  # loads what samples a posterior
+
     draws = source.get("draws")
     return middle(read_written(draws)) if draws else read_json(source.optimum)["optimum"]
 
@@ -84,7 +91,7 @@ def _compare(groups, config, target, margin, figure):
     measured = read_target(config, target)
     result = compare(groups, measured, margin, config.validation.alpha)
     response = figures.response_of(target.metric)
-    figures.save(figures.validation(groups, measured, result, response), figure)
+    figures.save(validation_figure(groups, measured, result, response), figure)
     return result.as_dict()
 
 
@@ -95,6 +102,43 @@ def _summary(groups):
         "simulated_sd": float(groups.std(ddof=1)) if groups.size > 1 else None,
         "simulated_n": int(groups.size),
     }
+
+
+def validation_figure(
+    groups: np.ndarray,
+    measured: np.ndarray | Stated,
+    result: Comparison,
+    response: Response = figures.ANGLE,
+) -> Drawing:
+    """Replicates by group beside the measurement, with means and the equivalence margin. measured:
+    readings (n,), or a `Stated` mean, which is drawn with its standard deviation."""
+    figure, ax = figures.subplots()
+    for g, values in enumerate(groups):
+        ax.scatter(np.full(len(values), g + 1), values, color=figures.BLUE, alpha=0.7)
+        ax.hlines(values.mean(), g + 0.75, g + 1.25, color=figures.BLUE, lw=2)
+    place = len(groups) + 1.5
+    if isinstance(measured, Stated):
+        ax.errorbar([place], [measured.mean()], [measured.std()], color=figures.ORANGE, alpha=0.7)
+    else:
+        jitter = np.linspace(-0.2, 0.2, len(measured))
+        ax.scatter(place + jitter, measured, color=figures.ORANGE, alpha=0.7)
+    ax.hlines(measured.mean(), place - 0.35, place + 0.35, color=figures.ORANGE, lw=2)
+    ax.axhspan(
+        measured.mean() - result.margin,
+        measured.mean() + result.margin,
+        color=figures.ORANGE,
+        alpha=0.12,
+        lw=0,
+    )
+    ax.axhline(result.simulated_mean, color=figures.BLUE, lw=1, ls="--")
+    ax.set_xticks(
+        [*range(1, len(groups) + 1), place],
+        [*(f"group {g + 1}" for g in range(len(groups))), "measured"],
+    )
+    simulated, aim = (response.value(v) for v in (result.simulated_mean, result.measured_mean))
+    means = f"simulated {simulated}, measured {aim}"
+    ax.set(ylabel=response.axis, title=f"{means}: {result.relative_error_percent:.2f} % apart")
+    return figure
 
 
 def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
@@ -130,3 +174,22 @@ def _difference(found, response):
         f"Difference {apart}{response.unit} (95 % {low} to {high}); {judged(found, response.unit)} "
         f"(p = {found['equivalence_p']:.2g}); t test p = {found['t_p']:.2g}."
     )
+
+
+def runs(config: Config) -> int:
+    """Number of replicates."""
+    return config.validation.groups * config.validation.replicates
+
+
+STAGES = (
+    Stage(
+        name="validation",
+        title="Validation",
+        place=5,
+        plans=(Plan("validation", expected=runs),),
+        figures=(Figure("validation", ("runs.csv", "validation.json")),),
+        tables=(("runs", "Replicates"),),
+        sentences=sentences,
+        pictured="validation",
+    ),
+)

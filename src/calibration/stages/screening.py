@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -35,14 +35,17 @@ from calibration.statistics.screening import (
 from calibration.statistics.screening_design import screening_design
 from calibration.statistics.two_level import alias_groups
 from calibration.study.factors import Choice, read_factors
+from calibration.study.stage import Figure, Plan, Stage
 from dem.io.files import write_json
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure as Drawing
 
     from calibration.chain.handed_over import NamedFiles
     from calibration.chain.study import Study
     from calibration.figures import Response
+    from calibration.study.config import Config
 
 
 def plan_screening(study: Study, source: NamedFiles, output: NamedFiles) -> None:
@@ -78,9 +81,9 @@ def screening(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     for target, path, figure in further_files(config, output):
         _write_further(screened[target.metric], names, target, rules.alpha, path, figure)
     response = figures.response_of(config.target.metric)
-    figures.save(figures.half_normal(table, codes, response), output.half_normal)
+    figures.save(half_normal(table, codes, response), output.half_normal)
     limits = result.t_limit, result.bonferroni_limit, rules.alpha
-    figures.save(figures.pareto(table, *limits, response), output.pareto)
+    figures.save(pareto(table, *limits, response), output.pareto)
     summary = {
         "factors": [names[c] for c in codes],
         "why": {names[c]: words for c, words in reasons.items()},
@@ -207,7 +210,73 @@ def _write_further(result, names, target, alpha, path, figure):
     effects = result.table.assign(name=result.table["code"].map(names))
     write_table(effects, path)
     limits = result.t_limit, result.bonferroni_limit, alpha
-    figures.save(figures.pareto(effects, *limits, figures.response_of(target.metric)), figure)
+    figures.save(pareto(effects, *limits, figures.response_of(target.metric)), figure)
+
+
+def half_normal(
+    table: pd.DataFrame, chosen: Sequence[str], response: Response = figures.ANGLE
+) -> Drawing:
+    """Half-normal plot of absolute effects; `chosen` codes stand out."""
+    figure, ax = figures.subplots()
+    size, score = table["effect"].abs(), table["half_normal_score"]
+    picked = table["code"].isin(chosen)
+    ax.scatter(size[~picked], score[~picked], color=figures.GREY, label="stays at its level")
+    ax.scatter(size[picked], score[picked], color=figures.ORANGE, label="goes on")
+    for e, s, code, name in zip(size, score, table["code"], table["name"], strict=True):
+        text = f"{code}  {figures.label(name)}" if code in chosen else code
+        ax.annotate(text, (e, s), xytext=(6, -3), textcoords="offset points", fontsize=9)
+    small = ~picked if (~picked).any() else picked
+    slope = float((score[small] * size[small]).sum() / (size[small] ** 2).sum())
+    line = np.array([0.0, float(score.max()) / slope])
+    ax.plot(line, slope * line, color=figures.GREY, lw=1)
+    ax.set(
+        xlabel=f"|effect|{response.brackets}",
+        ylabel="half-normal quantile",
+        xlim=(0, 1.45 * size.max()),
+        ylim=(0, 1.15 * score.max()),
+    )
+    ax.legend(loc="lower right", frameon=False)
+    return figure
+
+
+def pareto(
+    table: pd.DataFrame,
+    t_limit: float,
+    bonferroni_limit: float,
+    alpha: float = 0.05,
+    response: Response = figures.ANGLE,
+) -> Drawing:
+    """Pareto chart of absolute effects with the limits of significance at level alpha."""
+    from matplotlib.patches import Patch
+
+    figure, ax = figures.subplots()
+    order = table.reindex(table["effect"].abs().sort_values().index)
+    colour = np.where(order["effect"] > 0, figures.BLUE, figures.ORANGE)
+    names = [f"{figures.label(n)}  {c}" for n, c in zip(order["name"], order["code"], strict=True)]
+    ax.barh(names, order["effect"].abs(), color=colour)
+    ax.axvline(t_limit, color="black", lw=1, ls="--")
+    ax.axvline(bonferroni_limit, color="black", lw=1, ls=":")
+    for x, text in (
+        (t_limit, f"t limit {100 * alpha:g} %"),
+        (bonferroni_limit, f"Bonferroni {100 * alpha:g} %"),
+    ):
+        ax.annotate(
+            text,
+            (x, 0),
+            xytext=(3, -2),
+            textcoords="offset points",
+            rotation=90,
+            fontsize=8,
+            va="bottom",
+        )
+    ax.set(xlabel=f"|effect|{response.brackets}")
+    # below the whole figure: a line under the axis would be centred on it and cut off beside it
+    ways = {figures.BLUE: f"raises the {response.name}", figures.ORANGE: "lowers it"}
+    figure.legend(
+        handles=[Patch(color=colour, label=words) for colour, words in ways.items()],
+        loc="outside lower center", ncols=2, frameon=False, fontsize=9,
+    )  # fmt: skip
+    return figure
 
 
 def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
@@ -276,3 +345,29 @@ def _aliasing_in_words(summary, response, folded):
             f"{' or '.join(lack['largest'])} takes {100 * lack['share']:.0f} % of it."
         )
     return texts
+
+
+def runs(config: Config) -> int:
+    """Number of runs of the design."""
+    # takes half a second to load, which a run need not wait for once the stage is planned
+    from calibration.statistics.screening_design import screening_design
+
+    return len(screening_design(read_factors(config.factors), config.screening))
+
+
+STAGES = (
+    Stage(
+        name="screening",
+        title="Screening",
+        place=1,
+        plans=(Plan("screening", expected=runs),),
+        figures=(Figure("half_normal", ("effects.csv",)), Figure("pareto", ("effects.csv",))),
+        tables=(
+            ("runs", "Design and results"),
+            ("effects", "Effects"),
+            ("anova", "Analysis of variance"),
+        ),
+        sentences=sentences,
+        pictured="screening",
+    ),
+)

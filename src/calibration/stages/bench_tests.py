@@ -1,7 +1,8 @@
 """The tests on the laboratory's bench as virtual experiments: tilted plane, drop and direct
 shear."""
 
-from calibration.study.stages.stage import Figure, Plan, Stage
+from calibration.chain.bench_tests import shear, sweep
+from calibration.study.stage import Figure, Plan, Stage
 
 RUNS = ("runs", "Runs")
 
@@ -13,7 +14,7 @@ STAGES = (
         plans=(Plan("tilt", batches=2), Plan("tilt_confirmation", batches=1)),
         figures=(Figure("tilt", ("runs.csv",)),),
         tables=(RUNS,),
-        sentences="calibration.chain.bench_tests.sweep:sentences",
+        sentences=sweep.sentences,
     ),
     Stage(
         name="drop",
@@ -22,7 +23,7 @@ STAGES = (
         plans=(Plan("drop", batches=1), Plan("drop_confirmation", batches=1)),
         figures=(Figure("drop", ("runs.csv",)),),
         tables=(RUNS,),
-        sentences="calibration.chain.bench_tests.sweep:sentences",
+        sentences=sweep.sentences,
     ),
     Stage(
         name="shear",
@@ -31,7 +32,7 @@ STAGES = (
         plans=(Plan("shear", batches=2),),
         figures=(Figure("yield_locus", ("runs.csv", "shear.json")),),
         tables=(RUNS,),
-        sentences="calibration.chain.bench_tests.shear:sentences",
+        sentences=shear.sentences,
     ),
     Stage(
         name="bench",

@@ -14,22 +14,32 @@ import pandas as pd
 from calibration import figures
 from calibration.chain.files import read_region
 from calibration.chain.responses import columns, with_responses, with_value
+from calibration.figures.planes import pairs_of, plane
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
 from calibration.statistics.composite import region_design
+from calibration.statistics.goals import overall_desirability
 from calibration.statistics.optimise import compromise, pareto_front, solve
 from calibration.statistics.replication import mean_interval, runs_needed
 from calibration.statistics.surface import fit_surface, outliers, parameter_interval
 from calibration.study.config import goals, read_target
 from calibration.study.factors import Factor
 from calibration.study.physical_limits import inside, physical_range
+from calibration.study.stage import Figure, Plan, Stage
 from dem.io.files import write_json
 
 if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure as Drawing
+
     from calibration.chain.handed_over import NamedFiles
     from calibration.chain.study import Study
     from calibration.figures import Response
+    from calibration.statistics.factor import CodedFactor
+    from calibration.statistics.goals import Goal
+    from calibration.statistics.optimise import Compromise, Solution
+    from calibration.statistics.surface import Surface
     from calibration.study.config import Config
 
 
@@ -159,7 +169,7 @@ def _optimise_one(config, surface, region, output):
     solution = solve(surface, wanted, rules.rule, config.seed, point)
     _write_points(solution.points, region, output.solutions)
     response = figures.response_of(config.target.metric)
-    figures.save(figures.contours(surface, region, solution, response), output.contours)
+    figures.save(contours(surface, region, solution, response), output.contours)
     intervals = [
         parameter_interval(surface, wanted, solution.chosen, k, 0.05, error, len(measured) - 1)
         for k in range(len(region))
@@ -182,7 +192,7 @@ def _optimise_several(config, surfaces, region, output):
     wanted = goals(config)
     found = compromise(surfaces, wanted, config.seed)
     _write_points(found.points, region, output.solutions)
-    figures.save(figures.desirability_contours(surfaces, wanted, region, found), output.contours)
+    figures.save(desirability_contours(surfaces, wanted, region, found), output.contours)
     if output.get("front"):
         _write_fronts(config, surfaces, wanted, region, found.chosen, output)
     rows = zip(columns(config).values(), surfaces, wanted, strict=True)
@@ -216,7 +226,7 @@ def _write_fronts(config, surfaces, wanted, region, chosen, output):
             found[f"desirability of {name}"] = each[:, j]
         write_table(found, table)
         at = [float(s.predict([chosen])[0]) for s in pair]
-        drawn = figures.front(found, [names[0], names[k]], [g.target for g in goals_], at)
+        drawn = front(found, [names[0], names[k]], [g.target for g in goals_], at)
         figures.save(drawn, figure)
 
 
@@ -279,6 +289,101 @@ def optimise(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     _optimise(study.config, source.runs, source.candidate_region, output, source.candidate)
 
 
+LINES = ("#d1711f", "#2f6db5", "#7b4fa3", "#b5363f", "#5b7a1f")  # of the targets, in their order
+
+
+def contours(
+    surface: Surface,
+    region: Sequence[CodedFactor],
+    solution: Solution,
+    response: Response = figures.ANGLE,
+) -> Drawing:
+    """Contours through the chosen point with the solution set drawn in."""
+    pairs = pairs_of(region)
+    with figures.styled():
+        figure, rows, columns = figures.panel_grid(len(pairs), (4.1, 3.5))
+        for n, (i, j) in enumerate(pairs):
+            ax = figure.add_subplot(rows, columns, n + 1)
+            _contour(ax, surface, region, i, j, solution, response)
+    return figure
+
+
+def _contour(ax, surface, region, i, j, solution, response):
+    a, b, levels = plane(region, i, j, at=solution.chosen)
+    y = surface.predict(levels).reshape(a.shape)
+    filled = ax.contourf(a, b, y, 12, cmap="viridis", alpha=0.85)
+    ax.figure.colorbar(filled, ax=ax, label=response.axis, shrink=0.9)
+    if y.min() < solution.target < y.max():
+        ax.contour(a, b, y, [solution.target], colors="white", linewidths=4.5)
+        ax.contour(a, b, y, [solution.target], colors=figures.ORANGE, linewidths=2.5)
+    x, z = (region[k].natural(float(solution.chosen[k])) for k in (i, j))
+    ax.plot(x, z, "o", color="white", mec="black", ms=9, clip_on=False, zorder=4)
+    ax.set(xlabel=figures.label(region[i].name), ylabel=figures.label(region[j].name))
+    ax.grid(False)
+
+
+def desirability_contours(
+    surfaces: Sequence[Surface],
+    goals: Sequence[Goal],
+    region: Sequence[CodedFactor],
+    found: Compromise,
+) -> Drawing:
+    """Overall desirability over each pair of factors, with the others at the chosen point. A line
+    shows where a response meets its target. surfaces and goals have the same order; found:
+    `Compromise`. Returns a matplotlib Figure."""
+    pairs = pairs_of(region)
+    with figures.styled():
+        figure, rows, columns = figures.panel_grid(len(pairs), (4.8, 4.0))
+        for n, pair in enumerate(pairs):
+            ax = figure.add_subplot(rows, columns, n + 1)
+            _desirability(ax, surfaces, goals, region, pair, found)
+    return figure
+
+
+def front(
+    table: pd.DataFrame,
+    metrics: Sequence[str],
+    targets: Sequence[float | None],
+    chosen: Sequence[float],
+) -> Drawing:
+    """Two responses along their Pareto front, with the chosen compromise; a line at a target.
+
+    table: the responses in columns of their metrics; targets: of each, or None; chosen: both
+    responses at the optimum. Returns a matplotlib Figure.
+    """
+    figure, ax = figures.subplots(size=(5.2, 3.8))
+    first, second = (figures.response_of(m) for m in metrics)
+    unbeaten = {"color": figures.BLUE, "label": "no point beats these"}
+    ax.plot(table[metrics[0]], table[metrics[1]], ".", **unbeaten)
+    ax.plot(*chosen, "o", color="white", mec="black", ms=9, label="most desirable")
+    for draw, target in zip((ax.axvline, ax.axhline), targets, strict=True):
+        if target is not None:
+            draw(target, color=figures.ORANGE, lw=1.2)
+    ax.set(xlabel=first.axis, ylabel=second.axis)
+    ax.legend(frameon=False, fontsize=8)
+    return figure
+
+
+def _desirability(ax, surfaces, goals, region, pair, found):
+    i, j = pair
+    x, y, levels = plane(region, i, j, at=found.chosen)
+    overall = overall_desirability(surfaces, goals, levels).reshape(x.shape)
+    filled = ax.contourf(x, y, overall, np.linspace(0.0, 1.0, 11), cmap="Greens", alpha=0.85)
+    ax.figure.colorbar(filled, ax=ax, label="overall desirability", shrink=0.9)
+    for n, (surface, goal) in enumerate(zip(surfaces, goals, strict=True)):
+        if goal.target is None:
+            continue
+        response = surface.predict(levels).reshape(x.shape)
+        if response.min() < goal.target < response.max():
+            colour = LINES[n % len(LINES)]
+            drawn = ax.contour(x, y, response, [goal.target], colors=colour, linewidths=2.0)
+            ax.clabel(drawn, fmt=f"target {n + 1}: %.4g", fontsize=8)
+    at = [region[k].natural(float(found.chosen[k])) for k in pair]
+    ax.plot(*at, "o", color="white", mec="black", ms=9, clip_on=False, zorder=4)
+    ax.set(xlabel=figures.label(region[i].name), ylabel=figures.label(region[j].name))
+    ax.grid(False)
+
+
 def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
     """The runs at the candidate, the chosen point, and how far the points reach that give the
     target as well."""
@@ -329,3 +434,21 @@ def _of_candidate(found, response):
     elif asked:
         texts.append(f"An interval of ±{asked:g}{unit} takes more runs than are allowed.")
     return texts
+
+
+STAGES = (
+    Stage(
+        name="optimise",
+        title="Optimum",
+        place=4,
+        plans=(
+            Plan("candidate_first", expected=lambda config: config.optimise.candidate_runs),
+            Plan("candidate"),
+        ),
+        figures=(Figure("contours", ("solution_set.csv", "optimum.json")),),
+        tables=(("solution_set", "Points of the solution set"),),
+        sentences=sentences,
+        pictured="candidate",
+        also_made_by=lambda config: ("candidate", "plan_candidate_first", "plan_candidate"),
+    ),
+)

@@ -1,15 +1,24 @@
 """What a stage says of itself to those that show it: its place on the page, its tables and figures,
-and its plans of runs for the progress.
+and its plans of runs; and how the stages are found.
 
-What a stage reads and writes stands in its rules alone (`workflow/rules`). Functions are named as
-"module:function", so that reading all declarations loads none of the libraries that they need.
+What a stage reads and writes stands in its rules alone (`workflow/rules`). All declarations are
+read whenever a study is opened, so their modules load no library that computes or draws.
 """
 
-from collections.abc import Callable
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any
+from pkgutil import iter_modules
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
+if TYPE_CHECKING:
+    from calibration.study.config import Config
+
+OWN = "calibration.stages"
+"""Package with a module for each stage, or for those that belong together."""
 BESIDE = 7
 """Place from which stages stand beside the calibration: bench tests, scaling, numerics, audits."""
 
@@ -48,12 +57,11 @@ class Stage:
     """A stage: its plans of runs, and what the page says of it.
 
     name : of its folder in the study's; place : order on the page; tables : (file without suffix,
-    title); sentences : "module:function" that gives lines of text from the stage's summary and the
-    response; about : a line for a stage whose folder is shown as it is, without the columns
-    `unshown` {table: columns}; pictured : the plan whose heaps are shown; made_by : the rule that
-    ends it, which bears its name unless given; also_made_by : names of the rules before
-    it whose files page and crate hold, by the configuration; those of its plans, `plan_<folder>`,
-    unless given.
+    title); sentences : gives lines of text from the stage's summary and the response; about : a
+    line for a stage whose folder is shown as it is, without the columns `unshown` {table: columns};
+    pictured : the plan whose heaps are shown; made_by : the rule that ends it, which bears its name
+    unless given; also_made_by : names of the rules before it whose files page and crate hold, by
+    the configuration; those of its plans, `plan_<folder>`, unless given.
     """
 
     name: str
@@ -62,7 +70,7 @@ class Stage:
     plans: tuple[Plan, ...] = ()
     figures: tuple[Figure, ...] = ()
     tables: tuple[tuple[str, str], ...] = ()
-    sentences: str | None = None
+    sentences: Callable[..., list[str]] | None = None
     about: str | None = None
     unshown: tuple[str, ...] = ()
     pictured: str | None = None
@@ -96,3 +104,27 @@ def resolve(name: str) -> Callable[..., Any]:
     """The function of "module:function"."""
     module, function = name.split(":")
     return getattr(import_module(module), function)
+
+
+def load_stages(*names: str) -> dict[str, Stage]:
+    """{name: Stage} in the order of the report, declared in modules or in all modules of packages;
+    those of `OWN` unless given."""
+    found = [stage for name in names or (OWN,) for stage in _declared(import_module(name))]
+    return {stage.name: stage for stage in sorted(found, key=lambda stage: stage.place)}
+
+
+def _declared(module: ModuleType) -> Iterator[Stage]:
+    for inside in iter_modules(getattr(module, "__path__", ())):
+        yield from _declared(import_module(f"{module.__name__}.{inside.name}"))
+    yield from getattr(module, "STAGES", ())
+
+
+def planning() -> list[Plan]:
+    """The declared plans, those beside the chain first, in the stages' order."""
+    plans = [plan for stage in load_stages().values() for plan in stage.plans]
+    return sorted(plans, key=lambda plan: bool(plan.expected))
+
+
+def expected_runs(config: Config) -> int:
+    """Number of runs of a study before any has been planned."""
+    return sum(plan.expected(config) for plan in planning() if plan.expected)

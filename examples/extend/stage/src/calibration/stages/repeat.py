@@ -8,6 +8,7 @@ from calibration import figures
 from calibration.files import write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_values, write_plan
+from calibration.study.stage import Figure, Plan, Stage
 from dem.io.files import write_json
 
 RUNS = 5
@@ -28,10 +29,32 @@ def repeat(study, source, output):
     write_table(table, output.table)
     found = {"mean": float(table["response"].mean()), "sd": float(table["response"].std())}
     write_json(output.summary, found)
-    figure = figures.spread_of_seeds(table["response"], figures.response_of(metric))
+    figure = spread_of_seeds(table["response"], figures.response_of(metric))
     figures.save(figure, output.figure)
+
+
+def spread_of_seeds(values, response):
+    """A point for each run and a line at their mean; values (n,) in the unit of the response."""
+    figure, ax = figures.subplots()
+    ax.scatter(range(1, len(values) + 1), values, color=figures.BLUE)
+    ax.axhline(values.mean(), color=figures.BLUE, lw=1)
+    ax.set(xlabel="run", ylabel=response.axis)
+    return figure
 
 
 def sentences(summary, response):
     """What came out, for the page."""
     return [f"Runs of one point scatter by {response.value(summary['sd'])}."]
+
+
+STAGES = (
+    Stage(
+        name="repeat",
+        title="How far runs of one point lie apart",
+        place=7.6,
+        plans=(Plan("repeat"),),
+        figures=(Figure("spread_of_seeds", ("runs.csv",)),),
+        tables=(("runs", "The runs"),),
+        sentences=sentences,
+    ),
+)

@@ -1,6 +1,6 @@
 """Heap and drop enlarged by two rules, without and with cohesion."""
 
-from calibration.study.stages.stage import Figure, Plan, Stage
+from calibration.study.stage import Figure, Plan, Stage
 
 STAGES = (
     Stage(

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy
 
 from calibration import figures
 from calibration.chain.files import further_files, read_region
 from calibration.chain.responses import naming_left_out, told, with_responses, with_value
 from calibration.errors import CalibrationError
+from calibration.figures.planes import label_3d, pairs_of, plane
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import plan, write_plan
@@ -24,13 +26,20 @@ from calibration.statistics.surface import (
     outliers,
     reduced_surface,
 )
+from calibration.study.factors import read_factors
 from calibration.study.physical_limits import inside, physical_range
+from calibration.study.stage import Figure, Plan, Stage
 from dem.io.files import write_json
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Drawing
+
     from calibration.chain.handed_over import NamedFiles
     from calibration.chain.study import Study
     from calibration.figures import Response
+    from calibration.statistics.factor import CodedFactor
+    from calibration.statistics.surface import Surface
+    from calibration.study.config import Config
 
 
 def plan_response_surface(study: Study, source: NamedFiles, output: NamedFiles) -> None:
@@ -79,10 +88,10 @@ def response_surface(study: Study, source: NamedFiles, output: NamedFiles) -> No
     write_table(surface.anova, output.anova)
     write_table(surface.diagnostics.assign(run=runs["run"].to_numpy()), output.diagnostics)
     response = figures.response_of(config.target.metric)
-    figures.save(figures.predicted_actual(surface, response), output.predicted)
-    figures.save(figures.residual_panel(surface, response), output.residuals)
-    figures.save(figures.perturbation(surface, region, response), output.perturbation)
-    figures.save(figures.surfaces(surface, region, response), output.surfaces)
+    figures.save(predicted_actual(surface, response), output.predicted)
+    figures.save(residual_panel(surface, response), output.residuals)
+    figures.save(perturbation(surface, region, response), output.perturbation)
+    figures.save(surfaces(surface, region, response), output.surfaces)
     beside = _beside(runs, [f.code for f in region], "response", surface)
     write_json(output.summary, _description(surface, region) | beside | told(every))
     for target, path, figure in further_files(config, output):
@@ -93,7 +102,7 @@ def response_surface(study: Study, source: NamedFiles, output: NamedFiles) -> No
             raise CalibrationError(f"further target {target.metric}: {error}") from None
         write_json(path, _description(other, region))
         response = figures.response_of(target.metric)
-        figures.save(figures.surfaces(other, region, response), figure)
+        figures.save(surfaces(other, region, response), figure)
 
 
 def _beside(runs, codes, column, surface):
@@ -159,6 +168,83 @@ def _ridge(surface, region):
     return rows
 
 
+def predicted_actual(surface: Surface, response: Response = figures.ANGLE) -> Drawing:
+    """Predicted against simulated response."""
+    figure, ax = figures.subplots(size=(4.2, 4.0))
+    d = surface.diagnostics
+    ax.scatter(d["actual"], d["predicted"], color=figures.BLUE)
+    ends = [
+        min(d["actual"].min(), d["predicted"].min()),
+        max(d["actual"].max(), d["predicted"].max()),
+    ]
+    ax.plot(ends, ends, color=figures.GREY, lw=1)
+    unit = response.brackets
+    ax.set(
+        xlabel=f"simulated {response.name}{unit}",
+        ylabel=f"predicted by the quadratic model{unit}",
+        aspect="equal",
+    )
+    return figure
+
+
+def residual_panel(surface: Surface, response: Response = figures.ANGLE) -> Drawing:
+    """Normal plot of residuals, residuals against prediction and run, and Cook's distance."""
+    d = surface.diagnostics
+    figure, ax = figures.subplots(2, 2, size=(7.2, 5.8))
+    z = np.sort(d["externally_studentised"])
+    q = scipy.stats.norm.ppf((np.arange(1, len(z) + 1) - 0.5) / len(z))
+    ax[0, 0].scatter(z, q, color=figures.BLUE)
+    ax[0, 0].plot(q, q, color=figures.GREY, lw=1)
+    ax[0, 0].set(xlabel="externally studentised residual", ylabel="normal quantile")
+    for panel, x, name in (
+        (ax[0, 1], d["predicted"], f"predicted{response.brackets}"),
+        (ax[1, 0], d["run"], "run"),
+    ):
+        panel.scatter(x, d["externally_studentised"], color=figures.BLUE)
+        limit = scipy.stats.t.ppf(1 - 0.025 / len(d), max(surface.df - 1, 1))
+        for y in (-limit, 0, limit):
+            panel.axhline(y, color=figures.GREY, lw=1, ls="-" if y == 0 else "--")
+        panel.set(xlabel=name, ylabel="externally studentised residual")
+    ax[1, 1].vlines(d["run"], 0, d["cooks_distance"], color=figures.BLUE)
+    ax[1, 1].axhline(1.0, color=figures.GREY, lw=1, ls="--")
+    ax[1, 1].set(xlabel="run", ylabel="Cook's distance")
+    return figure
+
+
+def perturbation(
+    surface: Surface, region: Sequence[CodedFactor], response: Response = figures.ANGLE
+) -> Drawing:
+    """Response along each factor with the others at the centre."""
+    figure, ax = figures.subplots()
+    x = np.linspace(-1, 1, 81)
+    for k, factor in enumerate(region):
+        levels = np.zeros((len(x), len(region)))
+        levels[:, k] = x
+        ax.plot(x, surface.predict(levels), label=f"{factor.code}  {figures.label(factor.name)}")
+    ax.set(xlabel="distance from the centre, coded", ylabel=response.axis)
+    ax.legend(frameon=False)
+    return figure
+
+
+def surfaces(
+    surface: Surface, region: Sequence[CodedFactor], response: Response = figures.ANGLE
+) -> Drawing:
+    """Response surfaces of all pairs of factors, the others at the centre."""
+    pairs = pairs_of(region)
+    with figures.styled():
+        figure, rows, columns = figures.panel_grid(len(pairs), (3.9, 3.6))
+        for n, (i, j) in enumerate(pairs):
+            ax = figure.add_subplot(rows, columns, n + 1, projection="3d")
+            a, b, levels = plane(region, i, j, resolution=31)
+            y = surface.predict(levels).reshape(a.shape)
+            # some thousand faces: as an image they weigh a tenth, and the words stay words
+            ax.plot_surface(a, b, y, cmap="viridis", alpha=0.9, rasterized=True)
+            label_3d(
+                ax, figures.label(region[i].name), figures.label(region[j].name), response.axis
+            )
+    return figure
+
+
 def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
     """What came out, for the report."""
     s = summary["statistics"]
@@ -189,3 +275,37 @@ def _unpredicted(summary):
 
 def _or_none(value):
     return "none" if value is None else fixed(value, 3)
+
+
+def runs(config: Config) -> int:
+    """Number of runs of the design, of as many factors as may go on."""
+    from calibration.statistics.composite import surface_design
+
+    rules, going_on = config.response_surface, read_factors(config.factors)
+    region = going_on[: config.screening.at_most]
+    design = surface_design(region, rules.centre_runs, rules.replicates)
+    return len(design) + rules.added_runs
+
+
+STAGES = (
+    Stage(
+        name="response_surface",
+        title="Response surface",
+        place=3,
+        plans=(Plan("response_surface", expected=runs),),
+        figures=(
+            Figure("surfaces", ("coefficients.csv",)),
+            Figure("predicted_actual", ("diagnostics.csv",)),
+            Figure("residuals", ("diagnostics.csv",)),
+            Figure("perturbation", ("coefficients.csv",)),
+        ),
+        tables=(
+            ("runs", "Design and results"),
+            ("anova", "Analysis of variance"),
+            ("coefficients", "Coefficients, in coded levels"),
+            ("diagnostics", "Residuals and influence"),
+        ),
+        sentences=sentences,
+        pictured="response_surface",
+    ),
+)
