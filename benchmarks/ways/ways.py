@@ -13,7 +13,7 @@ import pandas as pd
 from scipy.stats import qmc
 
 from calibration.errors import CalibrationError
-from calibration.inference.posterior_sampling import Measured
+from calibration.inference.joint.likelihood import Response
 from calibration.inference.scatter_emulator import ScatterEmulator
 from calibration.statistics.design import box_behnken
 from calibration.statistics.numbers import NORMAL_95
@@ -173,7 +173,8 @@ def _surface(x, y):
 
 def _weights(emulator, bench):
     """Posterior probability (n,) of the cube's grid points."""
-    log = Measured(emulator, bench.measured, bench.se).log_likelihood(0.5 + 0.5 * CUBE)
+    target = Response("heap", (emulator,), bench.measured, bench.se**2)
+    log = target.log_likelihood(0.5 + 0.5 * CUBE)
     weight = np.exp(log - log.max())
     return weight / weight.sum()
 

@@ -18,7 +18,7 @@ from benchmarks.ways.truths import (
     packed,
 )
 from benchmarks.ways.ways import CUBE, CUT, GRID, WAYS, _implausible, answer
-from calibration.inference.posterior_sampling import ScatterEmulator
+from calibration.inference.scatter_emulator import ScatterEmulator
 from paper.release.values import enough
 
 

@@ -14,9 +14,11 @@ from calibration.chain.joint.words import sentences
 from calibration.chain.study import Study
 from calibration.errors import ConfigError
 from calibration.figures import ANGLE
-from calibration.runs.plans import read_plan, result_path
+from calibration.runs.plans import read_plan, result_path, write_plan
 from calibration.study.config import parse_config
 from calibration.study.config.joint import joint_targets, read_joint_target
+from calibration.study.simulated_tests import simulated
+from dem.io.files import write_json
 from dem.results import write_result
 from dem.spec import parse_spec
 from facts import rows_in, tells
@@ -52,6 +54,7 @@ def laboratory(
     predict=None,
     low=0.1,
     tests_of_all=(),
+    posterior=None,
     **joint,
 ):
     """The configuration of a study with two tests and a hopper that nobody has measured."""
@@ -66,6 +69,7 @@ def laboratory(
         "run": {"materials": RUN["materials"], "contacts": RUN["contacts"]},
         "tests": TESTS | (tests or {}),
         "predict": predict or {},
+        "posterior": posterior or {},
         "joint": {"tests": list(tests_of_all), "runs": 32, "repeated": 10, "second_wave": 8}
         | joint,
     }  # fmt: skip
@@ -162,6 +166,61 @@ def test_two_tests_and_a_third_that_is_to_be_made(two_tests):
     shares = study.table("joint", "predictions").set_index("rig")
     assert shares.loc["plane", "wall share"] > 0.9
     assert shares.loc["hopper", "rolling share"] > 0.5
+
+
+def chain_runs(study, levels, folder, form=True):
+    """Finished runs of the chain's own test as the design of a stage; heaps that do not `form`
+    have no angle."""
+    table, specs = study.plan_test(levels, simulated(study.config, "pour"), 1)
+    write_plan(study.folder / folder, table, specs)
+    if form:
+        answer(study.folder / folder / "plan.json")
+    else:
+        for name, spec in specs.items():
+            found = {"height_mm": 1.0}
+            write_result(Path(result_path(name)).parent, parse_spec(spec), found, {}, files=())
+
+
+def test_the_posterior_of_the_chain_is_the_joint_one_of_its_one_test(two_tests):
+    """From the chain's runs in a narrower region: files of one form, and the numbers of the heap
+    alone. Where no heap formed the draws are few."""
+    study, rng = two_tests, np.random.default_rng(3)
+    region = [
+        {"code": c, "name": n, "key": KEYS[n], "low": low, "high": low + 0.3}
+        for c, n, low in (("A", "rolling", 0.2), ("B", "friction", 0.15))
+    ]
+    write_json(study.folder / "optimise/optimum.json", {"region": region})
+    levels = pd.DataFrame(
+        {f["name"]: np.repeat(f["low"] + 0.3 * rng.random(24), 2) for f in region}
+    ).assign(wall=0.3)
+    chain_runs(study, levels[levels["rolling"] < 0.45], "response_surface")
+    chain_runs(study, levels[levels["rolling"] < 0.45], "ascent")  # the same runs count once
+    chain_runs(study, levels[levels["rolling"] >= 0.45], "candidate", form=False)
+    lost, far = (levels["rolling"] >= 0.45).sum(), levels.head(1).assign(rolling=0.1)
+    assert lost >= 4
+    chain_runs(study, far, "ascent")
+    rules_of(study.config.model_dump(mode="json"))["posterior"].call(study)
+    found, whole = study.summary("posterior"), study.summary("joint")
+    assert set(found) == set(whole)
+    assert found["runs"] == {"pour": len(levels)}
+    assert found["without_value"] == {"pour: angle_of_repose_deg": lost}
+    for name in ("targets", "parameters"):
+        columns = [list(study.table(stage, name)) for stage in ("posterior", "joint")]
+        assert columns[0] == columns[1]
+    draws = study.table("posterior", "draws")
+    assert list(draws) == ["rolling", "friction"]
+    # 30 degrees are a sum of 0.6, known to the readings' 0.18 degrees and the process' error
+    assert (draws["rolling"] + draws["friction"]).mean() == pytest.approx(0.6, abs=0.01)
+    assert (draws["rolling"] + draws["friction"]).std() < 0.02
+    assert draws["rolling"].corr(draws["friction"]) < -0.9
+    assert (draws["rolling"] >= 0.45).mean() < 0.05
+    following = study.table("posterior", "next")
+    assert set(following["rig"]) == {"pour"}
+    assert set(following["metric"]) == {"angle_of_repose_deg", "height_mm"}
+    (row,) = study.table("posterior", "targets").to_dict("records")
+    assert row["measured"] == pytest.approx(30.0)
+    assert abs(row["pull"]) < 0.5
+    assert "others" not in " ".join(sentences(found, ANGLE))
 
 
 @pytest.mark.slow
@@ -306,13 +365,14 @@ def test_a_region_is_not_widened_beyond_what_is_possible(tmp_path, monkeypatch):
         ({"rows": ROWS.replace("0.6,6", ",")}, ["measured.csv", "line 6", "has no error"]),
         ({"rows": ROWS + "tilt,sliding_angle,30.0,deg,0.6,6\n"}, ["line 7", "line 6"]),
         ({"rows": ROWS.replace("20.0,deg", "20.0,kPa")}, ["line 6", "unit", "deg"]),
-        ({"priors": {"wall": {"mean": 0.3, "sd": 0.1}}}, ["joint.priors.wall.source"]),
-        ({"priors": {"wall": {"mean": 0.9, "sd": 0.1, "source": "a paper"}}},
-         ["joint.priors.wall.mean", "0.1 to 0.5"]),
+        ({"posterior": {"priors": {"wall": {"mean": 0.3, "sd": 0.1}}}},
+         ["posterior.priors.wall.source"]),
+        ({"posterior": {"priors": {"wall": {"mean": 0.9, "sd": 0.1, "source": "a paper"}}}},
+         ["posterior.priors.wall.mean", "0.1 to 0.5"]),
         ({"factors": ["rolling", "speed"]}, ["joint.factors", "speed"]),
         ({"tests": {"plane": {"experiment": "tilt", "fixed": {"speed": 1.0}}}},
          ["tests.plane.fixed", "speed"]),
-        ({"hours": {"silo": 2.0}}, ["joint.hours", "silo"]),
+        ({"posterior": {"hours": {"silo": 2.0}}}, ["posterior.hours", "silo"]),
         ({"repeated": 40}, ["joint.repeated", "32"]),
     ],
 )  # fmt: skip

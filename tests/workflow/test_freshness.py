@@ -36,7 +36,7 @@ SECTIONS = [
     ("screening", "alpha", 0.1, {"plan_screening", "screening", "export", "answer"}),
     ("ascent", "steps", 6, {"plan_ascent", "screening", "export", "answer"}),
     ("scaling", "margin_deg", 1.5, {"plan_scaling", "scaling", "export", "answer"}),
-    ("posterior", "draws", 60, {"posterior", "export", "answer"}),
+    ("posterior", "draws", 60, {"posterior", "plan_joint", "joint", "export", "answer"}),
     ("name", None, "other", {"export", "answer"}),
     ("runs_per_job", None, 3, {"export", "answer"}),
     (

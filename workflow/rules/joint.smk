@@ -34,7 +34,7 @@ checkpoint plan_joint:
         f"{STUDY}/logs/plan_joint.tsv"
     params:
         function="calibration.chain.joint.plans:plan_joint",
-        reads=[*PLANNING, *TESTS, "joint", "measurements"],
+        reads=[*PLANNING, *TESTS, "joint", "posterior", "measurements"],
         seeds=7,
     message:
         "plan runs where the joint posterior is wide"
@@ -57,12 +57,20 @@ rule joint:
         targets=f"{STUDY}/joint/targets.csv",
         next=f"{STUDY}/joint/next.csv",
         predictions=f"{STUDY}/joint/predictions.csv",
-        pairs=page("joint/pairs.svg", "5 All tests together", "joint_pairs"),
+        pairs=page("joint/pairs.svg", "5 All tests together", "posterior_pairs"),
     benchmark:
         f"{STUDY}/logs/joint.tsv"
     params:
         function="calibration.chain.joint.analysis:joint",
-        reads=["seed", "experiment", "factors", "joint", *TESTS, "measurements"],
+        reads=[
+            "seed",
+            "experiment",
+            "factors",
+            "joint",
+            "posterior",
+            *TESTS,
+            "measurements",
+        ],
     message:
         "joint: one posterior over all tests"
     script:

@@ -18,27 +18,19 @@ rule posterior:
         summary=f"{STUDY}/posterior/posterior.json",
         draws=f"{STUDY}/posterior/draws.csv",
         parameters=f"{STUDY}/posterior/parameters.csv",
+        targets=f"{STUDY}/posterior/targets.csv",
         next=f"{STUDY}/posterior/next.csv",
+        predictions=f"{STUDY}/posterior/predictions.csv",
         pairs=page(
             "posterior/pairs.svg",
             "5 The parameters as a distribution",
             "posterior_pairs",
         ),
-        pushed=page(
-            "posterior/pushed.svg",
-            "5 The parameters as a distribution",
-            "posterior_pushed",
-        ),
-        following=page(
-            "posterior/next.svg",
-            "5 The parameters as a distribution",
-            "posterior_next",
-        ),
     benchmark:
         f"{STUDY}/logs/posterior.tsv"
     params:
-        function="calibration.chain.posterior:posterior",
-        reads=[*RESPONSES, "own_run", "seed", "posterior"],
+        function="calibration.chain.joint.analysis:posterior",
+        reads=[*RESPONSES, "seed", "posterior"],
     message:
         "posterior: the parameters as a distribution"
     script:

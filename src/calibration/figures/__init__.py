@@ -10,7 +10,7 @@ from calibration.figures.labels import (
     parameter_words,
     response_of,
 )
-from calibration.figures.posterior_pairs import next_measurements, posterior_pairs, pushed_forward
+from calibration.figures.posterior_pairs import posterior_pairs
 from calibration.figures.pulls import pulls
 from calibration.figures.push_through import pushed_through
 from calibration.figures.style import BLUE, GREEN, GREY, ORANGE, panel_grid, save, styled, subplots
@@ -24,12 +24,10 @@ __all__ = [
     "PLACES",
     "Response",
     "label",
-    "next_measurements",
     "panel_grid",
     "parameter_words",
     "posterior_pairs",
     "pulls",
-    "pushed_forward",
     "pushed_through",
     "response_of",
     "save",

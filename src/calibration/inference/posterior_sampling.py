@@ -1,22 +1,17 @@
-"""The posterior of the parameters: what measurements say of them through emulators of the chain's
-own runs.
+"""Priors, what runs without a value say, and the sampler of a posterior.
 
-Coded parameters u lie in [0, 1]^d, the prior's box. A measurement's mean is normal about the
-emulated mean, with the measurement's own standard error, the emulator's error at u and a stated
-discrepancy of the model. Runs that gave no value count by their chance. Arrays in, arrays out; the
-stage `calibration.chain.posterior` reads and writes.
+Coded parameters u lie in [0, 1]^d, the prior's box. Arrays in, arrays out.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import emcee
 import numpy as np
 from scipy import stats
 
-from calibration.errors import CalibrationError
 from calibration.inference.chance_of_no_value import Chance, log_likelihood
-from calibration.inference.scatter_emulator import ScatterEmulator
 
 WALKERS, BURN, STEPS = 32, 300, 1200
 ROUNDS = 4
@@ -31,24 +26,6 @@ of walkers (ter Braak and Vrugt 2008, Statistics and Computing 18:435) 100 there
 AUTOCORRELATIONS = 25
 """Autocorrelation times that the chains must be long: below it emcee's estimate of them is not to
 be trusted."""
-SOBOL_SAMPLES = 4096
-
-
-@dataclass(frozen=True)
-class Measured:
-    """A measured mean with its standard error, the response's emulator, and the discrepancy (sd) of
-    the model."""
-
-    emulator: ScatterEmulator
-    mean: float
-    se: float
-    discrepancy: float = 0.0
-
-    def log_likelihood(self, u: np.ndarray) -> np.ndarray:
-        """(k,) log density of the measured mean at u (k, d)."""
-        mean, variance = self.emulator.mean(u)
-        total = variance + self.se**2 + self.discrepancy**2
-        return -0.5 * ((self.mean - mean) ** 2 / total + np.log(2.0 * np.pi * total))
 
 
 @dataclass(frozen=True)
@@ -120,7 +97,7 @@ class Posterior:
 
 
 def sample(
-    measured: Sequence[Measured | Formed],
+    measured: Sequence[Any],
     prior: Prior,
     seed: int = 1,
     steps: int = STEPS,
@@ -130,9 +107,9 @@ def sample(
     """The posterior by emcee's affine-invariant ensemble (Foreman-Mackey et al. 2013, PASP
     125:306).
 
-    measured: list of `Measured` and `Formed`. Chains that are too short for their autocorrelation
-    are run on, to `ROUNDS` times `steps`, then anew with the next of `MOVES`; `converged` says
-    whether that was enough.
+    measured: objects whose `log_likelihood(u)` gives (k,) at u (k, d). Chains that are too short
+    for their autocorrelation are run on, to `ROUNDS` times `steps`, then anew with the next of
+    `MOVES`; `converged` says whether that was enough.
     """
     d = len(prior.mean)
 
@@ -184,24 +161,3 @@ def _starts(log_density, prior, walkers, rng):
     weight = np.exp(value - value.max())
     keys = rng.random(len(weight)) ** (1.0 / np.maximum(weight, 1e-300))
     return candidates[np.argsort(-keys, kind="stable")[:walkers]]
-
-
-def sobol_indices(
-    emulator: Callable[[np.ndarray], np.ndarray], names: Sequence[str], seed: int = 1
-) -> dict[str, dict[str, float]]:
-    """First-order and total Sobol indices of the emulated mean over the box.
-
-    emulator: a function of u (k, d) that gives (k,). Returns {name: {first, total}}. Raises
-    CalibrationError where the response is constant over the box.
-    """
-
-    def response(u):  # (d, k) as scipy hands it over
-        y = np.asarray(emulator(u.T), float)
-        if np.ptp(y) == 0.0:
-            raise CalibrationError("the response is constant over the box; it has no Sobol indices")
-        return y
-
-    box, rng = [stats.uniform()] * len(names), np.random.default_rng(seed)
-    found = stats.sobol_indices(func=response, n=SOBOL_SAMPLES, dists=box, rng=rng)
-    values = zip(names, found.first_order, found.total_order, strict=True)
-    return {name: {"first": float(first), "total": float(total)} for name, first, total in values}

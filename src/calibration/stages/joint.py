@@ -1,8 +1,9 @@
-"""One posterior over all tests of the laboratory: a way to spend runs beside the chain's."""
+"""The parameters as a distribution: of one test from the chain's runs, of all tests from runs of
+their own."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from calibration.chain.joint import machines, words
 from calibration.study.config.joint import joint_tests, refined_tests
@@ -27,7 +28,20 @@ def _second(config: Config) -> int:
     return config.joint.second_wave * len(waits)
 
 
+SHOWN: Any = {
+    "figures": (Figure("pairs", ("draws.csv", "parameters.csv")),),
+    "tables": (
+        ("parameters", "Parameters with their 95 % intervals"),
+        ("targets", "Targets beside what the others expect; pull: the difference in sd"),
+        ("next", "What each further test tells; one nat leaves 37 % of what is open"),
+        ("predictions", "What is expected of each test, and from which parameter"),
+    ),
+    "sentences": words.sentences,
+}
+"""What either posterior shows."""
+
 STAGES = (
+    Stage(name="posterior", title="The parameters as a distribution", place=5.1, **SHOWN),
     Stage(
         name="joint",
         title="All tests together",
@@ -37,20 +51,7 @@ STAGES = (
             Plan("joint_first", expected=_first, every_rig=True),
             Plan("joint", expected=_second, every_rig=True),
         ),
-        figures=(Figure("pairs", ("draws.csv", "joint.json")),),
-        tables=(
-            ("parameters", "Parameters with their 95 % intervals, by all targets"),
-            (
-                "targets",
-                "Targets beside what the others expect; pull: the difference in sd",
-            ),
-            (
-                "next",
-                "What each further test tells; one nat leaves 37 % of what is open",
-            ),
-            ("predictions", "What is expected of each rig, and from which parameter"),
-        ),
-        sentences=words.sentences,
+        **SHOWN,
     ),
     Stage(
         name="joint_push_through",

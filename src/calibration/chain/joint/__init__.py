@@ -1,2 +1,2 @@
-"""One posterior over all tests of a laboratory: common runs for all rigs, the posterior with its
-criticism, and the test to make next."""
+"""One posterior over the tests of a laboratory, or of the chain's one test: runs for all rigs, the
+posterior with its criticism, and the test to make next."""

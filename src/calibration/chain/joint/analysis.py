@@ -1,7 +1,9 @@
-"""The joint posterior, criticised by itself: parameters, targets, contradictions, borders."""
+"""The posterior of one test or of several, criticised by itself: parameters, targets,
+contradictions, borders."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
@@ -10,59 +12,105 @@ import pandas as pd
 from scipy.spatial.distance import cdist
 
 from calibration import figures
+from calibration.chain.files import read_region
 from calibration.chain.joint.emulators import Emulators, free_factors, joint_of
-from calibration.chain.joint.next_tests import LEVEL, next_tests, predictions
+from calibration.chain.joint.next_tests import LEVEL, metrics_of, next_tests, predictions
 from calibration.files import write_table
 from calibration.inference.joint.critique import ALPHA, agreement, borders, pulls, thinned
 from calibration.inference.joint.diagnostics import misspecification
 from calibration.inference.joint.likelihood import Cloud
 from calibration.intake.tables import read_written
 from calibration.statistics.ties import first_least
-from calibration.study.config.joint import joint_targets, joint_tests, read_joint_target
+from calibration.study.config import METRICS
+from calibration.study.config.joint import joint_targets, joint_tests, measured_of, own_targets
 from calibration.study.physical_limits import physical_range
 from dem.io.files import write_json
 
 if TYPE_CHECKING:
     from calibration.chain.handed_over import NamedFiles
     from calibration.chain.study import Study
+    from calibration.study.config import Config
+    from calibration.study.config.joint import JointTarget, MeasuredMean
 
 
 PRIOR_DRAWS = 20000
 INSIDE = 0.05
 """Share of a factor's levels that its interval leaves free at both ends where the targets bound
 it."""
+TRAINED_WITHIN = 1.5
+"""Coded distance from the region's centre of the chain's runs that train: a process learns a region
+better than its outskirts."""
 
 
 def joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
-    """Sample the joint posterior, criticise it, and say which test to make next. Writes the outputs
-    that the rule declares."""
+    """The posterior of all tests, from runs over the whole levels. Writes the outputs that the rule
+    declares."""
     config, factors = study.config, free_factors(study)
-    design = read_written(source.design)
-    emulators = Emulators(factors, design)
-    whole = joint_of(config, emulators)
+    measured = measured_of(config, joint_targets(config))
+    tests = {name: metrics_of(config, name, measured) for name in joint_tests(config)}
+    emulators = Emulators(factors, read_written(source.design))
+    _write(config, emulators, measured, tests, output, config.joint.machine)
+
+
+def posterior(study: Study, source: NamedFiles, output: NamedFiles) -> None:
+    """The posterior of the chain's one test, from its own runs in the region and near it.
+
+    source.designs: designs of finished runs (the ascent's, the surface's, the candidate's, the
+    validation's). Writes the outputs that the rule declares."""
+    config, region = study.config, read_region(source.optimum)
+    metrics = config.tests[config.own].metrics or METRICS[config.experiment]
+    emulators = Emulators(region, _near(config.own, region, source.designs))
+    measured = measured_of(config, own_targets(config))
+    _write(config, emulators, measured, {config.own: metrics}, output)
+
+
+def _near(name, region, designs):
+    """Runs of all designs that hold the region's factors near it, each once, as those of a test."""
+    names = [f.name for f in region]
+    tables = [t for t in map(read_written, designs) if set(names) <= set(t)]
+    runs = pd.concat([t[[*names, "run_id"]] for t in tables], ignore_index=True)
+    runs = runs.drop_duplicates("run_id").assign(rig=name)
+    near = np.all([np.abs(f.coded(runs[f.name])) <= TRAINED_WITHIN for f in region], axis=0)
+    return runs[near]
+
+
+def _write(
+    config: Config,
+    emulators: Emulators,
+    measured: Mapping[JointTarget, MeasuredMean],
+    tests: Mapping[str, Sequence[str]],
+    output: NamedFiles,
+    machine: str | None = None,
+) -> None:
+    """Sample the posterior of what was measured, criticise it, and say which test to make next.
+
+    tests: {test: its metrics that are predicted and could be measured next}; machine: the test
+    whose prediction should become narrow, in place of the parameters."""
+    factors, design = emulators.factors, emulators.design
+    whole = joint_of(config, emulators, measured)
     posterior = whole.posterior(config.seed)
     parameters = _parameters(factors, config.experiment, posterior, whole.prior)
-    criticism = _criticism(config, whole, posterior.draws)
-    following = next_tests(config, emulators, posterior.draws)
-    draws = _natural(factors, thinned(posterior.draws, config.joint.draws))
+    criticism = _criticism(config, whole, measured, posterior.draws)
+    following = next_tests(config, emulators, measured, tests, posterior.draws, machine)
+    draws = _natural(factors, thinned(posterior.draws, config.posterior.draws))
     write_table(draws, output.draws)
     write_table(_as_table(parameters), output.parameters)
     write_table(_targets(whole, criticism["targets"]), output.targets)
     write_table(following, output.next)
-    write_table(predictions(config, emulators, posterior.draws), output.predictions)
-    middle = {name: p["mean"] for name, p in parameters.items()}
-    figures.save(figures.posterior_pairs(factors, draws, parameters, middle), output.pairs)
+    write_table(predictions(config, emulators, tests, posterior.draws), output.predictions)
+    figures.save(figures.posterior_pairs(factors, draws, parameters, middle(draws)), output.pairs)
+    known = {k: p for k, p in config.posterior.priors.items() if k in parameters}
     found = {
         "parameters": parameters,
         "correlation": _correlation(posterior.draws),
         "level": LEVEL,
         "box": {f.name: [f.low, f.high] for f in factors},
-        "priors": {k: p.model_dump() for k, p in config.joint.priors.items()},
-        "without_value": _without_value(emulators, config),
-        "runs": {rig: int((design["rig"] == rig).sum()) for rig in joint_tests(config)},
+        "priors": {k: p.model_dump() for k, p in known.items()},
+        "without_value": _without_value(emulators, measured),
+        "runs": {name: int((design["rig"] == name).sum()) for name in tests},
         "sampler": _sampler(posterior),
-        "readings": config.joint.readings,
-        "machine": config.joint.machine,
+        "readings": config.posterior.readings,
+        "machine": machine,
         "next_test": following.to_dict("records"),
     }
     write_json(output.summary, found | criticism)
@@ -83,11 +131,11 @@ def middle(draws: pd.DataFrame) -> dict[str, float]:
     return {str(name): float(x) for name, x in zip(draws.columns, values[nearest], strict=True)}
 
 
-def _criticism(config, whole, draws):
+def _criticism(config, whole, measured, draws):
     """Pull of each target, whether all agree, and whether the model gives such values at all."""
     seed = config.seed
     cloud = Cloud.of(whole, seed=seed)
-    read = {t.name: read_joint_target(config, t) for t in joint_targets(config)}
+    read = {target.name: mean for target, mean in measured.items()}
     agreed = agreement(whole, draws, seed, cloud)
     return {
         "targets": [
@@ -177,11 +225,10 @@ def _targets(whole, apart):
     return pd.DataFrame(rows)
 
 
-def _without_value(emulators, config):
+def _without_value(emulators, measured):
     """{target: runs of its rigs that gave no value}."""
     found = {}
-    for target in joint_targets(config):
-        needed = read_joint_target(config, target).of_tests
-        has = [np.isfinite(emulators.values(r, m)).all(axis=1) for r, m in needed.items()]
+    for target, mean in measured.items():
+        has = [np.isfinite(emulators.values(r, m)).all(axis=1) for r, m in mean.of_tests.items()]
         found[target.name] = int(sum((~h).sum() for h in has))
     return found

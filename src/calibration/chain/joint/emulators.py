@@ -1,9 +1,9 @@
-"""What the runs of a joint study say: an emulator of every metric of every rig, and with what was
-measured the posterior that they give."""
+"""What runs say: an emulator of every metric of every rig, and with what was measured the posterior
+that they give."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,16 +15,12 @@ from calibration.inference.joint.likelihood import Joint, Response
 from calibration.inference.posterior_sampling import Formed, Prior
 from calibration.inference.scatter_emulator import ScatterEmulator
 from calibration.runs.plans import read_values
-from calibration.study.config.joint import (
-    MeasuredMean,
-    joint_factors,
-    joint_targets,
-    read_joint_target,
-)
+from calibration.study.config.joint import joint_factors
 
 if TYPE_CHECKING:
     from calibration.chain.study import Study
     from calibration.study.config import Config
+    from calibration.study.config.joint import JointTarget, MeasuredMean
 
 
 LEAST_TESTS = 1
@@ -92,16 +88,17 @@ class Emulators:
         return Formed(Chance(u, failed, np.ones(len(u))), tests) if failed.any() else None  # type: ignore[arg-type]  # infinite where a mean is stated
 
 
-def joint_of(config: Config, emulators: Emulators) -> Joint:
-    """The `Joint` of a study's targets. Raises CalibrationError for a target that its runs do not
-    tell, ConfigError for one that was not measured as it must be."""
+def joint_of(
+    config: Config, emulators: Emulators, measured: Mapping[JointTarget, MeasuredMean]
+) -> Joint:
+    """The `Joint` of what was measured. Raises CalibrationError for a target that its runs do not
+    tell."""
     responses, formed = [], {}
-    for target in joint_targets(config):
-        measured = read_joint_target(config, target)
-        responses.append(_response(target, measured, emulators))
-        few = not np.isfinite(measured.freedom)
-        tests = LEAST_TESTS if few else measured.freedom + len(measured.metrics)
-        for rig, metrics in measured.of_tests.items():
+    for target, mean in measured.items():
+        responses.append(_response(target, mean, emulators))
+        few = not np.isfinite(mean.freedom)
+        tests = LEAST_TESTS if few else mean.freedom + len(mean.metrics)
+        for rig, metrics in mean.of_tests.items():
             own = emulators.formed(rig, metrics, tests)
             if own:
                 formed[rig] = own
@@ -121,12 +118,12 @@ def _response(target: Any, measured: MeasuredMean, emulators: Emulators) -> Resp
 
 
 def prior_of(config: Config, factors: Sequence[Any]) -> Prior:
-    """The `Prior` of the free factors (d): flat over their levels where `joint.priors` names
+    """The `Prior` of the free factors (d): flat over their levels where `posterior.priors` names
     none."""
     mean, sd = np.full(len(factors), 0.5), np.full(len(factors), np.inf)
     for k, f in enumerate(factors):
-        if f.name in config.joint.priors:
-            known = config.joint.priors[f.name]
+        if f.name in config.posterior.priors:
+            known = config.posterior.priors[f.name]
             mean[k] = 0.5 + 0.5 * f.coded(known.mean)
             sd[k] = 0.5 * known.sd / f.half_range
     return Prior(mean, sd)

@@ -1,9 +1,9 @@
-"""What the draws of a joint posterior expect of every rig: which test to make next, and which
+"""What the draws of a posterior expect of every rig: which test to make next, and which
 parameter each metric owes its spread."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,28 +14,36 @@ from calibration.chain.joint.emulators import Emulators
 from calibration.inference.joint.next_test import Candidate, rank
 from calibration.inference.joint.shares import pushed, shares
 from calibration.intake.tables import read_table
-from calibration.study.config.joint import joint_targets, joint_tests, read_joint_target
 from dem.experiments import experiments
 
 if TYPE_CHECKING:
     from calibration.study.config import Config
+    from calibration.study.config.joint import JointTarget, MeasuredMean
 
 
 HOURS = Path(__file__).with_name("laboratory_hours.csv")
 LEVEL = 0.95
 
 
-def next_tests(config: Config, emulators: Emulators, draws: np.ndarray) -> pd.DataFrame:
-    """What each metric of each rig is expected to tell an hour, the best first; draws: u (k, d) of
-    the posterior. Raises ConfigError for a table of hours that cannot be read."""
-    machine, spread = config.joint.machine, _reading_sd(config)
+def next_tests(
+    config: Config,
+    emulators: Emulators,
+    measured: Mapping[JointTarget, MeasuredMean],
+    tests: Mapping[str, Sequence[str]],
+    draws: np.ndarray,
+    machine: str | None = None,
+) -> pd.DataFrame:
+    """What each metric of each test is expected to tell an hour, the best first; of the metrics of
+    `machine` where it is named. tests: {test: metrics}; draws: u (k, d) of the posterior. Raises
+    ConfigError for a table of hours that cannot be read."""
+    spread = _reading_sd(measured)
     wanted, candidates = None, []
-    for rig in joint_tests(config):
-        known = emulators.known(rig, metrics_of(config, rig))
+    for rig, metrics in tests.items():
+        known = emulators.known(rig, metrics)
         if rig == machine:
             wanted = next(iter(known.values()), None)
             continue
-        hours, readings = hours_of(config, rig), config.joint.readings
+        hours, readings = hours_of(config, rig), config.posterior.readings
         candidates += [
             Candidate(rig, metric, emulator, readings, hours, spread.get((rig, metric), 0.0))
             for metric, emulator in known.items()
@@ -44,33 +52,33 @@ def next_tests(config: Config, emulators: Emulators, draws: np.ndarray) -> pd.Da
     return pd.DataFrame([_row(t, emulators.factors, spread) for t in told])
 
 
-def metrics_of(config: Config, rig: str) -> Sequence[str]:
+def metrics_of(
+    config: Config, rig: str, measured: Mapping[JointTarget, MeasuredMean]
+) -> Sequence[str]:
     """Metrics of a rig that are predicted and could be measured: those that its `metrics` name,
-    else its experiment's main one and those of its targets."""
+    else its experiment's main one and those that were measured."""
     own = config.tests[rig]
     main = experiments()[own.experiment].targets[:1]
-    found = [read_joint_target(config, t) for t in joint_targets(config) if rig in t.tests]
-    measured = [m for f in found for r, m in zip(f.tests, f.metrics, strict=True) if r == rig]
-    return tuple(dict.fromkeys(own.metrics or (*main, *measured)))
+    found = [m for mean in measured.values() for m in mean.of_tests.get(rig, ())]
+    return tuple(dict.fromkeys(own.metrics or (*main, *found)))
 
 
 def hours_of(config: Config, rig: str) -> float:
     """Hours that a rig's readings take: the study's own, else the table's by its experiment.
     Raises ConfigError."""
-    if rig in config.joint.hours:
-        return float(config.joint.hours[rig])
+    if rig in config.posterior.hours:
+        return float(config.posterior.hours[rig])
     table = read_table(HOURS)
     rows = {row["experiment"]: (line, row["hours"]) for line, row in table.rows}
     line, hours = rows[config.tests[rig].experiment]
     return float(table.number(line, "hours", hours))
 
 
-def _reading_sd(config):
+def _reading_sd(measured):
     """{(rig, metric): standard deviation of a reading} of what was measured."""
     found = {}
-    for target in joint_targets(config):
-        measured = read_joint_target(config, target)
-        for *key, sd in zip(measured.tests, measured.metrics, measured.reading_sd, strict=True):
+    for mean in measured.values():
+        for *key, sd in zip(mean.tests, mean.metrics, mean.reading_sd, strict=True):
             found[tuple(key)] = float(sd)
     return found
 
@@ -86,12 +94,14 @@ def _row(told, factors, measured):
     return row
 
 
-def predictions(config: Config, emulators: Emulators, draws: np.ndarray) -> pd.DataFrame:
-    """What the posterior expects of each metric of each rig, and which parameter it owes its
-    spread; draws: u (k, d)."""
+def predictions(
+    config: Config, emulators: Emulators, tests: Mapping[str, Sequence[str]], draws: np.ndarray
+) -> pd.DataFrame:
+    """What the posterior expects of each metric of each test, and which parameter it owes its
+    spread. tests: {test: metrics}; draws: u (k, d)."""
     rows = []
-    for rig in joint_tests(config):
-        for metric, emulator in emulators.known(rig, metrics_of(config, rig)).items():
+    for rig, metrics in tests.items():
+        for metric, emulator in emulators.known(rig, metrics).items():
             row = {"rig": rig, "metric": metric}
             rows.append(row | _prediction(emulator, emulators.factors, draws, config.seed))
     return pd.DataFrame(rows)

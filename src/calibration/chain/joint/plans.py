@@ -19,7 +19,12 @@ from calibration.intake.tables import read_written
 from calibration.runs.plans import together, write_plan
 from calibration.statistics.space_filling import space_filling
 from calibration.statistics.ties import first_least
-from calibration.study.config.joint import joint_tests, refined_tests
+from calibration.study.config.joint import (
+    joint_targets,
+    joint_tests,
+    measured_of,
+    refined_tests,
+)
 from calibration.study.simulated_tests import simulated
 from dem.experiments import experiments
 
@@ -46,7 +51,8 @@ def plan_joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     config, factors = study.config, free_factors(study)
     first, parts = read_written(source.first), []
     if config.joint.second_wave:
-        draws = joint_of(config, Emulators(factors, first)).posterior(config.seed).draws
+        measured = measured_of(config, joint_targets(config))
+        draws = joint_of(config, Emulators(factors, first), measured).posterior(config.seed).draws
         points = _spread(draws, config.joint.second_wave, config.seed)
         before = config.joint.runs + config.joint.repeated
         for rig in refined_tests(config):

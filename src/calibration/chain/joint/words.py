@@ -1,4 +1,4 @@
-"""What the joint posterior says, in sentences."""
+"""What a posterior says, of one test or of several, in sentences."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections import defaultdict
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from calibration.chain.posterior_words import TELLS, together
 from calibration.figures import label, response_of
 from calibration.statistics.numbers import fixed
 
@@ -14,6 +13,8 @@ if TYPE_CHECKING:
     from calibration.figures import Response
 
 
+TOGETHER = 0.4  # correlation from which on two parameters are said to go together
+TELLS = 0.9  # of today's standard deviation: a measurement that leaves more tells little
 DIAGNOSIS = (
     "the stage diagnose tells which, from three measured rows on where one test was made at two "
     "settings, such as two drop heights or two normal stresses; made at one setting each, measure "
@@ -24,8 +25,7 @@ DIAGNOSIS = (
 def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
     """What came out, for the report."""
     said = [*_bounded(summary), *_borders(summary), *_contradictions(summary)]
-    said += [words for words in [together(summary)] if words]
-    said += _targets(summary["targets"])
+    said += [*_together(summary), *_targets(summary["targets"], len(summary["targets"]) > 1)]
     return [*said, *_next(summary), *_doubts(summary)]
 
 
@@ -44,10 +44,10 @@ def kinds(summary: Mapping[str, Any]) -> dict[str, list[str]]:
 def _bounded(summary):
     level = f"{100 * summary['level']:.0f} %"
     heads = {
-        "bounded": f"With {level} probability, by all targets together",
+        "bounded": f"With {level} probability",
         "known": "Known beforehand, and no better from the targets",
         "narrowed": "Narrowed, but not bounded within the levels",
-        "open": "All targets together do not narrow",
+        "open": "The targets do not narrow",
     }
     intervals = {name: p["interval"] for name, p in summary["parameters"].items()}
     found = kinds(summary)
@@ -69,6 +69,23 @@ def _borders(summary):
     ]
 
 
+def _together(summary):
+    """Which parameters hang together."""
+    names, rows = list(summary["parameters"]), summary["correlation"]
+    found = [
+        f"{label(names[i])} and {label(names[j])} ({rows[i][j]:+.2f})"
+        for i in range(len(names))
+        for j in range(i)
+        if abs(rows[i][j]) >= TOGETHER
+    ]
+    if not found:
+        return []
+    return [
+        f"The parameters are not free of each other; correlated are {', '.join(found)}. Take a row "
+        "of draws.csv, not one end of each interval."
+    ]
+
+
 def _fall(parameter):
     """Where the draws would fall off beyond the border."""
     if not parameter["reach_is_limit"]:
@@ -81,7 +98,7 @@ def against(summary: Mapping[str, Any]) -> list[str]:
     """What of the targets speaks against the model: a contradiction between them, and each one of
     which all others expect another value. Of a mapping of joint.json."""
     named = _contradictions(summary) if summary["agreement"]["contradicts"] else []
-    return [*named, *_targets([t for t in summary["targets"] if not t["agrees"]])]
+    return [*named, *_targets([t for t in summary["targets"] if not t["agrees"]], others=True)]
 
 
 def _contradictions(summary):
@@ -95,22 +112,26 @@ def _contradictions(summary):
             f"{'; '.join(names)}. Without any one of these the others agree. A law may be missing, "
             f"or a measurement may be wrong: {DIAGNOSIS}."
         ]
+    contradicts = "contradicts the others" if found["p_without"] else "is beyond them"
     return [
-        f"No parameters of the region meet all targets ({p}). {_capital(names[0])}, contradicts "
-        f"the others. A law may be missing, or this measurement may be wrong: {DIAGNOSIS}."
+        f"No parameters of the region meet all targets ({p}). {_capital(names[0])}, "
+        f"{contradicts}. A law may be missing, or this measurement may be wrong: {DIAGNOSIS}."
     ]
 
 
-def _targets(targets):
+def _targets(targets, others):
+    """others: whether there are others that expect something of each."""
     said = []
     for target in targets:
         shown = response_of(target["metric"])
+        by_others = (
+            f", by the others a pull of {fixed(target['pull_others'], 1, '+')} "
+            f"(p = {target['p_others']:.2g})"
+        )
         said.append(
             f"{_capital(_test(target['rig'], target['metric']))}: measured "
-            f"{shown.value(target['measured'])}, predicted by all targets "
-            f"{shown.value(target['predicted'])} "
-            f"(pull {fixed(target['pull'], 1, '+')}), by the others a pull of "
-            f"{fixed(target['pull_others'], 1, '+')} (p = {target['p_others']:.2g})."
+            f"{shown.value(target['measured'])}, predicted {shown.value(target['predicted'])} "
+            f"(pull {fixed(target['pull'], 1, '+')}){by_others if others else ''}."
         )
     if said:
         said.append("A pull is the measured less the predicted value, in standard deviations.")

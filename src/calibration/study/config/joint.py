@@ -14,7 +14,7 @@ from calibration.errors import ConfigError
 from calibration.intake.curves import SHAPES, read_curves
 from calibration.intake.measurements import read_measured
 from calibration.intake.quantities import quantity_name
-from calibration.study.config.measured import rows_of
+from calibration.study.config.measured import is_measured, rows_of
 from calibration.study.config.schema import METRICS
 from calibration.study.config.specs import SEEDS_A_STAGE
 from calibration.study.config.tests import spec_of
@@ -104,6 +104,22 @@ def joint_targets(config: Config) -> list[JointTarget]:
     if fault := next(filter(None, at_none.values()), None):
         raise fault
     return found + [_of_curves(config, own, names) for own, names in curves.items()]
+
+
+def own_targets(config: Config) -> list[JointTarget]:
+    """What was measured of the metrics of the one test that the chain calibrates on. Raises
+    ConfigError for a table that cannot be read."""
+    doubt = config.tests[config.own].discrepancy
+    return [
+        JointTarget((config.own,), target.metric, None, doubt.get(target.metric, 0.0))
+        for target in (config.target, *config.further_targets)
+        if is_measured(config, target)
+    ]
+
+
+def measured_of(config: Config, targets: Iterable[JointTarget]) -> dict[JointTarget, MeasuredMean]:
+    """{target: `MeasuredMean`}. Raises ConfigError naming file, line and what is missing."""
+    return {target: read_joint_target(config, target) for target in targets}
 
 
 def refined_tests(config: Config) -> list[str]:
@@ -243,22 +259,22 @@ def check_targets(config: Config) -> None:
 
 
 def _check_names(config, factors, file):
-    """Names in `joint` are of factors; a prior lies in its factor's levels."""
-    names, joint = [f.name for f in factors], config.joint
-    free = [f.name for f in joint_factors(config, factors)]
+    """Names of factors are known; a prior lies in its factor's levels."""
+    names, joint, priors = [f.name for f in factors], config.joint, config.posterior.priors
+    numbers = [f for f in factors if not isinstance(f, Choice)]
     for key, given, known in (
         ("joint.factors", joint.factors, names),
-        ("joint.priors", joint.priors, free),
+        ("posterior.priors", priors, [f.name for f in numbers]),
     ):
         for name in given:
             if name not in known:
                 allowed = ", ".join(known)
                 raise ConfigError("is not known", path=file, key=key, value=name, allowed=allowed)
     refuse_choices([f for f in factors if f.name in joint.factors], "the stage joint")
-    for factor in (f for f in factors if f.name in joint.priors):
-        mean = joint.priors[factor.name].mean
+    for factor in (f for f in numbers if f.name in priors):
+        mean = priors[factor.name].mean
         if not factor.low <= mean <= factor.high:
-            key = f"joint.priors.{factor.name}.mean"
+            key = f"posterior.priors.{factor.name}.mean"
             raise ConfigError(
                 "lies outside its levels", path=file, key=key, value=mean, allowed=factor.levels
             )

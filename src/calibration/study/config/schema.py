@@ -349,23 +349,25 @@ class ScalingConfig(_Part):
 
 
 class PriorConfig(_Part):
-    """What was known of a factor before: a normal distribution, cut to the region."""
+    """What was known of a factor before the tests, and who says so: a normal distribution, cut to
+    the region."""
 
     mean: float = Field(description="natural level")
     sd: Positive = Field(description="standard deviation, in the factor's unit")
+    source: str = Field(min_length=1, description="where it comes from")
 
 
 class PosteriorConfig(_Part):
-    """The parameters as a distribution."""
+    """The parameters as a distribution, of one test (`posterior`) or of all (`joint`)."""
 
-    draws: int = Field(500, ge=50, le=10000, description="draws that are kept in the table")
+    draws: int = Field(1000, ge=50, le=10000, description="draws that are kept in the table")
     priors: dict[str, PriorConfig] = Field(
-        {}, description="factor name: what is known of it; uniform over the region where not named"
+        {}, description="factor name: what is known of it; uniform over its levels where not named"
     )
-    readings: int = Field(
-        5,
-        ge=1,
-        description="readings that the next experiment would take, for its expected information",
+    readings: int = Field(5, ge=2, description="readings that the next test would take")
+    hours: dict[str, Positive] = Field(
+        {},
+        description="test: hours in the laboratory for so many readings; assumed unless given",
     )
 
 
@@ -395,12 +397,6 @@ class PredictConfig(_Part):
     )
 
 
-class JointPrior(PriorConfig):
-    """What was known of a factor before the tests, and who says so."""
-
-    source: str = Field(min_length=1, description="where it comes from")
-
-
 class JointConfig(_Part):
     """One posterior over all tests that were measured."""
 
@@ -414,15 +410,6 @@ class JointConfig(_Part):
     )
     second_wave: int = Field(
         20, ge=0, le=500, description="points added where the first runs leave the posterior wide"
-    )
-    draws: int = Field(1000, ge=50, le=10000, description="draws that are kept in the table")
-    priors: dict[str, JointPrior] = Field(
-        {}, description="factor name: what is known of it; uniform over its levels where not named"
-    )
-    readings: int = Field(5, ge=2, description="readings that the next test would take")
-    hours: dict[str, Positive] = Field(
-        {},
-        description="test: hours in the laboratory for so many readings; assumed unless given",
     )
     machine: str | None = Field(
         None, description="test whose metrics are to be predicted, in place of the parameters"

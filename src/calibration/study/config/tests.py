@@ -80,7 +80,7 @@ def check_tests(config: Config, file: str) -> None:
         ("calibrate.test", [config.own]),
         ("predict.tests", config.predict.tests),
         ("joint.tests", config.joint.tests),
-        ("joint.hours", config.joint.hours),
+        ("posterior.hours", config.posterior.hours),
         ("joint.machine", [config.joint.machine] if config.joint.machine else []),
         *((f"tests.{n}.like", [t.like]) for n, t in config.tests.items() if t.like),
     ):

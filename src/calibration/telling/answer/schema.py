@@ -93,7 +93,7 @@ class Next(_Part):
     test: str
     metric: str
     readings: int
-    hours: float | None
+    hours: float
     parameter: str
     left: float = Field(description="share of the parameter's spread that it leaves")
 

@@ -419,15 +419,15 @@ def _next(source, by):
     if not file:
         return None
     found = read_json(file)
-    rows = found["next_test" if by == "joint" else "next_experiment"]
+    rows = found["next_test"]
     if not rows:
         return None
     best = rows[0]
     left = {k.removesuffix(" left"): v for k, v in best.items() if k.endswith(" left")}
     name, share = min(left.items(), key=lambda pair: pair[1])
     return Next(
-        test=best.get("rig", ""), metric=best["metric"], readings=found["readings"],
-        hours=best.get("hours"), parameter=name, left=share,
+        test=best["rig"], metric=best["metric"], readings=found["readings"],
+        hours=best["hours"], parameter=name, left=share,
     )  # fmt: skip
 
 

@@ -186,11 +186,9 @@ def following(answer: Answer) -> str:
     found = answer.next
     if found is None:
         return ""
-    metric = response_of(found.metric).name
-    test = f"{label(found.test)}, {metric}" if found.test else metric
-    hours = f" in {found.hours:g} h" if found.hours else ""
+    test = f"{label(found.test)}, {response_of(found.metric).name}"
     return (
-        f"{_capital(test)}, {found.readings} readings{hours}: expected to leave "
+        f"{_capital(test)}, {found.readings} readings in {found.hours:g} h: expected to leave "
         f"{100 * found.left:.0f} % of the spread of {label(found.parameter)}."
     )
 
