@@ -9,7 +9,10 @@ import pandas as pd
 import pytest
 import yaml
 
-from calibration.chain.bench_tests.sweep import (
+from calibration.chain.study import Study
+from calibration.errors import CalibrationError
+from calibration.runs.plans import read_plan, result_path
+from calibration.stages.bench_tests import (
     SWEEPS,
     analyse_sweep,
     bench_parameters,
@@ -17,9 +20,6 @@ from calibration.chain.bench_tests.sweep import (
     plan_confirmation,
     plan_sweep,
 )
-from calibration.chain.study import Study
-from calibration.errors import CalibrationError
-from calibration.runs.plans import read_plan, result_path
 from calibration.study.config import overlay, parse_config
 from dem.results import write_result
 from dem.spec import parse_spec

@@ -10,12 +10,12 @@ import pytest
 import yaml
 
 from calibration import Study
-from calibration.chain.bench_tests.sweep import plan_sweep
 from calibration.errors import CalibrationError, ConfigError
 from calibration.files import read_json
 from calibration.intake.measurements import Measurement
 from calibration.intake.tables import read_written
 from calibration.runs.plans import run_id
+from calibration.stages.bench_tests import plan_sweep
 from calibration.stages.screening import plan_screening
 from calibration.study.config import overlay, parse_config
 from calibration.telling.start_and_end import opening

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from calibration import Study
-from calibration.chain.bench_tests.shear import measured_locus
-from calibration.chain.bench_tests.sweep import measured
 from calibration.intake.measurements import read_measured
+from calibration.stages.bench_tests import measured
+from calibration.stages.shear import measured_locus
 from diagnosis.measurements import read_measurements
 
 ROOT = Path(__file__).parents[2]

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from calibration.chain.scaling.dimensions import (
+from calibration.statistics.dimensions import (
     DIMENSIONS,
     GRAVITY_RULE,
     PAPER_RULE,

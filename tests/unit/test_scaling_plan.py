@@ -4,17 +4,22 @@ import numpy as np
 import pytest
 import yaml
 
-from calibration.chain.scaling.dimensions import (
+from calibration.chain.study import Study
+from calibration.runs.plans import read_plan
+from calibration.stages.scaling import (
+    base_run,
+    enlarged,
+    measured_exponents,
+    plan_scaling,
+    quantity_of,
+)
+from calibration.statistics.dimensions import (
     GRAVITY_RULE,
     PAPER_RULE,
     RULES,
     ScalingError,
     exponents,
 )
-from calibration.chain.scaling.plan import base_run, enlarged, plan_scaling, quantity_of
-from calibration.chain.scaling.probe import measured_exponents
-from calibration.chain.study import Study
-from calibration.runs.plans import read_plan
 from calibration.study.config import parse_config
 from dem.spec import GEOMETRY, LawParameters, Numerics, Particles
 from facts import refused

@@ -6,8 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from calibration import figures
-from calibration.chain.scaling.study import (
+from calibration.stages.scaling import (
     CHANGED,
     FAILS,
     HOLDS,
@@ -16,6 +15,7 @@ from calibration.chain.scaling.study import (
     log_slope,
     response_statements,
     response_table,
+    scaling_figure,
     theory_statements,
 )
 from calibration.statistics.numbers import fixed
@@ -81,7 +81,7 @@ def test_an_end_at_which_every_heap_clogs_leaves_it_undecided(scales):
     table = response_table(runs, runs["response"], MARGINS)
     assert table["mean"].isna().tolist() == [h in scales for h in (1, 2, 4)]
     assert table["change"].iloc[-1] == (UNDECIDED if ends else CHANGED)
-    plt.close(figures.scaling(table.assign(experiment="heap")))
+    plt.close(scaling_figure(table.assign(experiment="heap")))
 
 
 def test_exponents_decide_the_statements():

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import yaml
 
-from calibration.chain.bench_tests.shear import SlopeCurve, plan_shear, yield_locus
 from calibration.chain.study import Study
 from calibration.runs.plans import read_plan
+from calibration.stages.shear import SlopeCurve, plan_shear, yield_locus
 from calibration.study.config import parse_config
 from stage_files import PlanFiles
 

@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 import yaml
 
-from calibration.chain.bench_tests.shear import measured_locus
 from calibration.intake.measurements import read_measured
 from calibration.intake.shear_tester import STEADY, read_points
 from calibration.interface.commands import main
+from calibration.stages.shear import measured_locus
 from calibration.study.config import parse_config
 from facts import tells
 

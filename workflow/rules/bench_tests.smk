@@ -1,6 +1,5 @@
 # the tests on the laboratory's bench as virtual experiments. Tilted plane and drop: a sweep of one
-# parameter, runs at the inverse of its fit for the measured value, and the fit. Direct shear: the
-# yield locus
+# parameter, runs at the inverse of its fit for the measured value, and the fit
 
 
 for TEST in ("tilt", "drop"):
@@ -14,7 +13,7 @@ for TEST in ("tilt", "drop"):
         output:
             **planned(TEST),
         params:
-            function=f"calibration.chain.bench_tests.sweep:plan_{TEST}",
+            function=f"calibration.stages.bench_tests:plan_{TEST}",
             reads=[*PLANNING, *TESTS],
         message:
             f"plan the {TEST} test: sweep"
@@ -32,7 +31,7 @@ for TEST in ("tilt", "drop"):
         output:
             **planned(f"{TEST}_confirmation"),
         params:
-            function=f"calibration.chain.bench_tests.sweep:plan_{TEST}_confirmation",
+            function=f"calibration.stages.bench_tests:plan_{TEST}_confirmation",
             reads=[*PLANNING, *TESTS, "measurements"],
         message:
             f"plan the {TEST} test: runs at the inverse of the fit"
@@ -53,46 +52,12 @@ for TEST in ("tilt", "drop"):
             runs=f"{STUDY}/{TEST}/runs.csv",
             figure=page(f"{TEST}/{TEST}.svg", "7 Bench tests"),
         params:
-            function=f"calibration.chain.bench_tests.sweep:{TEST}",
+            function=f"calibration.stages.bench_tests:{TEST}",
             reads=[*PLANNING, *TESTS, "measurements"],
         message:
             f"{TEST} test: fit, inverse and confirmation"
         script:
             "../scripts/task.py"
-
-
-checkpoint plan_shear:
-    input:
-        needs=refusing(lambda: swept_test(SETTINGS, "shear")),
-        factors=FACTORS,
-    output:
-        **planned("shear"),
-    params:
-        function="calibration.chain.bench_tests.shear:plan_shear",
-        reads=[*PLANNING, *TESTS],
-    message:
-        "plan the shear test"
-    script:
-        "../scripts/task.py"
-
-
-rule shear:
-    input:
-        design=f"{STUDY}/shear/design.csv",
-        runs=runs_of("shear"),
-        factors=FACTORS,
-        measurements=MEASUREMENTS,
-    output:
-        summary=f"{STUDY}/shear/shear.json",
-        runs=f"{STUDY}/shear/runs.csv",
-        figure=page("shear/yield_locus.svg", "7 Bench tests", "shear_yield_locus"),
-    params:
-        function="calibration.chain.bench_tests.shear:shear",
-        reads=["factors", "fixed", *TESTS, "measurements"],
-    message:
-        "shear test: yield locus"
-    script:
-        "../scripts/task.py"
 
 
 # in the form of the configuration's `fixed`; the heaps take it with `fixed_from: bench`
@@ -104,7 +69,7 @@ rule bench_parameters:
     output:
         fixed=f"{STUDY}/bench/fixed.json",
     params:
-        function="calibration.chain.bench_tests.sweep:bench_parameters",
+        function="calibration.stages.bench_tests:bench_parameters",
         reads=[],
     message:
         "collect what the bench tests found"

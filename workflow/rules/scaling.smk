@@ -8,7 +8,7 @@ checkpoint plan_scaling:
     output:
         **planned("scaling"),
     params:
-        function="calibration.chain.scaling.plan:plan_scaling",
+        function="calibration.stages.scaling:plan_scaling",
         reads=[*PLANNING, "run", "scaling"],
     message:
         "plan the scaling test: heap and drop, enlarged by two rules"
@@ -26,7 +26,7 @@ rule scaling:
         table=f"{STUDY}/scaling/scaling.csv",
         figure=page("scaling/scaling.svg", "7 Bench tests"),
     params:
-        function="calibration.chain.scaling.study:scaling",
+        function="calibration.stages.scaling:scaling",
         reads=["run", "scaling"],
     message:
         "scaling test: angle and rebound against scale, and what is said of them"

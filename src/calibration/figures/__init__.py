@@ -1,7 +1,6 @@
 """Figures of the stages; each function returns a matplotlib Figure, `save` writes it atomically as
 SVG."""
 
-from calibration.figures.bench_and_scaling import scaling, sweep, yield_loci
 from calibration.figures.labels import (
     ANGLE,
     PLACES,
@@ -31,9 +30,6 @@ __all__ = [
     "pushed_through",
     "response_of",
     "save",
-    "scaling",
     "styled",
     "subplots",
-    "sweep",
-    "yield_loci",
 ]  # fmt: skip

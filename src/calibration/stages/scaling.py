@@ -1,6 +1,532 @@
-"""Heap and drop enlarged by two rules, without and with cohesion."""
+"""The scaling claim of 1.2: a heap and a drop enlarged by a rule, grain and rig alike, and each
+statement of the paper judged.
 
+The unit in the name of a run spec's key says which quantity it is, so one table turns a rule into a
+run spec. Gravity is the Earth's in every run: a rule that would have it scaled is tried as the
+paper applies it, with everything else scaled. The number of grains is the same at every scale.
+
+A quantity that a rule keeps has the same value at every scale. A value is kept if the 95 % interval
+of its difference lies within the margin that does not matter. It is changed if the interval leaves
+out zero and part of it lies beyond the margin. Otherwise it is undecided.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+import scipy
+from numpy.typing import ArrayLike
+
+from calibration import figures
+from calibration.errors import CalibrationError
+from calibration.files import write_table
+from calibration.intake.tables import read_written
+from calibration.runs.plans import read_metric, read_values, together, write_plan
+from calibration.statistics.dimensions import (
+    GRAVITY_RULE,
+    PAPER_RULE,
+    RULES,
+    OverdeterminedError,
+    ScalingError,
+    check_consistent,
+    exponent,
+    factors,
+    group_exponents,
+    settings_of,
+)
+from calibration.statistics.numbers import fixed
+from calibration.study.config import given, overlay, point_spec
 from calibration.study.stage import Figure, Plan, Stage
+from dem.constants import GRAVITY
+from dem.grains import mean_radius
+from dem.io.files import write_json
+from dem.spec import OPTIONAL, REQUIRED, parse_spec
+from dem.units import in_ascii, unit_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Drawing
+
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
+    from calibration.statistics.dimensions import Rule
+    from calibration.study.config import Config
+    from calibration.study.config.schema import ScalingConfig
+
+EXPERIMENTS = ("heap", "drop")
+HELD_IN = {
+    "kg/m³": "density",
+    "Pa": "modulus",
+    "kPa": "stress",
+    "J/m³": "cohesion_energy_density",
+    "J/m²": "surface_energy",
+    "N/m": "surface_energy",
+    "N": "force",
+    "Pa·s": "viscosity",
+    "m/s": "velocity",
+    "mm/s": "velocity",
+    "mm": "length",
+    "1/s": "angular_velocity",
+    "°/s": "angular_velocity",
+    "s": "time",
+}
+"""Unit of a run spec's key -> the quantity of `DIMENSIONS` that the key holds."""
+
+COHESION = {
+    name
+    for (slot, _), groups in REQUIRED.items()
+    if slot == "cohesion"
+    for group in groups
+    for name in group
+} | {name for (slot, _), names in OPTIONAL.items() if slot == "cohesion" for name in names}
+NOT_SCALED = ("output", "seed")  # what is written, not what is simulated
+
+
+def quantity_of(key: str) -> str | None:
+    """Quantity of `calibration.statistics.dimensions` that a run spec's key holds, by its unit;
+    None for a number without one."""
+    return HELD_IN.get(unit_of(key))  # type: ignore[arg-type]
+
+
+def enlarged(run: Mapping[str, Any], experiment: str, rule: Rule, h: float) -> dict[str, Any]:
+    """The run spec `run` (a mapping without experiment and seed), defaults put in, enlarged h times
+    by `rule`.
+
+    Raises ScalingError for a mesh, which has no key to scale, and for a law as a curve; SpecError
+    as `dem.spec.parse_spec` does.
+    """
+    spec = parse_spec(point_spec(run, experiment, {}, 1)).model_dump(mode="json")
+    factor = factors(rule.held, h)
+    return {
+        section: value if section in NOT_SCALED else _scaled(value, factor)
+        for section, value in spec.items()
+        if section not in ("experiment", "seed")
+    }
+
+
+def _scaled(part, factor, key=""):
+    if isinstance(part, dict):
+        return {k: _scaled(v, factor, k) for k, v in part.items()}
+    if key.endswith("_stl") and part is not None:
+        raise ScalingError(f"{key}: a mesh cannot be enlarged here; use the analytic rig")
+    if key.endswith("_curve_low") and part is not None:
+        raise ScalingError(
+            f"{key}: the states of a curve, whose unit its powers make, cannot be enlarged here; "
+            "use a law with a constant coefficient"
+        )
+    quantity = quantity_of(key)
+    if quantity is None or part is None:
+        return part
+    if isinstance(part, list):
+        return [round_off(x * factor[quantity]) for x in part]
+    return round_off(part * factor[quantity])
+
+
+def round_off(value: float) -> float:
+    """Nine significant digits: the last bits of a power would rename a cached run."""
+    return float(f"{value:.9g}")
+
+
+def base_run(config: Config, experiment: str, cohesive: bool) -> dict[str, Any]:
+    """The run spec at scale 1, without experiment and seed; the study's own cohesion is left out of
+    it."""
+    section = config.scaling
+    run = overlay(config.run, getattr(section, experiment))
+    laws = run.get("laws", {}) | {"cohesion": "none"}
+    constants = {k: v for k, v in run.get("law_parameters", {}).items() if k not in COHESION}
+    run |= {"laws": laws, "law_parameters": constants}
+    return overlay(run, section.cohesion) if cohesive else run  # type: ignore[union-attr]  # the stage has its section
+
+
+def seeds_of(section: ScalingConfig, experiment: str, cohesive: bool, h: float) -> int:
+    """Number of runs of a case. The runs at both ends of the scale decide the slope. Cohesive heaps
+    scatter more."""
+    if experiment == "drop":
+        return section.drop_seeds
+    if h not in (section.factors[0], section.factors[-1]):
+        return section.seeds
+    ends = section.end_seeds or section.seeds
+    return section.cohesive_end_seeds or ends if cohesive else ends
+
+
+def plan_scaling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
+    """Plan every experiment under every rule and scale, without and with cohesion, with all
+    seeds."""
+    config, parts = study.config, []
+    section = given(config, "scaling", "scaling")
+    cases = product(EXPERIMENTS, RULES, (False, True), section.factors)
+    for experiment, rule, cohesive, h in cases:
+        run = enlarged(base_run(config, experiment, cohesive), experiment, RULES[rule], h)
+        rows = pd.DataFrame([section.point] * seeds_of(section, experiment, cohesive, h))
+        rows = rows.assign(rule=rule, cohesive=cohesive, scale=h)
+        parts.append(study.plan(rows, experiment, run))
+    write_plan(Path(output.plan).parent, *together(parts))
+
+
+OVERLAP = 0.01  # of the radius
+STRETCH = 1e-3  # of the overlap: the step of the stiffness
+SPEED = 1e-3  # of the overlap over the Rayleigh time step: small beside the elastic force
+
+
+def probe(run: dict[str, Any]) -> dict[str, float]:
+    """Return mass [kg], weight, force [N], stiffness [N/m] and damping coefficient [kg/s] of a
+    grain that is pressed into a plate by a fixed share of its radius, at rest and with a small
+    speed. The paper's Eqs. 4 to 6 and 15 state how they go with the scale.
+
+    `run` is a run spec of the drop, without experiment and seed.
+    """
+    spec = parse_spec(run | {"experiment": "drop", "numerics": {"precision": "double"}})
+    radius = mean_radius(spec)
+    force, mass, step = _force(spec, radius, OVERLAP * radius, 0.0)
+    more = _force(spec, radius, OVERLAP * radius * (1.0 + STRETCH), 0.0)[0]
+    speed = SPEED * OVERLAP * radius / step
+    moving = _force(spec, radius, OVERLAP * radius, speed)[0]
+    return {
+        "mass": mass,
+        "weight": mass * GRAVITY,
+        "force": force,
+        "stiffness": (more - force) / (STRETCH * OVERLAP * radius),
+        "damping_coefficient": (moving - force) / speed,
+    }
+
+
+def _force(spec, radius, overlap, speed):
+    """Force on the plate [N], the grain's mass [kg] and the time step [s]; speed of approach
+    [m/s]."""
+    from dem.experiments.setup import build_simulation  # loads the engine
+    from dem.materials import WALL
+    from dem.walls.builder import WallSet
+
+    walls = WallSet().body("plate", material=WALL).plane((0, 0, 0), (0, 0, 1))
+    sim = build_simulation(spec, walls, gravity=(0.0, 0.0, 0.0))
+    sim.add_particles([[0.0, 0.0, radius - overlap]], radius, velocity=[[0.0, 0.0, -speed]])
+    sim.advance(1)
+    return abs(float(sim.wall_force("plate")[2])), float(sim.mass[0]), sim.time_step
+
+
+def measured_exponents(runs: Mapping[float, dict[str, Any]]) -> dict[str, float]:
+    """{quantity: exponent of h} over {h: run spec}, by a straight line through the logarithms."""
+    found = {h: probe(run) for h, run in runs.items()}
+    scale = np.log(list(found))
+    return {
+        quantity: float(np.polyfit(scale, np.log([f[quantity] for f in found.values()]), 1)[0])
+        for quantity in next(iter(found.values()))
+    }
+
+
+RESPONSE = {"heap": "angle_of_repose_deg", "drop": "effective_restitution"}
+HOLDS, FAILS, UNDECIDED = "holds", "fails", "undecided"
+KEPT, CHANGED = "kept", "changed"
+VERDICT = {KEPT: HOLDS, CHANGED: FAILS, UNDECIDED: UNDECIDED}
+DIFFERENCE = ("difference", "difference_low", "difference_high")
+EXACT = 0.01  # exponents measured on one contact carry rounding alone
+
+
+@dataclass(frozen=True)
+class Statement:
+    """A statement of the paper, what the runs or the theory gave, and the verdict that follows."""
+
+    id: str
+    where: str
+    statement: str
+    printed: float | None
+    found: float | None
+    low: float | None
+    high: float | None
+    verdict: str
+    sentence: str
+
+
+def response_table(
+    design: pd.DataFrame, metrics: np.ndarray, margins: Mapping[str, float], alpha: float = 0.05
+) -> pd.DataFrame:
+    """Table, a row a case and scale: mean, sd, interval, difference from the first scale with
+    interval, change. n counts the runs with a value; what fewer than two tell is NaN.
+
+    design : columns experiment, rule, cohesive, scale, left_in_funnel (grains, heaps only)
+    metrics : (n,) response of each run, NaN without
+    margins : {experiment: difference that does not matter}
+    """
+    runs, rows = design.assign(response=metrics), []
+    for (experiment, rule, cohesive), case in runs.groupby(
+        ["experiment", "rule", "cohesive"], sort=False
+    ):
+        first = case.loc[case["scale"] == case["scale"].iloc[0], "response"].dropna().to_numpy()
+        for scale, group in case.groupby("scale", sort=False):
+            values = group["response"].dropna().to_numpy()
+            row = {"experiment": experiment, "rule": rule, "cohesive": bool(cohesive)}
+            row |= {"scale": float(scale), "n": len(values)} | mean_interval(values, alpha)
+            row |= {"unit": in_ascii(unit_of(RESPONSE[experiment]))}
+            row |= {"left_in_funnel": group["left_in_funnel"].mean()}
+            if scale != case["scale"].iloc[0]:
+                row |= difference(first, values, margins[experiment], alpha)
+            rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def mean_interval(values: np.ndarray, alpha: float = 0.05) -> dict[str, float]:
+    """Mean, sd and the interval of the mean of values (n,), as columns of `response_table`; NaN of
+    fewer than two."""
+    columns = "mean", "sd", "low", "high"
+    if len(values) < 2:
+        return dict.fromkeys(columns, np.nan)
+    mean, quantile = values.mean(), scipy.stats.t.ppf(1 - alpha / 2, len(values) - 1)
+    half = quantile * scipy.stats.sem(values)
+    return dict(zip(columns, (mean, values.std(ddof=1), mean - half, mean + half), strict=True))
+
+
+def difference(
+    first: np.ndarray, values: np.ndarray, margin: float, alpha: float = 0.05
+) -> dict[str, Any]:
+    """Difference of the samples values (n,) and first (m,) with its Welch interval, and whether it
+    is kept, changed or undecided, as columns of `response_table`. With fewer than two values in
+    one of them it is undecided."""
+    if min(len(first), len(values)) < 2:
+        return dict.fromkeys(DIFFERENCE, np.nan) | {"change": UNDECIDED}
+    apart = float(values.mean() - first.mean())
+    if values.var() + first.var() == 0.0:  # runs without scatter differ exactly or not at all
+        low = high = apart
+    else:
+        found = scipy.stats.ttest_ind(values, first, equal_var=False)
+        low, high = found.confidence_interval(1 - alpha)
+    change = judge(low, high, margin)
+    return dict(zip(DIFFERENCE, (apart, low, high), strict=True)) | {"change": change}
+
+
+def judge(low: float, high: float, margin: float) -> str:
+    """Whether a change with the interval [low, high] is kept, changed or undecided."""
+    if -margin <= low and high <= margin:
+        return KEPT
+    return CHANGED if low > 0.0 or high < 0.0 else UNDECIDED
+
+
+def trend(scale: ArrayLike, response: ArrayLike, alpha: float = 0.05) -> tuple[float, float, float]:
+    """(change, low, high) of the responses (n,) from the smallest to the largest scale (n,), by a
+    line over log2 of the scale through all runs with a value; NaN with fewer than three of them, or
+    none at one of both ends."""
+    scale, has = np.asarray(scale, float), np.isfinite(response)
+    if has.sum() < 3 or np.ptp(scale[has]) < np.ptp(scale):
+        return np.nan, np.nan, np.nan
+    scale, response = scale[has], np.asarray(response)[has]
+    octaves = np.log2(scale)
+    fit, span = scipy.stats.linregress(octaves, response), float(np.ptp(octaves))
+    half = float(scipy.stats.t.ppf(1 - alpha / 2, len(octaves) - 2) * fit.stderr) * span
+    change = float(fit.slope) * span
+    return change, change - half, change + half
+
+
+def response_statements(runs: pd.DataFrame, margins: Mapping[str, float]) -> list[Statement]:
+    """A statement a case: does the response keep its value over the scales? One trend, so that one
+    test judges it.
+
+    runs : columns experiment, rule, cohesive, scale, response, NaN of a run without a value
+    """
+    out = []
+    for (experiment, rule, cohesive), case in runs.groupby(
+        ["experiment", "rule", "cohesive"], sort=False
+    ):
+        told = case.dropna(subset="response")
+        found, low, high = trend(case["scale"], case["response"])
+        change = judge(low, high, margins[experiment])
+        what = {"heap": "angle of repose", "drop": "restitution on steel"}[experiment]
+        how = "with cohesion" if cohesive else "without cohesion"
+        unit, digits = {"heap": ("°", 1), "drop": ("", 3)}[experiment]
+        means = [
+            f"{values.mean():.{digits}f}{unit} at scale {h:g}"
+            for h, values in told.groupby("scale")["response"]
+        ]
+        known = np.isfinite(low)
+        over = (
+            f"over the range {fixed(found, digits, '+')}{unit} (95 %: {fixed(low, digits, '+')} to "
+            f"{fixed(high, digits, '+')}, margin {margins[experiment]:g})"
+            if known
+            else "too few runs for a trend over the range"
+        )
+        sentence = (
+            f"Enlarged by the {rule} rule, {how}, the {what} is "
+            f"{', '.join(means) or 'unknown'}: {over}, {change}."
+        )
+        if len(told) < len(case):
+            sentence += f" {len(case) - len(told)} of {len(case)} runs gave no value."
+        out.append(
+            Statement(  # type: ignore[call-arg]
+                f"{experiment}.{rule}.{'cohesive' if cohesive else 'plain'}",
+                "1.2.1, conclusion 4" if rule == PAPER_RULE.name else "(gravity kept)",
+                f"The {what} does not change with the scale, {how}, under the {rule} rule",
+                0.0,
+                *((found, low, high) if known else (None, None, None)),
+                VERDICT[change],
+                sentence,
+            )
+        )
+    return out
+
+
+def exponent_statements(measured: Mapping[str, float]) -> list[Statement]:
+    """The paper's exponents beside those measured in the engine, enlarged by the paper's own
+    rule."""
+    claims = (
+        ("eq4.mass", "Eq. 4", "The mass factor is h", 1, "mass"),
+        ("eq5.mass", "Eq. 5", "The mass factor is h^3", 3, "mass"),
+        ("eq6.force", "Eq. 6", "The force factor is h^2 (contact, same relative overlap)", 2,
+        "force"),
+        ("eq2.weight", "Eqs. 2, 6", "The weight has the factor of every force, h^2", 2, "weight"),
+        ("section121.stiffness", "1.2.1", "The contact stiffness goes as the diameter", 1,
+        "stiffness"),
+        ("section122.stiffness", "1.2.2", "k_n over R^2 is constant", 2, "stiffness"),
+        ("section122.damping", "1.2.2", "c_n over R^2 is constant", 2, "damping_coefficient"),
+    )  # fmt: skip
+    out = []
+    for name, where, text, printed, quantity in claims:
+        found = measured[quantity]
+        holds = abs(found - printed) < EXACT
+        said = (
+            f"The {quantity.replace('_', ' ')} measured in the engine goes as h^{fixed(found, 2)}"
+        )
+        verdict = HOLDS if holds else FAILS
+        sentence = f"{said}; printed h^{printed}: the statement {verdict}."
+        out.append(Statement(name, where, text, printed, found, found, found, verdict, sentence))
+    return out
+
+
+def theory_statements() -> list[Statement]:
+    """What follows from the dimensions alone: Eq. 4's contradiction and the modulus under real
+    gravity."""
+    try:
+        check_consistent({"length": 1, "mass": 1, "density": 0})
+        contradiction = None
+    except OverdeterminedError as error:
+        contradiction = str(error)
+    kept = int(exponent("modulus", PAPER_RULE.held))
+    needed = int(exponent("modulus", GRAVITY_RULE.held))
+    table = group_exponents(settings_of(PAPER_RULE, ("acceleration",)))
+    broken = "; ".join(table.group[~table.kept])
+    return [
+        Statement(
+            "eq4.consistent", "Eq. 4", "Length, mass and density scale as h, h and 1", None, None,
+            None, None,
+            FAILS if contradiction else HOLDS,
+            f"Eq. 4 "
+            f"{'contradicts itself: ' + contradiction if contradiction else 'is consistent'}.",
+        ),
+        Statement(
+            "eq8.modulus", "Eq. 8", "Young's modulus is unchanged (velocity kept)", 0, kept, kept,
+            kept,
+            HOLDS if kept == 0 else FAILS,
+            f"With velocity and density kept, Young's modulus goes as h^{kept}.",
+        ),
+        Statement(
+            "eq8.modulus.gravity", "Eq. 8", "Young's modulus is unchanged where gravity acts", 0,
+            needed, needed,
+            needed, HOLDS if needed == 0 else FAILS,
+            f"Where gravity is the Earth's at every scale, Young's modulus must go as h^{needed}; "
+            f"unchanged it breaks "
+            f"{broken}.",
+        ),
+    ]  # fmt: skip
+
+
+def drop_statements(design: pd.DataFrame, config: Config) -> list[Statement]:
+    """The exponents of impact speed and restitution over the scale, by a line through the
+    logarithms of all drops."""
+    drops = design[(design["experiment"] == "drop") & ~design["cohesive"]]
+    drops = drops[drops["rule"] == PAPER_RULE.name]
+    out = []
+    for name, text, printed, metric in (
+        ("section122.velocity", "Velocity is invariant", 0, "impact_speed_m_s"),
+        ("section122.restitution", "The restitution goes as R^2", 2, "effective_restitution"),
+    ):
+        found, low, high = log_slope(drops["scale"], read_metric(drops["run_id"], metric))
+        verdict = HOLDS if low - EXACT <= printed <= high + EXACT else FAILS
+        sentence = (
+            f"The {metric.rsplit('_m_s', 1)[0].replace('_', ' ')} of the drop, its rig enlarged "
+            f"alike, goes as "
+            f"h^{fixed(found, 2)} (95 %: {fixed(low, 2)} to {fixed(high, 2)}); printed "
+            f"h^{printed}: the statement {verdict}."
+        )
+        out.append(Statement(name, "1.2.2", text, printed, found, low, high, verdict, sentence))
+    return out
+
+
+def log_slope(
+    scale: Sequence[float] | np.ndarray | pd.Series, value: ArrayLike, alpha: float = 0.05
+) -> tuple[float, float, float]:
+    """(exponent, low, high) of a power law through values (n,) > 0 at scales (n,), by a line
+    through the logarithms."""
+    fit = scipy.stats.linregress(np.log(np.asarray(scale, float)), np.log(np.asarray(value, float)))
+    half = float(scipy.stats.t.ppf(1 - alpha / 2, len(scale) - 2) * fit.stderr)
+    return float(fit.slope), float(fit.slope) - half, float(fit.slope) + half
+
+
+def scaling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
+    """Write the table of responses, the figure and the statements. Raises CalibrationError where
+    two statements have one id."""
+    config, design = study.config, read_written(source.design)
+    section = config.scaling
+    response = np.empty(len(design))
+    for experiment, metric in RESPONSE.items():
+        here = (design["experiment"] == experiment).to_numpy()
+        response[here] = read_values(design.loc[here, "run_id"], metric)
+    heap = design["experiment"] == "heap"
+    design.loc[heap, "left_in_funnel"] = read_values(design.loc[heap, "run_id"], "in_funnel")
+    margins = {"heap": section.margin_deg, "drop": section.margin_restitution}  # type: ignore[union-attr]
+    table = response_table(design, response, margins)
+    base = base_run(config, "drop", False)
+    measured = {
+        rule.name: measured_exponents({h: enlarged(base, "drop", rule, h) for h in section.factors})  # type: ignore[union-attr]
+        for rule in RULES.values()
+    }
+    statements = [
+        *theory_statements(),
+        *exponent_statements(measured[PAPER_RULE.name]),
+        *drop_statements(design, config),
+        *response_statements(design.assign(response=response), margins),
+    ]
+    if len({s.id for s in statements}) != len(statements):
+        raise CalibrationError("two statements of the scaling study have the same id")
+    write_table(design.assign(response=response), output.runs)
+    write_table(table, output.table)
+    figures.save(scaling_figure(table), output.figure)
+    write_json(
+        output.summary,
+        {
+            "statements": [asdict(s) for s in statements],
+            "exponents": measured,
+            "margins": {"angle_deg": margins["heap"], "restitution": margins["drop"]},
+            "cohesion": section.cohesion,  # type: ignore[union-attr]
+        },
+    )
+
+
+def scaling_figure(table: pd.DataFrame) -> Drawing:
+    """Angle of repose and restitution over the scale, a line a rule and cohesion."""
+    figure, axes = figures.subplots(1, 2, (9.6, 4.2))
+    names = {"heap": figures.ANGLE.axis, "drop": "coefficient of restitution, rebound"}
+    for ax, (experiment, axis) in zip(axes, names.items(), strict=True):
+        cases = table[table["experiment"] == experiment].groupby(["rule", "cohesive"], sort=False)
+        for k, ((rule, cohesive), case) in enumerate(cases):
+            text = f"{rule} rule, {'cohesive' if cohesive else 'no cohesion'}"
+            ax.errorbar(
+                case["scale"] * 2 ** (0.03 * (k - 1.5)),
+                case["mean"],
+                yerr=[case["mean"] - case["low"], case["high"] - case["mean"]],
+                marker="o",
+                capsize=3,
+                label=text,
+            )
+        ax.set_xscale("log", base=2)
+        scales = sorted(table["scale"].unique())
+        ax.set_xticks(scales, [f"{x:g}" for x in scales])
+        ax.set(xlabel="scale h", ylabel=axis)
+    lines = axes[0].get_legend_handles_labels()
+    figure.legend(*lines, loc="outside upper center", ncols=2, frameon=False, fontsize=8)
+    return figure
+
 
 STAGES = (
     Stage(

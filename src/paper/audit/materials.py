@@ -1,7 +1,7 @@
 """Tables 1 to 4 and Section 1.1: the measured angle, the sieves, the density and the materials; and
 what each citation shows."""
 
-from calibration.chain.scaling.dimensions import DIMENSIONS
+from calibration.statistics.dimensions import DIMENSIONS
 from paper.audit.paper import Cells, Claims, Found, Paper, Printed
 
 UNITS = {

@@ -1,11 +1,11 @@
 """Section 1.2: the scaling statements, held against dimensional analysis
-(`calibration.chain.scaling.dimensions`)."""
+(`calibration.statistics.dimensions`)."""
 
 from itertools import product
 
 import numpy as np
 
-from calibration.chain.scaling import dimensions
+from calibration.statistics import dimensions
 from paper.audit.paper import Cells, Claims, Found, Paper
 
 RULE = dimensions.PAPER_RULE.held

@@ -8,7 +8,7 @@ slope is read off with its interval."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -28,9 +28,13 @@ from calibration.statistics.numbers import fixed
 from calibration.study.config import overlay, read_swept
 from calibration.study.config.tests import sweep_of, swept_test
 from calibration.study.factors import factor_of
+from calibration.study.stage import Figure, Plan, Stage
 from dem.io.files import write_json
 
 if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure as Drawing
+
     from calibration.chain.handed_over import NamedFiles
     from calibration.chain.study import Study
     from calibration.figures import Response
@@ -185,7 +189,7 @@ def shear(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     judged = {n: _judge(curve, used, measured[0]) for n, curve in curves.items()}
     write_table(runs, output.runs)
     drawn = runs.rename(columns={factor: "particle_friction"})
-    figures.save(figures.yield_loci(drawn, loci, curves, MEASURE, measured), output.figure)
+    figures.save(yield_loci(drawn, loci, curves, MEASURE, measured), output.figure)
     write_json(
         output.summary,
         {
@@ -218,6 +222,52 @@ def _judge(curve, used, measured):
     }
 
 
+def yield_loci(
+    runs: pd.DataFrame,
+    loci: Sequence[Mapping[str, Any]],
+    curves: Mapping[str, Any],
+    measure: str,
+    measured: tuple[float, float],
+) -> Drawing:
+    """Yield loci at each particle friction, and the slope over the friction with its interval,
+    beside the measured.
+
+    runs: columns particle_friction, normal_stress_kPa and, for each measure, <measure>_kPa;
+    measured: slope and intercept [kPa].
+    """
+    figure, (left, right) = figures.subplots(1, 2, (9.6, 4.2))
+    end = 1.05 * runs["normal_stress_kPa"].max()
+    x = np.array([0.0, end])
+    for locus in loci:
+        friction, line = locus["particle_friction"], locus[measure]
+        points = runs[runs["particle_friction"] == friction]
+        text = f"µ {friction:g}: {fixed(line['slope'], 2)} x {fixed(line['intercept_kPa'], 2, '+')}"
+        (drawn,) = left.plot(x, line["slope"] * x + line["intercept_kPa"], label=text)
+        left.scatter(
+            points["normal_stress_kPa"], points[f"{measure}_kPa"], color=drawn.get_color(), s=18
+        )
+    slope, intercept = measured
+    text = f"measured: {slope:g} x {intercept:+g}"
+    left.plot(x, slope * x + intercept, color="black", ls="--", label=text)
+    left.set(
+        xlabel="normal stress [kPa]",
+        ylabel=f"{measure} shear stress [kPa]",
+        xlim=(0, None),
+        ylim=(0, None),
+    )
+    left.legend(frameon=False, fontsize=8)
+    for (name, curve), colour in zip(curves.items(), (figures.BLUE, figures.GREEN), strict=True):
+        mu = np.linspace(curve.low, curve.high, 101)
+        value, half = curve.at(mu)
+        right.plot(mu, value, color=colour, label=name)
+        right.fill_between(mu, value - half, value + half, color=colour, alpha=0.15, lw=0)
+    right.axhline(slope, color="black", ls="--", lw=1, label=f"measured {slope:g}")
+    right.plot(mu, mu, color=figures.GREY, ls=":", label="slope = particle friction")
+    right.set(xlabel="particle friction", ylabel="slope of the yield locus")
+    right.legend(frameon=False, fontsize=8)
+    return figure
+
+
 def _sentence(found, measured):
     """What follows for the step from a bulk slope to a particle friction."""
     low, high = found["slope_interval"]
@@ -242,3 +292,16 @@ def _sentence(found, measured):
 def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
     """What came out, for the report."""
     return [summary["sentence"]]
+
+
+STAGES = (
+    Stage(
+        name="shear",
+        title="Bench test: direct shear",
+        place=7.3,
+        plans=(Plan("shear", batches=2),),
+        figures=(Figure("yield_locus", ("runs.csv", "shear.json")),),
+        tables=(("runs", "Runs"),),
+        sentences=sentences,
+    ),
+)
