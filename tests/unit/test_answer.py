@@ -14,10 +14,11 @@ from calibration.chain.study import Study
 from calibration.figures import response_of
 from calibration.intake.measurements import Measurement
 from calibration.runs.plans import read_plan, result_path
+from calibration.stages import answer as stage
 from calibration.statistics.stated import Stated
 from calibration.statistics.validate import compare
 from calibration.study.config import parse_config
-from calibration.telling.answer import stage, words
+from calibration.telling.answer import words
 from calibration.telling.answer.schema import Answer
 from dem.results import write_result
 from dem.spec import parse_spec
@@ -25,7 +26,7 @@ from facts import tells
 from small_heap import RUN
 from workflow_rules import rules_of
 
-SCHEMA = Path(stage.__file__).with_name("answer.schema.json")
+SCHEMA = Path(words.__file__).with_name("answer.schema.json")
 KEYS = {
     "bounce": "contacts.particle_wall.restitution",
     "rolling": "contacts.particle_particle.rolling_friction",

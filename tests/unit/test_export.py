@@ -17,9 +17,11 @@ from calibration.chain.study import Study
 from calibration.engines import lammps, liggghts, yade
 from calibration.engines.conversion import Conversion, granulate
 from calibration.errors import CalibrationError
+from calibration.stages import export as stage
 from calibration.statistics.surface import fit_surface
 from calibration.study.config import overlay, parse_config
-from calibration.telling.export import by_hand, mercurydpm, rolling, stage
+from calibration.telling.export import by_hand, mercurydpm, rolling
+from calibration.telling.export import files as written
 from calibration.telling.export import parameters as sources
 from calibration.telling.export.decks import DECKS, scatter_of_one, write_decks
 from calibration.telling.export.parameters import parameter_interval, to_yaml
@@ -497,7 +499,7 @@ def test_an_export_says_which_laws_it_leaves_out(mapping):
             },
         )
     )
-    told = " ".join(stage.left_out(spec))
+    told = " ".join(written.left_out(spec))
     assert "cohesion sjkr" in told
     assert "drag" in told
     assert tells(told, "1.3", "long", "wide")
@@ -505,7 +507,7 @@ def test_an_export_says_which_laws_it_leaves_out(mapping):
 
 def test_an_export_says_that_clumps_become_spheres(mapping):
     clump = {"x_mm": [0, 1], "y_mm": [0, 0], "z_mm": [0, 0], "radius_mm": [1, 1]}
-    told = " ".join(stage.left_out(parse_spec(overlay(mapping, {"particles": {"clump": clump}}))))
+    told = " ".join(written.left_out(parse_spec(overlay(mapping, {"particles": {"clump": clump}}))))
     assert tells(told, "NOT CONVERTED", "2", "spheres")
 
 
@@ -735,8 +737,8 @@ def files(config, tmp_path_factory):
     out = tmp_path_factory.mktemp("export")
     study = _study(config, out, export_correction={"rolling.json": found()})
     _export(study, out)
-    written = Files(file=out / "exports" / "converted" / "any")
-    stage.export_converted(study, SOURCE, written)
+    converted = Files(file=out / "exports" / "converted" / "any")
+    stage.export_converted(study, SOURCE, converted)
     return out
 
 
@@ -757,7 +759,7 @@ def _export(study, out, runs=None):
     region = read_region(REFERENCE / "response_surface" / "region.json")
     runs = study.table("response_surface", "runs") if runs is None else runs
     optimum = study.summary("optimise")
-    stage.write_exports(
+    written.write_exports(
         study, stage._spec(study, SOURCE), *stage.by_chain(optimum, runs, region), out
     )
 
@@ -854,10 +856,10 @@ def test_the_study_written_out_is_the_configuration(files, config):
 
 def test_all_files_are_there_and_none_is_half_written(files):
     assert sorted(p.name for p in (files / "exports").iterdir()) == sorted(
-        [*stage.CODES, *DECKS, "dem.yaml", "study.yaml", "converted"]
+        [*written.CODES, *DECKS, "dem.yaml", "study.yaml", "converted"]
     )
     assert sorted(p.name for p in (files / "exports" / "converted").iterdir()) == sorted(
-        [*stage.CONVERTED, *DECKS]
+        [*written.CONVERTED, *DECKS]
     )
 
 
@@ -919,7 +921,7 @@ def test_a_page_states_what_one_heap_scatters():
     )
 
 
-@pytest.mark.parametrize("name", stage.CONVERTED)
+@pytest.mark.parametrize("name", written.CONVERTED)
 def test_a_block_has_the_number_of_the_search_only_where_it_is_converted(files, name):
     plain = (files / "exports" / name).read_text()
     assert "NOT CONVERTED" in plain

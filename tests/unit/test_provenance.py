@@ -15,8 +15,8 @@ from calibration.errors import CalibrationError
 from calibration.runs.all_runs import finished, runs_table, write_netcdf
 from calibration.runs.plans import write_plan
 from calibration.runs.simulated import simulate
+from calibration.stages.provenance import provenance
 from calibration.telling.optional_packages import extra
-from calibration.telling.provenance import provenance
 from facts import refused
 from stage_files import Files
 from workflow.deployed import write_study

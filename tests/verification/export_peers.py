@@ -13,7 +13,7 @@ import pytest
 from calibration.engines.conversion import Conversion, granulate
 from calibration.study.config import overlay, parse_config
 from calibration.study.factors import read_factors
-from calibration.telling.export.rolling import calibrated_spec
+from calibration.telling.export.parameters import calibrated_spec
 from dem.io.mapping import read_mapping
 from dem.spec import parse_spec
 from frozen import FROZEN

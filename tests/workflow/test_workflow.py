@@ -18,7 +18,7 @@ from calibration.stages.validation import plan_validation
 from calibration.study.config import parse_config, point_spec, read_target
 from calibration.study.factors import read_factors
 from calibration.study.stage import load_stages
-from calibration.telling.export.stage import CODES, CONVERTED
+from calibration.telling.export.files import CODES, CONVERTED
 from dem.run import run
 from dem.spec import parse_spec
 from diagnosis.declared import WAVES

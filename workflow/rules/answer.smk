@@ -22,7 +22,7 @@ checkpoint plan_answer:
     output:
         **planned("answer"),
     params:
-        function="calibration.telling.answer.stage:plan_answer",
+        function="calibration.stages.answer:plan_answer",
         reads=[*PLANNING, *RESPONSES, "supplements", "validation"],
         seeds=9,
     message:
@@ -53,7 +53,7 @@ rule answer:
         figure=page("answer/pulls.svg", "0 The whole study", "answer"),
     params:
         # it names each value's source, which any section may be
-        function="calibration.telling.answer.stage:answer",
+        function="calibration.stages.answer:answer",
         reads=EVERYTHING,
     message:
         "answer: what the study found, beside everything that was measured"

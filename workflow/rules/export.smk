@@ -33,7 +33,7 @@ rule export:
         decks=[directory(f"{STUDY}/exports/{code}") for code in DECKS],
     params:
         # it writes the whole configuration
-        function="calibration.telling.export.stage:export",
+        function="calibration.stages.export:export",
         reads=EVERYTHING,
     message:
         "export: calibrated.yaml and input for other codes"
@@ -49,7 +49,7 @@ checkpoint plan_export_scan:
     output:
         **planned("export_scan"),
     params:
-        function="calibration.telling.export.stage:plan_export_scan",
+        function="calibration.stages.export:plan_export_scan",
         reads=[*PLANNING, "target"],
     message:
         "plan the export: rolling friction in the laws of other codes"
@@ -67,7 +67,7 @@ checkpoint plan_export_confirmation:
     output:
         **planned("export_confirmation"),
     params:
-        function="calibration.telling.export.stage:plan_export_confirmation",
+        function="calibration.stages.export:plan_export_confirmation",
         reads=[*PLANNING, "target"],
     message:
         "plan the export: runs with the rolling friction that was found"
@@ -87,7 +87,7 @@ checkpoint plan_export_correction:
     output:
         **planned("export_correction"),
     params:
-        function="calibration.telling.export.stage:plan_export_correction",
+        function="calibration.stages.export:plan_export_correction",
         reads=[*PLANNING, "target", "validation"],
     message:
         "plan the export: runs at a number that is moved to the angle of the study's own grains"
@@ -108,7 +108,7 @@ rule export_rolling:
     output:
         rolling=f"{STUDY}/export_correction/rolling.json",
     params:
-        function="calibration.telling.export.stage:export_rolling",
+        function="calibration.stages.export:export_rolling",
         reads=[*PLANNING, "target", "validation"],
     message:
         "export: the same angle with the rolling friction of other codes"
@@ -130,7 +130,7 @@ rule export_converted:
         blocks=[f"{STUDY}/exports/converted/{file}" for file in BLOCKS],
         decks=[directory(f"{STUDY}/exports/converted/{code}") for code in DECKS],
     params:
-        function="calibration.telling.export.stage:export_converted",
+        function="calibration.stages.export:export_converted",
         reads=[*PLANNING, *TESTS, "target"],
     message:
         "export: input for other codes, with the rolling friction that gives the angle there"

@@ -17,7 +17,7 @@ rule provenance:
             for copied in ("inputs", "results")
         ],
     params:
-        function="calibration.telling.provenance:provenance",
+        function="calibration.stages.provenance:provenance",
         reads=["factors", "measurements", "target"],
     message:
         "provenance: an RO-Crate of the study, and all runs in one file"

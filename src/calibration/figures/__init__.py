@@ -10,7 +10,6 @@ from calibration.figures.labels import (
     response_of,
 )
 from calibration.figures.posterior_pairs import posterior_pairs
-from calibration.figures.pulls import pulls
 from calibration.figures.push_through import pushed_through
 from calibration.figures.style import BLUE, GREEN, GREY, ORANGE, panel_grid, save, styled, subplots
 
@@ -26,7 +25,6 @@ __all__ = [
     "panel_grid",
     "parameter_words",
     "posterior_pairs",
-    "pulls",
     "pushed_through",
     "response_of",
     "save",

@@ -45,9 +45,9 @@ def _pyplot():
     import matplotlib
 
     matplotlib.use("Agg")
-    from matplotlib import pyplot
+    import matplotlib.pyplot as plt
 
-    return pyplot
+    return plt
 
 
 @contextmanager

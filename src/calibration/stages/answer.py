@@ -1,6 +1,475 @@
-"""The answer: every measured row at the parameters that are handed out."""
+"""The stage `answer`: every measured row is simulated at the parameters that the study hands out,
+whichever way they were found, and answer.json says how it compares."""
 
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+import scipy
+
+from calibration import engines, figures
+from calibration.chain.joint.words import against
+from calibration.figures import label, response_of
+from calibration.files import read_json, write_table
+from calibration.intake.measurements import read_measured
+from calibration.intake.quantities import measurable
+from calibration.intake.tables import read_written
+from calibration.runs.plans import read_plan, together, write_plan
+from calibration.runs.store import RunStore
+from calibration.stages.validation import handed_out
+from calibration.study.config import point_spec
+from calibration.study.config.joint import handed_out_by
+from calibration.study.factors import Choice
+from calibration.study.simulated_tests import SimulatedTest, at_setting, test_of, tests_of
 from calibration.study.stage import Figure, Plan, Stage
+from calibration.telling.answer import words
+from calibration.telling.answer.schema import (
+    Answer,
+    Beside,
+    Instead,
+    Next,
+    Parameter,
+    Runs,
+    Test,
+    Wrong,
+)
+from calibration.telling.export.parameters import (
+    DEFAULT,
+    calibrated_spec,
+    engine_of,
+    known_parameters,
+)
+from dem.errors import DemError, ResultError
+from dem.io.files import write_json
+from dem.spec import parse_spec
+from dem.units import in_ascii, unit_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Drawing
+
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
+    from calibration.intake.measurements import Measurement
+
+
+RUNS = 4
+"""Runs at each measured setting, with seeds of their own."""
+HEAPS = 6
+"""Runs of the study's own test with the level that a bench test found in place of the study's: with
+15 validated ones a change of the mean is known to about one standard deviation of a heap (95 %)."""
+ALPHA = 0.05
+"""Chance, over all judged rows, at which one that is right is said to be missed."""
+PARTS = ("contacts.", "materials.", "law_parameters.", "laws.", "particles.")
+SYMBOLS = {
+    "restitution": "e",
+    "static_friction": "µs",
+    "rolling_friction": "µr",
+    "density_kg_m3": "ρ",
+    "shear_modulus_Pa": "G",
+    "poisson_ratio": "ν",
+    "surface_energy_J_m2": "γ",
+}
+"""Last part of a key -> the field's symbol."""
+PURE = "1"
+"""Unit of a pure number in calibrated.yaml."""
+
+
+def plan_answer(study: Study, source: NamedFiles, output: NamedFiles) -> None:
+    """Plan runs at the parameters handed out: of each measured row at its own setting, but for the
+    calibrated one, which the validation has; and of the study's own test at the levels that bench
+    tests found in place of the study's."""
+    levels, parts = handed_out(source), []
+    for n, row, test in _simulated(study):
+        if test is not None:
+            design = pd.DataFrame([{"row": n, "instead": ""} | levels] * RUNS)
+            with suppress(DemError, ValueError):  # told by the analysis, which finds no run
+                parts.append(study.plan_test(design, at_setting(test, row)))
+    own = tests_of(study.config)[0]
+    for name, level, _ in _disputed(study, source, levels):
+        design = pd.DataFrame([{"row": -1, "instead": name} | levels | {name: level}] * HEAPS)
+        parts.append(study.plan_test(design, own))
+    table, specs = together(parts) if parts else (pd.DataFrame({"run_id": []}), {})
+    write_plan(Path(output.plan).parent, table, specs)
+
+
+def _simulated(study: Study) -> Iterator[tuple[int, Measurement, SimulatedTest | None]]:
+    """(number, row, test) of the measured rows; no test where none stands for the row, where the
+    validation has its runs, or where the study's engine cannot run it."""
+    tests = tests_of(study.config)
+    for n, row in enumerate(_rows(study)):
+        test = None if row.outcome else test_of(tests, row)
+        if test and _validated(study, row, test):
+            test = None
+        yield n, row, test if test and not _refused(at_setting(test, row)) else None
+
+
+def _rows(study):
+    """Measured conditions, those that are held out of a diagnosis among them."""
+    return read_measured(study.config.measurements).conditions
+
+
+def _validated(study, row, test):
+    """Whether the validation has simulated a row: one of the study's targets, in a run that is the
+    study's own."""
+    if test.experiment != study.config.experiment:
+        return False
+    metrics = {t.metric for t in study.targets}
+    own = at_setting(test, row).run == study.config.own_run and not test.fixed
+    return own and measurable(row.experiment)[row.quantity].key in metrics
+
+
+def _only(files):
+    """The file of a list that holds one or none, or None."""
+    return files[0] if files else None
+
+
+def _refused(test):
+    """Why no run can be made of a test, in words; "" where one can."""
+    try:
+        engines.check(parse_spec(point_spec(test.run, test.experiment, {}, 1)))
+    except DemError as error:
+        return str(error)
+    return ""
+
+
+def _disputed(study, source, levels):
+    """(factor, level, test) where a bench test of the study finds another level of a factor than is
+    handed out: the interval of its level does not hold the one handed out."""
+    config, levels = study.config, study.config.fixed | levels
+    for file in source.bench:
+        found, test = read_json(file), Path(file).stem
+        name = found["factor"]
+        if found["inverse"] is None or name not in levels:
+            continue
+        low, high = _of_the_bench(config, test, found)
+        if not low <= levels[name] <= high:
+            yield name, round(found["inverse"], 4), test
+
+
+def _of_the_bench(config, test, found):
+    """Interval (95 %) of the level that a bench test found: of the shear's fit, or where the
+    sweep's quadratic gives the measured value give or take its error."""
+    if "inverse_interval" in found.get(found.get("measure", ""), {}):
+        return found[found["measure"]]["inverse_interval"]
+    rows = [m for m in read_measured(config.measurements).conditions if m.experiment == test]
+    errors = [_error(m)[0] for m in rows]
+    if not errors or errors[0] is None:
+        return found["inverse"], found["inverse"]
+    reach = scipy.stats.t.ppf(1 - ALPHA / 2, max(rows[0].n - 1, 1)) * errors[0]
+    slope = abs(np.polyval(np.polyder(found["quadratic"]), found["inverse"]))
+    return found["inverse"] - reach / slope, found["inverse"] + reach / slope
+
+
+def answer(study: Study, source: NamedFiles, output: NamedFiles) -> None:
+    """Compare, and write answer.json and the table of tests."""
+    config, levels = study.config, handed_out(source)
+    by = handed_out_by(config)
+    design = read_written(source.design)
+    tests = [*_compared(study, source, design), *_predictions(source)]
+    instead = [*_instead(study, source, design, levels)]
+    beside = _beside(source, levels) if by == "chain" else []
+    found = Answer(
+        study=config.name,
+        engine=engine_of(config),
+        by=by,
+        parameters=_parameters(study, source, levels),
+        tests=tests,
+        wrong=_wrong(study, source, tests, instead, beside),
+        beside=beside,
+        next=_next(source, by),
+        runs=_runs(source),
+    )
+    write_json(output.answer, found.model_dump(mode="json"))
+    judged = [(words.title(t), t.pull, t.state == "missed") for t in tests if t.pull is not None]
+    figures.save(pulls(judged), output.figure)
+    rows = [t.model_dump() for t in tests]
+    for row in rows:
+        row["setting"] = words.setting(row["setting"])
+        row["low"], row["high"] = row.pop("interval_95") or (None, None)
+    write_table(pd.DataFrame(rows), output.tests)
+
+
+def _compared(study, source, design):
+    """`Test` of each measured row."""
+    config, rows = study.config, []
+    validated = read_written(source.validated)
+    tests = tests_of(config)
+    for n, row in enumerate(_rows(study)):
+        test, metric = test_of(tests, row), measurable(row.experiment)[row.quantity].key
+        if row.outcome or test is None:
+            note = f"no test of the configuration is a {row.experiment}"
+            if row.outcome:
+                note = f"the laboratory's test ended with {label(row.outcome)}"
+            rows.append(_row(row, row.experiment, metric, np.array([]), note))
+        elif _validated(study, row, test):
+            column = "response" if metric == config.target.metric else metric
+            values = validated[column].dropna().to_numpy(float)
+            rows.append(_row(row, test.name, metric, values, ""))
+        else:
+            names = design.loc[design["row"] == n, "run_id"] if "row" in design else []
+            values, why = _values(names, metric)
+            why = why or _refused(at_setting(test, row))
+            rows.append(_row(row, test.name, metric, values, why))
+    count = sum(p is not None for _, p in rows)
+    return [_judged(config, t, p, count) for t, p in rows]
+
+
+def _values(names, metric):
+    """(values of a metric of finished runs, why those without one have none)."""
+    store, values, why = RunStore(), [], ""
+    for name in names:
+        try:
+            result = store.result(name)
+        except ResultError:
+            why = (store.failure(name) or {}).get("error", "the run is missing")
+            continue
+        if metric in result["metrics"]:
+            values.append(result["metrics"][metric])
+        else:
+            why = result["numerics"].get("refused", {}).get("reason", f"no run gave {metric}")
+    return np.array(values, float), why
+
+
+def _error(row):
+    """(standard error of a row's mean, its degrees of freedom); (None, inf) where nobody states
+    it."""
+    if row.outcome:
+        return None, np.inf
+    if row.sd is None:
+        return None, np.inf
+    return row.sd / np.sqrt(row.n), row.n - 1.0 if row.n > 1 else np.inf
+
+
+def _row(row, name, metric, values, why):
+    """(`Test` of a row as far as it is known before all are, p of its pull or None)."""
+    error, freedom = _error(row)
+    mean = float(values.mean()) if len(values) else None
+    # a single run says nothing of its scatter
+    own = float(values.std(ddof=1) / np.sqrt(len(values))) if len(values) > 1 else None
+    pull = p = None
+    if mean is not None and own is not None and error is not None:
+        whole = np.hypot(error, own)
+        parts = (error**4 / freedom, own**4 / (len(values) - 1))
+        behind = whole**4 / sum(parts) if sum(parts) else np.inf
+        pull = float((row.value - mean) / whole)
+        p = float(2 * scipy.stats.t.sf(abs(pull), behind))
+    note = why
+    if mean is not None and error is None:
+        note = "a single reading without a standard deviation: nobody can judge it"
+    return Test(
+        test=name, metric=metric, setting=dict(row.levers), unit=in_ascii(unit_of(metric)),
+        measured=None if row.outcome else row.value, error=error, n=row.n, predicted=mean,
+        predicted_sd=own,
+        interval_95=None, runs=len(values), pull=pull, p=p,
+        state="not simulated" if mean is None else "not judged", note=note,
+    ), p  # fmt: skip
+
+
+def _judged(config, test, p, count):
+    """The test with its verdict; p counts for as many rows as are judged. A calibrated response
+    that differs by less than the margin is met however well it is known."""
+    if p is None:
+        return test
+    p = min(p * count, 1.0)
+    margins = {config.target.metric: config.validation.margin}
+    margins |= {t.metric: t.margin for t in config.further_targets if t.margin}
+    within = abs(test.measured - test.predicted) < margins.get(test.metric, 0.0)
+    missed = p < ALPHA and not (within and test.test == config.own)
+    return test.model_copy(update={"p": p, "state": "missed" if missed else "met"})
+
+
+def _predictions(source):
+    """`Test` of each metric of a machine that nobody has measured."""
+    for file in source.machines:
+        for row in read_json(file)["metrics"]:
+            if row["measured"] is None and row["low"] is not None:
+                yield Test(
+                    test=row["machine"], metric=row["metric"], setting={},
+                    unit=in_ascii(unit_of(row["metric"])), measured=None, error=None, n=None,
+                    predicted=row["mean"], predicted_sd=None,
+                    interval_95=(row["low"], row["high"]), runs=row["runs"], pull=None, p=None,
+                    state="prediction", note="",
+                )  # fmt: skip
+
+
+def _instead(study, source, design, levels):
+    """`Instead` of each disputed parameter."""
+    whole, metric = study.config.fixed | levels, study.config.target.metric
+    validated = read_written(source.validated)["response"].dropna().to_numpy(float)
+    for name, level, test in _disputed(study, source, levels):
+        values, _ = _values(design.loc[design["instead"] == name, "run_id"], metric)
+        change, ends = None, None
+        if len(values) > 1:
+            found = scipy.stats.ttest_ind(values, validated, equal_var=False)
+            low, high = found.confidence_interval(1 - ALPHA)
+            change, ends = float(values.mean() - validated.mean()), (float(low), float(high))
+        yield Instead(
+            parameter=name, handed_out=float(whole[name]), found=level, test=test, metric=metric,
+            change=change, change_95=ends, runs=len(values),
+        )  # fmt: skip
+
+
+def _beside(source, levels):
+    """`Beside` of each calibrated parameter that the joint posterior knows."""
+    file = _only(source.joint)
+    known = read_json(file)["parameters"] if file else {}
+    return [
+        Beside(parameter=name, handed_out=level, all_tests_95=tuple(known[name]["interval"]),
+               inside=known[name]["interval"][0] <= level <= known[name]["interval"][1])
+        for name, level in levels.items() if name in known
+    ]  # fmt: skip
+
+
+def _parameters(study, source, levels):
+    """`Parameter` of every key of the model that is handed out."""
+    mapping = calibrated_spec(study.config, study.factors, levels)
+    free = {f.key: f.name for f in study.factors if f.name in levels}
+    calibrated = {key: {"source": "calibrated", "factor": name} for key, name in free.items()}
+    entries = known_parameters(study, parse_spec(mapping), calibrated)
+    known = _intervals(study, source)
+    return [
+        Parameter(
+            key=key,
+            name=label(free[key]) if key in free else words.name_of(key),
+            symbol=SYMBOLS.get(key.rpartition(".")[2]),
+            value=entry["value"],
+            unit=entry.get("unit", "").removeprefix(PURE),
+            **known.get(free.get(key), NOT_KNOWN),
+            source=_source(entry),
+        )
+        for key, entry in entries.items()
+        if key.startswith(PARTS) and entry["value"] != "none"
+    ]
+
+
+NOT_KNOWN: dict[str, Any] = {"interval_95": None, "interval_of": None, "bounded": None}
+
+
+def _source(entry):
+    """Where the value of an entry of calibrated.yaml comes from, in a word."""
+    if entry["source"] == "calibrated":
+        return "calibrated"
+    if entry["source"] == "bench test":
+        return "measured"
+    if entry.get("paper", "").endswith(": the same"):
+        return "published"
+    return "default" if entry["source"] == DEFAULT else "fixed"
+
+
+def _intervals(study, source):
+    """{factor: its interval, of what, and whether the data bound it}: of the posterior that there
+    is, of all tests where they made the parameters, else with the others held."""
+    choices = {f.name for f in study.factors if isinstance(f, Choice)}
+    file, of = (_only(source.joint), "all tests") if source.get("draws") else (None, "")
+    if not file:
+        file, of = _only(source.posterior), "one test"
+    if file:
+        return {
+            name: {"interval_95": tuple(p["interval"]), "interval_of": of, "bounded": p["bounded"]}
+            for name, p in read_json(file)["parameters"].items()
+        }
+    optimum = read_json(source.optimum)
+    region = {f["name"]: (f["low"], f["high"]) for f in optimum["region"]}
+    found = {}
+    for name, (low, high) in optimum.get("interval_95_others_held", {}).items():
+        if name not in choices:
+            spare = 1e-6 * (region[name][1] - region[name][0])
+            inside = low > region[name][0] + spare and high < region[name][1] - spare
+            of = "one test, others held"
+            found[name] = {"interval_95": (low, high), "interval_of": of, "bounded": inside}
+    return found
+
+
+def _wrong(study, source, tests, instead, beside):
+    """`Wrong`: what the rows, the validation, the joint posterior and the diagnosis object to."""
+    missed = [t for t in tests if t.state == "missed"]
+    count = [t for t in tests if t.p is not None]
+    verdict = "missed" if missed else "met" if count else "not judged"
+    p, laws = min((t.p for t in count), default=None), []  # type: ignore[type-var]
+    said = [words.missed(t) for t in missed]
+    said += [words.instead(i, _origin(study, i.parameter)) for i in instead]
+    found = read_json(source.validation)
+    if not found["equivalent"]:
+        response, by = response_of(study.config.target.metric), handed_out_by(study.config)
+        said.append(words.not_equivalent(found, response, by))
+    if file := _only(source.joint):
+        said += against(read_json(file))
+    said += words.outside(beside)
+    if file := _only(source.verdict):
+        found = read_json(file)
+        if found["verdict"] != "adequate":
+            verdict, laws = found["verdict"], list(found["causes"])
+            said += words.said_by_diagnosis(found)
+    rows = [words.title(t) for t in missed]
+    sentence = " ".join(said) or words.nothing_wrong(tests)
+    return Wrong(verdict=verdict, p=p, laws=laws, rows=rows, instead=instead, sentence=sentence)
+
+
+def _origin(study, name):
+    """Where the level of a factor that was not calibrated comes from, in words."""
+    [factor] = [f for f in study.factors if f.name == name]
+    spec = parse_spec(calibrated_spec(study.config, study.factors, {}))
+    entry = known_parameters(study, spec, {})[factor.key]
+    where, _, printed = entry.get("paper", "").partition(": ")
+    return f"as printed, {where}" if printed == "the same" else entry["source"]
+
+
+def _next(source, by):
+    """`Next` of the posterior that made the parameters, None without one."""
+    file = _only(source.joint if by == "joint" else source.posterior)
+    if not file:
+        return None
+    found = read_json(file)
+    rows = found["next_test"]
+    if not rows:
+        return None
+    best = rows[0]
+    left = {k.removesuffix(" left"): v for k, v in best.items() if k.endswith(" left")}
+    name, share = min(left.items(), key=lambda pair: pair[1])
+    return Next(
+        test=best["rig"], metric=best["metric"], readings=found["readings"],
+        hours=best["hours"], parameter=name, left=share,
+    )  # fmt: skip
+
+
+def _runs(source):
+    """`Runs` of the plans of the calibration and of this stage."""
+    store = RunStore()
+    names = {name for file in (*source.plans, source.plan) for name in read_plan(file)}
+    failed, seconds = 0, 0.0
+    for name in sorted(names):
+        try:
+            seconds += store.result(name)["numerics"].get("wall_time_s", 0.0)
+        except ResultError:
+            failed += 1
+    return Runs(made=len(names) - failed, failed=failed, seconds=round(seconds, 1))
+
+
+SHADE = 2.0
+"""Standard errors of the band."""
+
+
+def pulls(rows: Sequence[tuple[str, float, bool]]) -> Drawing:
+    """The pull of each judged row beside a band of two standard errors; rows: (name, pull, whether
+    it is missed), the first on top."""
+    figure, ax = figures.subplots(size=(6.4, 0.9 + 0.34 * max(len(rows), 1)))
+    ax.axvspan(-SHADE, SHADE, color=figures.BLUE, alpha=0.1, lw=0)
+    ax.axvline(0.0, color=figures.GREY, lw=1.0)
+    for k, (_, pull, missed) in enumerate(rows):
+        colour = figures.ORANGE if missed else figures.BLUE
+        ax.plot([0.0, pull], [k, k], color=colour, lw=2.0, ls="-")
+        ax.plot(pull, k, "o", color=colour)
+    ax.set_yticks(range(len(rows)), [name for name, _, _ in rows])
+    ax.invert_yaxis()
+    ax.margins(y=0.15)
+    ax.set_xlabel("measured less predicted, in standard errors")
+    return figure
+
 
 STAGES = (
     Stage(

@@ -1,7 +1,131 @@
-"""Export: calibrated.yaml, and input for other codes, with the rolling friction that their laws
-need."""
+"""Export: calibrated.yaml and input for other codes, and the search for the rolling friction that
+gives the same angle in the laws of other codes.
 
+What writes for other codes loads the engine, so the functions here import it when they are called.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from calibration.chain.files import read_region
+from calibration.chain.responses import with_value
+from calibration.files import read_json
+from calibration.intake.tables import read_written
+from calibration.stages.optimum import augmented_runs
+from calibration.stages.validation import handed_out
+from calibration.statistics.surface import fit_surface
 from calibration.study.stage import Plan, Stage
+from calibration.telling.export.parameters import calibrated_entries, calibrated_spec
+from dem.io.files import write_json
+from dem.spec import parse_spec
+from dem.units import in_ascii, unit_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
+    from calibration.study.factors import Factor
+
+
+def _spec(study, source):
+    return calibrated_spec(study.config, study.factors, handed_out(source))
+
+
+def plan_export_scan(study: Study, source: NamedFiles, output: NamedFiles) -> None:
+    """Plan the search for rolling friction in other laws."""
+    from calibration.telling.export.rolling import plan_scan
+
+    plan_scan(_spec(study, source), output)
+
+
+def plan_export_confirmation(study: Study, source: NamedFiles, output: NamedFiles) -> None:
+    """Plan the runs that confirm what the search found."""
+    from calibration.telling.export.rolling import plan_confirmation, read_scan
+
+    scan = read_scan(source.scan, study.config.target.metric)
+    plan_confirmation(_spec(study, source), scan, output)
+
+
+def plan_export_correction(study: Study, source: NamedFiles, output: NamedFiles) -> None:
+    """Plan the runs at a number that is moved by what the one found misses."""
+    from calibration.telling.export.rolling import plan_correction
+
+    plan_correction(_spec(study, source), _evidence(study, source), output)
+
+
+def export_rolling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
+    """Write rolling.json: the conversion of rolling friction."""
+    from calibration.telling.export.rolling import conclude, read_scan
+
+    correction = read_scan(source.correction, study.config.target.metric)
+    found = conclude(
+        parse_spec(_spec(study, source)),
+        _evidence(study, source),
+        correction,
+        in_ascii(unit_of(study.config.target.metric)),
+    )
+    write_json(output.rolling, found)
+
+
+def _evidence(study, source):
+    """What the search and its confirmation gave."""
+    from calibration.telling.export.rolling import Evidence, read_scan
+
+    metric = study.config.target.metric
+    return Evidence(
+        read_scan(source.scan, metric),
+        read_scan(source.confirmation, metric),
+        study.table("validation", "runs")["response"],
+        study.config.validation.margin,
+    )
+
+
+def export(study: Study, source: NamedFiles, output: NamedFiles) -> None:
+    """Write calibrated.yaml and exports/ beside it, without any run."""
+    from calibration.telling.export.files import write_exports
+    from calibration.telling.export.joint import by_joint
+
+    if source.get("draws"):
+        found = by_joint(study, read_json(source.joint[0]), read_written(source.predictions[0]))
+    else:
+        region = read_region(source.optimum)
+        runs = augmented_runs(study.config, source.runs, region, source.candidate)
+        found = by_chain(read_json(source.optimum), runs, region)
+    write_exports(study, _spec(study, source), *found, Path(output.parameters).parent)
+
+
+def by_chain(
+    optimum: Mapping[str, Any], runs: pd.DataFrame, region: Sequence[Factor]
+) -> tuple[dict[str, dict[str, Any]], dict[str, Any]]:
+    """({key: entry} of the factors that the chain calibrated, what calibrated.yaml says of the
+    solution). optimum: content of optimum.json; runs: those whose values the surface is fitted
+    to."""
+    fitted = with_value(runs, "response")
+    surface = fit_surface(fitted, [f.code for f in region], fitted["response"])
+    solution = {
+        "rule": optimum["rule"],
+        "attainable": optimum["attainable"],
+        "predicted": optimum["predicted"],
+        "confirmation_interval_95": optimum["confirmation_interval"],
+        "note": "One response does not fix several parameters: solution_set is the range of each "
+        "over all points that give the measured value. interval_95_others_held covers 95 % only "
+        "if the others are exactly right; the stage `posterior` gives the interval that covers it "
+        "whatever they are.",
+    }
+    return calibrated_entries(surface, region, optimum), {"solution": solution}
+
+
+def export_converted(study: Study, source: NamedFiles, output: Sequence[str]) -> None:
+    """Write the blocks of codes with other rolling laws, with what the search found."""
+    from calibration.telling.export.files import write_converted
+
+    rolling = study.summary("export_correction", "rolling")
+    write_converted(study, _spec(study, source), rolling, Path(output[0]).parent)
+
 
 STAGES = (
     Stage(name="export", title="Export", place=9),

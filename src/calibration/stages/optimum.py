@@ -27,6 +27,7 @@ from calibration.study.config import goals, read_target
 from calibration.study.factors import Factor
 from calibration.study.physical_limits import inside, physical_range
 from calibration.study.stage import Figure, Plan, Stage
+from calibration.telling.answer.words import given_nowhere, out_of_reach
 from dem.io.files import write_json
 
 if TYPE_CHECKING:
@@ -402,23 +403,6 @@ def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
         target = response.value(summary["target"])
         texts.append(f"The points of the region that give {target} reach over {reach}.")
     return texts
-
-
-def given_nowhere(summary: Mapping[str, Any]) -> bool:
-    """Whether no point of the region is predicted to give the target. Of several targets the
-    optimum is a compromise, and its solution set is what is nearly as desirable."""
-    return "desirability" not in summary and not summary.get("attainable", True)
-
-
-def out_of_reach(summary: Mapping[str, Any], response: Response) -> str:
-    """A sentence on a target that the surface gives nowhere in the region: how near it comes, and
-    how well it knows that."""
-    low, high = (response.value(end) for end in summary["confirmation_interval"])
-    return (
-        f"No point of the region is predicted to give {response.value(summary['target'])}: the "
-        f"chosen one comes nearest, with {response.value(summary['predicted'])} (95 % {low} to "
-        f"{high})."
-    )
 
 
 def _of_candidate(found, response):

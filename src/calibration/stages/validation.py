@@ -14,7 +14,7 @@ from calibration.chain.responses import naming_left_out, told, with_responses, w
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
-from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDED, verdict
+from calibration.statistics.equivalence import judged
 from calibration.statistics.numbers import difference_of
 from calibration.statistics.stated import Stated
 from calibration.statistics.validate import compare
@@ -150,22 +150,6 @@ def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
         if "difference" in found
     ]
     return [_difference(summary, response), *further]
-
-
-def verdict_of(found: Mapping[str, Any]) -> str:
-    """Whether heaps and readings are shown to be equivalent within the margin, or to differ by more
-    than it; undecided where neither."""
-    return verdict(found["equivalence_low"], found["equivalence_high"], found["margin"])
-
-
-def judged(found: Mapping[str, Any], unit: str) -> str:
-    """`verdict_of` in words, with the margin; unit as it is written behind a number."""
-    margin = f"{found['margin']:g}{unit}"
-    return {
-        EQUIVALENT: f"equivalent within ±{margin}",
-        DIFFERENT: f"different by more than {margin}",
-        UNDECIDED: f"not shown to be equivalent within ±{margin}",
-    }[verdict_of(found)]
 
 
 def _difference(found, response):

@@ -7,8 +7,9 @@ small difference known exactly is equivalent.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -222,3 +223,19 @@ def together(
                   else scipy.stats.f.sf(square / known, n, freedom))  # fmt: skip
     decision = decide(interval, runs, margin)
     return Together(n, float(d.mean()), math.sqrt(square), math.sqrt(true), p, decision)
+
+
+def verdict_of(found: Mapping[str, Any]) -> str:
+    """Whether heaps and readings are shown to be equivalent within the margin, or to differ by more
+    than it; undecided where neither."""
+    return verdict(found["equivalence_low"], found["equivalence_high"], found["margin"])
+
+
+def judged(found: Mapping[str, Any], unit: str) -> str:
+    """`verdict_of` in words, with the margin; unit as it is written behind a number."""
+    margin = f"{found['margin']:g}{unit}"
+    return {
+        EQUIVALENT: f"equivalent within ±{margin}",
+        DIFFERENT: f"different by more than {margin}",
+        UNDECIDED: f"not shown to be equivalent within ±{margin}",
+    }[verdict_of(found)]

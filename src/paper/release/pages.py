@@ -15,7 +15,7 @@ from calibration.chain.joint import words
 from calibration.figures import label, response_of
 from calibration.files import read_json, write_text
 from calibration.intake.tables import read_written
-from calibration.stages import validation
+from calibration.statistics.equivalence import judged
 from calibration.statistics.numbers import fixed
 from calibration.telling.export import trials
 from calibration.telling.kept_results import put
@@ -104,7 +104,7 @@ def filled(template: str, kept: Path) -> str:
         "config": lambda path: yaml.safe_load(Path(path).read_text("utf-8")),
         "printed": lambda name: read_written(f"data/paper/{name}.csv", comment="#"),
         "made": lambda *parts: made(parts, read_record(kept / "release.json")),
-        "judged": lambda found: validation.judged(found, "°"),
+        "judged": lambda found: judged(found, "°"),
         "audited": lambda: len(run_audit("data/paper")),
         "reproduction": read_written(
             kept / "salt" / "reproduction" / "reproduction.csv", dtype={"paper": str}

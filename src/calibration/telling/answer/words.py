@@ -6,8 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from calibration.figures import PLACES, label, response_of
-from calibration.stages.validation import judged, verdict_of
-from calibration.statistics.equivalence import UNDECIDED
+from calibration.statistics.equivalence import UNDECIDED, judged, verdict_of
 from calibration.statistics.numbers import difference_of, fixed
 from dem.units import without_unit
 
@@ -228,3 +227,20 @@ ASCII = str.maketrans({"±": "+-", "−": "-", "°": " deg", "µ": "u", "²": "2
 
 def _capital(text):
     return text[:1].upper() + text[1:]
+
+
+def given_nowhere(summary: Mapping[str, Any]) -> bool:
+    """Whether no point of the region is predicted to give the target. Of several targets the
+    optimum is a compromise, and its solution set is what is nearly as desirable."""
+    return "desirability" not in summary and not summary.get("attainable", True)
+
+
+def out_of_reach(summary: Mapping[str, Any], response: Response) -> str:
+    """A sentence on a target that the surface gives nowhere in the region: how near it comes, and
+    how well it knows that."""
+    low, high = (response.value(end) for end in summary["confirmation_interval"])
+    return (
+        f"No point of the region is predicted to give {response.value(summary['target'])}: the "
+        f"chosen one comes nearest, with {response.value(summary['predicted'])} (95 % {low} to "
+        f"{high})."
+    )

@@ -10,11 +10,13 @@ import yaml
 
 from calibration.intake.tables import read_table
 from calibration.statistics.surface import parameter_interval
-from calibration.study.config import states
+from calibration.study.config import point_spec, states
+from dem.fingerprint import engine_fingerprint
 from dem.spec import RunSpec
 from dem.units import in_ascii, unit_of
 
 if TYPE_CHECKING:
+    from calibration.chain.study import Study
     from calibration.statistics.surface import Surface
     from calibration.study.config import Config
     from calibration.study.factors import Choice, Factor
@@ -157,3 +159,41 @@ _Dumper.add_representer(float, _float)
 def to_yaml(data: Any) -> str:
     """YAML text of plain mappings, lists, numbers and words, in the order given."""
     return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)
+
+
+def calibrated_spec(
+    config: Config,
+    factors: Sequence[Factor | Choice],
+    optimum: Mapping[str, float | str],
+    seed: int | None = None,
+) -> dict[str, Any]:
+    """Run spec (a mapping) at the calibrated point {factor: level}; the study's first seed unless
+    given."""
+    levels = {**config.fixed, **optimum}
+    keys = {f.key: f.value(levels[f.name]) for f in factors if f.name in levels}
+    return point_spec(
+        config.own_run, config.experiment, keys, config.seed if seed is None else seed
+    )
+
+
+def engine_of(config: Config) -> str:
+    """What made the study's runs: this engine by its fingerprint, or another one by its version."""
+    other = config.own_run.get("engine")
+    if not other:
+        return engine_fingerprint()
+    return " ".join([other["name"], str(other["identity"].get("version", ""))]).strip()
+
+
+def known_parameters(
+    study: Study, spec: RunSpec, calibrated: Mapping[str, dict[str, Any]]
+) -> dict[str, dict[str, Any]]:
+    """`entries` of a run spec of a study; calibrated: those of the factors that were calibrated."""
+    config = study.config
+    return entries(
+        spec,
+        config.own_run,
+        calibrated,
+        fixed_entries(config, study.factors, study.bench_levels()),
+        published_values(config.published.tables),
+        config.published.names,
+    )

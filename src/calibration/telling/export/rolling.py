@@ -30,7 +30,6 @@ path, by what is missing, and more runs at the study's own scale say what became
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -50,14 +49,12 @@ from calibration.errors import CalibrationError
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_values, run_id, write_plan
 from calibration.statistics.validate import compare
-from calibration.study.config import overlay, point_spec
+from calibration.study.config import overlay
 from dem.errors import SpecError
 from dem.spec import parse_spec
 
 if TYPE_CHECKING:
     from calibration.chain.handed_over import NamedFiles
-    from calibration.study.config import Config
-    from calibration.study.factors import Choice, Factor
     from dem.spec import ContactSpec, RunSpec
 
 
@@ -88,21 +85,6 @@ def place(path: str, share: float, pair: ContactSpec) -> tuple[float, float]:
         return MOST_ROLLING, round(share * static, 6)
     top = min(2.0 * max(static, mu), MOST_ROLLING)
     return round(min(mu * (top / mu) ** share, MOST_ROLLING), 6), static
-
-
-def calibrated_spec(
-    config: Config,
-    factors: Sequence[Factor | Choice],
-    optimum: Mapping[str, float | str],
-    seed: int | None = None,
-) -> dict[str, Any]:
-    """Run spec (a mapping) at the calibrated point {factor: level}; the study's first seed unless
-    given."""
-    levels = {**config.fixed, **optimum}
-    keys = {f.key: f.value(levels[f.name]) for f in factors if f.name in levels}
-    return point_spec(
-        config.own_run, config.experiment, keys, config.seed if seed is None else seed
-    )
 
 
 def coarse(spec: dict[str, Any]) -> dict[str, Any]:

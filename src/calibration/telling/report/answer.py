@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from calibration.chain.study import Results
 from calibration.figures import PLACES, label
-from calibration.stages.optimum import given_nowhere, out_of_reach
 from calibration.telling.answer import words
 from calibration.telling.answer.schema import answer_of
+from calibration.telling.answer.words import given_nowhere, out_of_reach
 from calibration.telling.report.findings import predicts
 from dem.advice import limits_of
 from dem.errors import DemError
