@@ -13,8 +13,8 @@ import pandas as pd
 from scipy.stats import qmc
 
 from calibration.errors import CalibrationError
+from calibration.inference.gaussian_process import GaussianProcess
 from calibration.inference.joint.likelihood import Response
-from calibration.inference.scatter_emulator import ScatterEmulator
 from calibration.statistics.design import box_behnken
 from calibration.statistics.numbers import NORMAL_95
 from calibration.statistics.optimise import solve
@@ -76,7 +76,7 @@ def posterior(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The emulated posterior of the same runs, and the probable point nearest to the centre. x (n,
     3), y (n,) [deg]; returns point, low, high (3,) each, coded."""
-    emulator = ScatterEmulator(0.5 + 0.5 * x, y)
+    emulator = GaussianProcess().fit(0.5 + 0.5 * x, y)
     weight = _weights(emulator, bench)
     order = np.sort(weight)[::-1]
     probable = weight >= order[np.searchsorted(np.cumsum(order), 0.5)]
@@ -134,7 +134,7 @@ def history_matching(
     """The extent of what is not ruled out, which is no 95 % interval, and the point of it that is
     the most plausible. x (n, 3), y (n,) [deg]; returns point, low, high (3,) each, coded. Raises
     CalibrationError where all is ruled out."""
-    implausible = _implausible(ScatterEmulator(0.5 + 0.5 * x, y), bench)
+    implausible = _implausible(GaussianProcess().fit(0.5 + 0.5 * x, y), bench)
     left = CUBE[implausible <= CUT]
     if not len(left):
         raise CalibrationError("history matching has ruled out every point")
@@ -151,7 +151,7 @@ def _implausible(emulator, bench):
 def optimiser(bench: Bench, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, None, None]:
     """The point where its process is nearest to the target; it states no interval. x (n, 3), y (n,)
     [deg]; returns the coded point (3,)."""
-    emulator = ScatterEmulator(0.5 + 0.5 * x, y)
+    emulator = GaussianProcess().fit(0.5 + 0.5 * x, y)
     miss = np.abs(emulator.mean(0.5 + 0.5 * CUBE)[0] - bench.measured)
     return CUBE[np.argmin(miss)], None, None
 
@@ -161,7 +161,7 @@ def _in_batches(bench, runs, chosen):
     x = np.vstack([x, np.zeros((4, 3))])  # repeats at the centre tell the scatter
     y = bench.run(x)
     while len(x) < runs:
-        emulator = ScatterEmulator(0.5 + 0.5 * x, y)
+        emulator = GaussianProcess().fit(0.5 + 0.5 * x, y)
         more = chosen(emulator, min(BATCH, runs - len(x)))
         x, y = np.vstack([x, more]), np.concatenate([y, bench.run(more)])
     return x, y

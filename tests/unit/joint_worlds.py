@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import expit
 
+from calibration.inference.gaussian_process import GaussianProcess
 from calibration.inference.joint.likelihood import Joint, Response
 from calibration.inference.posterior_sampling import Prior
-from calibration.inference.scatter_emulator import ScatterEmulator
 from calibration.statistics.space_filling import space_filling
 
 KINDS = ("plane", "curved", "step", "two kinds", "inert factors", "scatter that triples")
@@ -60,7 +60,7 @@ class World:
         n = 30 + 10 * self.d
         x = space_filling(n, self.d, scrambled)
         x = np.concatenate([x, x[: n // 3]])
-        return [ScatterEmulator(x, self.draws(k, x, rng)) for k in range(self.responses)]
+        return [GaussianProcess().fit(x, self.draws(k, x, rng)) for k in range(self.responses)]
 
     def study(self, truth, emulators, rng):
         """`Joint` of `READINGS` readings of each response at the true parameters (d,)."""

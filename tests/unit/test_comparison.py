@@ -18,7 +18,7 @@ from benchmarks.ways.truths import (
     packed,
 )
 from benchmarks.ways.ways import CUBE, CUT, GRID, WAYS, _implausible, answer
-from calibration.inference.scatter_emulator import ScatterEmulator
+from calibration.inference.gaussian_process import GaussianProcess
 from paper.release.values import enough
 
 
@@ -123,7 +123,7 @@ def test_history_matching_rules_out_what_misses_and_keeps_what_meets():
     """On a plane without scatter what is left is a slab about the plane of the measured value."""
     bench = Bench.drawn(TRUTHS["nearly plane"], 3)
     x, y = WAYS["history matching"][0](bench, 47)
-    left = CUBE[_implausible(ScatterEmulator(0.5 + 0.5 * x, y), bench) <= CUT]
+    left = CUBE[_implausible(GaussianProcess().fit(0.5 + 0.5 * x, y), bench) <= CUT]
     apart = np.abs(TRUTHS["nearly plane"](left) - bench.measured)
     assert 0 < len(left) < 0.8 * len(CUBE)
     assert apart.max() < 2.5  # of a range of eleven degrees

@@ -24,7 +24,7 @@ class Linear:
     def mean(self, u):
         return self.a + u @ self.b, np.full(len(u), self.error**2)
 
-    def scatter(self, u):
+    def sd_of_run(self, u):
         return np.full(len(u), self.sd)
 
 

@@ -8,10 +8,10 @@ from scipy.special import expit
 
 from calibration.errors import CalibrationError
 from calibration.inference.chance_of_no_value import Chance
+from calibration.inference.gaussian_process import GaussianProcess
 from calibration.inference.information import expected_information, expected_spread
 from calibration.inference.joint.likelihood import Response
 from calibration.inference.posterior_sampling import Formed, Prior, sample
-from calibration.inference.scatter_emulator import ScatterEmulator
 from calibration.statistics.design import box_behnken
 from calibration.study.factors import Factor
 
@@ -106,7 +106,7 @@ def response(u):
 
 def trained(rng, points=24, repeats=3, sd=0.4):
     x = np.repeat(stats.qmc.Sobol(2, seed=rng).random(points + 8)[:points], repeats, axis=0)
-    return ScatterEmulator(x, response(x) + rng.normal(0.0, 1.0, len(x)) * sd)
+    return GaussianProcess().fit(x, response(x) + rng.normal(0.0, 1.0, len(x)) * sd)
 
 
 def test_the_emulator_finds_mean_and_scatter():
@@ -116,15 +116,40 @@ def test_the_emulator_finds_mean_and_scatter():
     miss = mean - response(u)
     assert np.sqrt(np.mean(miss**2)) < 0.3
     assert 0.4 < np.sqrt(np.mean(miss**2 / variance)) < 2.0
-    assert emulator.scatter(u).mean() == pytest.approx(0.4, rel=0.25)
+    assert emulator.sd_of_run(u).mean() == pytest.approx(0.4, rel=0.25)
+
+
+def test_what_the_process_predicts_together_is_what_it_predicts_apart():
+    """The diagonal of the covariance is the variance of each mean; next to each other both err
+    alike, far apart less so."""
+    emulator = trained(np.random.default_rng(1))
+    u = np.array([[0.3, 0.4], [0.301, 0.4], [0.9, 0.1]])
+    (mean, variance), (same, covariance) = emulator.mean(u), emulator.predict(u)
+    assert same == pytest.approx(mean)
+    assert np.diag(covariance) == pytest.approx(variance)
+    correlation = covariance / np.sqrt(np.outer(variance, variance))
+    assert correlation[0, 1] > 0.95
+    assert correlation[0, 2] < 0.7
+
+
+def test_a_mean_of_many_runs_counts_as_many_runs():
+    """Replicates as single runs and as their mean with its number give one process."""
+    x = np.repeat(np.linspace(0.0, 1.0, 9), 4)[:, None]
+    y = 8.0 * x[:, 0] + np.random.default_rng(3).normal(0.0, 0.4, len(x))
+    means = y.reshape(9, 4).mean(axis=1)
+    told = GaussianProcess(rough=False).fit(x[::4], means, np.full(9, 4.0))
+    alone = GaussianProcess(rough=False).fit(x[::4], means, np.ones(9))
+    assert told.sd_of_run(x[:1]) == pytest.approx(2.0 * alone.sd_of_run(x[:1]), rel=0.05)
+    for mine, other in zip(told.mean(x[::4]), alone.mean(x[::4]), strict=True):
+        assert mine == pytest.approx(other, rel=0.02)
 
 
 def test_scatter_that_varies_is_found():
     rng = np.random.default_rng(3)
     x = np.repeat(rng.random((30, 2)), 4, axis=0)
     sd = np.exp(-1.5 + 2.0 * x[:, 0])
-    emulator = ScatterEmulator(x, response(x) + sd * rng.normal(size=len(x)))
-    low, high = emulator.scatter(np.array([[0.0, 0.5], [1.0, 0.5]]))
+    emulator = GaussianProcess().fit(x, response(x) + sd * rng.normal(size=len(x)))
+    low, high = emulator.sd_of_run(np.array([[0.0, 0.5], [1.0, 0.5]]))
     assert low == pytest.approx(np.exp(-1.5), rel=0.5)
     assert high / low == pytest.approx(np.exp(2.0), rel=0.5)
 
@@ -141,7 +166,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say():
         y = 40 + 8 * x[:, 0] + 2 * np.sin(3 * x[:, 0]) + rng.normal(0, 0.5, len(x))
         truth = rng.random()
         mean = 40 + 8 * truth + 2 * np.sin(3 * truth) + rng.normal(0, 0.3)
-        value = measured(ScatterEmulator(x, y), mean, 0.3).log_likelihood(grid)
+        value = measured(GaussianProcess().fit(x, y), mean, 0.3).log_likelihood(grid)
         weight = np.cumsum(np.exp(value - value.max()))
         inside += 0.025 <= np.interp(truth, grid[:, 0], weight / weight[-1]) <= 0.975
     assert stats.binomtest(inside, draws, 0.95).pvalue > 0.001
@@ -177,9 +202,9 @@ def test_replicates_tell_the_scatter_that_few_points_hide():
     single = stats.qmc.Sobol(2, seed=rng).random(16)[:13]
     x = np.vstack([single, np.full((60, 2), 0.5)])
     for _ in range(12):
-        emulator = ScatterEmulator(x, response(x) + rng.normal(0.0, 1.5, len(x)))
+        emulator = GaussianProcess().fit(x, response(x) + rng.normal(0.0, 1.5, len(x)))
         mean, variance = emulator.mean(single)
-        assert emulator.scatter(x).mean() == pytest.approx(1.5, rel=0.35)
+        assert emulator.sd_of_run(x).mean() == pytest.approx(1.5, rel=0.35)
         miss.append((mean - response(single)) / np.sqrt(variance))
     assert 0.5 < np.sqrt(np.mean(np.square(miss))) < 1.4
 
@@ -195,6 +220,8 @@ def test_a_design_of_three_levels_tells_what_lies_between_them():
     miss = []
     for _ in range(20):
         y = 50.0 - 8.0 * np.exp(-2.5 * x[:, 2]) + rng.normal(0.0, 0.9, len(x))
-        miss.append(ScatterEmulator(x, y).mean(between)[0][0] - 50.0 + 8.0 * np.exp(-2.5 * 0.75))
+        miss.append(
+            GaussianProcess().fit(x, y).mean(between)[0][0] - 50.0 + 8.0 * np.exp(-2.5 * 0.75)
+        )
     # the means of the two levels beside it have standard errors of 0.45 and 0.15
     assert np.sqrt(np.mean(np.square(miss))) < 0.8

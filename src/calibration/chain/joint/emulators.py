@@ -11,9 +11,9 @@ import pandas as pd
 
 from calibration.errors import CalibrationError
 from calibration.inference.chance_of_no_value import Chance
+from calibration.inference.gaussian_process import GaussianProcess
 from calibration.inference.joint.likelihood import Joint, Response
 from calibration.inference.posterior_sampling import Formed, Prior
-from calibration.inference.scatter_emulator import ScatterEmulator
 from calibration.runs.plans import read_values
 from calibration.study.config.joint import joint_factors
 
@@ -45,7 +45,7 @@ class Emulators:
 
     def __init__(self, factors: Sequence[Any], design: pd.DataFrame) -> None:
         self.factors, self.design = factors, design
-        self._kept: dict[tuple[str, str], ScatterEmulator] = {}
+        self._kept: dict[tuple[str, str], GaussianProcess] = {}
 
     def inputs(self, rig: str) -> tuple[pd.DataFrame, np.ndarray]:
         """(table of the rig's runs, their levels (n, d) in [0, 1])."""
@@ -58,7 +58,7 @@ class Emulators:
         runs, _ = self.inputs(rig)
         return np.column_stack([read_values(runs["run_id"], m) for m in metrics])
 
-    def of(self, rig: str, metric: str) -> ScatterEmulator:
+    def of(self, rig: str, metric: str) -> GaussianProcess:
         """The emulator of a metric. Raises CalibrationError naming rig and metric where too few
         runs gave a value, or all the same."""
         if (rig, metric) not in self._kept:
@@ -66,12 +66,12 @@ class Emulators:
             values = self.values(rig, [metric])[:, 0]
             has = np.isfinite(values)
             try:
-                self._kept[rig, metric] = ScatterEmulator(u[has], values[has])
+                self._kept[rig, metric] = GaussianProcess().fit(u[has], values[has])
             except CalibrationError as error:
                 raise CalibrationError(f"rig {rig}, {metric}: {error}") from None
         return self._kept[rig, metric]
 
-    def known(self, rig: str, metrics: Sequence[str]) -> dict[str, ScatterEmulator]:
+    def known(self, rig: str, metrics: Sequence[str]) -> dict[str, GaussianProcess]:
         """{metric: emulator} of those metrics that the rig's runs tell."""
         found = {}
         for metric in metrics:

@@ -60,7 +60,7 @@ def rank(
 
 def _told(candidate, u, wanted, seed):
     mean, variance = candidate.emulator.mean(u)
-    reading = np.maximum(candidate.emulator.scatter(u), candidate.reading_sd)
+    reading = np.maximum(candidate.emulator.sd_of_run(u), candidate.reading_sd)
     error = np.sqrt(variance + reading**2 / candidate.readings)
     # a deterministic test has no scatter and an emulator that knows a run has no error there
     error = np.maximum(error, 1e-6 * max(np.abs(mean).max(), 1e-12))

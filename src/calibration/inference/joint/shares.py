@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from sklearn.linear_model import LinearRegression
 
+from calibration.inference.gaussian_process import GaussianProcess
 from calibration.inference.joint.critique import thinned
-from calibration.inference.scatter_emulator import ScatterEmulator
 
 TERMS = 3
 """Degree of the polynomial in one parameter by which the mean given this parameter is found."""
@@ -54,11 +54,11 @@ def _explained(terms, y):
 
 
 def pushed(
-    emulator: ScatterEmulator, draws: np.ndarray, seed: int = 1, count: int = 2000
+    emulator: GaussianProcess, draws: np.ndarray, seed: int = 1, count: int = 2000
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(u (k, d), means (k,), single runs (k,)) that draws expect, the emulator's error in both and
     the seeds' scatter in the second."""
     u, rng = thinned(draws, count), np.random.default_rng(seed)
     mean, variance = emulator.mean(u)
     many = rng.normal(mean, np.sqrt(variance))
-    return u, many, rng.normal(many, emulator.scatter(u))
+    return u, many, rng.normal(many, emulator.sd_of_run(u))

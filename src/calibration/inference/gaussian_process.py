@@ -1,0 +1,163 @@
+"""The Gaussian process of a response over coded inputs, trained by runs."""
+
+import warnings
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.linalg import solve_triangular
+from scipy.spatial.distance import cdist
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import RBF, ConstantKernel, DotProduct, Matern, Sum
+
+from calibration.errors import CalibrationError
+from calibration.inference.emulator import _lengths, _Scatter
+
+LEAST_ROUGH_LENGTH = 0.1
+"""Length of the rough part from which on it can bend, of the inputs' range."""
+LEAST_ROUGH = 1e-4
+"""Variance of the rough part, in that of the response, below which it counts as none."""
+
+
+class GaussianProcess:
+    """A response over x in [0, 1]^d that scatters from run to run.
+
+    The process has a smooth part (squared exponential), a linear trend and, where it is `rough`, a
+    part that may bend sharply or step (Matern, nu 1/2); each part has a length an input. Their
+    shares are fitted with the scatter by maximum likelihood. Of a smooth response the rough share
+    vanishes; at a step it grows, and so does the error between runs.
+    """
+
+    def __init__(self, rough: bool = True) -> None:
+        self.rough = rough
+
+    def fit(self, x: ArrayLike, y: ArrayLike, runs: ArrayLike | None = None) -> "GaussianProcess":
+        """Train by responses y (n,) at inputs x (n, d) in [0, 1]; `runs` (n,) says of how many runs
+        each is the mean. Returns the process.
+
+        Without `runs` each is a single run, and how the scatter varies replicates tell, where they
+        stand at several points: the log variance within points is linear in x (gamma regression:
+        Harvey 1976, Econometrica 44:461). The scatter itself is not held at what replicates alone
+        say of it: that of a dozen is wrong by a fifth, and the errors of the mean would be wrong
+        with it. Raises CalibrationError for single runs that are too few, or all alike.
+        """
+        self.x, y = np.asarray(x, float), np.asarray(y, float)
+        alike = np.zeros(1 + self.x.shape[1])
+        self._log_variance = _log_variance(self.x, y) if runs is None else alike
+        local = self._variance_of_run(self.x)
+        self._usual = float(local.mean())
+        weights = self._usual / local if runs is None else np.asarray(runs, float)
+        self.middle, self.spread = float(y.mean()), float(y.std()) or 1.0
+        noise = 0.1 if self.rough else 1e-3
+        kernel = _kernel(self.x, self.rough, noise, weights)
+        process = GaussianProcessRegressor(kernel, n_restarts_optimizer=1, random_state=0)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ConvergenceWarning)  # a length at its bound is no fault
+            process.fit(self.x, (y - self.middle) / self.spread)
+        self._keep(process)
+        return self
+
+    def _keep(self, process):
+        """What predictions need of the fitted process: the kernels' own calls take ten times as
+        long at few points, and a sampler makes thousands."""
+        *parts, scatter = _summands(process.kernel_)
+        smooth, trend = parts[:2]
+        bent = [smooth, *parts[2:]]
+        self._variances = np.array([p.k1.constant_value for p in bent])
+        self._lengths = np.array(
+            [np.broadcast_to(p.k2.length_scale, self.x.shape[1]) for p in bent]
+        )
+        self._linear = trend.k1.constant_value
+        self._offset = self._linear * trend.k2.sigma_0**2
+        self.noise, self.alpha = scatter.noise_level, process.alpha_
+        # the inverse's root: its square is the inverse of the runs' covariance
+        self._root = solve_triangular(process.L_, np.eye(len(self.x)), lower=True).T
+
+    def mean(self, x: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        """(mean, variance of that mean), (k,) each, at x (k, d)."""
+        x = np.atleast_2d(np.asarray(x, float))
+        cross = self._covariance(x, self.x)
+        known = cross @ self._root
+        own = self._variances.sum() + self._offset + self._linear * (x * x).sum(axis=1)
+        left = np.maximum(own - (known * known).sum(axis=1), 0.0)
+        return self.middle + self.spread * (cross @ self.alpha), self.spread**2 * left
+
+    def predict(self, x: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        """(mean (k,), its covariance (k, k)) at x (k, d): it is wrong smoothly."""
+        x = np.atleast_2d(np.asarray(x, float))
+        cross = self._covariance(x, self.x)
+        known = cross @ self._root
+        left = self._covariance(x, x) - known @ known.T
+        return self.middle + self.spread * (cross @ self.alpha), self.spread**2 * left
+
+    def sd_of_run(self, x: ArrayLike) -> np.ndarray:
+        """Standard deviation (k,) of a single run about the mean at x (k, d)."""
+        x = np.atleast_2d(np.asarray(x, float))
+        share: np.ndarray = self._variance_of_run(x) / self._usual
+        return self.spread * np.sqrt(self.noise * share)
+
+    def _variance_of_run(self, x):
+        return np.exp(self._log_variance[0] + x @ self._log_variance[1:])
+
+    def _covariance(self, x, y):
+        """Prior covariance (k, m) of the responses, without scatter, at (k, d) and (m, d)."""
+        smooth, *rough = self._lengths
+        found = self._variances[0] * np.exp(-0.5 * cdist(x / smooth, y / smooth, "sqeuclidean"))
+        for variance, length in zip(self._variances[1:], rough, strict=True):
+            found += variance * np.exp(-cdist(x / length, y / length))
+        return found + self._linear * (x @ y.T) + self._offset
+
+
+def _kernel(x, rough, noise, weights):
+    """Kernel of responses at inputs x (n, d) with weights (n,), its summands in the order smooth,
+    trend, rough, scatter."""
+    lengths = np.full(x.shape[1], 1.5)
+    kernel = ConstantKernel(1.0, (1e-3, 1e3)) * RBF(lengths, _lengths(x))
+    kernel += ConstantKernel(1.0, (1e-4, 1e2)) * DotProduct(1.0, (1e-2, 1e2))
+    if rough:
+        bounds = _lengths(x, LEAST_ROUGH_LENGTH)
+        bent = Matern(lengths / 3.0, bounds, nu=0.5)
+        kernel += ConstantKernel(0.1, (LEAST_ROUGH, 10.0)) * bent
+    return kernel + _Scatter(noise, (1e-8, 1.0), weights)
+
+
+def _summands(kernel):
+    return [*_summands(kernel.k1), kernel.k2] if isinstance(kernel, Sum) else [kernel]
+
+
+def _log_variance(x, y):
+    """Coefficients (1 + d,) of the logarithm of the variance of single runs y (n,) about the mean
+    of their point; zero, for as much everywhere, where fewer than twice as many points are
+    repeated."""
+    n, d = x.shape
+    if n < d + 3 or np.ptp(y) == 0.0:
+        raise CalibrationError(
+            f"{n} runs do not tell a response over {d} factors: at least {d + 3} are needed, whose "
+            "responses differ"
+        )
+    points, of = np.unique(np.round(x, 9), axis=0, return_inverse=True)
+    of, runs = of.ravel(), np.bincount(of.ravel())
+    repeated, residual = runs > 1, y - (np.bincount(of, y) / runs)[of]
+    freedom, squares = runs[repeated] - 1, np.bincount(of, residual**2)[repeated]
+    if repeated.sum() < 2 * (d + 1) or squares.sum() == 0.0:
+        return np.zeros(1 + d)
+    start = np.append(np.log(squares.sum() / freedom.sum()), np.zeros(d))
+    return _gamma_regression(points[repeated], squares / freedom, freedom, start)
+
+
+def _gamma_regression(x, variance, freedom, start, penalty=1.0):
+    """Fisher scoring of log variance = b0 + b x from variances (n,) on `freedom` degrees; slopes
+    are shrunk by a unit normal prior, so that few replicates do not make a variance model of
+    chance."""
+    matrix = np.column_stack([np.ones(len(x)), x])
+    prior = penalty * np.eye(matrix.shape[1])
+    prior[0, 0] = 0.0
+    beta = start
+    for _ in range(50):
+        ratio = variance / np.exp(matrix @ beta)
+        score = matrix.T @ (0.5 * freedom * (ratio - 1.0)) - prior @ beta
+        step = np.linalg.solve(matrix.T @ (0.5 * freedom[:, None] * matrix) + prior, score)
+        beta = beta + np.clip(step, -1.0, 1.0)
+        if np.abs(step).max() < 1e-8:
+            break
+    return beta
