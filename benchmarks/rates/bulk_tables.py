@@ -32,6 +32,7 @@ from calibration.intake.quantities import LEVERS, QUANTITIES, measurable
 from calibration.study.config.parse import parse_config
 from diagnosis import stages
 from diagnosis.declared import WAVES
+from diagnosis.page.words import WITHOUT
 from diagnosis.settings import study_settings
 from diagnosis.setup import Setup
 
@@ -360,14 +361,14 @@ def told(rows: pd.DataFrame) -> list[str]:
     for effect, kinds in EFFECTS.items():
         for kind in kinds if effect in RIGHT else ():
             own = rows[(rows["effect"] == effect) & (rows["kind"] == kind)]
-            wrong = own["verdict"] != "adequate"
+            wrong = ~own["verdict"].isin(WITHOUT)
             out.append((f"{kind}, {effect}: its place leads", own["leads"]))
             out.append((f"{kind}, {effect}: something is said to be wrong", wrong))
     hidden = rows[rows["effect"].isin(list(RIGHT))]
     sure = (hidden["claimed"] == 1) & (hidden["leads"] == 1) & (hidden["wrong_name"] == 0)
     out += [
         ("a law: its place leads", hidden["leads"]),
-        ("a law: something is said to be wrong", hidden["verdict"] != "adequate"),
+        ("a law: something is said to be wrong", ~hidden["verdict"].isin(WITHOUT)),
         ("a law: its place without a doubt, and no wrong name", sure),
         ("one level off: no law", ~off["claimed"].astype(bool)),
         ("one level off: the row is pointed at", off["rows"] > 0),

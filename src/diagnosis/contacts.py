@@ -25,7 +25,9 @@ from diagnosis.laws.readings import FREE, IN_AIR, from_log, readings_of
 from diagnosis.power import power
 from diagnosis.residuals import by_chance, tails, trends
 from diagnosis.table_model.block import LEVEL_SD
+from diagnosis.table_model.curve import BAND
 from diagnosis.table_model.found import discover, limits, table_misfit
+from diagnosis.table_model.limits import strength_limits
 from diagnosis.withdrawal import withdraw_refuted
 
 if TYPE_CHECKING:
@@ -120,6 +122,10 @@ def with_engine(
         own = [row for row in verdict["laws"] if row["key"] in block.held]
         if not own:
             continue
+        strong = {n: s for row in own for n, s in _strengths(row, block, catalogue).items()}
+        for ranked in verdict.get("ranking", ()):
+            if ranked["mechanism"] in strong and ranked["experiment"] == own[0]["experiment"]:
+                ranked["strength"] = {ranked["mechanism"]: strong[ranked["mechanism"]]}
         names = {row["key"]: row["names"][0] if row["names"] else None for row in own}
         by_key = compared(measurements, block, names, engine)
         parts.append(by_key[None])
@@ -135,6 +141,22 @@ def with_engine(
     verdict["exclusion"] = limits(found, catalogue)
     verdict["test"] = prediction_test.of_contacts(verdict, measurements, found, engine, held_out)
     return verdict
+
+
+def _strengths(row, block, catalogue):
+    """{mechanism: {name, unit, value, low, high}} of those that a law is left: the strength with
+    its 95 % interval, cut at its range."""
+    out, term = {}, block.terms[row["key"]]
+    for shape in term.shapes:
+        if shape.name not in row["strengths"] or not shape.catalogue:
+            continue
+        own = catalogue[shape.name].strength
+        limits = strength_limits(block, term, shape, 0.5 + 0.5 * BAND)
+        ends = [own.natural(e if c is None else c) for c, e in zip(limits, (0.0, 1.0), strict=True)]
+        low, high = sorted(map(float, ends))
+        out[shape.name] = {"name": own.name, "unit": own.unit, "low": low, "high": high}
+        out[shape.name]["value"] = row["strengths"][shape.name]
+    return out
 
 
 def defaults_of(settings: Settings, experiments: Iterable[str]) -> dict[str, dict[str, float]]:

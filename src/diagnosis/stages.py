@@ -44,7 +44,7 @@ from diagnosis.setup import Setup
 from diagnosis.single_setting import with_single
 from diagnosis.untried import with_untried
 from diagnosis.verdict import extended_name, findings, unexplained, validate
-from diagnosis.withdrawal import withdraw_refuted
+from diagnosis.withdrawal import undecided, withdraw_refuted
 
 if TYPE_CHECKING:
     from calibration.chain.handed_over import NamedFiles
@@ -256,7 +256,7 @@ def conclude(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
         refit = refit_of(rows, "after", len(measurements))[own]
         verdict["gain"] = gain([measurements[i] for i in own], *pair, shared=sds, refit=refit)  # type: ignore[arg-type, misc]
         verdict["extended_with"] = extension["mechanisms"]
-    verdict = verdict if setup.of_contacts else withdraw_refuted(verdict)
+    verdict = verdict if setup.of_contacts else undecided(withdraw_refuted(verdict))
     if verdict["verdict"] == "unexplained" and "discrepancy" not in verdict:
         verdict |= unexplained(verdict["residuals"])
     verdict["first_lines"] = first_lines(verdict)

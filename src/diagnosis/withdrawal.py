@@ -1,4 +1,5 @@
-"""Names that the engine's runs withdraw: what is named must also predict settings left out.
+"""What the engine's runs withdraw: a name that does not predict settings left out, and a base model
+that is called adequate though the simulations could not have shown it wrong.
 
 A mechanism can win the comparison and still be wrong: it was only the best of those tried.
 """
@@ -7,8 +8,36 @@ from typing import Any
 
 from calibration.figures import label
 from diagnosis.extend import FIT
+from diagnosis.page.words import in_unit, quantity
+from diagnosis.settings import BASE
+from diagnosis.time_step import SURE
 
 NAMING = ("identified", "discovered", "ambiguous")
+
+FAR = 3.0
+"""Error of the base model's emulator, or sure change by half the time step, over the error of the
+readings, from which on an adequate base model is not decided."""
+
+
+def undecided(verdict: dict[str, Any]) -> dict[str, Any]:
+    """The mapping of verdict.json of emulated experiments: `not decided` in place of `adequate`
+    where a check of the simulations fails by FAR, with what would decide it as its reason."""
+    if verdict["verdict"] != "adequate":
+        return verdict
+    told = [
+        f"the simulations' own error is {r['error']:.2g} times the readings' "
+        f"({quantity(r['experiment'])}), which more runs lessen"
+        for r in verdict["refinement"]["left"]
+        if r["mechanism"] == BASE and r["error"] > FAR
+    ]
+    told += [
+        f"half the time step moves the {quantity(r['experiment'])} by "
+        f"{in_unit(r['experiment'], r['change'], '+.2g')}, {abs(r['change'] / r['error']):.2g} "
+        "times the reading's error, which a finer step (`numerics`) decides"
+        for r in verdict.get("time_step") or ()
+        if abs(r["change"]) - SURE * r["uncertain"] > FAR * r["error"]
+    ]
+    return verdict | {"verdict": "not decided", "reason": "; ".join(told)} if told else verdict
 
 
 def withdraw_refuted(verdict: dict[str, Any]) -> dict[str, Any]:

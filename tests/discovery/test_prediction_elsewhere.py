@@ -7,8 +7,9 @@ import pytest
 from benchmarks.rates.strangers.ask import study
 from calibration.intake.measurements import Measurement
 from diagnosis.catalogue import Mechanism, Strength
-from diagnosis.contacts import told
+from diagnosis.contacts import discovered, of_found, told, with_engine
 from diagnosis.laws.known import with_coefficient
+from diagnosis.page.cause import cause
 
 POWER, SIZES = 0.15, (1.0, 1.4, 2.0, 2.8, 4.0)
 
@@ -76,3 +77,15 @@ def test_one_row_alone_says_nothing_where_nothing_was_fitted_there():
     [row] = rebounds(rng, 0.0, (80.0,), 90)[:1]
     test = told(slides(rng), study()[0], CATALOGUE, [row])["test"]
     assert (test["outcome"], test["rows"]) == ("open", [])
+
+
+@pytest.mark.slow
+def test_a_named_mechanism_has_its_strength_beside_its_gain():
+    rig, table = study()[0], slides(np.random.default_rng(8))
+    found = discovered(table, rig, CATALOGUE)
+    verdict = of_found(found) | {"ranking": found.ranking}
+    said = with_engine(verdict, table, found, rig, CATALOGUE)
+    [own] = [r["strength"]["coating"] for r in said["ranking"] if r.get("strength")]
+    assert own["low"] < POWER < own["high"]
+    assert own["value"] == said["laws"][0]["strengths"]["coating"]
+    assert "exponent" in cause(said)

@@ -253,3 +253,29 @@ def test_the_engine_withdraws_a_name(interval, after, verdict):
     assert said["verdict"] == verdict
     assert bool(said["causes"]) == (verdict == "identified")
     assert bool(said["laws"][0]["names"]) == (verdict == "identified")
+
+
+def test_of_two_instruments_the_one_that_reads_higher_is_named():
+    """B reads 3 % higher than A; each height and size is read by both."""
+    measured = []
+    for k, name in enumerate("AB"):
+        read = drops(lambda h, d, k=k: 0.7 * 1.03 ** (0.5 * k), seed=k)
+        measured += [replace(m, instrument=name) for m in read]
+    said = found(measured)
+    [error] = [e for e in said.errors if e["what"] == "declared"]
+    assert error["offsets"]["B"] - error["offsets"]["A"] == pytest.approx(0.03, abs=0.01)
+    assert tells(error["sentence"], "higher with instrument B than with A")
+
+
+def test_a_column_that_holds_zero_and_less_is_told_as_it_was_recorded():
+    """The restitution falls by a tenth from -10 to 40 degrees."""
+    degrees = np.linspace(-10.0, 40.0, 12)
+    measured = [
+        replace(m, value=m.value * (1.0 - 0.002 * (t + 10.0)) ** 2, covariates={"degrees": t})
+        for m, t in zip(drops(lambda h, d: 0.8), degrees, strict=True)
+    ]
+    said = found(measured)
+    [law] = [law for law in said.laws if law["state"] == ["degrees"]]
+    states = [v["state"] for v in law["values"]]
+    assert (min(states), max(states)) == pytest.approx((-10.0, 40.0))
+    assert law["supported_range"] == {"degrees": pytest.approx([-10.0, 40.0])}

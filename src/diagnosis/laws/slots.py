@@ -300,6 +300,15 @@ def _positive(value):
     return np.exp(2.0 * (value - value.mean()) / np.ptp(value))
 
 
+def natural(law: FreeLaw, levers: Mapping[str, np.ndarray], log: np.ndarray) -> np.ndarray:
+    """The state of a law (k,) at logarithms of its coordinate (k,): a column that holds zero or
+    less as it was recorded."""
+    own = levers.get(law.state[0]) if len(law.state) == 1 else None
+    if own is None or (own > 0.0).all():
+        return np.exp(log)
+    return own.mean() + 0.5 * np.ptp(own) * log
+
+
 def coordinates(readings: Readings) -> dict[str, np.ndarray]:
     """{name: (n,)} of levers and covariates, of which laws take their states."""
     return readings.levers | readings.covariates

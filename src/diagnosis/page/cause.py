@@ -6,7 +6,7 @@ from typing import Any
 from calibration.figures import label
 from calibration.intake.quantities import LEVERS
 from diagnosis.catalogue import load_catalogue
-from diagnosis.page.words import odds, place
+from diagnosis.page.words import amount, odds, place
 
 MOST_RIVALS = 3
 EVEN = 0.7
@@ -17,7 +17,12 @@ def cause(verdict: Mapping[str, Any]) -> str:
     """The cause, by the mapping of verdict.json."""
     said = verdict["verdict"]
     if said == "adequate":
+        told = [e["sentence"] for e in verdict.get("errors") or [] if e.get("sentence")]
+        if told:
+            return f"no law and no single row is called for. {' '.join(told)}"
         return "no law, no error of the set-up and no single row is called for"
+    if said == "not decided":
+        return f"this does not decide that nothing is missing: {verdict['reason']}"
     if said == "unexplained":
         best = verdict.get("best_tried")
         names = " and ".join(label(c) for c in best or ())
@@ -77,7 +82,20 @@ def _level(like):
 def _identified(verdict):
     own = {law["names"][0]: law for law in verdict.get("laws") or [] if len(law["names"]) == 1}
     names = list(dict.fromkeys(n for c in verdict["causes"] for n in c.split(" + ")))
-    return "; and ".join(_described(n, own.get(n)) for n in names)
+    return "; and ".join(_described(n, own.get(n)) + _strength(verdict, n) for n in names)
+
+
+def _strength(verdict, name):
+    """How strong a named mechanism is, with its 95 % interval; nothing where no fit says it."""
+    rows = [r.get("strength") or {} for r in verdict.get("ranking") or []]
+    found = next((r[name] for r in rows if name in r), None)
+    if found is None:
+        return ""
+    value, ends = (
+        amount(found["value"], found["unit"]),
+        f"{found['low']:.3g} to {found['high']:.3g}",
+    )
+    return f", {found['name']} {value} (95 %: {ends})"
 
 
 def _described(name, law=None):

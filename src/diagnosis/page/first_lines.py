@@ -9,9 +9,7 @@ import numpy as np
 from calibration.intake.quantities import LEVERS, QUANTITIES
 from diagnosis.page.cause import cause, lines_of, pointed, scattered
 from diagnosis.page.following import following
-from diagnosis.page.words import chance, in_unit, quantity, sentence, setting
-
-WITHOUT = ("adequate",)
+from diagnosis.page.words import WITHOUT, chance, in_unit, quantity, sentence, setting
 
 
 def first_lines(verdict: Mapping[str, Any]) -> list[str]:

@@ -6,10 +6,13 @@ from typing import Any
 from calibration.figures import label
 from calibration.intake.quantities import LEVERS, QUANTITIES
 from diagnosis.page.cause import lines_of, pointed, scattered
-from diagnosis.page.words import amount, capital, chance, in_unit, quantity, setting
+from diagnosis.page.words import WITHOUT, amount, capital, chance, in_unit, quantity, setting
 from diagnosis.settings import BASE
 
 MOST_TOLD = 2
+OPEN = ("adequate", "ambiguous", "discovered", "unexplained")
+"""Verdicts that more readings may change."""
+
 HINT = 0.2
 """Chance of the misfit, or of the best mechanism's gain, from which on an adequate table of
 emulated experiments says nothing of that mechanism."""
@@ -18,9 +21,10 @@ emulated experiments says nothing of that mechanism."""
 def following(verdict: Mapping[str, Any]) -> str | None:
     """The cost by the engine's own runs, the measurement that tells most, or what the data
     exclude and what keeps them from excluding more."""
-    if verdict["verdict"] == "adequate":
-        return _joined(f(verdict) for f in (_excluded, _hinted, _at_an_end, _too_rough))
-    return _joined((_untried(verdict), _cost(verdict) or _next(verdict)))
+    if verdict["verdict"] in WITHOUT:
+        return _joined(f(verdict) for f in (_excluded, _hinted, _at_an_end, _what_decides))
+    told = _untried(verdict), _cost(verdict) or _next(verdict), _what_decides(verdict)
+    return _joined(told)
 
 
 def _joined(texts):
@@ -182,12 +186,31 @@ def _at_an_end(verdict):
     )
 
 
-def _too_rough(verdict):
-    """The experiments whose emulators' error hides what the readings could show."""
-    rows = (verdict.get("refinement") or {}).get("left") or ()
-    rough = [r for r in rows if r["mechanism"] == BASE and not r["enough"]]
-    told = [f"{r['error']:.2g} times the readings' ({quantity(r['experiment'])})" for r in rough]
-    return told and (
-        f"the simulations' own error is {' and '.join(told)}, and a smaller effect stays hidden: "
-        "more runs (`diagnosis: runs`) lessen it"
+def _what_decides(verdict):
+    """Whether more runs or other readings would tell more, of emulated experiments."""
+    left = (verdict.get("refinement") or {}).get("left") or ()
+    rough = [r for r in left if r["mechanism"] == BASE and not r["enough"]]
+    if not left or (not rough and verdict["verdict"] not in OPEN):
+        return None
+    if not rough:
+        return (
+            "no number of runs would tell more: the simulations' own error is small beside the "
+            "readings', and further readings decide"
+        )
+    made = {r["experiment"]: r["runs"] for r in verdict["emulators"] if r["mechanism"] == BASE}
+    share = verdict["refinement"]["share"]
+    told = [
+        f"{r['error']:.2g} times the readings' ({quantity(r['experiment'])}), and about "
+        f"{_round(made[r['experiment']] * (r['error'] / share) ** 2)} runs of it in place of "
+        f"{made[r['experiment']]} would bring it to {share:g}"
+        for r in rough
+    ]
+    return (
+        f"a smaller effect stays hidden, and more runs (`diagnosis: runs`) show it: the base "
+        f"model's own error is {'; '.join(told)}"
     )
+
+
+def _round(count):
+    """A number of runs to two digits."""
+    return f"{float(f'{count:.2g}'):,.0f}"

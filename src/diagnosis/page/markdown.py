@@ -60,6 +60,7 @@ def page(verdict: Mapping[str, Any]) -> str:
         },
         excluded=_excluded(verdict),
         LEVERS=LEVERS,
+        without=words.WITHOUT,
     )
     return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
 

@@ -9,6 +9,9 @@ import yaml
 from calibration.figures import label
 from calibration.intake.quantities import LEVERS, QUANTITIES
 
+WITHOUT = ("adequate", "not decided")
+"""Verdicts that find nothing wrong."""
+
 MOST_ODDS = 1000.0
 """Odds that are told: no data of a laboratory bear more, for a model is never right to one in a
 thousand."""

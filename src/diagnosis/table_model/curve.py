@@ -15,7 +15,7 @@ import numpy as np
 from calibration.statistics.numbers import NORMAL_95
 from diagnosis.laws.forms import factors_of
 from diagnosis.laws.readings import IN_AIR, SHAPE
-from diagnosis.laws.slots import coordinates, scaled
+from diagnosis.laws.slots import coordinates, natural, scaled
 from diagnosis.table_model.block import LEVEL_SD, Block
 from diagnosis.table_model.log_sum import log_sum
 from diagnosis.table_model.terms.laws import BENDS, FREE, SIZES, bend
@@ -105,7 +105,7 @@ def _multiplied(rest, law):
     low, high = _band(drawn, mean)
     power = 1.0 / IN_AIR if law.experiment == "drop" else 1.0
     most = 1.0 if law.slot == "restitution" else np.inf
-    state = np.exp(middle + half * at)
+    state = natural(law, coordinates(readings), middle + half * at)
     rows = _rows(state, lambda k, v: min(np.exp(power * v), most), mean, low, high)
     return rows, {" x ".join(law.state): [float(state[0]), float(state[-1])]}
 
@@ -140,7 +140,7 @@ def _added(rest, term, law):
     if law.coordinate:
         _, middle, half = scaled(law, levers)
         at = np.linspace(-1.0, 1.0, POINTS)
-        state = np.exp(middle + half * at)
+        state = natural(law, levers, middle + half * at)
     else:
         at, half, state = np.zeros(1), 0.0, np.ones(1)
     rng, factors = np.random.default_rng(5), factors_of(law)

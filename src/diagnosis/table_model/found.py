@@ -109,7 +109,7 @@ def discover(
     for kind, block in found.blocks.items():
         for key in block.held:
             _add(out, measurements, block, key)
-        out.errors += _declared(kind, block)
+        out.errors += _declared(measurements, kind, block)
     if left["p"] < MISFIT:
         out.errors += [e for b in found.blocks.values() for e in _settings(b, left["p"])]
         out.scattered = chosen.misfit(found.blocks, seed, chance[-1], scatter=True)
@@ -372,22 +372,40 @@ def _looks_like(block, place, at):
     )
 
 
-def _declared(kind, block):
-    """Errors of declared batches and instruments that are there almost surely."""
+def _declared(measurements, kind, block):
+    """Errors of declared batches and instruments that are there almost surely, with how much each
+    of them reads too high or too low, as a share of the mean of all."""
     y = block.readings.log
     share, out = block.shares(y), []
-    for name in block.readings.groups:
+    for name, code in block.readings.groups.items():
         there = float(share @ np.array([name in c for c in block.sds]))
         if there > SURE:
-            sd = block.sd_of(name, y)
-            text = (
-                f"From {name} to {name} the {QUANTITIES[kind].words} differs by {100 * sd:.2g} %."
-            )
+            labels = sorted({getattr(measurements[i], name) for i in block.readings.rows})
+            offsets = dict(zip(labels, _offsets(block, code), strict=True))
+            told = ", ".join(f"{100 * v:+.2g} % with {n or 'none'}" for n, v in offsets.items())
+            text = f"Each {name} has an error of its own in the {QUANTITIES[kind].words}: {told}."
+            if len(offsets) == 2:
+                (low, least), (high, most) = sorted(offsets.items(), key=lambda pair: pair[1])
+                apart = 100 * ((1.0 + most) / (1.0 + least) - 1.0)
+                text = (
+                    f"The {QUANTITIES[kind].words} reads {apart:.2g} % higher with {name} "
+                    f"{high or 'none'} than with {low or 'none'}."
+                )
             out.append({"experiment": kind, "key": f"{kind}:{name}", "of": name, "what": "declared",
-                        "sd": sd, "p": 1.0 - there,
+                        "sd": block.sd_of(name, y), "offsets": offsets, "p": 1.0 - there,
                         "evidence": float(np.log(there / max(1.0 - there, 1e-9))),
                         "rivals": [], "sentence": text})  # fmt: skip
     return out
+
+
+def _offsets(block, code):
+    """Shares (g,) by which the readings of each of g batches or instruments are off their mean, by
+    least squares beside what is held."""
+    y, weight = block.readings.log, 1.0 / block.readings.error**2
+    left = y - sum(block.part(key, y) for key in block.held)
+    means = np.array([np.average(left[code == g], weights=weight[code == g])
+                      for g in range(code.max() + 1)])  # fmt: skip
+    return [float(v) for v in np.expm1(means - means.mean())]
 
 
 def _settings(block, p):

@@ -98,6 +98,9 @@ def written(block: Block, key: str, name: str) -> str:
     state = " x ".join(law.state)
     own = " ".join(UNIT.get(s, "") for s in law.state).strip()
     at = f"{np.exp(middle):.3g} {own}".rstrip()
+    column = levers.get(state, np.ones(1))
+    if (column <= 0.0).any():  # its coordinate is an exponential
+        state = f"exp(({state} - {column.mean():.3g}) / {0.5 * np.ptp(column):.3g})"
     if law.weight:
         return name + (
             f" (at a {state} of {at}: {100 * k:+.3g} %)" if state else f": {100 * k:+.3g} %"
