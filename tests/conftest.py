@@ -58,7 +58,7 @@ def pytest_collection_finish(session):
     worker = os.environ.get("PYTEST_XDIST_WORKER", "")
     if not worker or not any("tests/verification/" in item.nodeid for item in session.items):
         return
-    from dem.warm import compile_engine
+    from dem.precompile import compile_engine
 
     slow = any(item.get_closest_marker("slow") for item in session.items)
     precisions = ["mixed", DOUBLE] if slow else ["mixed"]

@@ -22,9 +22,9 @@ from benchmarks.bulk.cases import CONTACTS, MATERIALS, POISSON, Case
 from benchmarks.speed.peers import lammps_program, liggghts_launch, run_program
 from dem.constants import GRAVITY
 from dem.contact.registry import Laws, pair_properties
+from dem.precompile import compile_engine
 from dem.simulation import Simulation
 from dem.walls.builder import WallSet
-from dem.warm import compile_engine
 
 INPUTS = Path(__file__).with_name("inputs")
 LAWS = Laws(rolling="none", torsion="none")

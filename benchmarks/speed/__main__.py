@@ -35,7 +35,7 @@ from calibration.intake.tables import read_written
 from dem.errors import DemError
 from dem.experiments.setup import rest_energy
 from dem.fingerprint import engine_fingerprint
-from dem.warm import compile_engine
+from dem.precompile import compile_engine
 
 HISTORY = Path("results/reference/speed/history.csv")
 ROUNDS = 7

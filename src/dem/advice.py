@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from dem import sphere
 from dem.constants import GRAVITY
 from dem.contact.registry import DEFAULTS, pair_properties
 from dem.experiments import experiment_of
 from dem.experiments.heap import EXPERIMENT as HEAP
 from dem.experiments.heap import PACKING
 from dem.experiments.setup import time_step_of
-from dem.grains import smallest_radius
+from dem.grains import sphere
+from dem.grains.sizes import smallest_radius
 from dem.materials import PARTICLE, contact_parameters, laws_of, material_of
 from dem.timescales import hertz_contact_time
 from dem.units import question

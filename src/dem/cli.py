@@ -139,8 +139,8 @@ def _run(args):
         data["output"]["frame_interval_s"] = args.frames
     spec = parse_spec(data, file=str(args.spec))
     _warn(spec)
+    from dem.kernel.threads import use_threads
     from dem.run import run  # the engine takes a second to import; bad input is told at once
-    from dem.team import use_threads
 
     if args.threads is not None:
         use_threads(args.threads)

@@ -9,7 +9,7 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from dem.source_readings import Readings
+from dem.ast_cache import Readings
 
 ROOT = Path(__file__).parent
 OUTSIDE = {
@@ -18,7 +18,7 @@ OUTSIDE = {
     "advice.py",
     "fingerprint.py",
     "kernel_cache.py",
-    "source_readings.py",
+    "ast_cache.py",
     "export.py",
     "benchmark",
     "render",
@@ -31,9 +31,9 @@ UNCOMPILED = {
     "spec.py",
     "run.py",
     "results.py",
-    "grains.py",
-    "part.py",
-    "lazy.py",
+    "sizes.py",
+    "schema.py",
+    "lazy_import.py",
     "units.py",
     "errors.py",
 }

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from dem.contact.law import Grain
 from dem.contact.registry import ContactParameters, Laws, Material
-from dem.grains import mean_radius
+from dem.grains.sizes import mean_radius
 
 if TYPE_CHECKING:
     from dem.spec import RunSpec

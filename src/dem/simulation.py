@@ -12,16 +12,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dem import neighbours as nb
-from dem import sphere
-from dem.clusters_setup import build_clusters, drop_clusters
 from dem.constants import DOWN
 from dem.contact.properties import PairProperties
 from dem.contact.registry import Laws, attraction_reach, pair_properties
 from dem.errors import BlowUpError, LightBodyError
-from dem.lanes import WIDTH
-from dem.linear import into_axes, length
-from dem.state import (
+from dem.grains import sphere
+from dem.kernel import neighbours as nb
+from dem.kernel.clusters_setup import build_clusters, drop_clusters
+from dem.kernel.simd import WIDTH
+from dem.kernel.state import (
     GHOSTS,
     Pairs,
     WallContacts,
@@ -33,8 +32,9 @@ from dem.state import (
     no_clusters,
     place_ghosts,
 )
-from dem.step import DONE, OVERLAP, WALL_OVERLAP, Model, advance
-from dem.team import new_board, plan_shares, shares_of, threads_chosen
+from dem.kernel.step import DONE, OVERLAP, WALL_OVERLAP, Model, advance
+from dem.kernel.threads import new_board, plan_shares, shares_of, threads_chosen
+from dem.linear import into_axes, length
 from dem.walls.builder import WallSet
 from dem.walls.contacts import find_wall_contacts
 

@@ -12,18 +12,18 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 
 from pydantic import BaseModel, Field, ValidationError, create_model, model_validator
 
-from dem import sphere
-from dem.clump import fault, shape_of
 from dem.contact.catalogue import LAWS, completed, every_law, groups_needed, keys_allowed
-from dem.dumbbell import MAX_ELONGATION
 from dem.errors import SpecError
 from dem.experiments import experiment_of, experiments, source_outside
-from dem.grains import classes, smallest_radius, spheres_in
+from dem.grains import sphere
+from dem.grains.clump import fault, shape_of
+from dem.grains.dumbbell import MAX_ELONGATION
+from dem.grains.sizes import classes, smallest_radius, spheres_in
 from dem.io.clump import COLUMNS, read_clump
 from dem.io.mapping import line_of, read_mapping
 from dem.io.sieve import read_sizes
 from dem.materials import contact_parameters, laws_of
-from dem.part import Part, field
+from dem.schema import Part, field
 from dem.timescales import rayleigh_time
 from dem.units import UnitError, converted
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from dem import sphere
+from dem.grains import sphere
 
 if TYPE_CHECKING:
     from dem.contact.registry import Material

@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dem.constants import DOWN, GRAVITY
-from dem.drag import apply_drag
 from dem.experiments.setup import build_simulation
-from dem.grains import mean_radius
+from dem.grains.sizes import mean_radius
+from dem.kernel.drag import apply_drag
+from dem.kernel.state import new_particles
 from dem.materials import WALL, material_of
 from dem.simulation import Air
 from dem.spec import parse_spec
-from dem.state import new_particles
 from dem.timescales import hertz_contact_time
 from dem.walls.builder import WallSet
 

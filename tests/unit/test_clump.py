@@ -8,10 +8,10 @@ import pytest
 import small_rigs
 from scipy.integrate import solve_ivp
 
-from dem.clump import random_turns, union
-from dem.dumbbell import moments
 from dem.experiments.setup import add_grains, build_simulation
-from dem.grains import largest_reach, smallest_radius
+from dem.grains.clump import random_turns, union
+from dem.grains.dumbbell import moments
+from dem.grains.sizes import largest_reach, smallest_radius
 from dem.run import run
 from dem.spec import canonical, content_hash, parse_spec
 from dem.walls.builder import WallSet

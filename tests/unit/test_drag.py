@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from dem.drag import apply_drag, terminal_speed
+from dem.kernel.drag import apply_drag, terminal_speed
 from dem.run import run
 from dem.spec import parse_spec
 

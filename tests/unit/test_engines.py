@@ -28,7 +28,7 @@ from dem.constants import GRAVITY
 from dem.errors import DemError
 from dem.experiments.bed import shake
 from dem.experiments.phases import look
-from dem.grains import draw_radii
+from dem.grains.sizes import draw_radii
 from dem.io.stl import read_stl
 from dem.run import run
 from dem.spec import content_hash, parse_spec

@@ -256,7 +256,7 @@ def test_the_pilot_ends_what_sticks_where_heaps_form(here, monkeypatch, capsys):
                 raise MeasureError("no heap: 71 of 72 flanks of the silhouette are too short")
         return {"metrics": dict.fromkeys(experiments()[spec.experiment].targets, 90.0)}
 
-    monkeypatch.setattr("dem.warm.compile_engine", lambda: None)
+    monkeypatch.setattr("dem.precompile.compile_engine", lambda: None)
     monkeypatch.setattr("dem.run.run", run)
     fill("lime.csv")
     assert main(words_of("lime")) == 0

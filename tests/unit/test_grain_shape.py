@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from dem.dumbbell import moments, sphere_radius
 from dem.errors import MeasureError
 from dem.experiments.setup import add_grains, build_simulation
+from dem.grains.dumbbell import moments, sphere_radius
 from dem.run import run as run_spec
 from dem.spec import parse_spec
 from dem.walls.builder import WallSet

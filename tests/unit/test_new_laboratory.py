@@ -23,9 +23,9 @@ from calibration.study.new import pilot
 from calibration.study.new.answers import separate
 from calibration.study.new.grains import clump_of_axes
 from calibration.study.new.methods import methods
-from dem.clump import fault, shape_of
 from dem.errors import BlowUpError, RefusedStateError
 from dem.experiments import experiments
+from dem.grains.clump import fault, shape_of
 from facts import tells
 
 WHEAT = (
@@ -108,7 +108,7 @@ def piloted(monkeypatch, metrics_of):
         return {"metrics": dict.fromkeys(experiments()[spec.experiment].targets, 1.0)
                 | metrics_of(spec)}  # fmt: skip
 
-    monkeypatch.setattr("dem.warm.compile_engine", lambda: made.append("compiled"))
+    monkeypatch.setattr("dem.precompile.compile_engine", lambda: made.append("compiled"))
     monkeypatch.setattr("dem.run.run", run)
     return made
 
@@ -555,7 +555,7 @@ def test_a_rig_that_gives_no_value_is_no_next_step(here, monkeypatch, capsys):
             raise BlowUpError(particle=1, time=0.1, reason="overlap", hint="the modulus")
         return {"metrics": dict.fromkeys(experiments()[spec.experiment].targets, 1.0)}
 
-    monkeypatch.setattr("dem.warm.compile_engine", lambda: None)
+    monkeypatch.setattr("dem.precompile.compile_engine", lambda: None)
     monkeypatch.setattr("dem.run.run", run)
     assert main(["new", "wheat", *OF_TWO]) == 0
     last = capsys.readouterr().out.splitlines()[-1]

@@ -383,7 +383,7 @@ def poured(monkeypatch, metrics_of):
         seen.append(spec)
         return {"metrics": {"rest_time_s": 1.0} | metrics_of(spec)}
 
-    monkeypatch.setattr("dem.warm.compile_engine", lambda: None)
+    monkeypatch.setattr("dem.precompile.compile_engine", lambda: None)
     monkeypatch.setattr("dem.run.run", run)
     return seen
 

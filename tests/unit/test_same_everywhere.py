@@ -109,7 +109,7 @@ RUNS = {
 RUN_ALL = """
 import hashlib, json, os, sys, tempfile
 import numpy as np
-from dem import team
+from dem.kernel import threads as team
 from dem.run import run
 from dem.spec import parse_spec
 

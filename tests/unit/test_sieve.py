@@ -6,7 +6,7 @@ import openpyxl
 import pytest
 
 from dem.errors import InputError, SpecError
-from dem.grains import draw_radii, grain_volume, mean_radius
+from dem.grains.sizes import draw_radii, grain_volume, mean_radius
 from dem.io.sieve import read_sizes
 from dem.spec import content_hash, parse_spec
 from facts import refused

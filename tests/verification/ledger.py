@@ -8,9 +8,9 @@ springs hold the elastic part, and the rest is dissipated. So the ledger closes 
 on both bodies alike, torques go with their arms, walls feel what grains feel, and a step keeps what
 it integrates. And a law that creates energy dissipates less than nothing.
 
-Velocities are those of the half steps (`dem.integrate`): energies of motion and of height are taken
-there, and the power of a force with the mean of the velocities before and after it. A ledger costs
-some ten times the run.
+Velocities are those of the half steps (`dem.kernel.integrate`): energies of motion and of height
+are taken there, and the power of a force with the mean of the velocities before and after it. A
+ledger costs some ten times the run.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from numba import njit
 from dem.contact.dispatch import reach, rolling, spans_gap, tangential, torsion
 from dem.contact.model import INERTIA, normal_force, pair_contact, pair_is_active, pair_overlap
 from dem.contact.row import properties_of
-from dem.lanes import WIDTH
-from dem.vectors import cross, dot
+from dem.kernel.simd import WIDTH
+from dem.kernel.vectors import cross, dot
 
 if TYPE_CHECKING:
     from dem.simulation import Simulation

@@ -23,7 +23,7 @@ from scenes import (
 )
 
 from dem.contact.registry import attraction_reach, pair_properties
-from dem.lanes import FIELDS
+from dem.kernel.simd import FIELDS
 from dem.simulation import SkinPolicy
 from law_cases import alone, values
 

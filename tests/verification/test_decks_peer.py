@@ -27,7 +27,7 @@ from calibration.telling.export.decks import (
     judge,
     write_decks,
 )
-from dem.grains import number_fractions
+from dem.grains.sizes import number_fractions
 from dem.spec import parse_spec
 from other_codes import entry_or_skip
 from small_heap import SPEC

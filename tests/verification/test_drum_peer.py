@@ -14,7 +14,7 @@ from calibration.engines import bed, liggghts, rig
 from calibration.engines.program import find, read_frames, state_of
 from calibration.engines.program import run as start
 from dem.experiments import drum
-from dem.grains import draw_radii, largest_reach, mean_radius
+from dem.grains.sizes import draw_radii, largest_reach, mean_radius
 from dem.run import run as run_ours
 from dem.spec import parse_spec
 from other_codes import entry_or_skip

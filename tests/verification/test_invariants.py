@@ -15,7 +15,7 @@ from scenes import (
 )
 
 from dem.contact.catalogue import LAWS
-from dem.neighbours import NEARLY
+from dem.kernel.neighbours import NEARLY
 from law_cases import alone, values
 
 SETTINGS = settings(max_examples=12, deadline=None, derandomize=True)

@@ -8,7 +8,7 @@ import pytest
 from scenes import SALT, ContactParameters, Laws, effective, led, make, mass_of
 
 from dem.contact.registry import pair_properties
-from dem.lanes import FIELDS
+from dem.kernel.simd import FIELDS
 
 R, K, D = 1e-3, 800.0, 2e-5
 SPRING = {"normal_stiffness": K}

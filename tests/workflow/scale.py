@@ -27,7 +27,7 @@ import random
 
 from dem.experiments.declare import Experiment, Metric, Quantity
 from dem.experiments.setup import WALL, build_simulation
-from dem.part import Part, field
+from dem.schema import Part, field
 from dem.walls.builder import WallSet
 
 

@@ -312,7 +312,7 @@ def touched(study):
 
 
 def remarks(study):
-    for name in ("src/dem/step.py", "src/calibration/engines/program.py"):
+    for name in ("src/dem/kernel/step.py", "src/calibration/engines/program.py"):
         path = study / name
         path.write_text(f"# a remark\n{path.read_text()}\n# another\n")
     for name in ("workflow/scripts/task.py", "workflow/scripts/dem_run.py", "Snakefile"):

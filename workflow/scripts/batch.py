@@ -4,7 +4,7 @@ from calibration.chain.jobs import logged, work_for
 from calibration.runs.batches import pack_runs, run_batch, run_told_batch
 from calibration.runs.runner import report_sometimes
 from calibration.runs.store import RunStore
-from dem.team import use_threads
+from dem.kernel.threads import use_threads
 
 use_threads(snakemake.threads)
 

@@ -1,3 +1,3 @@
-from dem.warm import compile_engine
+from dem.precompile import compile_engine
 
 compile_engine()

@@ -1,7 +1,7 @@
 from pathlib import Path
 
 from calibration.runs.runner import run_logged
-from dem.team import use_threads
+from dem.kernel.threads import use_threads
 
 use_threads(snakemake.threads)
 run_logged(

@@ -6,8 +6,8 @@ from dem.constants import GRAVITY
 from dem.errors import MeasureError
 from dem.experiments.declare import Experiment, Lever, Metric, Quantity, refuse
 from dem.experiments.setup import WALL, build_simulation
-from dem.grains import mean_radius
-from dem.part import Part, field
+from dem.grains.sizes import mean_radius
+from dem.schema import Part, field
 from dem.walls.builder import WallSet
 
 

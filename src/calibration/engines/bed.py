@@ -12,7 +12,7 @@ from calibration.engines.templates import macros
 from dem.constants import GRAVITY
 from dem.experiments import bed, phases
 from dem.experiments.setup import time_step_of
-from dem.grains import draw_radii, largest_reach, smallest_radius
+from dem.grains.sizes import draw_radii, largest_reach, smallest_radius
 
 if TYPE_CHECKING:
     from pathlib import Path

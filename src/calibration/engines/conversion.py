@@ -16,7 +16,7 @@ from dem.contact.catalogue import LAWS, SLOTS
 from dem.contact.export import Export, Pair
 from dem.contact.registry import Laws, Material, pair_properties
 from dem.experiments.setup import time_step_of
-from dem.grains import mean_radius
+from dem.grains.sizes import mean_radius
 from dem.materials import PARTICLE, WALL, contact_parameters, laws_of, material_of
 from dem.spec import RunSpec
 

@@ -18,7 +18,7 @@ from dem.constants import GRAVITY
 from dem.contact.catalogue import LAWS
 from dem.experiments.heap import Rig
 from dem.experiments.setup import time_step_of
-from dem.grains import mean_radius, number_fractions
+from dem.grains.sizes import mean_radius, number_fractions
 from dem.materials import material_of
 from dem.measure.heap import measure_heap
 from dem.timescales import hertz_contact_time

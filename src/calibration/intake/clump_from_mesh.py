@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from calibration.errors import CalibrationError
 from calibration.files import write_table
 from calibration.intake.guard import in_study
-from dem.clump import MAX_RATIO, MAX_SPHERES, fault, shape_of
+from dem.grains.clump import MAX_RATIO, MAX_SPHERES, fault, shape_of
 from dem.io.clump import COLUMNS
 from dem.io.stl import read_stl
 

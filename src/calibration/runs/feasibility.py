@@ -24,7 +24,7 @@ from calibration.study.factors import read_factors
 from calibration.study.sweeps import SWEEPS
 from dem.errors import DemError, SpecError
 from dem.experiments import experiment_of
-from dem.grains import mean_radius
+from dem.grains.sizes import mean_radius
 from dem.spec import RunSpec, input_digests, parse_spec, require_material
 
 RESERVED = ("runs", "reference")

@@ -23,7 +23,7 @@ from calibration.statistics.numbers import signed
 from calibration.study.config import overlay, point_spec
 from calibration.study.stage import Figure, Plan, Stage
 from dem.experiments.heap import capacity
-from dem.grains import grain_volume
+from dem.grains.sizes import grain_volume
 from dem.io.files import write_json
 from dem.spec import parse_spec
 

@@ -44,7 +44,7 @@ from calibration.statistics.numbers import fixed
 from calibration.study.config import given, overlay, point_spec
 from calibration.study.stage import Figure, Plan, Stage
 from dem.constants import GRAVITY
-from dem.grains import mean_radius
+from dem.grains.sizes import mean_radius
 from dem.io.files import write_json
 from dem.spec import OPTIONAL, REQUIRED, parse_spec
 from dem.units import in_ascii, unit_of

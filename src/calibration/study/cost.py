@@ -7,7 +7,7 @@ from typing import Any
 
 from dem.constants import GRAVITY
 from dem.flow import C_BEVERLOO, beverloo
-from dem.grains import grain_volume, spheres_in
+from dem.grains.sizes import grain_volume, spheres_in
 from dem.spec import RunSpec, parse_spec
 
 BASE_MB, MB_PER_GRAIN = 250.0, 0.003

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from calibration.study.config import point_spec
 from calibration.study.config.specs import states
-from dem.grains import grain_volume
+from dem.grains.sizes import grain_volume
 from dem.spec import parse_spec
 
 if TYPE_CHECKING:

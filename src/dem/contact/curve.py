@@ -15,9 +15,9 @@ from collections.abc import Callable, Mapping
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from dem.arithmetic import maximum, minimum, sqrt
 from dem.contact.law import Parameter
-from dem.kernel import law
+from dem.kernel.arithmetic import maximum, minimum, sqrt
+from dem.kernel.decorator import law
 
 if TYPE_CHECKING:
     from dem.contact.registry import ContactParameters

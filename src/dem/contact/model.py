@@ -4,11 +4,12 @@ Everything here is written for floats and for lanes. `contact_force` knows a con
 overlap, normal and relative motion; `pair_contact` and `wall_contact` work these out for two
 spheres and for a sphere on a wall.
 
-Velocities are those of half a step ago, places those of now (`dem.integrate`). So the slip is taken
-across the normal of half a step ago, `earlier`: with that of now a pair that turns as a whole would
-slip by its speed times half of the angle that it turns in a step, always towards its axis.
+Velocities are those of half a step ago, places those of now (`dem.kernel.integrate`). So the slip
+is taken across the normal of half a step ago, `earlier`: with that of now a pair that turns as a
+whole would slip by its speed times half of the angle that it turns in a step, always towards its
+axis.
 
-History of a contact, dem.lanes.FIELDS numbers:
+History of a contact, dem.kernel.simd.FIELDS numbers:
     0-2 tangential spring force [N]     3-5 rolling spring moment [N m]
     6   contact radius at the last step [m], that of a neck too; BRIDGE while a liquid bridge spans
         a gap; 0 when there is no contact
@@ -16,7 +17,6 @@ History of a contact, dem.lanes.FIELDS numbers:
     8   torsion spring moment about the normal [N m]
 """
 
-from dem.arithmetic import maximum, minimum, narrow, sqrt, where, widen
 from dem.contact.dispatch import (
     attraction,
     damped,
@@ -29,8 +29,9 @@ from dem.contact.dispatch import (
     tangential,
     torsion,
 )
-from dem.kernel import law
-from dem.vectors import add, cross, dot, reject, scale, subtract, turned_about
+from dem.kernel.arithmetic import maximum, minimum, narrow, sqrt, where, widen
+from dem.kernel.decorator import law
+from dem.kernel.vectors import add, cross, dot, reject, scale, subtract, turned_about
 
 BRIDGE = -1.0
 TINY = 1e-30

@@ -11,7 +11,7 @@ import numpy as np
 from dem.constants import GRAVITY
 from dem.experiments.phases import rest
 from dem.experiments.setup import add_grains, build_simulation
-from dem.grains import largest_reach
+from dem.grains.sizes import largest_reach
 from dem.linear import slope
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dem.errors import MeasureError, SpecError
-from dem.grains import longest_mm
+from dem.grains.sizes import longest_mm
 
 if TYPE_CHECKING:
     from dem.run import RunContext

@@ -22,7 +22,7 @@ from dem.experiments.declare import (
 )
 from dem.experiments.mesh import at_rims, read_mesh, rectangle
 from dem.flow import FREE_FLOW_RATIO, LOOSE
-from dem.grains import (
+from dem.grains.sizes import (
     draw_radii,
     grain_volume,
     largest_reach,
@@ -30,8 +30,8 @@ from dem.grains import (
     mean_radius,
     smallest_radius,
 )
-from dem.lazy import lazily
-from dem.part import Part, field, mesh_field
+from dem.lazy_import import lazily
+from dem.schema import Part, field, mesh_field
 
 if TYPE_CHECKING:
     from dem.run import RunContext

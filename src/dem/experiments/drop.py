@@ -15,9 +15,9 @@ from dem.constants import GRAVITY
 from dem.errors import MeasureError
 from dem.experiments.declare import Experiment, Lever, LogShare, Metric, Quantity
 from dem.experiments.mesh import outside, read_mesh
-from dem.grains import mean_radius
-from dem.lazy import lazily
-from dem.part import Part, field, mesh_field
+from dem.grains.sizes import mean_radius
+from dem.lazy_import import lazily
+from dem.schema import Part, field, mesh_field
 from dem.timescales import hertz_contact_time
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
-drag = lazily("dem.drag")
+drag = lazily("dem.kernel.drag")
 
 APART = 20.0  # radii between grains: they never meet
 MISSED = 5e-6  # of the drop height, at an apex between two looks

@@ -15,9 +15,9 @@ from dem.constants import GRAVITY
 from dem.errors import MeasureError, SpecError
 from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, refuse_narrow
 from dem.experiments.mesh import circle, read_mesh
-from dem.grains import draw_radii, grain_volume, largest_reach, longest_mm, mean_radius
-from dem.lazy import lazily
-from dem.part import Part, field, mesh_field
+from dem.grains.sizes import draw_radii, grain_volume, largest_reach, longest_mm, mean_radius
+from dem.lazy_import import lazily
+from dem.schema import Part, field, mesh_field
 
 if TYPE_CHECKING:
     from dem.run import RunContext

@@ -23,11 +23,11 @@ from dem.experiments.declare import (
     refuse_narrow,
 )
 from dem.flow import C_BEVERLOO, FREE_FLOW_RATIO, LOOSE, beverloo
-from dem.grains import draw_radii, grain_volume, largest_reach, mean_radius
+from dem.grains.sizes import draw_radii, grain_volume, largest_reach, mean_radius
 from dem.io.stl import read_stl
-from dem.lazy import lazily
+from dem.lazy_import import lazily
 from dem.measure.heap import coverage, measure_heap, readings_apart
-from dem.part import Part, field
+from dem.schema import Part, field
 
 if TYPE_CHECKING:
     from dem.run import RunContext

@@ -20,10 +20,10 @@ from dem.experiments.declare import (
     refuse_narrow,
 )
 from dem.experiments.mesh import at_rims, circle, read_mesh
-from dem.grains import draw_radii, largest_reach, longest_mm
-from dem.lazy import lazily
+from dem.grains.sizes import draw_radii, largest_reach, longest_mm
+from dem.lazy_import import lazily
 from dem.measure.heap import coverage, measure_heap, readings_apart
-from dem.part import Part, field, mesh_field
+from dem.schema import Part, field, mesh_field
 
 if TYPE_CHECKING:
     from dem.run import RunContext

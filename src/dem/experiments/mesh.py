@@ -11,7 +11,7 @@ import numpy as np
 
 from dem.errors import InputError, MeshError
 from dem.flow import LOOSE
-from dem.grains import grain_volume, smallest_radius
+from dem.grains.sizes import grain_volume, smallest_radius
 from dem.io.stl import free_edges, read_stl
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ import numpy as np
 
 from dem.constants import GRAVITY
 from dem.errors import RefusedStateError
-from dem.grains import fall_time
+from dem.grains.sizes import fall_time
 from dem.linear import length
 
 if TYPE_CHECKING:

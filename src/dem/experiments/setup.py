@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dem import sphere
-from dem.clump import random_turns, turned
 from dem.constants import DOWN, GRAVITY
-from dem.dumbbell import moments, sphere_radius
-from dem.grains import clump_shape, smallest_radius
+from dem.grains import sphere
+from dem.grains.clump import random_turns, turned
+from dem.grains.dumbbell import moments, sphere_radius
+from dem.grains.sizes import clump_shape, smallest_radius
 from dem.linear import length
 from dem.materials import PARTICLE, WALL, contact_parameters, laws_of, material_of
 from dem.simulation import Air, Simulation, SkinPolicy

@@ -18,9 +18,9 @@ from numpy.lib.stride_tricks import sliding_window_view
 from dem.constants import GRAVITY
 from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, Share, refuse
 from dem.experiments.mesh import annulus, read_mesh
-from dem.grains import draw_radii, fall_time, largest_reach, longest_mm, smallest_radius
-from dem.lazy import lazily
-from dem.part import Part, field, mesh_field
+from dem.grains.sizes import draw_radii, fall_time, largest_reach, longest_mm, smallest_radius
+from dem.lazy_import import lazily
+from dem.schema import Part, field, mesh_field
 
 if TYPE_CHECKING:
     from dem.run import RunContext

@@ -13,10 +13,10 @@ import numpy as np
 from dem.errors import MeasureError
 from dem.experiments.declare import Experiment, Lever, Metric, Quantity, Tangent, refuse
 from dem.experiments.mesh import outside, read_mesh
-from dem.grains import fall_time, longest_mm, mean_radius
-from dem.lazy import lazily
+from dem.grains.sizes import fall_time, longest_mm, mean_radius
+from dem.lazy_import import lazily
 from dem.linear import into_axes
-from dem.part import Part, field, mesh_field
+from dem.schema import Part, field, mesh_field
 
 if TYPE_CHECKING:
     from dem.run import RunContext

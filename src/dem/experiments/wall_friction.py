@@ -23,9 +23,9 @@ from dem.experiments.declare import (
     refuse_narrow,
 )
 from dem.experiments.mesh import outside, read_mesh
-from dem.grains import draw_radii, fall_time, largest_reach, longest_mm, smallest_radius
-from dem.lazy import lazily
-from dem.part import Part, field, mesh_field
+from dem.grains.sizes import draw_radii, fall_time, largest_reach, longest_mm, smallest_radius
+from dem.lazy_import import lazily
+from dem.schema import Part, field, mesh_field
 
 if TYPE_CHECKING:
     from dem.run import RunContext

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from dem.clump import fault
 from dem.errors import SpecError
+from dem.grains.clump import fault
 from dem.tables import named_by, read_table
 
 if TYPE_CHECKING:

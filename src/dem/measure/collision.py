@@ -13,7 +13,7 @@ from dem.constants import GRAVITY
 from dem.errors import BlowUpError
 from dem.experiments import experiment_of
 from dem.experiments.setup import build_simulation, time_step_of
-from dem.grains import smallest_radius
+from dem.grains.sizes import smallest_radius
 from dem.walls.builder import WallSet
 
 if TYPE_CHECKING:

@@ -11,8 +11,9 @@ from numba.extending import overload
 
 from dem.contact.model import wall_contact
 from dem.contact.row import properties_of
-from dem.kernel import law
-from dem.lanes import (
+from dem.kernel.decorator import law
+from dem.kernel.neighbours import LEVELS
+from dem.kernel.simd import (
     FIELDS,
     WIDTH,
     gather_rows,
@@ -21,7 +22,6 @@ from dem.lanes import (
     scatter_add,
     store_block,
 )
-from dem.neighbours import LEVELS
 from dem.walls.geometry import (
     PLANE,
     RECTANGLE,

@@ -25,7 +25,7 @@ import math
 import numpy as np
 from numba import njit
 
-from dem.lanes import FIELDS, inlined
+from dem.kernel.simd import FIELDS, inlined
 from dem.walls.geometry import closest_point, into_body, out_of_body
 
 JOINED = 1e-4  # of the grain's radius: gaps up to this between elements are none

@@ -12,10 +12,10 @@ import sys
 import dem.contact.rolling.constant_torque_relative as relative
 import dem.contact.rolling.elastic_plastic as elastic_plastic
 import dem.contact.tangential.mindlin as mindlin
-from dem.arithmetic import maximum, minimum, sqrt, where
 from dem.io.files import write_json
-from dem.kernel import law
-from dem.vectors import dot, reject, scale, subtract
+from dem.kernel.arithmetic import maximum, minimum, sqrt, where
+from dem.kernel.decorator import law
+from dem.kernel.vectors import dot, reject, scale, subtract
 
 from . import cases
 

@@ -13,7 +13,7 @@ from dem.experiments import outflow
 from dem.experiments.phases import look as pause_of
 from dem.experiments.setup import time_step_of
 from dem.flow import beverloo
-from dem.grains import mean_radius
+from dem.grains.sizes import mean_radius
 
 if TYPE_CHECKING:
     from pathlib import Path

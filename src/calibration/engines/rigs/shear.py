@@ -22,7 +22,7 @@ from dem.constants import GRAVITY
 from dem.experiments import phases
 from dem.experiments import shear_ring as own
 from dem.experiments.setup import time_step_of
-from dem.grains import draw_radii, fall_time, largest_reach, mean_radius
+from dem.grains.sizes import draw_radii, fall_time, largest_reach, mean_radius
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from calibration.errors import CalibrationError
-from dem.clump import MAX_SPHERES, shape_of
+from dem.grains.clump import MAX_SPHERES, shape_of
 
 FINE_MM = 0.1
 """Below it adhesion outweighs a grain: Geldart's group C ends near 0.03 mm, and his group A, whose

@@ -81,7 +81,7 @@ def try_study(lab: Laboratory, show: Show, estimate: Callable[[Config], str]) ->
 
     estimate: estimate(config) -> a sentence on the runs of a study and their time.
     """
-    from dem.warm import compile_engine  # loads the engine
+    from dem.precompile import compile_engine  # loads the engine
 
     show("pilot: the engine is compiled first, which takes a minute once")
     with heard("compiling", show):

@@ -26,8 +26,8 @@ from calibration.engines.templates import macros
 from dem.constants import GRAVITY
 from dem.contact.catalogue import LAWS
 from dem.experiments.heap import Rig
-from dem.grains import classes, longest_mm, smallest_radius, spheres_in
-from dem.part import Part
+from dem.grains.sizes import classes, longest_mm, smallest_radius, spheres_in
+from dem.schema import Part
 from dem.timescales import rayleigh_time
 from dem.units import in_ascii, unit_of, without_unit
 

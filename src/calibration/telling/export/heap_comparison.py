@@ -23,7 +23,7 @@ import numpy as np
 
 from calibration.statistics.validate import compare
 from dem.errors import MeasureError
-from dem.grains import mean_radius
+from dem.grains.sizes import mean_radius
 from dem.measure.heap import measure_heap
 
 if TYPE_CHECKING:

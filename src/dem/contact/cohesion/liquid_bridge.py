@@ -12,9 +12,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from dem.arithmetic import maximum, sqrt
 from dem.contact.law import Law, Parameter
-from dem.kernel import law
+from dem.kernel.arithmetic import maximum, sqrt
+from dem.kernel.decorator import law
 
 if TYPE_CHECKING:
     from dem.contact.registry import ContactParameters

@@ -5,10 +5,10 @@ k is the cohesion energy density [J/m3]. The attraction ends where the spheres p
 
 from math import pi
 
-from dem.arithmetic import maximum
 from dem.contact.export import Export
 from dem.contact.law import Law, Parameter
-from dem.kernel import law
+from dem.kernel.arithmetic import maximum
+from dem.kernel.decorator import law
 
 LIGGGHTS_AREA, LIGGGHTS_WALL_AREA = 4.0, 2.0
 """Contact area of its sjkr2 over that here, of two grains and at a wall."""

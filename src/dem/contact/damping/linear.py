@@ -7,9 +7,9 @@ is no dashpot.
 
 import math
 
-from dem.arithmetic import sqrt, where
 from dem.contact.law import Law
-from dem.kernel import law
+from dem.kernel.arithmetic import sqrt, where
+from dem.kernel.decorator import law
 
 
 def factor(restitution: float) -> float:

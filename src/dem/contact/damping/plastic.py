@@ -12,11 +12,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from dem import sphere
-from dem.arithmetic import maximum, sqrt, where
 from dem.contact.damping.tsuji import factor
 from dem.contact.law import Law, Parameter
-from dem.kernel import law
+from dem.grains import sphere
+from dem.kernel.arithmetic import maximum, sqrt, where
+from dem.kernel.decorator import law
 
 if TYPE_CHECKING:
     from dem.contact.registry import Material

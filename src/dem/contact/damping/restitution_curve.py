@@ -14,11 +14,11 @@ alone is (1, 0), size alone (0, 1), their product (1, 1). The states reach from
 given.
 """
 
-from dem.arithmetic import maximum, sqrt, where
 from dem.contact.curve import TINY, constants, curve, logarithm, parameters, values
 from dem.contact.damping.tsuji import factor
 from dem.contact.law import Law
-from dem.kernel import law
+from dem.kernel.arithmetic import maximum, sqrt, where
+from dem.kernel.decorator import law
 
 KEY = "restitution_curve"
 POWERS = {("speed", "v / 1 m/s"): 1.0, ("size", "d / 1 mm"): 0.0}

@@ -8,9 +8,9 @@ the restitution as its only parameter.
 
 from functools import lru_cache
 
-from dem.arithmetic import maximum, sqrt
 from dem.contact.law import Law
-from dem.kernel import law
+from dem.kernel.arithmetic import maximum, sqrt
+from dem.kernel.decorator import law
 
 
 def restitution_of(dashpot: float) -> float:

@@ -10,10 +10,10 @@ of 0.5).
 
 import math
 
-from dem.arithmetic import sqrt
 from dem.contact.export import Export
 from dem.contact.law import Law
-from dem.kernel import law
+from dem.kernel.arithmetic import sqrt
+from dem.kernel.decorator import law
 
 
 def factor(restitution: float) -> float:

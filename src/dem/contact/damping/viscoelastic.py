@@ -7,10 +7,10 @@ Brilliantov, Spahn, Hertzsch, Poeschel (1996), Physical Review E 53:5382. A is t
 (3/2) k sqrt(overlap) is the contact stiffness S_n, so the dissipative part is -A S_n v_n.
 """
 
-from dem.arithmetic import maximum
 from dem.contact.damping.tsuji import factor
 from dem.contact.law import Law, Parameter
-from dem.kernel import law
+from dem.kernel.arithmetic import maximum
+from dem.kernel.decorator import law
 
 
 @law

@@ -1,4 +1,4 @@
-"""Drag of still air on single spheres, worked out in `dem.drag`."""
+"""Drag of still air on single spheres, worked out in `dem.kernel.drag`."""
 
 from dem.contact.law import Law, Parameter
 

@@ -11,11 +11,11 @@ a is `friction_curve_load_power` (1 unless given), b `friction_curve_speed_power
 `wall_friction_curve_1` to `_5` on walls; 1 unless given.
 """
 
-from dem.arithmetic import sqrt
 from dem.contact.curve import constants, curve, logarithm, parameters, values
 from dem.contact.law import Law
-from dem.kernel import law
-from dem.vectors import dot
+from dem.kernel.arithmetic import sqrt
+from dem.kernel.decorator import law
+from dem.kernel.vectors import dot
 
 KEY = "friction_curve"
 POWERS = {("load", "F_n / 1 N"): 1.0, ("speed", "u / 1 m/s"): 0.0, ("size", "d / 1 mm"): 0.0}

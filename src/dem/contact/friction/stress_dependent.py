@@ -4,9 +4,9 @@ A Hertz contact whose shear strength is constant over its area gives n = 1/3 (Ar
 Soc. A 243:190). The yield locus of the bulk is then curved and runs through the origin.
 """
 
-from dem.arithmetic import power
 from dem.contact.law import Law, Parameter
-from dem.kernel import law
+from dem.kernel.arithmetic import power
+from dem.kernel.decorator import law
 
 
 @law

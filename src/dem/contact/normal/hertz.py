@@ -4,10 +4,10 @@ overlap).
 Hertz (1882); Johnson (1985), Contact Mechanics, chapter 4.
 """
 
-from dem.arithmetic import maximum, sqrt
 from dem.contact.export import Export
 from dem.contact.law import Law
-from dem.kernel import law
+from dem.kernel.arithmetic import maximum, sqrt
+from dem.kernel.decorator import law
 
 
 @law

@@ -6,9 +6,9 @@ Cundall, Strack (1979), Geotechnique 29:47. An impact lasts pi/sqrt(k/m* (1 - be
 
 import math
 
-from dem.arithmetic import maximum, sqrt
 from dem.contact.law import Law, Parameter
-from dem.kernel import law
+from dem.kernel.arithmetic import maximum, sqrt
+from dem.kernel.decorator import law
 
 STIFFNESS = Parameter(
     key="normal_stiffness_N_m",

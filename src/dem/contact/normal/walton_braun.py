@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from dem.arithmetic import maximum, minimum, sqrt
 from dem.contact.law import Law
 from dem.contact.normal.linear import STIFFNESS, step_of
-from dem.kernel import law
+from dem.kernel.arithmetic import maximum, minimum, sqrt
+from dem.kernel.decorator import law
 
 if TYPE_CHECKING:
     from dem.contact.registry import ContactParameters

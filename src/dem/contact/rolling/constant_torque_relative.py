@@ -6,11 +6,11 @@ manual describes this law as `cdt`. Its code divides by the whole relative spin,
 does not stop at reversal.
 """
 
-from dem.arithmetic import minimum, sqrt
 from dem.contact.export import Export
 from dem.contact.law import Law
-from dem.kernel import law
-from dem.vectors import dot, reject, scale
+from dem.kernel.arithmetic import minimum, sqrt
+from dem.kernel.decorator import law
+from dem.kernel.vectors import dot, reject, scale
 
 TINY = 1e-30
 

@@ -20,12 +20,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from dem.arithmetic import maximum, minimum, sqrt, where
 from dem.contact.export import Export
 from dem.contact.law import Law, Parameter
 from dem.contact.tangential.mindlin import MERCURY
-from dem.kernel import law
-from dem.vectors import dot, reject, scale, subtract
+from dem.kernel.arithmetic import maximum, minimum, sqrt, where
+from dem.kernel.decorator import law
+from dem.kernel.vectors import dot, reject, scale, subtract
 
 if TYPE_CHECKING:
     from dem.contact.export import Pair

@@ -6,10 +6,10 @@ beside it, and friction limits their sum. kappa 2/7: Silbert et al. (2001), Phys
 the contact unloads.
 """
 
-from dem.arithmetic import sqrt
 from dem.contact.law import Law, Parameter
-from dem.kernel import law
-from dem.vectors import at_most, reject, scale, subtract
+from dem.kernel.arithmetic import sqrt
+from dem.kernel.decorator import law
+from dem.kernel.vectors import at_most, reject, scale, subtract
 
 
 @law

@@ -8,11 +8,11 @@ dashpot of the same form as the normal one acts beside the spring; their sum is 
 
 import math
 
-from dem.arithmetic import maximum, minimum, sqrt
 from dem.contact.export import Export
 from dem.contact.law import Law
-from dem.kernel import law
-from dem.vectors import TINY, at_most, reject, scale, subtract
+from dem.kernel.arithmetic import maximum, minimum, sqrt
+from dem.kernel.decorator import law
+from dem.kernel.vectors import TINY, at_most, reject, scale, subtract
 
 MERCURY = 2.0 / 3.0
 """Of 8 G a, which is its spring of a displacement."""

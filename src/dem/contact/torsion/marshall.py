@@ -8,10 +8,10 @@ marshall`. Like the tangential spring the moment is kept and scaled while the co
 by (a/a_before)^3 as the stiffness 4 G* a^3: a varying stiffness then creates no energy.
 """
 
-from dem.arithmetic import maximum, minimum, sqrt
 from dem.contact.export import Export
 from dem.contact.law import Law
-from dem.kernel import law
+from dem.kernel.arithmetic import maximum, minimum, sqrt
+from dem.kernel.decorator import law
 
 
 @law

@@ -1,9 +1,9 @@
 """Coulomb friction with a floor: whatever touches holds at least a small force sideways."""
 
-from dem.arithmetic import maximum, where
+from dem.kernel.arithmetic import maximum, where
 from dem.contact.export import Export
 from dem.contact.law import Law, Parameter
-from dem.kernel import law
+from dem.kernel.decorator import law
 
 
 @law

@@ -1,8 +1,8 @@
 """SIMD lanes for numba: a number type that holds `WIDTH` contacts at a time.
 
-A force law written with `+ - * /`, comparisons, `&`, `|` and the functions of `dem.arithmetic`
-compiles unchanged for plain floats (the float64 reference path) and for lanes (the fast path):
-numba picks the implementation by type. Nothing here knows any physics.
+A force law written with `+ - * /`, comparisons, `&`, `|` and the functions of
+`dem.kernel.arithmetic` compiles unchanged for plain floats (the float64 reference path) and for
+lanes (the fast path): numba picks the implementation by type. Nothing here knows any physics.
 
 `F32` is a vector of `WIDTH` float32, `F64` of `WIDTH` float64, `MASK` of `WIDTH` booleans. A scalar
 that meets lanes is broadcast.
@@ -19,7 +19,7 @@ from numba.core.errors import RequireLiteralValue
 from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, models, overload, register_model
 
-from dem.arithmetic import any_lane, maximum, minimum, narrow, power, sqrt, where, widen
+from dem.kernel.arithmetic import any_lane, maximum, minimum, narrow, power, sqrt, where, widen
 
 WIDTH = 16
 """Contacts per vector: one register of AVX-512, two of AVX2. A contact is a long chain of steps of

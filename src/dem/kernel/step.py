@@ -5,12 +5,12 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from dem.clusters import advance_clusters
 from dem.contact.properties import LawCodes
-from dem.drag import apply_drag
-from dem.forces import pair_forces
-from dem.integrate import advance_particles
-from dem.team import PAIR, STALE_LIST, WALL, add_kept, clear_forces, highest, meet
+from dem.kernel.clusters import advance_clusters
+from dem.kernel.drag import apply_drag
+from dem.kernel.integrate import advance_particles
+from dem.kernel.pair_forces import pair_forces
+from dem.kernel.threads import PAIR, STALE_LIST, WALL, add_kept, clear_forces, highest, meet
 from dem.walls.contacts import load_bodies, wall_forces
 from dem.walls.motion import move_bodies
 

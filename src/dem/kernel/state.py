@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import DTypeLike
 
-from dem.lanes import FIELDS, WIDTH
+from dem.kernel.simd import FIELDS, WIDTH
 
 GHOSTS = 2
 FAR = 1e6  # where the ghosts are [m]

@@ -10,7 +10,7 @@ import math
 
 from numba import njit
 
-from dem.lanes import inlined
+from dem.kernel.simd import inlined
 
 NEWTON = 0.44 / 24.0  # C_D Re / 24 over Re where the drag grows as the square of the speed
 

@@ -9,10 +9,10 @@ import numpy as np
 from numba import njit, types
 from numba.extending import overload
 
-from dem.arithmetic import any_lane, minimum
 from dem.contact.model import pair_contact, pair_is_active, pair_overlap
 from dem.contact.row import properties_of
-from dem.lanes import (
+from dem.kernel.arithmetic import any_lane, minimum
+from dem.kernel.simd import (
     FIELDS,
     WIDTH,
     gather_pairs,
@@ -25,8 +25,8 @@ from dem.lanes import (
 
 if TYPE_CHECKING:
     from dem.contact.properties import LawCodes
-    from dem.state import Pairs, Particles
-    from dem.team import Share
+    from dem.kernel.state import Pairs, Particles
+    from dem.kernel.threads import Share
 
 
 NEARLY = 1.0 + 1e-9

@@ -20,13 +20,13 @@ from typing import TYPE_CHECKING
 from numba import njit, types
 from numba.extending import overload
 
-from dem.arithmetic import where
-from dem.lanes import angular_square, linear_lanes, load_row, move_row, spread, store_row
+from dem.kernel.arithmetic import where
+from dem.kernel.simd import angular_square, linear_lanes, load_row, move_row, spread, store_row
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from dem.state import Particles
+    from dem.kernel.state import Particles
 
 
 @njit(error_model="numpy", fastmath={"contract", "nsz"})

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dem.clump import shape_of
 from dem.constants import GRAVITY
-from dem.dumbbell import sphere_radius
+from dem.grains.clump import shape_of
+from dem.grains.dumbbell import sphere_radius
 
 if TYPE_CHECKING:
-    from dem.clump import Shape
+    from dem.grains.clump import Shape
     from dem.spec import Clump, RunSpec, Sizes
 
 
@@ -92,7 +92,7 @@ def spheres_in(clump: Clump) -> tuple[tuple[float, float, float, float], ...]:
 
 
 def clump_shape(spec: RunSpec) -> Shape | None:
-    """`dem.clump.Shape` of the grains; None where they are spheres or pairs."""
+    """`dem.grains.clump.Shape` of the grains; None where they are spheres or pairs."""
     clump = spec.particles.clump
     return None if clump is None else shape_of(spheres_in(clump))
 

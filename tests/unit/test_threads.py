@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from dem import team
 from dem.contact.registry import ContactParameters, Laws, Material
 from dem.errors import DemError
-from dem.lanes import WIDTH
+from dem.kernel import threads as team
+from dem.kernel.simd import WIDTH
+from dem.kernel.state import GHOSTS, new_pairs, new_wall_contacts
 from dem.simulation import Air, Simulation
-from dem.state import GHOSTS, new_pairs, new_wall_contacts
 from dem.walls.builder import WallSet
 from facts import refused
 

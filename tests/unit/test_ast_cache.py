@@ -13,7 +13,7 @@ from dem import fingerprint
 
 MODULE = """
 from pathlib import Path
-from dem.source_readings import Readings
+from dem.ast_cache import Readings
 
 def length(text):
     with Path("asked").open("a") as log:

@@ -10,7 +10,7 @@ x-1, x, x+1 of one row are then one run of memory.
 import numpy as np
 from numba import njit
 
-from dem.lanes import FIELDS, WIDTH, bits_of, inlined, load_lanes, lowest_bit
+from dem.kernel.simd import FIELDS, WIDTH, bits_of, inlined, load_lanes, lowest_bit
 
 LEVELS = 10
 LEVEL_RATIO = 1.5

@@ -20,7 +20,7 @@ class Kernel:
         """The numba function."""
         from numba import njit
 
-        import dem.lanes  # noqa: F401  # gives `dem.arithmetic` its compiled form
+        import dem.kernel.simd  # noqa: F401  # gives `dem.kernel.arithmetic` its compiled form
 
         return njit(**OPTIONS)(self.py_func)  # type: ignore[call-overload]
 

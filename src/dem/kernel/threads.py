@@ -19,11 +19,11 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from dem.errors import DemError
-from dem.lanes import WIDTH, inlined
-from dem.state import GHOSTS, Particles, WallContacts, WallScratch, aligned, new_stage
+from dem.kernel.simd import WIDTH, inlined
+from dem.kernel.state import GHOSTS, Particles, WallContacts, WallScratch, aligned, new_stage
 
 if TYPE_CHECKING:
-    from dem.state import Pairs
+    from dem.kernel.state import Pairs
 
 
 VARIABLE = "DEM_THREADS"

@@ -1,7 +1,7 @@
 """What a force law is written with: functions for a float and for lanes alike.
 
 Nothing here loads numba: a law's file is read for what it declares long before anything is
-compiled. `dem.lanes` gives each function its compiled form.
+compiled. `dem.kernel.simd` gives each function its compiled form.
 """
 
 import math

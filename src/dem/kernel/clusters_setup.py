@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from dem.kernel.state import Clusters
 from dem.linear import into_axes, principal_axes
-from dem.state import Clusters
 
 if TYPE_CHECKING:
-    from dem.state import Particles
+    from dem.kernel.state import Particles
 
 
 def build_clusters(

@@ -5,8 +5,8 @@ import math
 
 from numba import njit
 
-from dem.lanes import inlined
-from dem.vectors import add, cross, dot, scale
+from dem.kernel.simd import inlined
+from dem.kernel.vectors import add, cross, dot, scale
 from dem.walls.motion import rotate
 
 

@@ -1,7 +1,7 @@
 """Three-vectors as tuples, for floats and lanes alike."""
 
-from dem.arithmetic import any_lane, minimum, sqrt
-from dem.kernel import law
+from dem.kernel.arithmetic import any_lane, minimum, sqrt
+from dem.kernel.decorator import law
 
 TINY = 1e-30
 

@@ -1,0 +1,1 @@
+"""Grains: their sizes, and the bodies that stand for them."""

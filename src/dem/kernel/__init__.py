@@ -1,0 +1,1 @@
+"""The time step and what it is made of, compiled."""
