@@ -87,7 +87,7 @@ checkpoint plan_joint_push_through:
     output:
         **planned("joint_push_through"),
     params:
-        function="calibration.chain.joint.machines:plan_joint_push_through",
+        function="calibration.chain.push_through:plan_push_through",
         reads=[*PLANNING, *TESTS, "predict"],
         seeds=8,
     message:
@@ -101,7 +101,6 @@ rule joint_push_through:
         design=f"{STUDY}/joint_push_through/design.csv",
         runs=runs_of("joint_push_through"),
         measurements=MEASUREMENTS,
-        factors=FACTORS,
     output:
         summary=f"{STUDY}/joint_push_through/joint_push_through.json",
         metrics=f"{STUDY}/joint_push_through/metrics.csv",
@@ -112,8 +111,8 @@ rule joint_push_through:
             "5 What stays open, in other machines",
         ),
     params:
-        function="calibration.chain.joint.machines:joint_push_through",
-        reads=["experiment", *TESTS, "factors", "measurements", "predict"],
+        function="calibration.chain.push_through:push_through",
+        reads=["experiment", *TESTS, "measurements", "predict"],
     message:
         "what the joint posterior leaves open in other machines"
     script:

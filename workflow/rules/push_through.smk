@@ -27,6 +27,7 @@ rule push_through:
     output:
         summary=f"{STUDY}/push_through/push_through.json",
         metrics=f"{STUDY}/push_through/metrics.csv",
+        shares=f"{STUDY}/push_through/shares.csv",
         runs=f"{STUDY}/push_through/runs.csv",
         figure=page(
             "push_through/push_through.svg", "5 What stays open, in other machines"

@@ -22,7 +22,7 @@ from calibration.intake.measurements import read_measured
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_values, together, write_plan
 from calibration.statistics.nested import nested
-from calibration.statistics.numbers import fixed
+from calibration.statistics.numbers import NORMAL_95, fixed
 from calibration.statistics.ties import first_largest
 from calibration.study.config.measured import rows_of
 from calibration.study.config.tests import predicted
@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 
 ALPHA = 0.05
 """Chance, over all parameters, at which one is said to decide a metric that none decides."""
+LEAST_DRAWS = 4
+"""Draws that an interval of a correlation needs (Fisher's z has n - 3)."""
 
 
 def plan_push_through(study: Study, source: NamedFiles, output: NamedFiles) -> None:
@@ -59,14 +61,14 @@ def plan_push_through(study: Study, source: NamedFiles, output: NamedFiles) -> N
 
 
 def push_through(study: Study, source: NamedFiles, output: NamedFiles) -> None:
-    """The distribution of each metric of each machine. Writes the outputs that the stage
-    declares."""
+    """The distribution of each metric of each machine, and each parameter's share of its spread.
+    Writes the outputs that the rule declares."""
     config = study.config
     design = read_written(source.design)
     machines = {name: config.tests[name] for name in predicted(config)}
     runs = [_with_metrics(design, name, m) for name, m in machines.items()]
     write_table(pd.concat(runs, ignore_index=True), output.runs)
-    rows, drawn = [], []
+    rows, drawn, shared = [], [], []
     for (name, machine), table in zip(machines.items(), runs, strict=True):
         parameters = _parameters(table)
         for metric in metrics_of(machine):
@@ -74,8 +76,11 @@ def push_through(study: Study, source: NamedFiles, output: NamedFiles) -> None:
             rows.append(row)
             if row["low"] is not None:
                 drawn.append((row, table))
+                shared += _shares(row, table[table[metric].notna()], parameters)
     found = pd.DataFrame(rows)
     write_table(found, output.metrics)
+    columns = ["machine", "metric", "parameter", "share", "low", "high", "correlation"]
+    write_table(pd.DataFrame(shared, columns=columns), output.shares)
     write_json(output.summary, {"metrics": rows})
     figures.save(figures.pushed_through(drawn), output.figure)
 
@@ -130,9 +135,36 @@ def _decides(table, metric, parameters):
         return nothing
     found = {p: scipy.stats.spearmanr(means[p], means[metric]) for p in parameters}
     best = parameters[first_largest([abs(found[p].statistic) for p in parameters])]
-    if len(means) < 4 or found[best].pvalue * len(parameters) > ALPHA:
+    if len(means) < LEAST_DRAWS or found[best].pvalue * len(parameters) > ALPHA:
         return nothing
     return {"decides": best, "rank_correlation": float(found[best].statistic)}
+
+
+def _shares(row, runs, parameters):
+    """A row a parameter: its share of the spread of a metric's row that is not the seeds'."""
+    means = runs.groupby("draw")[[row["metric"], *parameters]].mean()
+    values = means[row["metric"]]
+    if len(means) < LEAST_DRAWS or values.nunique() < 2:
+        return []
+    clear = min(row["sd_parameters"] ** 2 / values.var(), 1.0)
+    of = {"machine": row["machine"], "metric": row["metric"]}
+    return [of | {"parameter": p} | _share(means[p], values, clear) for p in parameters]
+
+
+def _share(levels, values, clear):
+    """Of the variance of values (n,) without the seeds' part, the share that goes in a straight
+    line with levels (n,).
+
+    The first-order share of a linear response, whatever hangs together with the parameter, with its
+    95 % interval by Fisher's z; `clear`: part of the variance of the values that is not the seeds'.
+    """
+    r = float(np.corrcoef(levels, values)[0, 1])
+    reach = NORMAL_95 / np.sqrt(len(levels) - 3)
+    ends = np.tanh(np.arctanh(np.clip(r, -1.0 + 1e-12, 1.0 - 1e-12)) + np.array([-reach, reach]))
+    low = 0.0 if ends[0] < 0.0 < ends[1] else (ends**2).min()
+    squares = {"share": r**2, "low": low, "high": (ends**2).max()}
+    found = {k: float(min(x / max(clear, 1e-12), 1.0)) for k, x in squares.items()}
+    return found | {"correlation": r}
 
 
 def _measured(config, name, metric):

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from calibration.chain.joint import machines, words
+from calibration.chain.joint import words
 from calibration.study.config.joint import joint_tests, refined_tests
 from calibration.study.stage import Figure, Plan, Stage
 from dem.experiments import experiments
@@ -52,17 +52,5 @@ STAGES = (
             Plan("joint", expected=_second, every_rig=True),
         ),
         **SHOWN,
-    ),
-    Stage(
-        name="joint_push_through",
-        title="What all tests leave open, in other machines",
-        place=5.4,
-        plans=(Plan("joint_push_through"),),
-        figures=(Figure("push_through", ("metrics.csv", "runs.csv")),),
-        tables=(
-            ("metrics", "Each metric over the draws"),
-            ("shares", "Share of each metric's spread that goes with a parameter"),
-        ),
-        sentences=machines.sentences,
     ),
 )
