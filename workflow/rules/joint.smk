@@ -87,7 +87,7 @@ checkpoint plan_joint_push_through:
     output:
         **planned("joint_push_through"),
     params:
-        function="calibration.chain.push_through:plan_push_through",
+        function="calibration.chain.push_through:plan_joint_push_through",
         reads=[*PLANNING, *TESTS, "predict"],
         seeds=8,
     message:
@@ -111,7 +111,7 @@ rule joint_push_through:
             "5 What stays open, in other machines",
         ),
     params:
-        function="calibration.chain.push_through:push_through",
+        function="calibration.chain.push_through:joint_push_through",
         reads=["experiment", *TESTS, "measurements", "predict"],
     message:
         "what the joint posterior leaves open in other machines"

@@ -85,6 +85,10 @@ def push_through(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     figures.save(figures.pushed_through(drawn), output.figure)
 
 
+# the rules of the joint posterior's draws do the same
+plan_joint_push_through, joint_push_through = plan_push_through, push_through
+
+
 def metrics_of(machine: TestConfig) -> Sequence[str]:
     """The metrics that are reported of a machine."""
     return machine.metrics or experiments()[machine.experiment].targets
