@@ -21,6 +21,7 @@ from calibration.stages.bench_tests import (
     plan_sweep,
 )
 from calibration.study.config import overlay, parse_config
+from calibration.study.config.tests import SWEPT
 from dem.results import write_result
 from dem.spec import parse_spec
 from facts import refused
@@ -60,7 +61,7 @@ def write_measured(drop_heights="150", drop=30.0):
 
 def answer(plan_file, test):
     """Write the result of every planned run by the test's law."""
-    *path, last = SWEEPS[test].key.split(".")
+    *path, last = SWEPT[test].split(".")
     for name, spec in read_plan(plan_file).items():
         level = spec
         for part in (*path, last):

@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import pandas as pd
 import pytest
 import yaml
 
@@ -10,6 +11,7 @@ from calibration.errors import ConfigError
 from calibration.runs import feasibility
 from calibration.runs.feasibility import chance_to_empty, check_ahead, cost_ahead
 from calibration.study.config import overlay, parse_config
+from calibration.study.stage import Plan, Points, Stage
 from facts import refused, tells
 
 ROOT = Path(__file__).parents[2]
@@ -36,7 +38,7 @@ WRONG = {
         "fixed",
     ),
     "a restitution of 5": ({"fixed": {STEEL: 5}}, "restitution = 5.0", "fixed"),
-    "a path out of range": ({"ascent": {"step": {SALT: -0.3}}}, "restitution", "ascent"),
+    "a path out of range": ({"ascent": {"step": {SALT: -0.3}}}, SALT, "ascent"),
     "a region out of range": (
         {"response_surface": {"centre": {SALT: 0.9, "salt_salt_rolling_friction": 0.2}}},
         "restitution = 1.05",
@@ -77,6 +79,19 @@ def test_what_cannot_be_run_is_told_first(changes, name, key):
     with refused(ConfigError, name, key=key) as error:
         check_ahead(study(changes))
     assert len(str(error.value).splitlines()) == 1
+
+
+def test_a_level_that_a_declared_plan_would_run_is_told_first(monkeypatch):
+    """The check has no list of runs of its own."""
+    config = study({})
+
+    def ahead(config, factors):
+        return [Points("polish.at", pd.DataFrame({SALT: [3.0]}), config.experiment, config.own_run)]
+
+    polish = Stage(name="polish", title="Polish", place=6.5, plans=(Plan("polish", ahead),))
+    monkeypatch.setattr(feasibility, "load_stages", lambda: {"polish": polish})
+    with refused(ConfigError, "restitution = 3.0", key="polish.at"):
+        check_ahead(config)
 
 
 @pytest.mark.parametrize("file", ["config/profiles/quick.yaml", "config/profiles/test.yaml", None])

@@ -6,9 +6,9 @@ MACHINES = {m: f"{m}.json" for m in ("push_through", "joint_push_through")}
 # plans whose runs the answer counts; those of the diagnosis are its own
 COUNTED = [
     plan.folder
-    for name in (*CALIBRATION, *SETTINGS.supplements)
+    for name in (*CHAIN, *SETTINGS.supplements)
     for plan in STAGES[name].plans
-    if name != "diagnosis"
+    if name not in ("answer", "diagnosis")
 ]
 
 

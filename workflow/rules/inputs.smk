@@ -1,12 +1,11 @@
 """Functions that give a rule its input files."""
 
-CALIBRATION = ["screening", "ascent", "response_surface", "optimise", "validation"]
 # the parameters that are handed out: the optimum of the chain, or of the draws that meet all tests
 BY_JOINT = handed_out_by(SETTINGS) == "joint"
 HANDED_OUT = {"optimum": f"{STUDY}/optimise/optimum.json"}
 if BY_JOINT:
     HANDED_OUT["draws"] = f"{STUDY}/joint/draws.csv"
-CHAIN = [*CALIBRATION, "answer", "export"]
+CHAIN = [name for name, stage in STAGES.items() if stage.chain]
 
 
 def refusing(asked, files=(), hint=lambda: ""):

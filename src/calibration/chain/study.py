@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from calibration.study.config.schema import Target
     from calibration.study.factors import Choice, Factor
     from calibration.study.simulated_tests import SimulatedTest
+    from calibration.study.stage import Points
 
 
 ALWAYS = ("name", "results")  # where a study's files are; it decides none of their content
@@ -150,6 +151,14 @@ class Study(Results):
         kind = experiment or config.experiment
         base = config.own_run if run is None else run
         return plan(design, self.factors, config, kind, base, self.seeds)
+
+    def plan_points(
+        self, points: Iterable[Points]
+    ) -> tuple[pd.DataFrame, dict[str, dict[str, Any]]]:
+        """`plan` for the points of one run spec or of several, as one table."""
+        from calibration.runs.plans import together
+
+        return together(self.plan(p.design, p.experiment, p.run) for p in points)
 
     def plan_test(
         self, design: pd.DataFrame, test: SimulatedTest, seed: int | None = None

@@ -5,12 +5,12 @@ A level that no run can have would otherwise be met hours later, when its stage 
 """
 
 from functools import partial
-from itertools import combinations, product
+from itertools import product
 from math import exp, prod
 
 from calibration import engines
 from calibration.errors import CalibrationError, ConfigError
-from calibration.study.config import Config, overlay, point_spec, states
+from calibration.study.config import Config, point_spec, states
 from calibration.study.config.tests import key_in
 from calibration.study.cost import (
     BASE_MB,
@@ -21,7 +21,7 @@ from calibration.study.cost import (
     seconds_of,
 )
 from calibration.study.factors import read_factors
-from calibration.study.sweeps import SWEEPS
+from calibration.study.stage import load_stages
 from dem.errors import DemError, SpecError
 from dem.experiments import experiment_of
 from dem.grains.sizes import mean_radius
@@ -162,88 +162,39 @@ def _check_files(where, spec, key, tried):
 
 
 def _specs_ahead(config, factors):
-    """(what it is, run spec as a mapping) of all runs that the configuration alone decides."""
+    """(what it is, run spec as a mapping) of all runs that the configuration alone decides, of
+    those that other experiments make of its tests, and of the corners of the factors' ranges."""
     known = {f.name: f for f in factors}
     fixed = {f.name: f.natural(0.0) for f in factors} | config.fixed
 
-    def at(base, experiment, levels):
-        levels = fixed | levels  # a bench test names keys that no factor sets
+    def at(run, experiment, levels):
+        levels = fixed | levels  # a test may name keys that no factor sets
         levels = {n: known[n].value(level) if n in known else level for n, level in levels.items()}
         keyed = {known[n].key if n in known else n: level for n, level in levels.items()}
-        return point_spec(base, experiment, keyed, config.seed)
+        return point_spec(run, experiment, keyed, config.seed)
 
-    for where, levels in _points(config, factors):
-        yield where, at(config.own_run, config.experiment, levels)
-    rules = config.pour_rate
-    for rate in rules.rates_per_s if rules else ():
-        run = overlay(config.own_run, {"geometry": {"generation_rate_per_s": rate}})
-        yield "pour_rate.rates_per_s", at(run, config.experiment, {})
-    if rules and rules.opened is not None:
-        run = overlay(config.own_run, {"geometry": {"feed": "opened"} | rules.opened})
-        yield "pour_rate.opened", at(run, config.experiment, {})
+    yield "fixed", at(config.own_run, config.experiment, {})
     for name, test in config.tests.items():
         yield f"tests.{name}", at(config.run_of(name), test.experiment, test.fixed)
-        yield from ((f"tests.{name}.sweep", at(*swept)) for swept in _swept(config, name))
-    scaling = config.scaling
-    for experiment in ("heap", "drop") if scaling else ():
-        run = overlay(config.run, getattr(scaling, experiment))
-        yield f"scaling.{experiment}", at(run, experiment, scaling.point)
-
-
-def _swept(config, name):
-    """(run, experiment, levels) of the sweep of a test."""
-    test = config.tests[name]
-    for level in test.sweep.levels if test.sweep else ():
-        if test.experiment in SWEEPS:
-            yield config.run_of(name), test.experiment, {SWEEPS[test.experiment].key: level}
-        for load in test.sweep.normal_stresses_kPa:
-            place = {"geometry.normal_stress_kPa": load}
-            friction = {"contacts.particle_particle.static_friction": level}
-            yield config.run_of(name), test.experiment, test.fixed | friction | place
-
-
-def _points(config, factors):
-    """(what it is, {factor name: level}) of the study's own points: fixed levels, screening,
-    corners, path, region."""
-    yield "fixed", {}
-    yield from (("screening", levels) for levels in _screening(config, factors))
+    for points in _points_ahead(config, factors):
+        named = [c for c in points.design if c in known or "." in c]
+        # a design without a named level has one point
+        rows = points.design[named].drop_duplicates().to_dict("records") or [{}]
+        for levels in rows:
+            yield points.key, at(points.run, points.experiment, levels)
     ends = [(f.low, f.high) for f in factors]
     if prod(map(len, ends)) <= MOST_CORNERS:
         for corner in product(*ends):
-            named = dict(zip((f.name for f in factors), corner, strict=True))
-            yield "a corner of the factors' ranges", named
-    path = config.ascent
-    both = [n for n in path.start if n in path.step]
-    for number in range(path.steps if both and path.rule == "configured" else 0):
-        yield "ascent", {n: path.start[n] + number * path.step[n] for n in both}
-    yield "response_surface.centre", config.response_surface.centre
-    yield from (("response_surface", levels) for levels in _region(config.response_surface))
-    yield "optimise.point", config.optimise.point
+            levels = dict(zip(known, corner, strict=True))
+            yield "a corner of the factors' ranges", at(config.own_run, config.experiment, levels)
 
 
-def _screening(config, factors):
-    """Levels of the screening's runs. Raises ConfigError for a design that cannot be made."""
-    from calibration.statistics.screening_design import screening_design  # loads scipy
-
-    rules = config.screening
-    try:
-        design = screening_design(factors, rules)
-    except ConfigError:
-        raise
-    except CalibrationError as error:
-        raise ConfigError(f"{error}", key="screening") from None
-    names = [f.name for f in factors]
-    return design[names].drop_duplicates().to_dict("records")
-
-
-def _region(region):
-    """Levels of the runs of a Box-Behnken design whose centre is given: pairs of factors at their
-    ends."""
-    known = [n for n in region.centre if n in region.half_width]
-    for pair in combinations(known, 2):
-        for signs in product((-1.0, 1.0), repeat=2):
-            ends = {
-                n: region.centre[n] + s * region.half_width[n]
-                for n, s in zip(pair, signs, strict=True)
-            }
-            yield region.centre | ends
+def _points_ahead(config, factors):
+    """`Points` of the plans of all stages. Raises ConfigError for a design that cannot be made."""
+    for plan in (plan for stage in load_stages().values() for plan in stage.plans if plan.ahead):
+        try:
+            yield from plan.ahead(config, factors)
+        except ConfigError:
+            raise
+        except CalibrationError as error:
+            raise ConfigError(f"{error}", key=plan.folder) from None

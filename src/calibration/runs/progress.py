@@ -124,15 +124,16 @@ def progress(config: Config, store: RunStore | None = None) -> Progress:
     store, plans, left = store or RunStore(config.runs), [], []
     walls: dict[str, list[float]] = {}  # {experiment: of the chain}
     above_s: dict[str, float] = {}  # {plan: mean of its own}
-    for name, declared, names in _plans(f"{config.results}/{config.name}"):
-        if not names and not (declared.expected and declared.expected(config)):
+    for name, declared, names, own in _plans(config):
+        expected = 0 if names or not own else declared.expected(config)
+        if not names and not expected:
             continue
         ended = [e for n in names if (e := store.known(n)) and is_current(e["engine"])]
         over = {entry["run"] for entry in ended}
         if declared is None:  # stages above keep a run without a value, and go on
             over |= {n for n in names if (store.folder(n) / FAILED).exists()}
         failed = tuple(n for n in names if n not in over and (store.folder(n) / REPEAT).exists())
-        total = len(names) or declared.expected(config)
+        total = len(names) or expected
         short = bool(declared and declared.batches)  # a share of a process each
         none = sum(bool(entry.get(REFUSED)) for entry in ended)
         above = declared is None
@@ -178,15 +179,16 @@ def _mean(seconds):
     return sum(seconds) / len(seconds) if seconds else None
 
 
-def _plans(folder):
-    """[(folder of a plan, what is declared of it, its runs)] of a study, in the stages' order.
-    Plans of stages above this layer come first, as their folders have them, without a
-    declaration."""
-    made, own = {name: runs for name, runs in plans_of(folder) if runs}, planning()
-    others = made.keys() - {plan.folder for plan in own}
+def _plans(config):
+    """[(folder of a plan, what is declared of it, its runs, whether the study makes it of its own
+    accord)] in the stages' order. Plans of stages above this layer come first, as their folders
+    have them, without a declaration."""
+    folder, known = f"{config.results}/{config.name}", planning(config)
+    made = {name: runs for name, runs in plans_of(folder) if runs}
+    others = made.keys() - {plan.folder for plan, _ in known}
     return [
-        *((name, None, made[name]) for name in sorted(others)),
-        *((plan.folder, plan, made.get(plan.folder, {})) for plan in own),
+        *((name, None, made[name], False) for name in sorted(others)),
+        *((plan.folder, plan, made.get(plan.folder, {}), own) for plan, own in known),
     ]
 
 

@@ -476,6 +476,7 @@ STAGES = (
         name="answer",
         title="Every measured value",
         place=5.05,
+        chain=True,
         # a measured row that cannot be simulated is told, and stops nothing
         figures=(Figure("pulls", ("tests.csv", "answer.json")),),
         plans=(Plan("answer", batches=2, failures="kept", every_rig=True),),

@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import pandas as pd
+
 from calibration import figures
 from calibration.chain.responses import (
     judge,
@@ -20,12 +22,11 @@ from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
 from calibration.statistics.design import path_from_effects, steepest_path
 from calibration.study.config import read_target
-from calibration.study.factors import read_factors
-from calibration.study.stage import Figure, Plan, Stage
+from calibration.study.factors import Choice, read_factors
+from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.figure import Figure as Drawing
 
     from calibration.chain.handed_over import NamedFiles
@@ -37,22 +38,36 @@ if TYPE_CHECKING:
 def plan_ascent(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan the path. It is the configured one if that covers all factors, else it follows the
     effects on the first target. All targets decide which of its points comes nearest."""
-    config, factors, screening = study.config, study.factors, read_json(source.screening)
-    chosen = _chosen(factors, screening["factors"])
-    start, step = config.ascent.start, config.ascent.step
-    configured = config.ascent.rule == "configured" and all(
-        f.name in start and f.name in step for f in chosen
-    )
+    screening = read_json(source.screening)
+    chosen = [next(f for f in study.factors if f.name == name) for name in screening["factors"]]
+    effects = {f.code: screening["effects"][f.name] for f in chosen}
+    write_plan(Path(output.plan).parent, *study.plan(_path(study.config, chosen, effects)))
+
+
+def _path(config, chosen, effects):
+    """Design table of the path in the factors `chosen`."""
+    rules = config.ascent
+    start, step = rules.start, rules.step
+    configured = rules.rule == "configured" and all(_named(config, f) for f in chosen)
     if not configured:
-        effects = {f.code: screening["effects"][f.name] for f in chosen}
-        start, step = path_from_effects(chosen, effects, config.ascent.steps)
-    design = steepest_path(chosen, start, step, config.ascent.steps)
+        start, step = path_from_effects(chosen, effects, rules.steps)
+    design = steepest_path(chosen, start, step, rules.steps)
     design["path"] = "configured" if configured else "effects"
-    write_plan(Path(output.plan).parent, *study.plan(design))
+    return design
 
 
-def _chosen(factors, names):
-    return [next(f for f in factors if f.name == n) for n in names]
+def _named(config, factor):
+    return factor.name in config.ascent.start and factor.name in config.ascent.step
+
+
+def _ahead(config, factors):
+    """The configured path in all factors that it names; without one its number of points."""
+    named = [f for f in factors if _named(config, f) and not isinstance(f, Choice)]
+    if named and config.ascent.rule == "configured":
+        design = _path(config, named, {})
+    else:
+        design = pd.DataFrame(index=range(config.ascent.steps))
+    return [Points("ascent", design, config.experiment, config.own_run)]
 
 
 def ascent(study: Study, source: NamedFiles, output: NamedFiles) -> None:
@@ -142,7 +157,8 @@ STAGES = (
         name="ascent",
         title="Steepest ascent",
         place=2,
-        plans=(Plan("ascent", expected=lambda config: config.ascent.steps),),
+        chain=True,
+        plans=(Plan("ascent", ahead=_ahead),),
         figures=(Figure("path", ("runs.csv",)),),
         tables=(("runs", "Path and results"),),
         sentences=sentences,

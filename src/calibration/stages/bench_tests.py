@@ -7,6 +7,7 @@ confirm it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,10 +20,9 @@ from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_metric, write_plan
 from calibration.study.config import point_spec, read_swept
-from calibration.study.config.tests import sweep_of, swept_test
+from calibration.study.config.tests import SWEPT, is_swept, sweep_of, swept_test
 from calibration.study.factors import factor_of
-from calibration.study.stage import Figure, Plan, Stage
-from calibration.study.sweeps import SWEEPS
+from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json
 from dem.spec import parse_spec
 from dem.units import behind, in_ascii, unit_of
@@ -36,9 +36,25 @@ if TYPE_CHECKING:
     from calibration.figures import Response
 
 
+@dataclass(frozen=True)
+class Sweep:
+    """What a bench test that calibrates a factor measures; `repeats` is the geometry key of the
+    repeats within a run."""
+
+    metric: str
+    spread: str
+    repeats: str
+
+
+SWEEPS = {
+    "tilt": Sweep("sliding_angle_deg", "sliding_angle_sd_deg", "trials"),
+    "drop": Sweep("rebound_height_mm", "rebound_height_sd_mm", "drops"),
+}
+
+
 def swept(study: Study, test: str) -> str:
     """Name of the factor that a test calibrates. Raises ConfigError for a study without it."""
-    return factor_of(study.factors, SWEEPS[test].key).name
+    return factor_of(study.factors, SWEPT[test]).name
 
 
 def measured(study: Study, test: str) -> float:
@@ -62,9 +78,23 @@ def rig(study: Study, test: str) -> dict[str, Any]:
 
 def plan_sweep(study: Study, test: str, output: NamedFiles) -> None:
     """Plan a run at each level of the sweep."""
-    levels = sweep_of(study.config, test).levels
-    columns = {"run": range(1, len(levels) + 1), swept(study, test): levels}
-    write_plan(Path(output.plan).parent, *study.plan(pd.DataFrame(columns), test, rig(study, test)))
+    points = _levels(study.config, study.factors, test)
+    write_plan(Path(output.plan).parent, *study.plan_points(points))
+
+
+def _levels(config, factors, test):
+    """`Points` of the levels of a test's sweep. Raises ConfigError for a study without it."""
+    name, levels = swept_test(config, test), sweep_of(config, test).levels
+    factor = factor_of(factors, SWEPT[test]).name
+    design = pd.DataFrame({"run": range(1, len(levels) + 1), factor: levels})
+    return [Points(f"tests.{name}.sweep", design, test, config.run_of(name))]
+
+
+def _ahead(test):
+    def ahead(config, factors):
+        return _levels(config, factors, test) if is_swept(config, factors, test) else []
+
+    return ahead
 
 
 def inverse_of(coefficients: np.ndarray, target: float, low: float, high: float) -> float:
@@ -223,7 +253,7 @@ STAGES = (
             name=test,
             title=title,
             place=place,
-            plans=(Plan(test, batches=batches), Plan(f"{test}_confirmation", batches=1)),
+            plans=(Plan(test, _ahead(test), batches), Plan(f"{test}_confirmation", batches=1)),
             figures=(Figure(test, ("runs.csv",)),),
             tables=(("runs", "Runs"),),
             sentences=sentences,

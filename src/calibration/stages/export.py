@@ -128,7 +128,7 @@ def export_converted(study: Study, source: NamedFiles, output: Sequence[str]) ->
 
 
 STAGES = (
-    Stage(name="export", title="Export", place=9),
+    Stage(name="export", title="Export", place=9, chain=True),
     Stage(
         name="exports/converted",
         title="Export with converted rolling friction",

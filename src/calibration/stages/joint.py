@@ -3,29 +3,34 @@ their own."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import pandas as pd
 
 from calibration.chain.joint import words
-from calibration.study.config.joint import joint_tests, refined_tests
-from calibration.study.stage import Figure, Plan, Stage
-from dem.experiments import experiments
-
-if TYPE_CHECKING:
-    from calibration.study.config import Config
+from calibration.study.config.joint import joint_factors, joint_tests, refined_tests
+from calibration.study.stage import Figure, Plan, Points, Stage
 
 
-def _first(config: Config) -> int:
-    """Runs that a study which waits for the stage plans first, none of another: the common design
-    of each test, and what is repeated of it where runs scatter."""
-    waits = joint_tests(config) if "joint" in config.supplements else ()
-    scatter = [experiments()[config.tests[name].experiment].poured for name in waits]
-    return config.joint.runs * len(scatter) + config.joint.repeated * sum(scatter)
+def _first(config, factors):
+    """The common design of each test and what is repeated of it, where the study waits for them."""
+    if "joint" not in config.supplements:
+        return []
+    from calibration.chain.joint.plans import first_points  # loads what samples a posterior
+
+    d = len(joint_factors(config, factors))
+    return [_points(config, n, len(first_points(config, n, d))) for n in joint_tests(config)]
 
 
-def _second(config: Config) -> int:
-    """Runs that are added where the posterior is wide."""
+def _second(config, factors):
+    """Runs that are added where the posterior is wide, where the study waits for them."""
     waits = refined_tests(config) if "joint" in config.supplements else ()
-    return config.joint.second_wave * len(waits)
+    return [_points(config, name, config.joint.second_wave) for name in waits]
+
+
+def _points(config, name, count):
+    run, experiment = config.run_of(name), config.tests[name].experiment
+    return Points(f"tests.{name}", pd.DataFrame(index=range(count)), experiment, run)
 
 
 SHOWN: Any = {
@@ -48,8 +53,8 @@ STAGES = (
         place=5.3,
         # the second plan has the runs that the first ones ask for
         plans=(
-            Plan("joint_first", expected=_first, every_rig=True),
-            Plan("joint", expected=_second, every_rig=True),
+            Plan("joint_first", ahead=_first, every_rig=True),
+            Plan("joint", ahead=_second, every_rig=True),
         ),
         **SHOWN,
     ),

@@ -26,7 +26,7 @@ from calibration.statistics.surface import fit_surface, outliers, parameter_inte
 from calibration.study.config import goals, read_target
 from calibration.study.factors import Factor
 from calibration.study.physical_limits import inside, physical_range
-from calibration.study.stage import Figure, Plan, Stage
+from calibration.study.stage import Figure, Plan, Points, Stage
 from calibration.telling.answer.words import given_nowhere, out_of_reach
 from dem.io.files import write_json
 
@@ -72,6 +72,13 @@ def plan_candidate(study: Study, source: NamedFiles, output: NamedFiles) -> None
     made = set(first["run_id"])
     added = {name: spec for name, spec in specs.items() if name not in made}
     write_plan(folder, table, added)
+
+
+def _ahead(config, factors):
+    """The first runs at the candidate, near the point that the configuration names."""
+    found, count = {"optimum": config.optimise.point}, config.optimise.candidate_runs
+    rows = _rows(config, found, count)
+    return [Points("optimise.point", rows, config.experiment, config.own_run)]
 
 
 def _rows(config, found, count):
@@ -425,8 +432,9 @@ STAGES = (
         name="optimise",
         title="Optimum",
         place=4,
+        chain=True,
         plans=(
-            Plan("candidate_first", expected=lambda config: config.optimise.candidate_runs),
+            Plan("candidate_first", ahead=_ahead),
             Plan("candidate"),
         ),
         figures=(Figure("contours", ("solution_set.csv", "optimum.json")),),

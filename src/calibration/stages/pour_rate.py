@@ -18,10 +18,10 @@ from calibration import figures
 from calibration.errors import CalibrationError
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
-from calibration.runs.plans import read_plan, read_values, together, write_plan
+from calibration.runs.plans import read_plan, read_values, write_plan
 from calibration.statistics.numbers import signed
 from calibration.study.config import overlay, point_spec
-from calibration.study.stage import Figure, Plan, Stage
+from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.experiments.heap import capacity
 from dem.grains.sizes import grain_volume
 from dem.io.files import write_json
@@ -42,15 +42,33 @@ LEVEL = 0.95
 
 def plan_pour_rate(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan heaps at the optimum at each rate, and out of the opened funnel where that is asked."""
-    config, optimum = study.config, read_json(source.optimum)["optimum"]
-    rules, parts = config.pour_rate, []
-    rigs = [(f"{rate:g}", {"generation_rate_per_s": rate}) for rate in rules.rates_per_s]  # type: ignore[union-attr]  # the stage has its section
-    if rules.opened is not None:  # type: ignore[union-attr]  # the stage has its section
-        rigs.append((OPENED, {"feed": "opened"} | rules.opened))  # type: ignore[union-attr]  # the stage has its section
-    for rig, geometry in rigs:
-        design = pd.DataFrame([{"rig": rig} | optimum] * rules.heaps)  # type: ignore[union-attr]  # the stage has its section
-        parts.append(study.plan(design, run=overlay(config.own_run, {"geometry": geometry})))
-    write_plan(Path(output.plan).parent, *together(parts))
+    points = _rigs(study.config, read_json(source.optimum)["optimum"])
+    write_plan(Path(output.plan).parent, *study.plan_points(points))
+
+
+def _rigs(config, levels):
+    """`Points` of the heaps of each rig at {factor: level}."""
+    rules = config.pour_rate
+    rigs = [
+        ("pour_rate.rates_per_s", f"{rate:g}", {"generation_rate_per_s": rate})
+        for rate in rules.rates_per_s
+    ]
+    if rules.opened is not None:
+        rigs.append(("pour_rate.opened", OPENED, {"feed": "opened"} | rules.opened))
+    return [
+        Points(
+            key,
+            pd.DataFrame([{"rig": rig} | levels] * rules.heaps),
+            config.experiment,
+            overlay(config.own_run, {"geometry": geometry}),
+        )
+        for key, rig, geometry in rigs
+    ]
+
+
+def _ahead(config, factors):
+    """The heaps of each rig, none of a study that does not ask for them."""
+    return _rigs(config, {}) if config.pour_rate else []
 
 
 def pour_rate(study: Study, source: NamedFiles, output: NamedFiles) -> None:
@@ -179,7 +197,7 @@ STAGES = (
         name="pour_rate",
         title="How fast the grains arrive",
         place=7.5,
-        plans=(Plan("pour_rate"),),
+        plans=(Plan("pour_rate", ahead=_ahead),),
         figures=(Figure("pour_rate", ("rates.csv", "runs.csv")),),
         tables=(("rates", "Rates and rigs"),),
         sentences=sentences,

@@ -26,9 +26,9 @@ from calibration.statistics.surface import (
     outliers,
     reduced_surface,
 )
-from calibration.study.factors import read_factors
+from calibration.study.factors import Choice
 from calibration.study.physical_limits import inside, physical_range
-from calibration.study.stage import Figure, Plan, Stage
+from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json
 
 if TYPE_CHECKING:
@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     from calibration.figures import Response
     from calibration.statistics.factor import CodedFactor
     from calibration.statistics.surface import Surface
-    from calibration.study.config import Config
 
 
 def plan_response_surface(study: Study, source: NamedFiles, output: NamedFiles) -> None:
@@ -58,17 +57,36 @@ def plan_response_surface(study: Study, source: NamedFiles, output: NamedFiles) 
     write_json(output.region, [vars(f) for f in region])
 
 
+def _ahead(config, factors):
+    """The design of as many factors as may go on, with the levels of those whose centre and half
+    width the configuration names."""
+    rules = config.response_surface
+    numbers = [f for f in factors if not isinstance(f, Choice)]
+    named = [f for f in numbers if _named(rules, f)]
+    others = [f for f in numbers if f not in named]
+    varied = [*named, *others][: config.screening.at_most]
+    region = [_around(f, rules.centre.get(f.name, f.centre), config) for f in varied]
+    design = region_design(region, rules).drop(columns=[f.name for f in varied if f in others])
+    return [Points("response_surface", design, config.experiment, config.own_run)]
+
+
+def _named(rules, factor):
+    return factor.name in rules.centre and factor.name in rules.half_width
+
+
 def _around(factor, centre, config):
     """The factor with levels centre -+ half width: the configured one or a fifth of the factor's
     range.
 
-    Levels beyond what is physically possible move the region, and half the centre is the most, so
-    that no friction becomes zero.
+    Levels beyond what is physically possible move the region, unless the configuration names them.
+    Half the centre is the most, so that no friction becomes zero.
     """
-    half = config.response_surface.half_width.get(factor.name, 0.2 * (factor.high - factor.low))
+    rules = config.response_surface
+    half = rules.half_width.get(factor.name, 0.2 * (factor.high - factor.low))
     half = min(half, 0.5 * abs(centre))
-    limits = physical_range(factor.key, config.experiment)
-    centre, half = inside(centre, half, *limits)
+    if not _named(rules, factor):
+        limits = physical_range(factor.key, config.experiment)
+        centre, half = inside(centre, half, *limits)
     return replace(factor, low=round(centre - half, 9), high=round(centre + half, 9))
 
 
@@ -277,22 +295,13 @@ def _or_none(value):
     return "none" if value is None else fixed(value, 3)
 
 
-def runs(config: Config) -> int:
-    """Number of runs of the design, of as many factors as may go on."""
-    from calibration.statistics.composite import surface_design
-
-    rules, going_on = config.response_surface, read_factors(config.factors)
-    region = going_on[: config.screening.at_most]
-    design = surface_design(region, rules.centre_runs, rules.replicates)
-    return len(design) + rules.added_runs
-
-
 STAGES = (
     Stage(
         name="response_surface",
         title="Response surface",
         place=3,
-        plans=(Plan("response_surface", expected=runs),),
+        chain=True,
+        plans=(Plan("response_surface", ahead=_ahead),),
         figures=(
             Figure("surfaces", ("coefficients.csv",)),
             Figure("predicted_actual", ("diagnostics.csv",)),

@@ -42,7 +42,7 @@ from calibration.statistics.dimensions import (
 )
 from calibration.statistics.numbers import fixed
 from calibration.study.config import given, overlay, point_spec
-from calibration.study.stage import Figure, Plan, Stage
+from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.constants import GRAVITY
 from dem.grains.sizes import mean_radius
 from dem.io.files import write_json
@@ -157,15 +157,27 @@ def seeds_of(section: ScalingConfig, experiment: str, cohesive: bool, h: float) 
 def plan_scaling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan every experiment under every rule and scale, without and with cohesion, with all
     seeds."""
-    config, parts = study.config, []
-    section = given(config, "scaling", "scaling")
-    cases = product(EXPERIMENTS, RULES, (False, True), section.factors)
-    for experiment, rule, cohesive, h in cases:
-        run = enlarged(base_run(config, experiment, cohesive), experiment, RULES[rule], h)
-        rows = pd.DataFrame([section.point] * seeds_of(section, experiment, cohesive, h))
-        rows = rows.assign(rule=rule, cohesive=cohesive, scale=h)
-        parts.append(study.plan(rows, experiment, run))
+    given(study.config, "scaling", "scaling")
+    parts = []
+    for case, rule, h in _cases(study.config):
+        run = enlarged(case.run, case.experiment, RULES[rule], h)
+        parts.append(study.plan(case.design, case.experiment, run))
     write_plan(Path(output.plan).parent, *together(parts))
+
+
+def _cases(config):
+    """(`Points` at scale 1, rule, scale) of each case that is run."""
+    section = config.scaling
+    for kind, rule, cohesive, h in product(EXPERIMENTS, RULES, (False, True), section.factors):
+        rows = pd.DataFrame([section.point] * seeds_of(section, kind, cohesive, h))
+        rows = rows.assign(rule=rule, cohesive=cohesive, scale=h)
+        run = base_run(config, kind, cohesive)
+        yield Points(f"scaling.{kind}", rows, kind, run), rule, h
+
+
+def _ahead(config, factors):
+    """The runs of all cases as they are at scale 1, none of a study that does not ask for them."""
+    return [case for case, _, _ in _cases(config)] if config.scaling else []
 
 
 OVERLAP = 0.01  # of the radius
@@ -533,7 +545,7 @@ STAGES = (
         name="scaling",
         title="Scaling of the particles",
         place=7.5,
-        plans=(Plan("scaling", batches=4),),
+        plans=(Plan("scaling", _ahead, 4),),
         figures=(Figure("scaling"),),
         tables=(("scaling", "Scaling"),),
         about="What coarser particles change, and which rule keeps what.",

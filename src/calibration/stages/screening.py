@@ -35,7 +35,7 @@ from calibration.statistics.screening import (
 from calibration.statistics.screening_design import screening_design
 from calibration.statistics.two_level import alias_groups
 from calibration.study.factors import Choice, read_factors
-from calibration.study.stage import Figure, Plan, Stage
+from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json
 
 if TYPE_CHECKING:
@@ -45,15 +45,18 @@ if TYPE_CHECKING:
     from calibration.chain.handed_over import NamedFiles
     from calibration.chain.study import Study
     from calibration.figures import Response
-    from calibration.study.config import Config
 
 
 def plan_screening(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan the design: the configured table of coded levels, or a generated one."""
-    config = study.config
-    rules = config.screening
-    planned = study.plan(screening_design(study.factors, rules))
-    write_plan(Path(output.plan).parent, *planned)
+    points = _ahead(study.config, study.factors)
+    write_plan(Path(output.plan).parent, *study.plan_points(points))
+
+
+def _ahead(config, factors):
+    """The design, which the configuration and the factors decide."""
+    design = screening_design(factors, config.screening)
+    return [Points("screening", design, config.experiment, config.own_run)]
 
 
 def screening(study: Study, source: NamedFiles, output: NamedFiles) -> None:
@@ -347,20 +350,13 @@ def _aliasing_in_words(summary, response, folded):
     return texts
 
 
-def runs(config: Config) -> int:
-    """Number of runs of the design."""
-    # takes half a second to load, which a run need not wait for once the stage is planned
-    from calibration.statistics.screening_design import screening_design
-
-    return len(screening_design(read_factors(config.factors), config.screening))
-
-
 STAGES = (
     Stage(
         name="screening",
         title="Screening",
         place=1,
-        plans=(Plan("screening", expected=runs),),
+        chain=True,
+        plans=(Plan("screening", ahead=_ahead),),
         figures=(Figure("half_normal", ("effects.csv",)), Figure("pareto", ("effects.csv",))),
         tables=(
             ("runs", "Design and results"),

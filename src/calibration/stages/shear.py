@@ -26,9 +26,9 @@ from calibration.intake.tables import read_written
 from calibration.runs.plans import read_metric, together, write_plan
 from calibration.statistics.numbers import fixed
 from calibration.study.config import overlay, read_swept
-from calibration.study.config.tests import sweep_of, swept_test
+from calibration.study.config.tests import SHEAR, SWEPT, is_swept, sweep_of, swept_test
 from calibration.study.factors import factor_of
-from calibration.study.stage import Figure, Plan, Stage
+from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json
 
 if TYPE_CHECKING:
@@ -41,7 +41,6 @@ if TYPE_CHECKING:
     from calibration.study.config import Config
 
 
-KEY = "contacts.particle_particle.static_friction"
 METRICS = {"peak": "shear_stress_kPa", "steady": "steady_shear_stress_kPa"}
 MEASURE = "peak"  # the bench reads the peak of each shear after pre-shear
 GRID = 1001
@@ -71,17 +70,29 @@ def measured_locus(config: Config) -> tuple[float, float]:
 def plan_shear(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan replicates at each particle friction and normal stress; each cell of the design has its
     own seeds."""
-    config, parts = study.config, []
-    name, section = swept_test(config, "shear"), sweep_of(config, "shear")
-    base, factor = config.run_of(name), factor_of(study.factors, KEY).name
-    for k, (level, stress) in enumerate(product(section.levels, section.normal_stresses_kPa)):
-        run = overlay(base, {"geometry": {"normal_stress_kPa": stress}})
-        first_seed = config.seed + k * section.replicates
-        rows = pd.DataFrame({"replicate": range(1, section.replicates + 1), factor: level})
-        rows = rows.assign(**{n: v for n, v in config.tests[name].fixed.items() if n != factor})
-        table, specs = study.plan(rows, "shear", run, first_seed)
+    first_seed, parts = study.config.seed, []
+    for cell in _cells(study.config, study.factors):
+        table, specs = study.plan(cell.design, cell.experiment, cell.run, first_seed)
+        stress = cell.run["geometry"][LOAD]
         parts.append((table.assign(normal_stress_kPa=stress), specs))
+        first_seed += len(cell.design)
     write_plan(Path(output.plan).parent, *together(parts))
+
+
+def _cells(config, factors):
+    """`Points` of each particle friction and normal stress."""
+    name, section = swept_test(config, "shear"), sweep_of(config, "shear")
+    base, factor = config.run_of(name), factor_of(factors, SWEPT[SHEAR]).name
+    held = {n: v for n, v in config.tests[name].fixed.items() if n != factor}
+    for level, stress in product(section.levels, section.normal_stresses_kPa):
+        run = overlay(base, {"geometry": {LOAD: stress}})
+        rows = pd.DataFrame({"replicate": range(1, section.replicates + 1), factor: level})
+        yield Points(f"tests.{name}.sweep", rows.assign(**held), "shear", run)
+
+
+def _ahead(config, factors):
+    """The replicates of all cells, none of a study without the test."""
+    return [*_cells(config, factors)] if is_swept(config, factors, "shear") else []
 
 
 def yield_locus(
@@ -173,7 +184,7 @@ def shear(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Yield loci at each friction, the slope over the friction, and what follows for the
     friction."""
     config, runs = study.config, read_written(source.design)
-    measured, factor = measured_locus(config), factor_of(study.factors, KEY).name
+    measured, factor = measured_locus(config), factor_of(study.factors, SWEPT[SHEAR]).name
     for name, metric in METRICS.items():
         runs[f"{name}_kPa"] = read_metric(runs["run_id"], metric)
     loci = [
@@ -299,7 +310,7 @@ STAGES = (
         name="shear",
         title="Bench test: direct shear",
         place=7.3,
-        plans=(Plan("shear", batches=2),),
+        plans=(Plan("shear", _ahead, 2),),
         figures=(Figure("yield_locus", ("runs.csv", "shear.json")),),
         tables=(("runs", "Runs"),),
         sentences=sentences,

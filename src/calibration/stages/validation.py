@@ -19,7 +19,7 @@ from calibration.statistics.numbers import difference_of
 from calibration.statistics.stated import Stated
 from calibration.statistics.validate import compare
 from calibration.study.config import is_measured, read_target
-from calibration.study.stage import Figure, Plan, Stage
+from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json
 
 if TYPE_CHECKING:
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from calibration.chain.study import Study
     from calibration.figures import Response
     from calibration.statistics.validate import Comparison
-    from calibration.study.config import Config
 
 
 def handed_out(source: NamedFiles) -> dict[str, float]:
@@ -44,14 +43,24 @@ def handed_out(source: NamedFiles) -> dict[str, float]:
 def plan_validation(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan groups of replicates at the parameters that are handed out. Their seeds are their own:
     a run that led to the choice does not judge it."""
-    config, levels = study.config, handed_out(source)
+    points = _replicates(study.config, handed_out(source))
+    write_plan(Path(output.plan).parent, *study.plan_points(points))
+
+
+def _replicates(config, levels):
+    """`Points` of the replicates at {factor: level}."""
+    rules = config.validation
     rows = [
-        {"run": g * config.validation.replicates + r + 1, "group": g + 1, "replicate": r + 1}
-        | levels
-        for g in range(config.validation.groups)
-        for r in range(config.validation.replicates)
+        {"run": g * rules.replicates + r + 1, "group": g + 1, "replicate": r + 1} | levels
+        for g in range(rules.groups)
+        for r in range(rules.replicates)
     ]
-    write_plan(Path(output.plan).parent, *study.plan(pd.DataFrame(rows)))
+    return [Points("optimise.point", pd.DataFrame(rows), config.experiment, config.own_run)]
+
+
+def _ahead(config, factors):
+    """The replicates, near the point that the configuration names."""
+    return _replicates(config, config.optimise.point)
 
 
 def validation(study: Study, source: NamedFiles, output: NamedFiles) -> None:
@@ -160,17 +169,13 @@ def _difference(found, response):
     )
 
 
-def runs(config: Config) -> int:
-    """Number of replicates."""
-    return config.validation.groups * config.validation.replicates
-
-
 STAGES = (
     Stage(
         name="validation",
         title="Validation",
         place=5,
-        plans=(Plan("validation", expected=runs),),
+        chain=True,
+        plans=(Plan("validation", ahead=_ahead),),
         figures=(Figure("validation", ("runs.csv", "validation.json")),),
         tables=(("runs", "Replicates"),),
         sentences=sentences,

@@ -7,15 +7,20 @@ read whenever a study is opened, so their modules load no library that computes 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pkgutil import iter_modules
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from calibration.study.factors import read_factors
+
 if TYPE_CHECKING:
+    import pandas as pd
+
     from calibration.study.config import Config
+    from calibration.study.factors import Choice, Factor
 
 OWN = "calibration.stages"
 """Package with a module for each stage, or for those that belong together."""
@@ -33,12 +38,24 @@ class Figure:
 
 
 @dataclass(frozen=True)
+class Points:
+    """Runs of one run spec, a row of `design` each. A factor that has no column is at the level
+    that the study holds it at. key : of the configuration, where a level of them stands."""
+
+    key: str
+    design: pd.DataFrame
+    experiment: str
+    run: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
 class Plan:
     """Runs that a stage plans.
 
     folder : of the plan, in the study's
-    expected : number of runs by the configuration, before they are planned, for the progress; None
-        where only earlier runs tell
+    ahead : the `Points` of its runs by the configuration and the factors, before they are planned,
+        from the function that plans them; what only earlier runs tell has no column. None where
+        these tell the number too
     batches : processes that share these runs, or a function of the study; where None, as many as
         the cost of a run asks for
     failures : "refused" or "kept"
@@ -46,27 +63,34 @@ class Plan:
     """
 
     folder: str
-    expected: Callable | None = None
+    ahead: Callable[[Config, Sequence[Factor | Choice]], list[Points]] | None = None
     batches: int | Callable | None = None
     failures: str = "refused"
     every_rig: bool = False
+
+    def expected(self, config: Config) -> int:
+        """Return the number of runs as far as the configuration tells it."""
+        ahead = self.ahead(config, read_factors(config.factors)) if self.ahead else []
+        return sum(len(points.design) for points in ahead)
 
 
 @dataclass(frozen=True)
 class Stage:
     """A stage: its plans of runs, and what the page says of it.
 
-    name : of its folder in the study's; place : order on the page; tables : (file without suffix,
-    title); sentences : gives lines of text from the stage's summary and the response; about : a
-    line for a stage whose folder is shown as it is, without the columns `unshown` {table: columns};
-    pictured : the plan whose heaps are shown; made_by : the rule that ends it, which bears its name
-    unless given; also_made_by : names of the rules before it whose files page and crate hold, by
-    the configuration; those of its plans, `plan_<folder>`, unless given.
+    name : of its folder in the study's; place : order on the page; chain : whether every study
+    makes it; tables : (file without suffix, title); sentences : gives lines of text from the
+    stage's summary and the response; about : a line for a stage whose folder is shown as it is,
+    without the columns `unshown` {table: columns}; pictured : the plan whose heaps are shown;
+    made_by : the rule that ends it, which bears its name unless given; also_made_by : names of the
+    rules before it whose files page and crate hold, by the configuration; those of its plans,
+    `plan_<folder>`, unless given.
     """
 
     name: str
     title: str
     place: float
+    chain: bool = False
     plans: tuple[Plan, ...] = ()
     figures: tuple[Figure, ...] = ()
     tables: tuple[tuple[str, str], ...] = ()
@@ -119,12 +143,12 @@ def _declared(module: ModuleType) -> Iterator[Stage]:
     yield from getattr(module, "STAGES", ())
 
 
-def planning() -> list[Plan]:
-    """The declared plans, those beside the chain first, in the stages' order."""
-    plans = [plan for stage in load_stages().values() for plan in stage.plans]
-    return sorted(plans, key=lambda plan: bool(plan.expected))
-
-
-def expected_runs(config: Config) -> int:
-    """Number of runs of a study before any has been planned."""
-    return sum(plan.expected(config) for plan in planning() if plan.expected)
+def planning(config: Config) -> list[tuple[Plan, bool]]:
+    """The declared plans and whether the study makes each of its own accord, those that it does not
+    first, in the stages' order."""
+    found = [
+        (plan, stage.chain or stage.name in config.supplements)
+        for stage in load_stages().values()
+        for plan in stage.plans
+    ]
+    return sorted(found, key=lambda pair: pair[1])

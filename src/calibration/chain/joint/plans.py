@@ -31,16 +31,16 @@ from dem.experiments import experiments
 if TYPE_CHECKING:
     from calibration.chain.handed_over import NamedFiles
     from calibration.chain.study import Study
+    from calibration.study.config import Config
 
 
 def plan_joint_first(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan one space-filling design over the free factors (scrambled Sobol points) for every rig,
     the first `joint.repeated` points twice where runs of the rig scatter."""
     config, factors, parts = study.config, free_factors(study), []
-    points = space_filling(config.joint.runs, len(factors), config.seed)
     for rig in joint_tests(config):
-        twice = points[: config.joint.repeated if _scatters(config, rig) else 0]
-        parts.append(_planned(study, rig, factors, np.concatenate([points, twice]), 0))
+        points = first_points(config, rig, len(factors))
+        parts.append(_planned(study, rig, factors, points, 0))
     write_plan(Path(output.plan).parent, *_numbered(parts))
 
 
@@ -63,8 +63,11 @@ def plan_joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     write_plan(Path(output.plan).parent, table, added)
 
 
-def _scatters(config, rig):
-    return experiments()[config.tests[rig].experiment].poured
+def first_points(config: Config, rig: str, d: int) -> np.ndarray:
+    """Return the points (n, d) in [0, 1] of the first runs of a rig, for d free factors."""
+    points = space_filling(config.joint.runs, d, config.seed)
+    scatters = experiments()[config.tests[rig].experiment].poured
+    return np.concatenate([points, points[: config.joint.repeated if scatters else 0]])
 
 
 def _planned(study, rig, factors, u, before):

@@ -9,12 +9,14 @@ from calibration.errors import CalibrationError, ConfigError
 from calibration.intake.curves import SHAPES
 from calibration.study.config.schema import METRICS
 from calibration.study.config.specs import SEEDS_A_STAGE, point_spec, states
-from calibration.study.sweeps import SWEEPS
 from dem.errors import SpecError
 from dem.spec import parse_spec
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from calibration.study.config.schema import Config, SweepConfig
+    from calibration.study.factors import Choice, Factor
     from dem.spec import RunSpec
 
 
@@ -22,8 +24,12 @@ NO_WORD = ("na", "nan", "null", "none", "true", "false", "inf")
 """What a table's reader takes for a value, or for none."""
 
 SHEAR = "shear"
-SWEPT = (*SWEEPS, SHEAR)
-"""Experiments over which a factor is swept."""
+SWEPT = {
+    "tilt": "contacts.particle_wall.static_friction",
+    "drop": "contacts.particle_wall.restitution",
+    SHEAR: "contacts.particle_particle.static_friction",
+}
+"""Experiment of a test that sweeps a factor -> that factor's key."""
 
 LEAST_LEVELS = {SHEAR: 3}
 LEAST_LOADS = 3
@@ -43,6 +49,13 @@ def swept_test(config: Config, experiment: str) -> str:
         f"must be given for the stage {experiment}", key="tests",
         allowed=f"a test with experiment: {experiment} and sweep: {{ levels: ... }}",
     )  # fmt: skip
+
+
+def is_swept(config: Config, factors: Sequence[Factor | Choice], experiment: str) -> bool:
+    """Whether a test of an experiment sweeps a factor of the study."""
+    name = config.of_experiment(experiment)
+    keys = [f.key for f in factors]
+    return bool(name and config.tests[name].sweep and SWEPT[experiment] in keys)
 
 
 def sweep_of(config: Config, experiment: str) -> SweepConfig:
