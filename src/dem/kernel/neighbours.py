@@ -342,6 +342,7 @@ def carry_wall_history(old, old_count, contacts, count, new_row, head, following
         k = head[contacts.particle[m]]
         while k >= 0:
             if old.element[k] == contacts.element[m]:
-                contacts.history[m] = old.history[k]
+                for f in range(FIELDS):  # a whole row would compile the words of numpy's refusal
+                    contacts.history[m, f] = old.history[k, f]
                 break
             k = following[k]

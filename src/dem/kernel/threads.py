@@ -160,10 +160,15 @@ def shares_of(
     for k, own in enumerate(board.stages):
         rows, edge = slice(*plan.cuts[k : k + 2]), slice(*plan.edges[k : k + 2])
         room = [array[edge] for array in scratch[: -len(own)]]
+        # a view of one row has another type than one of several, and all would be compiled for it
+        rows_and_one = slice(rows.start, rows.stop + 1)
+        moved = Particles(*(array[rows] for array in particles))._replace(
+            position=particles.position[rows_and_one], kinetic=particles.kinetic[rows_and_one]
+        )
         share = Share(
             me=k,
             size=size,
-            particles=Particles(*(array[rows] for array in particles)),
+            particles=moved,
             contacts=WallContacts(*(array[edge] for array in contacts)),
             first_contact=int(plan.edges[k]),
             scratch=WallScratch(*room, *own),

@@ -52,9 +52,11 @@ def _bounds(walls, e, low, high):
     for k in range(8):
         s, t, end = (1.0 if k & 1 else -1.0), (1.0 if k & 2 else -1.0), k // 4
         if walls.kind[e] == TRIANGLE:
-            corners[k] = p[3 * (k % 3) : 3 * (k % 3) + 3]
+            for a in range(3):
+                corners[k, a] = p[3 * (k % 3) + a]
         elif walls.kind[e] == RECTANGLE:
-            corners[k] = p[:3] + s * p[3:6] + t * p[6:9]
+            for a in range(3):
+                corners[k, a] = p[a] + s * p[3 + a] + t * p[6 + a]
         else:
             r = max(p[0], p[2])
             corners[k, 0], corners[k, 1], corners[k, 2] = s * r, t * r, p[1 + 2 * end]
@@ -77,7 +79,7 @@ def find_wall_contacts(
     allowance (b,) is what each body may travel [m]; found (m, 2) int32 is scratch as long as the
     list's room.
     """
-    count = 0
+    count = np.int64(0)  # see `resolve_joints`
     box_low, box_high = np.empty(3), np.empty(3)
     for e in range(len(walls.kind)):
         extra = allowance[walls.body[e]]

@@ -47,8 +47,9 @@ def resolve_joints(particles, walls, contacts, count, scratch):
         scratch.coverer,
         scratch.merged,
     )
-    lo, acting, spanning = 0, 0, False
-    begin, touched, several = 0, -1, False
+    # a plain 0 would be tried as a constant first, and all that it is handed to compiled twice
+    lo, acting, spanning = np.int64(0), 0, False
+    begin, touched, several = np.int64(0), -1, False
     for k in range(count):
         i, b = np.uint32(particle[k]), np.uint32(body[np.uint32(element[k])])
         touching, held = distance[k] < kinetic[i, 6], history[k, 6] != 0.0
