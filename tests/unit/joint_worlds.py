@@ -13,7 +13,7 @@ from scipy.special import expit
 from calibration.inference.gaussian_process import GaussianProcess
 from calibration.inference.joint.likelihood import Joint, Response
 from calibration.inference.posterior_sampling import Prior
-from calibration.statistics.space_filling import space_filling
+from calibration.statistics.design import space_filling
 
 KINDS = ("plane", "curved", "step", "two kinds", "inert factors", "scatter that triples")
 SCATTER = 0.3  # of a run about the mean; a response spans about 2

@@ -10,11 +10,11 @@ import pytest
 import yaml
 
 from calibration.chain.joint.analysis import middle
-from calibration.chain.joint.words import sentences
 from calibration.chain.study import Study
 from calibration.errors import ConfigError
 from calibration.figures import ANGLE
 from calibration.runs.plans import read_plan, result_path, write_plan
+from calibration.stages.joint import sentences
 from calibration.study.config import parse_config
 from calibration.study.config.joint import joint_targets, read_joint_target
 from calibration.study.simulated_tests import simulated

@@ -10,11 +10,11 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from calibration.chain.push_through import sentences
 from calibration.chain.study import Study
 from calibration.errors import ConfigError
 from calibration.figures import ANGLE
 from calibration.runs.plans import read_plan, result_path
+from calibration.stages.push_through import sentences
 from calibration.statistics.nested import nested
 from calibration.study.config import parse_config
 from dem.results import write_result

@@ -10,7 +10,7 @@ checkpoint plan_joint_first:
     output:
         **planned("joint_first"),
     params:
-        function="calibration.chain.joint.plans:plan_joint_first",
+        function="calibration.stages.joint:plan_joint_first",
         reads=[*PLANNING, *TESTS, "joint"],
         seeds=7,
     message:
@@ -33,7 +33,7 @@ checkpoint plan_joint:
     benchmark:
         f"{STUDY}/logs/plan_joint.tsv"
     params:
-        function="calibration.chain.joint.plans:plan_joint",
+        function="calibration.stages.joint:plan_joint",
         reads=[*PLANNING, *TESTS, "joint", "posterior", "measurements"],
         seeds=7,
     message:
@@ -61,7 +61,7 @@ rule joint:
     benchmark:
         f"{STUDY}/logs/joint.tsv"
     params:
-        function="calibration.chain.joint.analysis:joint",
+        function="calibration.stages.joint:joint",
         reads=[
             "seed",
             "experiment",

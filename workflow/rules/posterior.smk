@@ -29,7 +29,7 @@ rule posterior:
     benchmark:
         f"{STUDY}/logs/posterior.tsv"
     params:
-        function="calibration.chain.joint.analysis:posterior",
+        function="calibration.stages.joint:posterior",
         reads=[*RESPONSES, "seed", "posterior"],
     message:
         "posterior: the parameters as a distribution"

@@ -13,7 +13,7 @@ for OF, DRAWS, SEEDS in (("", "posterior", 5), ("joint_", "joint", 8)):
         output:
             **planned(f"{OF}push_through"),
         params:
-            function=f"calibration.chain.push_through:plan_{OF}push_through",
+            function=f"calibration.stages.push_through:plan_{OF}push_through",
             reads=[*PLANNING, *TESTS, "predict"],
             seeds=SEEDS,
         message:
@@ -38,7 +38,7 @@ for OF, DRAWS, SEEDS in (("", "posterior", 5), ("joint_", "joint", 8)):
                 "5 What stays open, in other machines",
             ),
         params:
-            function=f"calibration.chain.push_through:{OF}push_through",
+            function=f"calibration.stages.push_through:{OF}push_through",
             reads=["experiment", *TESTS, "measurements", "predict"],
         message:
             "what the posterior leaves open in other machines"

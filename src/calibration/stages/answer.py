@@ -13,7 +13,6 @@ import pandas as pd
 import scipy
 
 from calibration import engines, figures
-from calibration.chain.joint.words import against
 from calibration.figures import label, response_of
 from calibration.files import read_json, write_table
 from calibration.intake.measurements import read_measured
@@ -21,6 +20,7 @@ from calibration.intake.quantities import measurable
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_plan, together, write_plan
 from calibration.runs.store import RunStore
+from calibration.stages.joint import against
 from calibration.stages.validation import handed_out
 from calibration.study.config import point_spec
 from calibration.study.config.joint import handed_out_by

@@ -14,6 +14,7 @@ from calibration.chain.files import read_region
 from calibration.chain.responses import with_value
 from calibration.files import read_json
 from calibration.intake.tables import read_written
+from calibration.stages.joint import free_factors
 from calibration.stages.optimum import augmented_runs
 from calibration.stages.validation import handed_out
 from calibration.statistics.surface import fit_surface
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
     from calibration.chain.handed_over import NamedFiles
     from calibration.chain.study import Study
-    from calibration.study.factors import Factor
+    from calibration.study.factors import Choice, Factor
 
 
 def _spec(study, source):
@@ -87,7 +88,6 @@ def _evidence(study, source):
 def export(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Write calibrated.yaml and exports/ beside it, without any run."""
     from calibration.telling.export.files import write_exports
-    from calibration.telling.export.joint import by_joint
 
     if source.get("draws"):
         found = by_joint(study, read_json(source.joint[0]), read_written(source.predictions[0]))
@@ -117,6 +117,58 @@ def by_chain(
         "whatever they are.",
     }
     return calibrated_entries(surface, region, optimum), {"solution": solution}
+
+
+def by_joint(
+    study: Study, found: Mapping[str, Any], predictions: pd.DataFrame
+) -> tuple[dict[str, dict[str, Any]], dict[str, Any]]:
+    """({key: entry} of the factors that all tests calibrated, what calibrated.yaml says of them).
+    found: content of joint.json; predictions: table of what is expected of each rig."""
+    told = ("rig", "metric", "measured", "predicted", "pull", "p_others")
+    more = {
+        "targets": [{k: t[k] for k in told} for t in found["targets"]],
+        "expected": _expected(predictions),
+        "note": "The values are one set, the middle one of those that meet the tests; the others "
+        "stand in joint/draws.csv.",
+    }
+    return joint_entries(free_factors(study), found["parameters"]), more
+
+
+def joint_entries(
+    factors: Sequence[Factor | Choice], parameters: Mapping[str, Mapping[str, Any]]
+) -> dict[str, dict[str, Any]]:
+    """{key: entry of calibrated.yaml} of the free factors; parameters: those of joint.json."""
+    found = {}
+    from calibration.chain.joint.analysis import INSIDE
+
+    for f in factors:
+        low, high = parameters[f.name]["interval"]
+        spare = INSIDE * (f.high - f.low)
+        found[f.key] = {
+            "source": "calibrated",
+            "factor": f.name,
+            "interval_95": [low, high],
+            "region": [f.low, f.high],
+        }
+        # as `joint.json` counts a parameter as bounded
+        ends = (("low", low <= f.low + spare), ("high", high >= f.high - spare))
+        if sides := [side for side, reached in ends if reached]:
+            found[f.key]["not_bounded_by_the_data"] = sides
+    return found
+
+
+def _expected(predictions):
+    """What a run of each rig is expected to give, of predictions.csv."""
+    return [
+        {
+            "rig": row["rig"],
+            "metric": row["metric"],
+            "unit": in_ascii(unit_of(row["metric"])),
+            "mean": row["mean"],
+            "a_run_95": [row["run_low"], row["run_high"]],
+        }
+        for row in predictions.to_dict("records")
+    ]
 
 
 def export_converted(study: Study, source: NamedFiles, output: Sequence[str]) -> None:

@@ -1,25 +1,139 @@
 """The parameters as a distribution: of one test from the chain's runs, of all tests from runs of
-their own."""
+their own.
+
+The runs of the joint posterior are one design for all tests, over the whole levels of all factors,
+and points that are added where the posterior is wide. The computing is `calibration.chain.joint`'s,
+which loads what samples a posterior: the functions here import it when they are called.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pandas as pd
 
-from calibration.chain.joint import words
-from calibration.study.config.joint import joint_factors, joint_tests, refined_tests
+from calibration import figures
+from calibration.chain.files import read_region
+from calibration.errors import CalibrationError
+from calibration.files import write_table
+from calibration.intake.tables import read_written
+from calibration.runs.plans import together, write_plan
+from calibration.statistics.design import space_filling
+from calibration.statistics.numbers import fixed
+from calibration.statistics.ties import first_least
+from calibration.study.config import METRICS
+from calibration.study.config.joint import (
+    joint_factors,
+    joint_targets,
+    joint_tests,
+    measured_of,
+    own_targets,
+    refined_tests,
+)
+from calibration.study.simulated_tests import simulated
 from calibration.study.stage import Figure, Plan, Points, Stage
+from dem.experiments import experiments
+from dem.io.files import write_json
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Drawing
+
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
+    from calibration.figures import Response
+    from calibration.statistics.factor import CodedFactor
+    from calibration.study.config import Config
+
+
+def plan_joint_first(study: Study, source: NamedFiles, output: NamedFiles) -> None:
+    """Plan one space-filling design over the free factors (scrambled Sobol points) for every rig,
+    the first `joint.repeated` points twice where runs of the rig scatter."""
+    config, factors, parts = study.config, free_factors(study), []
+    for rig in joint_tests(config):
+        points = first_points(config, rig, len(factors))
+        parts.append(_planned(study, rig, factors, points, 0))
+    write_plan(Path(output.plan).parent, *_numbered(parts))
+
+
+def plan_joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
+    """The design of all runs, and the plan of those that are added: `joint.second_wave` points
+    spread over the posterior that the first runs, finished by now, give. They are for the rigs of
+    the targets and for `joint.machine`."""
+    config, factors = study.config, free_factors(study)
+    first, parts = read_written(source.first), []
+    if config.joint.second_wave:
+        from calibration.chain.joint.emulators import Emulators, joint_of
+
+        measured = measured_of(config, joint_targets(config))
+        draws = joint_of(config, Emulators(factors, first), measured).posterior(config.seed).draws
+        points = _spread(draws, config.joint.second_wave, config.seed)
+        before = config.joint.runs + config.joint.repeated
+        for rig in refined_tests(config):
+            parts.append(_planned(study, rig, factors, points, before))
+    table, specs = _numbered([(first.drop(columns="run"), {}), *parts])
+    made = set(first["run_id"])
+    added = {name: spec for name, spec in specs.items() if name not in made}
+    write_plan(Path(output.plan).parent, table, added)
+
+
+def free_factors(study: Study) -> list:
+    """Factors of a study that its targets are to tell. Raises CalibrationError where none is
+    free."""
+    factors = joint_factors(study.config, study.factors)
+    if not factors:
+        raise CalibrationError("no factor is free: joint.factors names none whose levels differ")
+    return factors
+
+
+def first_points(config: Config, rig: str, d: int) -> np.ndarray:
+    """Return the points (n, d) in [0, 1] of the first runs of a rig, for d free factors."""
+    points = space_filling(config.joint.runs, d, config.seed)
+    scatters = experiments()[config.tests[rig].experiment].poured
+    return np.concatenate([points, points[: config.joint.repeated if scatters else 0]])
+
+
+def _planned(study, rig, factors, u, before):
+    """Table and specs of the runs of a rig at u (n, d), each with a seed of its own: one seed for
+    all would shift all of them alike, and no repeated point would show it. before: seeds that the
+    rig's other runs have."""
+    config, test = study.config, simulated(study.config, rig)
+    levels = {f.name: np.round(f.natural(2.0 * u[:, k] - 1.0), 9) for k, f in enumerate(factors)}
+    design = pd.DataFrame({"rig": rig} | levels)
+    parts = [
+        study.plan_test(design.iloc[[n]], test, config.seed + before + n)
+        for n in range(len(design))
+    ]
+    return together(parts)
+
+
+def _numbered(parts):
+    """Tables and specs as one of each, a row a run."""
+    table, specs = together(parts)
+    table = table.drop_duplicates("run_id", ignore_index=True)
+    return table.assign(run=np.arange(1, len(table) + 1)), specs
+
+
+def _spread(draws, count, seed):
+    """Points (count, d) spread over draws (k, d): the nearest draw to each centre of clusters."""
+    from sklearn.cluster import KMeans
+
+    from calibration.inference.joint.critique import thinned
+
+    some = thinned(draws)
+    centres = KMeans(min(count, len(some)), n_init=1, random_state=seed).fit(some).cluster_centers_
+    apart = ((centres[:, None] - some[None]) ** 2).sum(axis=2)
+    return some[np.unique([first_least(row) for row in apart])]  # a pair is as near to its centre
 
 
 def _first(config, factors):
     """The common design of each test and what is repeated of it, where the study waits for them."""
-    if "joint" not in config.supplements:
-        return []
-    from calibration.chain.joint.plans import first_points  # loads what samples a posterior
-
+    waits = joint_tests(config) if "joint" in config.supplements else ()
     d = len(joint_factors(config, factors))
-    return [_points(config, n, len(first_points(config, n, d))) for n in joint_tests(config)]
+    return [_points(config, name, len(first_points(config, name, d))) for name in waits]
 
 
 def _second(config, factors):
@@ -33,6 +147,301 @@ def _points(config, name, count):
     return Points(f"tests.{name}", pd.DataFrame(index=range(count)), experiment, run)
 
 
+TRAINED_WITHIN = 1.5
+"""Coded distance from the region's centre of the chain's runs that train: a process learns a region
+better than its outskirts."""
+
+
+def joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
+    """The posterior of all tests, from runs over the whole levels. Writes the outputs that the rule
+    declares."""
+    from calibration.chain.joint.emulators import Emulators
+    from calibration.chain.joint.next_tests import metrics_of
+
+    config, factors = study.config, free_factors(study)
+    measured = measured_of(config, joint_targets(config))
+    tests = {name: metrics_of(config, name, measured) for name in joint_tests(config)}
+    emulators = Emulators(factors, read_written(source.design))
+    _write(config, emulators, measured, tests, output, config.joint.machine)
+
+
+def posterior(study: Study, source: NamedFiles, output: NamedFiles) -> None:
+    """The posterior of the chain's one test, from its own runs in the region and near it.
+
+    source.designs: designs of finished runs (the ascent's, the surface's, the candidate's, the
+    validation's). Writes the outputs that the rule declares."""
+    from calibration.chain.joint.emulators import Emulators
+
+    config, region = study.config, read_region(source.optimum)
+    metrics = config.tests[config.own].metrics or METRICS[config.experiment]
+    emulators = Emulators(region, _near(config.own, region, source.designs))
+    measured = measured_of(config, own_targets(config))
+    _write(config, emulators, measured, {config.own: metrics}, output)
+
+
+def _write(config, emulators, measured, tests, output, machine=None):
+    from calibration.chain.joint.analysis import analysed, middle
+
+    found, tables = analysed(config, emulators, measured, tests, machine)
+    for name, table in tables.items():
+        write_table(table, getattr(output, name))
+    draws = tables["draws"]
+    drawn = posterior_pairs(emulators.factors, draws, found["parameters"], middle(draws))
+    figures.save(drawn, output.pairs)
+    write_json(output.summary, found)
+
+
+def _near(name, region, designs):
+    """Runs of all designs that hold the region's factors near it, each once, as those of a test."""
+    names = [f.name for f in region]
+    tables = [t for t in map(read_written, designs) if set(names) <= set(t)]
+    runs = pd.concat([t[[*names, "run_id"]] for t in tables], ignore_index=True)
+    runs = runs.drop_duplicates("run_id").assign(rig=name)
+    near = np.all([np.abs(f.coded(runs[f.name])) <= TRAINED_WITHIN for f in region], axis=0)
+    return runs[near]
+
+
+BINS = 24
+MARKS = 200  # draws that a pair shows; each is a mark of its own in the page
+
+
+def posterior_pairs(
+    region: Sequence[CodedFactor],
+    draws: pd.DataFrame,
+    parameters: Mapping[str, Mapping[str, Any]],
+    middle: Mapping[str, float],
+) -> Drawing:
+    """Each parameter's distribution with its interval on the diagonal, each pair below it.
+
+    region: `Factor`s; draws: table of natural levels; parameters: {name: {interval}}; middle:
+    {name: natural level} of a set that stands for all. The frame is the prior's box.
+    """
+    d = len(region)
+    with figures.styled() as plt:
+        size = 2.6 * max(d, 1.6)
+        figure, axes = plt.subplots(
+            d, d, figsize=(size, 0.92 * size), layout="constrained", squeeze=False
+        )
+    for i, row in enumerate(region):
+        for j, column in enumerate(region):
+            ax = axes[i, j]
+            if j > i:
+                ax.set_axis_off()
+                continue
+            if i == j:
+                _marginal(ax, row, draws[row.name], parameters[row.name], middle)
+            else:
+                _pair(ax, row, column, draws, middle)
+            ax.set_xlim(column.low, column.high)
+            ax.set_xlabel(figures.label(column.name) if i == d - 1 else "", fontsize=8)
+            ax.set_ylabel(figures.label(row.name) if j == 0 and i else "", fontsize=8)
+            ax.tick_params(labelsize=7)
+    return figure
+
+
+def _marginal(ax, factor, levels, found, middle):
+    ax.hist(
+        levels, BINS, range=(factor.low, factor.high), density=True, color=figures.BLUE, alpha=0.55
+    )
+    ax.axhline(1.0 / (factor.high - factor.low), color=figures.GREY, lw=1, ls=":")
+    ax.axvspan(*found["interval"], color=figures.BLUE, alpha=0.12, lw=0)
+    ax.axvline(middle[factor.name], color=figures.ORANGE, lw=1.5)
+    ax.set_yticks([])
+
+
+def _pair(ax, row, column, draws, middle):
+    x, y = draws[column.name], draws[row.name]
+    some = np.linspace(0, len(x) - 1, min(MARKS, len(x))).astype(int)
+    ax.scatter(x.iloc[some], y.iloc[some], s=6, color=figures.BLUE, alpha=0.45, lw=0)
+    ax.plot(
+        middle[column.name], middle[row.name], "o", color="white", mec=figures.ORANGE, mew=2, ms=7
+    )
+    ax.set_ylim(row.low, row.high)
+    ax.set_title(f"correlation {fixed(np.corrcoef(x, y)[0, 1], 2, '+')}", fontsize=7)
+
+
+TOGETHER = 0.4  # correlation from which on two parameters are said to go together
+
+
+TELLS = 0.9  # of today's standard deviation: a measurement that leaves more tells little
+
+
+DIAGNOSIS = (
+    "the stage diagnose tells which, from three measured rows on where one test was made at two "
+    "settings, such as two drop heights or two normal stresses; made at one setting each, measure "
+    "one of them at another setting"
+)
+
+
+def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
+    """What came out, for the report."""
+    said = [*_bounded(summary), *_borders(summary), *_contradictions(summary)]
+    said += [*_together(summary), *_targets(summary["targets"], len(summary["targets"]) > 1)]
+    return [*said, *_next(summary), *_doubts(summary)]
+
+
+def kinds(summary: Mapping[str, Any]) -> dict[str, list[str]]:
+    """{kind: parameters} of a mapping of joint.json: bounded by the targets, narrowed by them,
+    known beforehand and no better, open, and those that press on a border of the region."""
+    found: defaultdict[str, list[str]] = defaultdict(list)
+    for name, p in summary["parameters"].items():
+        told = "bounded" if p["bounded"] else "narrowed"
+        untold = "known" if name in summary.get("priors", {}) else "open"
+        kind = told if p["left"] <= TELLS else untold
+        found["border" if p["border"] else kind].append(name)
+    return found
+
+
+def _bounded(summary):
+    level = f"{100 * summary['level']:.0f} %"
+    heads = {
+        "bounded": f"With {level} probability",
+        "known": "Known beforehand, and no better from the targets",
+        "narrowed": "Narrowed, but not bounded within the levels",
+        "open": "The targets do not narrow",
+    }
+    intervals = {name: p["interval"] for name, p in summary["parameters"].items()}
+    found = kinds(summary)
+    said = {}
+    for kind in heads:
+        ends = summary["box"] if kind == "open" else intervals
+        each = (f"{figures.label(n)} {ends[n][0]:.3g} to {ends[n][1]:.3g}" for n in found[kind])
+        said[kind] = ", ".join(each)
+    return [f"{heads[kind]}: {words}." for kind, words in said.items() if words]
+
+
+def _borders(summary):
+    return [
+        f"Move or widen the region: {figures.label(name)} presses on its {p['border']} border, "
+        f"{summary['box'][name][0 if p['border'] == 'low' else 1]:.3g}; its draws are "
+        f"{p['interval'][0]:.3g} to {p['interval'][1]:.3g}, and {_fall(p)}."
+        for name, p in summary["parameters"].items()
+        if p["border"]
+    ]
+
+
+def _together(summary):
+    """Which parameters hang together."""
+    names, rows = list(summary["parameters"]), summary["correlation"]
+    found = [
+        f"{figures.label(names[i])} and {figures.label(names[j])} ({rows[i][j]:+.2f})"
+        for i in range(len(names))
+        for j in range(i)
+        if abs(rows[i][j]) >= TOGETHER
+    ]
+    if not found:
+        return []
+    return [
+        f"The parameters are not free of each other; correlated are {', '.join(found)}. Take a row "
+        "of draws.csv, not one end of each interval."
+    ]
+
+
+def _fall(parameter):
+    """Where the draws would fall off beyond the border."""
+    if not parameter["reach_is_limit"]:
+        return f"fall off near {parameter['reach']:.3g}"
+    side = "least" if parameter["border"] == "low" else "most"
+    return f"have not fallen off at {parameter['reach']:.3g}, the {side} that is possible"
+
+
+def against(summary: Mapping[str, Any]) -> list[str]:
+    """What of the targets speaks against the model: a contradiction between them, and each one of
+    which all others expect another value. Of a mapping of joint.json."""
+    named = _contradictions(summary) if summary["agreement"]["contradicts"] else []
+    return [*named, *_targets([t for t in summary["targets"] if not t["agrees"]], others=True)]
+
+
+def _contradictions(summary):
+    found = summary["agreement"]
+    if not found["contradicts"]:
+        return [f"One set of parameters meets all targets (p = {found['p']:.2g})."]
+    names, p = [_of_name(n) for n in found["named"]], f"p = {found['p']:.2g}"
+    if len(names) > 1:
+        return [
+            f"No parameters of the region meet all targets ({p}). They contradict each other: "
+            f"{'; '.join(names)}. Without any one of these the others agree. A law may be missing, "
+            f"or a measurement may be wrong: {DIAGNOSIS}."
+        ]
+    contradicts = "contradicts the others" if found["p_without"] else "is beyond them"
+    return [
+        f"No parameters of the region meet all targets ({p}). {_capital(names[0])}, "
+        f"{contradicts}. A law may be missing, or this measurement may be wrong: {DIAGNOSIS}."
+    ]
+
+
+def _targets(targets, others):
+    """others: whether there are others that expect something of each."""
+    said = []
+    for target in targets:
+        shown = figures.response_of(target["metric"])
+        by_others = (
+            f", by the others a pull of {fixed(target['pull_others'], 1, '+')} "
+            f"(p = {target['p_others']:.2g})"
+        )
+        said.append(
+            f"{_capital(_test(target['rig'], target['metric']))}: measured "
+            f"{shown.value(target['measured'])}, predicted {shown.value(target['predicted'])} "
+            f"(pull {fixed(target['pull'], 1, '+')}){by_others if others else ''}."
+        )
+    if said:
+        said.append("A pull is the measured less the predicted value, in standard deviations.")
+    return said
+
+
+def _test(rig, metric):
+    """What a rig measures, as a reader calls it: "vessel, poured density"."""
+    return f"{figures.label(rig)}, {figures.response_of(metric).name}"
+
+
+def _of_name(name):
+    """`_test` of a response's name, `vessel: poured_density_kg_m3`."""
+    rig, _, metric = name.partition(": ")
+    return _test(rig, metric)
+
+
+def _capital(words):
+    return words[:1].upper() + words[1:]
+
+
+def _next(summary):
+    rows = summary["next_test"]
+    if not rows:
+        return []
+    best = rows[0]
+    left = {k.removesuffix(" left"): v for k, v in best.items() if k.endswith(" left")}
+    name, share = min(left.items(), key=lambda pair: pair[1])
+    test = _test(best["rig"], best["metric"])
+    head = f"{test}, {summary['readings']} readings in {best['hours']:g} h"
+    of = "what is predicted" if name == "prediction" else figures.label(name)
+    if share > TELLS:
+        return [
+            f"No test is expected to tell much: the best, {head}, leaves {100 * share:.0f} % of "
+            f"{of}."
+        ]
+    return [
+        f"The test to make next: {head}, {best['nat_per_hour']:.2f} nat an hour. It is expected to "
+        f"leave {100 * share:.0f} % of the spread of {of}. A nat is a unit of information: one nat "
+        "leaves 37 % of what is open."
+    ]
+
+
+def _doubts(summary):
+    said = [
+        f"{count} runs of {_of_name(name)}, gave no value; parameters at which that is likely "
+        "are less probable."
+        for name, count in summary["without_value"].items()
+        if count
+    ]
+    sampler = summary["sampler"]
+    if not sampler["converged"]:
+        said.append(
+            f"The sampler's chains are short: they are worth {sampler['effective']:.0f} "
+            "independent draws. The ends of the intervals are uncertain."
+        )
+    return said
+
+
 SHOWN: Any = {
     "figures": (Figure("pairs", ("draws.csv", "parameters.csv")),),
     "tables": (
@@ -41,9 +450,10 @@ SHOWN: Any = {
         ("next", "What each further test tells; one nat leaves 37 % of what is open"),
         ("predictions", "What is expected of each test, and from which parameter"),
     ),
-    "sentences": words.sentences,
+    "sentences": sentences,
 }
 """What either posterior shows."""
+
 
 STAGES = (
     Stage(name="posterior", title="The parameters as a distribution", place=5.1, **SHOWN),

@@ -1,9 +1,250 @@
-"""Draws of a posterior, of one test or of all, pushed through other experiments or rigs."""
+"""Draws pushed through: what the posterior leaves open in another experiment or rig.
 
-from typing import Any
+Each machine that the configuration names is simulated with draws of the posterior, each draw some
+times. The scatter of its metrics from draw to draw is what the freedom of the parameters costs
+there.
+"""
 
-from calibration.chain.push_through import sentences
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+import scipy
+
+from calibration import figures
+from calibration.errors import CalibrationError, ConfigError
+from calibration.files import write_table
+from calibration.intake.measurements import read_measured
+from calibration.intake.tables import read_written
+from calibration.runs.plans import read_values, together, write_plan
+from calibration.statistics.nested import nested
+from calibration.statistics.numbers import NORMAL_95, fixed
+from calibration.statistics.ties import first_largest
+from calibration.study.config.measured import rows_of
+from calibration.study.config.tests import predicted
+from calibration.study.matching import sample
+from calibration.study.simulated_tests import simulated
 from calibration.study.stage import Figure, Plan, Stage
+from dem.experiments import experiments
+from dem.io.files import write_json
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure as Drawing
+
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
+    from calibration.figures import Response
+    from calibration.study.config.schema import TestConfig
+
+
+ALPHA = 0.05
+"""Chance, over all parameters, at which one is said to decide a metric that none decides."""
+
+
+LEAST_DRAWS = 4
+"""Draws that an interval of a correlation needs (Fisher's z has n - 3)."""
+
+
+def plan_push_through(study: Study, source: NamedFiles, output: NamedFiles) -> None:
+    """Plan the machines: `draws` rows of the posterior, evenly through its table, each `replicates`
+    times; every run has a seed of its own."""
+    config, parts = study.config, []
+    every = read_written(source.draws)
+    names, rules = [f.name for f in study.factors if f.name in every], config.predict
+    rows = np.linspace(0, len(every) - 1, min(rules.draws, len(every))).astype(int)
+    for name in predicted(config):
+        for k, levels in enumerate(every.loc[rows, names].to_dict("records")):
+            point = {"machine": name, "draw": k + 1} | levels
+            design = pd.DataFrame([point] * rules.replicates)
+            seed = config.seed + k * rules.replicates
+            parts.append(study.plan_test(design, simulated(config, name), seed))
+    write_plan(Path(output.plan).parent, *together(parts))
+
+
+def push_through(study: Study, source: NamedFiles, output: NamedFiles) -> None:
+    """The distribution of each metric of each machine, and each parameter's share of its spread.
+    Writes the outputs that the rule declares."""
+    config = study.config
+    design = read_written(source.design)
+    machines = {name: config.tests[name] for name in predicted(config)}
+    runs = [_with_metrics(design, name, m) for name, m in machines.items()]
+    write_table(pd.concat(runs, ignore_index=True), output.runs)
+    rows, drawn, shared = [], [], []
+    for (name, machine), table in zip(machines.items(), runs, strict=True):
+        parameters = _parameters(table)
+        for metric in metrics_of(machine):
+            row = _row(config, name, machine, metric, table, parameters)
+            rows.append(row)
+            if row["low"] is not None:
+                drawn.append((row, table))
+                shared += _shares(row, table[table[metric].notna()], parameters)
+    found = pd.DataFrame(rows)
+    write_table(found, output.metrics)
+    columns = ["machine", "metric", "parameter", "share", "low", "high", "correlation"]
+    write_table(pd.DataFrame(shared, columns=columns), output.shares)
+    write_json(output.summary, {"metrics": rows})
+    figures.save(pushed_through(drawn), output.figure)
+
+
+# the rules of the joint posterior's draws do the same
+plan_joint_push_through, joint_push_through = plan_push_through, push_through
+
+
+def metrics_of(machine: TestConfig) -> Sequence[str]:
+    """The metrics that are reported of a machine."""
+    return machine.metrics or experiments()[machine.experiment].targets
+
+
+def _with_metrics(design, name, machine):
+    table = design[design["machine"] == name].dropna(axis=1, how="all").reset_index(drop=True)
+    for metric in metrics_of(machine):
+        table[metric] = read_values(table["run_id"], metric)
+    return table
+
+
+def _parameters(table):
+    """Columns of the levels that differ from draw to draw."""
+    known = list(table.columns[: list(table.columns).index("seed")])
+    return [c for c in known if c not in ("machine", "draw") and table[c].nunique() > 1]
+
+
+def _row(config, name, machine, metric, table, parameters):
+    """One metric of one machine: mean, its two scatters, the interval of a further run, the
+    parameter that decides, and what was measured."""
+    has = table[table[metric].notna()]
+    row = {"machine": name, "experiment": machine.experiment, "metric": metric}
+    row |= {"runs": len(has), "without": len(table) - len(has)}
+    try:
+        found = nested(has[metric], has["draw"])
+    except CalibrationError:
+        empty = ("mean", "low", "high", "sd_parameters", "sd_seed", "decides", "rank_correlation")
+        return row | dict.fromkeys((*empty, "measured", "within"))
+    limits = next(m for m in experiments()[machine.experiment].metrics if m.name == metric)
+    low, high = max(found.low, limits.least), min(found.high, limits.most)
+    row |= {"mean": found.mean, "low": low, "high": high}
+    row |= {"sd_parameters": found.between_sd, "sd_seed": found.within_sd}
+    row |= _decides(has, metric, parameters)
+    measured = _measured(config, name, metric)
+    return row | {
+        "measured": measured,
+        "within": None if measured is None else bool(low <= measured <= high),
+    }
+
+
+def _decides(table, metric, parameters):
+    """The parameter with the largest rank correlation over the draws, and that correlation; None
+    where chance gives one as large with more than `ALPHA` (Bonferroni)."""
+    means = table.groupby("draw")[[metric, *parameters]].mean()
+    nothing = {"decides": None, "rank_correlation": None}
+    if means[metric].nunique() < 2 or not parameters:
+        return nothing
+    found = {p: scipy.stats.spearmanr(means[p], means[metric]) for p in parameters}
+    best = parameters[first_largest([abs(found[p].statistic) for p in parameters])]
+    if len(means) < LEAST_DRAWS or found[best].pvalue * len(parameters) > ALPHA:
+        return nothing
+    return {"decides": best, "rank_correlation": float(found[best].statistic)}
+
+
+def _shares(row, runs, parameters):
+    """A row a parameter: its share of the spread of a metric's row that is not the seeds'."""
+    means = runs.groupby("draw")[[row["metric"], *parameters]].mean()
+    values = means[row["metric"]]
+    if len(means) < LEAST_DRAWS or values.nunique() < 2:
+        return []
+    clear = min(row["sd_parameters"] ** 2 / values.var(), 1.0)
+    of = {"machine": row["machine"], "metric": row["metric"]}
+    return [of | {"parameter": p} | _share(means[p], values, clear) for p in parameters]
+
+
+def _share(levels, values, clear):
+    """Of the variance of values (n,) without the seeds' part, the share that goes in a straight
+    line with levels (n,).
+
+    The first-order share of a linear response, whatever hangs together with the parameter, with its
+    95 % interval by Fisher's z; `clear`: part of the variance of the values that is not the seeds'.
+    """
+    r = float(np.corrcoef(levels, values)[0, 1])
+    reach = NORMAL_95 / np.sqrt(len(levels) - 3)
+    ends = np.tanh(np.arctanh(np.clip(r, -1.0 + 1e-12, 1.0 - 1e-12)) + np.array([-reach, reach]))
+    low = 0.0 if ends[0] < 0.0 < ends[1] else (ends**2).min()
+    squares = {"share": r**2, "low": low, "high": (ends**2).max()}
+    found = {k: float(min(x / max(clear, 1e-12), 1.0)) for k, x in squares.items()}
+    return found | {"correlation": r}
+
+
+def _measured(config, name, metric):
+    """Mean of what was measured of the metric at the machine's settings; None where nothing was."""
+    table = read_measured(config.measurements)
+    try:
+        found = rows_of(config, table, name, metric)
+        return float(found[0].value if len(found) == 1 else sample(found, table.path).mean())
+    except ConfigError:
+        return None  # not measured, or at other settings, or as several means
+
+
+def pushed_through(rows: Sequence[tuple[Mapping[str, Any], pd.DataFrame]]) -> Drawing:
+    """Each metric of each machine over the parameter that decides it, with the interval of a
+    further run and what was measured.
+
+    rows: (row of the stage's table, table of the machine's runs), one a panel.
+    """
+    if not rows:
+        figure, ax = figures.subplots(size=(4.0, 1.0))
+        ax.set_axis_off()
+        ax.text(0.5, 0.5, "no run gave a value", ha="center")
+        return figure
+    with figures.styled():
+        figure, down, across = figures.panel_grid(len(rows), (4.1, 3.2))
+        for n, (row, table) in enumerate(rows):
+            _panel(figure.add_subplot(down, across, n + 1), row, table)
+    return figure
+
+
+def _panel(ax, row, table):
+    over = row["decides"] or "draw"
+    ax.scatter(table[over], table[row["metric"]], s=14, color=figures.BLUE, alpha=0.7)
+    ax.axhspan(row["low"], row["high"], color=figures.BLUE, alpha=0.1, lw=0)
+    if row["measured"] is not None:
+        ax.axhline(row["measured"], color=figures.ORANGE, lw=1.8, label="measured")
+        ax.legend(frameon=False, fontsize=8)
+    ax.set(xlabel=figures.label(over), ylabel=figures.response_of(row["metric"]).axis)
+    ax.set_title(figures.label(row["machine"]), fontsize=9)
+
+
+def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
+    """What came out, for the report."""
+    return [_sentence(row) for row in summary["metrics"]]
+
+
+def _sentence(row):
+    metric = figures.response_of(row["metric"])
+    head = f"{figures.label(row['machine'])}: {metric.name}"
+    if row["low"] is None:
+        total = row["runs"] + row["without"]
+        return f"{head}: {row['runs']} of {total} runs gave a value, too few for an interval."
+    said = (
+        f"{head} {metric.value(row['mean'])}; a further run lies between "
+        f"{metric.value(row['low'])} and {metric.value(row['high'])} (95 %)"
+    )
+    if row["sd_seed"] is not None:
+        said += f"; standard deviation {row['sd_parameters']:.2g} from the parameters that stay "
+        said += f"open, {row['sd_seed']:.2g} from seed to seed"
+    said += "."
+    if row["decides"] is not None:
+        said += f" {figures.label(row['decides']).capitalize()} decides (rank correlation "
+        said += f"{fixed(row['rank_correlation'], 2, '+')})."
+    if row["measured"] is not None:
+        where = "inside" if row["within"] else "outside"
+        said += f" Measured: {metric.value(row['measured'])}, {where} it."
+    if row["without"]:
+        said += f" {row['without']} runs gave no value."
+    return said
+
 
 SHOWN: Any = {
     "figures": (Figure("push_through", ("metrics.csv", "runs.csv")),),
@@ -14,6 +255,7 @@ SHOWN: Any = {
     "sentences": sentences,
 }
 """What either shows."""
+
 
 STAGES = (
     Stage(

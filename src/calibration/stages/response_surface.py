@@ -14,7 +14,7 @@ from calibration import figures
 from calibration.chain.files import further_files, read_region
 from calibration.chain.responses import naming_left_out, told, with_responses, with_value
 from calibration.errors import CalibrationError
-from calibration.figures.planes import label_3d, pairs_of, plane
+from calibration.figures import label_3d, pairs_of, plane
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import plan, write_plan

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import scipy
 
 from calibration.errors import CalibrationError, ConfigError, RankDeficientError
 from calibration.intake.tables import read_table
@@ -197,3 +198,11 @@ def tabulate(
             row |= {f.name: f.natural(float(x)) for f, x in zip(factors, levels, strict=True)}
             rows.append(row)
     return pd.DataFrame(rows)
+
+
+def space_filling(count: int, d: int, seed: int) -> np.ndarray:
+    """Points (count, d) in [0, 1]^d, the first of a scrambled Sobol sequence (Owen 1998, Journal of
+    Complexity 14:466)."""
+    doublings = max(int(np.ceil(np.log2(count))), 1)
+    points: np.ndarray = scipy.stats.qmc.Sobol(d, seed=seed).random_base2(doublings)
+    return points[:count]

@@ -11,10 +11,10 @@ from typing import Any
 import jinja2
 import yaml
 
-from calibration.chain.joint import words
 from calibration.figures import label, response_of
 from calibration.files import read_json, write_text
 from calibration.intake.tables import read_written
+from calibration.stages.joint import kinds
 from calibration.statistics.equivalence import judged
 from calibration.statistics.numbers import fixed
 from calibration.telling.export import trials
@@ -110,7 +110,7 @@ def filled(template: str, kept: Path) -> str:
             kept / "salt" / "reproduction" / "reproduction.csv", dtype={"paper": str}
         ).set_index("id"),
         "counts": counts,
-        "bounded": lambda found: words.kinds(found)["bounded"],
+        "bounded": lambda found: kinds(found)["bounded"],
         "response_of": response_of,
         "rigs": rigs,
         "trials": trials,

@@ -5,30 +5,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 from scipy.spatial.distance import cdist
 
-from calibration import figures
-from calibration.chain.files import read_region
-from calibration.chain.joint.emulators import Emulators, free_factors, joint_of
-from calibration.chain.joint.next_tests import LEVEL, metrics_of, next_tests, predictions
-from calibration.files import write_table
+from calibration.chain.joint.emulators import Emulators, joint_of
+from calibration.chain.joint.next_tests import LEVEL, next_tests, predictions
 from calibration.inference.joint.critique import ALPHA, agreement, borders, pulls, thinned
 from calibration.inference.joint.diagnostics import misspecification
 from calibration.inference.joint.likelihood import Cloud
-from calibration.intake.tables import read_written
 from calibration.statistics.ties import first_least
-from calibration.study.config import METRICS
-from calibration.study.config.joint import joint_targets, joint_tests, measured_of, own_targets
 from calibration.study.physical_limits import physical_range
-from dem.io.files import write_json
 
 if TYPE_CHECKING:
-    from calibration.chain.handed_over import NamedFiles
-    from calibration.chain.study import Study
     from calibration.study.config import Config
     from calibration.study.config.joint import JointTarget, MeasuredMean
 
@@ -37,52 +28,17 @@ PRIOR_DRAWS = 20000
 INSIDE = 0.05
 """Share of a factor's levels that its interval leaves free at both ends where the targets bound
 it."""
-TRAINED_WITHIN = 1.5
-"""Coded distance from the region's centre of the chain's runs that train: a process learns a region
-better than its outskirts."""
 
 
-def joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
-    """The posterior of all tests, from runs over the whole levels. Writes the outputs that the rule
-    declares."""
-    config, factors = study.config, free_factors(study)
-    measured = measured_of(config, joint_targets(config))
-    tests = {name: metrics_of(config, name, measured) for name in joint_tests(config)}
-    emulators = Emulators(factors, read_written(source.design))
-    _write(config, emulators, measured, tests, output, config.joint.machine)
-
-
-def posterior(study: Study, source: NamedFiles, output: NamedFiles) -> None:
-    """The posterior of the chain's one test, from its own runs in the region and near it.
-
-    source.designs: designs of finished runs (the ascent's, the surface's, the candidate's, the
-    validation's). Writes the outputs that the rule declares."""
-    config, region = study.config, read_region(source.optimum)
-    metrics = config.tests[config.own].metrics or METRICS[config.experiment]
-    emulators = Emulators(region, _near(config.own, region, source.designs))
-    measured = measured_of(config, own_targets(config))
-    _write(config, emulators, measured, {config.own: metrics}, output)
-
-
-def _near(name, region, designs):
-    """Runs of all designs that hold the region's factors near it, each once, as those of a test."""
-    names = [f.name for f in region]
-    tables = [t for t in map(read_written, designs) if set(names) <= set(t)]
-    runs = pd.concat([t[[*names, "run_id"]] for t in tables], ignore_index=True)
-    runs = runs.drop_duplicates("run_id").assign(rig=name)
-    near = np.all([np.abs(f.coded(runs[f.name])) <= TRAINED_WITHIN for f in region], axis=0)
-    return runs[near]
-
-
-def _write(
+def analysed(
     config: Config,
     emulators: Emulators,
     measured: Mapping[JointTarget, MeasuredMean],
     tests: Mapping[str, Sequence[str]],
-    output: NamedFiles,
     machine: str | None = None,
-) -> None:
-    """Sample the posterior of what was measured, criticise it, and say which test to make next.
+) -> tuple[dict[str, Any], dict[str, pd.DataFrame]]:
+    """Sample the posterior of what was measured, criticise it, and find which test to make next.
+    Returns the summary for JSON, and tables by their names.
 
     tests: {test: its metrics that are predicted and could be measured next}; machine: the test
     whose prediction should become narrow, in place of the parameters."""
@@ -92,13 +48,13 @@ def _write(
     parameters = _parameters(factors, config.experiment, posterior, whole.prior)
     criticism = _criticism(config, whole, measured, posterior.draws)
     following = next_tests(config, emulators, measured, tests, posterior.draws, machine)
-    draws = _natural(factors, thinned(posterior.draws, config.posterior.draws))
-    write_table(draws, output.draws)
-    write_table(_as_table(parameters), output.parameters)
-    write_table(_targets(whole, criticism["targets"]), output.targets)
-    write_table(following, output.next)
-    write_table(predictions(config, emulators, tests, posterior.draws), output.predictions)
-    figures.save(figures.posterior_pairs(factors, draws, parameters, middle(draws)), output.pairs)
+    tables = {
+        "draws": _natural(factors, thinned(posterior.draws, config.posterior.draws)),
+        "parameters": _as_table(parameters),
+        "targets": _targets(whole, criticism["targets"]),
+        "next": following,
+        "predictions": predictions(config, emulators, tests, posterior.draws),
+    }
     known = {k: p for k, p in config.posterior.priors.items() if k in parameters}
     found = {
         "parameters": parameters,
@@ -113,7 +69,7 @@ def _write(
         "machine": machine,
         "next_test": following.to_dict("records"),
     }
-    write_json(output.summary, found | criticism)
+    return found | criticism, tables
 
 
 def middle(draws: pd.DataFrame) -> dict[str, float]:

@@ -15,25 +15,14 @@ from calibration.inference.gaussian_process import GaussianProcess
 from calibration.inference.joint.likelihood import Joint, Response
 from calibration.inference.posterior_sampling import Formed, Prior
 from calibration.runs.plans import read_values
-from calibration.study.config.joint import joint_factors
 
 if TYPE_CHECKING:
-    from calibration.chain.study import Study
     from calibration.study.config import Config
     from calibration.study.config.joint import JointTarget, MeasuredMean
 
 
 LEAST_TESTS = 1
 """Tests of the laboratory behind a mean whose number of readings nobody states."""
-
-
-def free_factors(study: Study) -> list:
-    """Factors of a study that its targets are to tell. Raises CalibrationError where none is
-    free."""
-    factors = joint_factors(study.config, study.factors)
-    if not factors:
-        raise CalibrationError("no factor is free: joint.factors names none whose levels differ")
-    return factors
 
 
 class Emulators:

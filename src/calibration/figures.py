@@ -1,0 +1,222 @@
+"""What the figures of all stages share: names and units as a reader sees them, the look, panels of
+pairs of factors, and how a figure is written.
+
+The figures keep their own white ground, so that they read the same on light and dark pages.
+matplotlib, which takes a second to load, is loaded when the first one is drawn.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from calibration.files import replacing
+from calibration.statistics.numbers import fixed
+from dem.units import behind, unit_of, without_unit
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from matplotlib.figure import Figure
+    from mpl_toolkits.mplot3d import Axes3D
+
+    from calibration.statistics.factor import CodedFactor
+
+
+OF_A_PAIR = re.compile(
+    r"(?P<one>[^_]+)_(?P<other>[^_]+)_"
+    r"(?P<what>restitution|static_friction|rolling_friction|surface_energy|cohesion_energy_density)"
+)
+POISSON = re.compile(r"((?P<of>[^_]+)_)?poisson_ratio")
+
+
+def label(name: str) -> str:
+    """Readable form of a factor's or another name: `salt_steel_rolling_friction` is "rolling
+    friction of salt on steel"."""
+    pair, poisson = OF_A_PAIR.fullmatch(name), POISSON.fullmatch(name)
+    if pair:
+        return f"{pair['what']} of {pair['one']} on {pair['other']}".replace("_", " ")
+    if poisson:
+        return "Poisson's ratio" + (f" of {poisson['of']}" if poisson["of"] else "")
+    return name.replace("_", " ")
+
+
+PLACES = {
+    "contacts.particle_particle": "grain on grain",
+    "contacts.particle_wall": "grain on wall",
+    "materials.particle": "grain",
+    "materials.wall": "wall",
+    "particles": "grains",
+    "laws": "law",
+    "law_parameters": "law's constant",
+}
+"""Part of a run spec -> what a reader calls it."""
+
+
+def parameter_words(key: str) -> str:
+    """What a key of the run spec is called where a study's own name for it would mislead, as in a
+    diagnosis of other grains: 'restitution, grain on wall'."""
+    place = next((p for p in PLACES if key.startswith(f"{p}.")), None)
+    if place is None:
+        return label(without_unit(key))
+    name = label(without_unit(key.removeprefix(f"{place}.")))
+    return f"{name}, {PLACES[place]}"
+
+
+@dataclass(frozen=True)
+class Response:
+    """What a study calibrates, for labels: its name and its unit as written behind a number."""
+
+    name: str
+    unit: str
+
+    @property
+    def axis(self) -> str:
+        """Label of an axis."""
+        return f"{self.name}{self.brackets}"
+
+    @property
+    def brackets(self) -> str:
+        """The unit in brackets, empty where there is none."""
+        return f" [{self.unit.strip()}]" if self.unit else ""
+
+    def value(self, x: float) -> str:
+        """A value with its unit: two decimals of an angle, else four digits."""
+        return f"{fixed(x, 2)}°" if self.unit == "°" else f"{x:.4g}{self.unit}"
+
+
+NAMES = {
+    "arched": "arch over the orifice",
+    "beverloo_constant": "Beverloo constant",
+    "froude_number": "Froude number",
+    "hausner_ratio": "Hausner ratio",
+    "hold_up": "most grains in the funnel",
+    "in_funnel": "grains left in the funnel",
+    "on_plate": "grains on the plate",
+    "share_in_funnel": "share left in the funnel",
+    "spilled": "grains spilled",
+    "steps_per_contact": "time steps in a contact",
+    "strain_at_load": "strain under the load",
+}
+"""Metrics whose own names, written apart, would name no quantity: what people call them."""
+SCATTER = "_sd"
+
+
+def response_of(metric: str) -> Response:
+    """`Response` of a run's metric, whose name ends in its unit (angle_of_repose_deg), under the
+    name that people give it."""
+    bare = without_unit(metric)
+    own = bare.removesuffix(SCATTER)
+    name = NAMES.get(own, label(without_unit(own)))
+    return Response(f"scatter of the {name}" if own != bare else name, behind(unit_of(metric)))
+
+
+ANGLE = response_of("angle_of_repose_deg")
+
+
+BLUE, ORANGE, GREY, GREEN = "#2f6db5", "#d1711f", "#8a8f98", "#2e8b57"
+
+
+STYLE = {
+    "figure.facecolor": "white",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.alpha": 0.25,
+    "font.size": 10,
+    "axes.titlesize": 11,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "granular-calibration",
+}
+LINES = {
+    "color": [BLUE, ORANGE, GREEN, "#7b4fa3", "#b5363f", "#5b7a1f", GREY],
+    "linestyle": ["-", "--", "-.", ":", "-", "--", "-."],
+}
+
+
+@cache
+def _pyplot():
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    return plt
+
+
+@contextmanager
+def styled() -> Iterator[Any]:
+    """Draw in the style of all figures, by `matplotlib.pyplot`, which is given."""
+    import matplotlib
+
+    plt = _pyplot()
+    cycle = {"axes.prop_cycle": matplotlib.cycler(**LINES)}  # type: ignore[attr-defined]
+    with plt.rc_context(STYLE | cycle):  # type: ignore[arg-type]  # names of matplotlib
+        yield plt
+
+
+def subplots(
+    rows: int = 1, columns: int = 1, size: tuple[float, float] = (5.4, 3.8), **more: Any
+) -> tuple[Figure, Any]:
+    """`matplotlib.pyplot.subplots` in the style of all figures; size: inches."""
+    with styled() as plt:
+        return plt.subplots(rows, columns, figsize=size, layout="constrained", **more)
+
+
+def panel_grid(count: int, size: tuple[float, float]) -> tuple[Figure, int, int]:
+    """Figure and rows, columns of a grid of `count` panels, two a row so that they read on a narrow
+    page; size: inches of one. Called where one is `styled`."""
+    columns = min(count, 2)
+    rows = -(-count // columns)
+    figure = _pyplot().figure(figsize=(size[0] * columns, size[1] * rows), layout="constrained")
+    return figure, rows, columns
+
+
+def save(figure: Figure, path: str | Path) -> None:
+    """Write a figure to `path` (.svg or .png) and close it."""
+    with replacing(path) as partial, styled() as plt:
+        metadata = {"Date": None} if partial.suffix == ".svg" else None
+        figure.savefig(partial, dpi=150, metadata=metadata)
+        plt.close(figure)
+
+
+def pairs_of(region: Sequence[CodedFactor]) -> list[tuple[int, int]]:
+    """All pairs (i, j), i < j, of a region's factors by their number."""
+    return list(combinations(range(len(region)), 2))
+
+
+def plane(
+    region: Sequence[CodedFactor],
+    i: int,
+    j: int,
+    at: np.ndarray | None = None,
+    resolution: int = 61,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A square grid over factors i and j: natural levels of i and of j (m, m), and the coded levels
+    (m m, factors) of its points. The other factors are at the coded levels `at` (factors,), the
+    centre unless given."""
+    line = np.linspace(-1.0, 1.0, resolution)
+    a, b = np.meshgrid(line, line)
+    levels = np.tile(np.zeros(len(region)) if at is None else at, (a.size, 1))
+    levels[:, i], levels[:, j] = a.ravel(), b.ravel()
+    return region[i].natural(a), region[j].natural(b), levels
+
+
+def label_3d(ax: Axes3D, x: str, y: str, z: str) -> None:
+    """Label the axes of a small three-dimensional panel, which else run into each other."""
+    ax.set_xlabel(x, fontsize=8)
+    ax.set_ylabel(y, fontsize=8)
+    ax.set_zlabel(z, fontsize=8)
+    ax.tick_params(labelsize=7)
+    ax.locator_params(nbins=4)
+    for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
+        axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
+    ax.set_box_aspect(None, zoom=0.85)
