@@ -85,8 +85,9 @@ class Simulation:
     threads : number of threads, that of the environment unless given; the numbers do not depend
         on it
 
-    Raises ValueError for laws that cannot be combined, and when particles are added that can meet
-    each other or a wall without parameters for that pair of materials.
+    Raises ValueError for laws that cannot be combined, for a time step of 0 or less, and when
+    particles are added that can meet each other or a wall without parameters for that pair of
+    materials.
     """
 
     def __init__(
@@ -109,6 +110,8 @@ class Simulation:
         self.materials = dict(materials)
         self.material_names = list(self.materials)
         self.time_step = float(time_step)
+        if not self.time_step > 0.0:
+            raise ValueError(f"time_step {self.time_step:g} s; allowed: greater than 0")
         self.gravity = np.asarray(gravity, float)
         self.precision = precision
         self.walls = walls or WallSet()
@@ -192,8 +195,8 @@ class Simulation:
 
         position (m, 3) [m]; radius (m,) or scalar [m]; velocity, spin (m, 3) or scalar [m/s],
         [rad/s]; material: a name, the first one by default. Returns their tags (m,). Raises
-        ValueError for a radius of 0 or less, and for a material that can meet another without a
-        pair of parameters.
+        ValueError for a radius of 0 or less, for two at one place, and for a material that can meet
+        another without a pair of parameters.
         """
         position = np.atleast_2d(np.asarray(position, float))
         m = len(position)
@@ -204,6 +207,8 @@ class Simulation:
         radius = np.broadcast_to(np.asarray(radius, np.float32).astype(float), m)
         if not (radius > 0.0).all():
             raise ValueError(f"radius {radius.min():g} m; allowed: greater than 0")
+        if len(np.unique(position, axis=0)) < m:
+            raise ValueError("two particles have the same position: their contact has no normal")
         mass = sphere.mass(radius, self.materials[name].density)
         velocity = np.broadcast_to(np.asarray(velocity, float), (m, 3))
         spin = np.broadcast_to(np.asarray(spin, float), (m, 3))

@@ -99,3 +99,14 @@ def test_one_grain_needs_no_parameters_with_itself():
 def test_laws_that_cannot_be_combined_are_refused_at_set_up(laws, names):
     with refused(ValueError, *names):
         salt(1e-5, laws=laws)
+
+
+@pytest.mark.parametrize("time_step", [0.0, -1e-5, float("nan")])
+def test_a_time_step_goes_forward(time_step):
+    with refused(ValueError, "time_step"):
+        salt(time_step)
+
+
+def test_two_grains_at_one_place_are_refused():
+    with refused(ValueError, "position"):
+        salt(1e-5).add_particles([[0, 0, 0], [0, 0, 1], [0, 0, 0]], 1e-3)
