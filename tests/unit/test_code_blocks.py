@@ -24,12 +24,11 @@ from snakemake.cli import get_argument_parser
 
 from calibration.engines import liggghts
 from calibration.intake.measurements import read_measured
-from calibration.intake.quantities import quantity_name
 from calibration.interface.commands import main as dem
 from calibration.runs.snakemake_command import rule_names
 from calibration.study.config import Config, overlay, parse_config
 from dem.spec import RunSpec, parse_spec
-from dem.units import in_ascii, unit_of
+from dem.units import in_ascii, unit_of, without_unit
 
 ROOT = Path(__file__).parents[2]
 PAGES = (
@@ -118,7 +117,7 @@ def as_the_reader_has_it(folder, data):
         if unit_of(metric) or "margin" in own
     }
     rows = [
-        f"heap,{quantity_name(metric)},{value},{in_ascii(unit_of(metric) or '')},"
+        f"heap,{without_unit(metric)},{value},{in_ascii(unit_of(metric) or '')},"
         for metric, middle in middles.items()
         for value in (middle - 0.5, middle + 0.5)
     ]

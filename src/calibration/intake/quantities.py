@@ -54,11 +54,6 @@ class Measurable(NamedTuple):
     below: str | None = None
 
 
-def quantity_name(metric: str) -> str:
-    """A metric's name in a table of measurements: without the unit, which has a column."""
-    return without_unit(metric)
-
-
 @cache
 def measurable(experiment: str) -> dict[str, Measurable]:
     """{name: Measurable} of the metrics of an experiment that something can be compared with."""
@@ -66,7 +61,7 @@ def measurable(experiment: str) -> dict[str, Measurable]:
     for metric in experiments()[experiment].metrics:
         if not metric.target:
             continue
-        name, unit = quantity_name(metric.name), unit_of(metric.name) or ""
+        name, unit = without_unit(metric.name), unit_of(metric.name) or ""
         limits = unit, metric.least, metric.most, None  # type: tuple[str, float, float, str | None]
         if own and own.name == name:
             limits = own.unit, own.least, own.most, own.below

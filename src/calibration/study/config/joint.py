@@ -13,13 +13,13 @@ import numpy as np
 from calibration.errors import ConfigError
 from calibration.intake.curves import SHAPES, read_curves
 from calibration.intake.measurements import read_measured
-from calibration.intake.quantities import quantity_name
 from calibration.study.config.measured import is_measured, rows_of
 from calibration.study.config.schema import METRICS
 from calibration.study.config.specs import SEEDS_A_STAGE
 from calibration.study.config.tests import spec_of
 from calibration.study.factors import Choice, refuse_choices
 from calibration.study.matching import NotComparableError
+from dem.units import without_unit
 
 if TYPE_CHECKING:
     from calibration.study.config.schema import Config, CurvesConfig
@@ -88,7 +88,7 @@ def joint_targets(config: Config) -> list[JointTarget]:
             curves.setdefault(test.curves, []).append(name)
             continue
         for metric in test.metrics or METRICS[test.experiment]:
-            if not table.of(test.experiment, quantity_name(metric)):
+            if not table.of(test.experiment, without_unit(metric)):
                 continue
             try:
                 rows = {(row.line, metric) for row in rows_of(config, table, name, metric)}

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 
 from calibration.errors import CalibrationError, ConfigError
 from calibration.intake.measurements import read_measured
-from calibration.intake.quantities import quantity_name
 from calibration.intake.tables import summary
 from calibration.statistics.goals import Goal
 from calibration.statistics.stated import Stated
 from calibration.study.config.tests import spec_of
 from calibration.study.matching import NotComparableError, agreeing, sample
-from dem.units import behind, unit_of
+from dem.units import behind, unit_of, without_unit
 
 if TYPE_CHECKING:
     import numpy as np
@@ -40,13 +39,13 @@ def rows_of(
     ConfigError."""
     experiment, spec = config.tests[name].experiment, spec_of(config, name)
     own = replace(table, conditions=tuple(c for c in table.conditions if c.test in ("", name)))
-    return agreeing(own, experiment, quantity_name(metric), spec, but)
+    return agreeing(own, experiment, without_unit(metric), spec, but)
 
 
 def is_measured(config: Config, target: Target) -> bool:
     """Whether the table of measurements holds the quantity of a target. Raises ConfigError."""
     table = read_measured(config.measurements)
-    return bool(table.of(config.experiment, quantity_name(target.metric)))
+    return bool(table.of(config.experiment, without_unit(target.metric)))
 
 
 def read_swept(
@@ -60,7 +59,7 @@ def read_back(config: Config) -> list[str]:
     """A sentence for each measured target: what was read of it. Raises ConfigError."""
     table, found = read_measured(config.measurements), []
     for target in (config.target, *config.further_targets):
-        name = quantity_name(target.metric)
+        name = without_unit(target.metric)
         if table.of(config.experiment, name):
             unit = behind(unit_of(target.metric))
             try:

@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import yaml
 
-from calibration.intake.quantities import quantity_name
 from calibration.statistics.screening_design import screening_design
 from calibration.study.config import overlay, parse_config, point_spec, read_target
 from calibration.study.config.joint import joint_targets, read_joint_target
@@ -30,7 +29,7 @@ from calibration.study.parcels import WITH_SIZE, ratios
 from calibration.study.simulated_tests import simulated
 from dem.errors import DemError, MeasureError, StoppedError
 from dem.spec import parse_spec
-from dem.units import behind, unit_of
+from dem.units import behind, unit_of, without_unit
 
 if TYPE_CHECKING:
     from calibration.study.config import Config
@@ -260,7 +259,7 @@ def _beside(config, rig, trials):
             judged = "these ranges may not reach it"
             if metric == ANGLE and not {"elongation", "clump"} & set(config.own_run["particles"]):
                 judged += ". Longer grains stand steeper (--axes, or particles.elongation)"
-        name = quantity_name(metric).replace("_", " ")
+        name = without_unit(metric).replace("_", " ")
         yield f"{name} {', '.join(told)}; measured {mean:.4g}{unit}: {judged}"
 
 

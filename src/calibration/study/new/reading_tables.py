@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 from calibration.errors import CalibrationError, ConfigError
 from calibration.intake.measurements import read_measured
-from calibration.intake.quantities import quantity_name
 from calibration.intake.tables import read_table
 from calibration.study.new.answers import Faults, Raw, entries_of, with_unit
 from dem.tables.dialect import plain
@@ -156,7 +155,7 @@ def _of_measured(method: Method, path: Path, sheet: str | None) -> Iterator[Raw]
     conditions = read_measured(path, sheet=sheet).conditions
     for q in method.readings:
         for m in conditions:
-            if m.quantity == quantity_name(q.unit) and not m.outcome:
+            if m.quantity == without_unit(q.unit) and not m.outcome:
                 yield Raw(method.name, _of_condition(method, q, m, path), path.name)
 
 
