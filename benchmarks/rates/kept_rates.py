@@ -39,6 +39,7 @@ DECIDE = {
         "diagnosis/collision.py",
         "diagnosis/fit.py",
         "diagnosis/measurements.py",
+        "diagnosis/reading_errors.py",
     ),
     "bulk": (
         "calibration/inference/chance_of_no_value.py",
@@ -57,6 +58,7 @@ DECIDE = {
         "diagnosis/lever_laws.py",
         "diagnosis/measurements.py",
         "diagnosis/model.py",
+        "diagnosis/reading_errors.py",
         "diagnosis/rig.py",
         "diagnosis/scale.py",
         "diagnosis/shared_errors.py",

@@ -14,7 +14,8 @@ from scipy.stats import norm, t
 from calibration.intake.quantities import QUANTITIES
 from calibration.runs.simulated import named
 from dem.errors import SpecError
-from diagnosis.fit import data_of, fit, spread_unit
+from diagnosis.fit import data_of, fit
+from diagnosis.reading_errors import spread_unit
 from diagnosis.shared_errors import covariance_of
 
 if TYPE_CHECKING:

@@ -25,11 +25,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import expit, logsumexp, xlogy
-from scipy.stats import chi2
 
 from calibration.inference.chance_of_no_value import log_likelihood
-from calibration.intake.quantities import QUANTITIES
 from diagnosis.failures import outcomes_of
+from diagnosis.reading_errors import spread_unit, stated_sd
 from diagnosis.shared_errors import Shared, shared_of
 
 if TYPE_CHECKING:
@@ -44,7 +43,6 @@ MORE_DESCENTS = 1  # where errors are shared: the first is made before their siz
 ITERATIONS = 14  # of a descent, at most
 SETTLED = 1e-3  # fall of twice the negative log posterior below which a fit has settled
 NODES = 21  # of the quadrature over the odds of a test
-PRIOR = 8.0  # degrees of freedom that the common spread weighs
 STUCK = 1e6  # damping at which no step helps any more
 
 
@@ -383,76 +381,12 @@ def held_out(mean: np.ndarray, variance: np.ndarray, data: Data) -> np.ndarray:
     return logsumexp(value, axis=-1, b=weight / weight.sum())
 
 
-def spread_unit(measurements: Sequence[Measurement]) -> np.ndarray:
-    """(n,) what spreads are compared in: the value where they go with it, else 1."""
-    return np.array([m.value if QUANTITIES[m.experiment].relative else 1.0 for m in measurements])
-
-
-def moderated_sd(measurements: Sequence[Measurement], own: np.ndarray | None = None) -> np.ndarray:
-    """(..., n) standard deviations of a replicate, drawn towards the median of their experiment.
-
-    own: (..., n) spreads of the replicates, those of the measurements unless given.
-
-    Few replicates give a poor estimate of their own spread: s^2 = (d0 s0^2 + (n-1) s_i^2) / (d0 + n
-    - 1), d0 = 8; Smyth (2004), Stat. Appl. Genet. Mol. Biol. 3:3. The spread is relative for drop
-    and shear, absolute for angles. The median of spreads from few replicates lies below the true
-    spread. So the median is taken of s_i over the median of its law."""
-    unit = spread_unit(measurements)
-    own = np.array([m.sd for m in measurements] if own is None else own) / unit
-    freedom = np.maximum([m.n - 1.0 for m in measurements], 0.0)
-    usual = _usual(freedom)
-    common = np.empty(own.shape)
-    for kind in {m.experiment for m in measurements}:
-        rows = [i for i, m in enumerate(measurements) if m.experiment == kind]
-        common[..., rows] = np.median(own[..., rows] / usual[rows], axis=-1, keepdims=True)
-    return unit * _moderated(own, common, freedom)
-
-
-def _usual(freedom):
-    """Median (n,) of the spreads that so many degrees of freedom find, over the true one."""
-    some = np.maximum(freedom, 1)
-    # a spread given with a single value is no estimate from it
-    return np.where(freedom > 0, np.sqrt(chi2.ppf(0.5, some) / some), 1.0)
-
-
-def _moderated(own, common, freedom):
-    return np.sqrt((PRIOR * common**2 + freedom * own**2) / (PRIOR + freedom))
-
-
-def redrawn_error(
-    measurements: Sequence[Measurement],
-    error: np.ndarray,
-    replicates: int,
-    rng: np.random.Generator,
-) -> np.ndarray:
-    """Standard errors (replicates, n) that laboratories would state of readings whose true ones are
-    `error` (n,): the spreads of their replicates drawn anew and moderated."""
-    n = np.array([m.n for m in measurements], float)
-    found = _found_spread(n, replicates, rng)
-    return moderated_sd(measurements, error * np.sqrt(n) * found) / np.sqrt(n)
-
-
-def redrawn_share(n: np.ndarray, replicates: int, rng: np.random.Generator) -> np.ndarray:
-    """The same over the true ones, of one experiment's settings with n (k,) replicates whose
-    spreads are alike."""
-    found = _found_spread(n, replicates, rng)
-    freedom = np.maximum(n - 1.0, 0.0)
-    return _moderated(found, np.median(found / _usual(freedom), axis=-1, keepdims=True), freedom)
-
-
-def _found_spread(n, replicates, rng):
-    """Spreads (replicates, k) that n (k,) replicates find, over the true one."""
-    freedom = np.maximum(n - 1.0, 1.0)
-    draws = rng.chisquare(freedom, (replicates, len(n))) / freedom
-    return np.where(n > 1, np.sqrt(draws), 1.0)
-
-
 def data_of(measurements: Sequence[Measurement], tests: Outcomes | None = None) -> Data:
     """`Data` of one set of measurements, and of `diagnosis.failures.Outcomes` beside them."""
     n = np.array([m.n for m in measurements], float)
     value = np.array([m.value for m in measurements])
     lever = np.array([m.lever_error for m in measurements])
-    error = np.hypot(moderated_sd(measurements) / np.sqrt(n), lever)
+    error = np.hypot(stated_sd(measurements) / np.sqrt(n), lever)
     shared = shared_of(measurements, error, spread_unit(measurements))
     group = np.unique([m.experiment for m in measurements], return_inverse=True)[1]
     found = Data(value[None], error[None], shared=shared, group=group)

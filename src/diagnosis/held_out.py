@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from diagnosis.fit import data_of, spread_unit
+from diagnosis.fit import data_of
 from diagnosis.laws.readings import from_log, readings_of, unknown
+from diagnosis.reading_errors import spread_unit
 from diagnosis.shared_errors import covariance_of
 from diagnosis.table_model.block import Block
 from diagnosis.table_model.term import ROW

@@ -20,8 +20,9 @@ from scipy.stats import chi2
 
 from calibration.statistics.numbers import NORMAL_95
 from diagnosis.chance import CLOSE, share_above
-from diagnosis.fit import Data, evidence, fit, misfit, moderated_sd, redrawn_error
+from diagnosis.fit import Data, evidence, fit, misfit
 from diagnosis.measurements import LEAST_SETTINGS
+from diagnosis.reading_errors import redrawn_error
 from diagnosis.settings import BASE
 
 if TYPE_CHECKING:
@@ -546,6 +547,3 @@ def strength_of(model: Model, fitted: Fit, row: int) -> dict[str, dict[str, Any]
             "high": float(m.strength.natural(high)),
         }
     return out
-
-
-__all__ = ["Identification", "Scores", "decide", "identify", "key_of", "moderated_sd", "weigh"]

@@ -17,8 +17,9 @@ from calibration.intake.quantities import LEVERS, QUANTITIES
 from calibration.statistics.numbers import NORMAL_95
 from diagnosis.chance import share_above
 from diagnosis.design import WIDENED
-from diagnosis.fit import Fit, redrawn_error
+from diagnosis.fit import Fit
 from diagnosis.model import Model
+from diagnosis.reading_errors import redrawn_error
 
 P_TREND = 0.01
 DRAWS = 4000

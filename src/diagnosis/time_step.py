@@ -16,6 +16,7 @@ from dem.spec import parse_spec
 from diagnosis.extend import real_spec, run_scatter
 from diagnosis.fit import data_of
 from diagnosis.model import Model
+from diagnosis.reading_errors import doubt
 from diagnosis.rig import Rig
 from diagnosis.settings import Settings
 
@@ -73,7 +74,7 @@ def check(
 ) -> list[dict[str, Any]]:
     """[{experiment, levers, value, half, change, uncertain, error, matters}] of what could be run:
     means, their difference, its standard error, that of the measurement."""
-    out = []
+    out, errors = [], data_of(measurements).error[0]
     for row in rows:
         m = measurements[row["setting"]]
         metric = cast(str, settings.experiments[m.experiment].metric)
@@ -81,7 +82,7 @@ def check(
             [[(metrics[n] or {}).get(metric, np.nan) for n in row[k]] for k in ("full", "half")]
         )
         if np.isfinite(values).any(1).all():
-            out.append(_row(m, values, float(data_of([m]).error[0, 0])))
+            out.append(_row(m, values, float(errors[row["setting"]])))
     return out
 
 
@@ -89,6 +90,7 @@ def _row(measurement, values, error):
     """A row from values (2, r) at the full and the half step."""
     full, half = np.nanmean(values, axis=1)
     uncertain = float(np.hypot(*run_scatter([measurement] * 2, values)))
+    uncertain *= float(doubt(max(np.isfinite(values).sum() - 2.0, 1.0)))  # of few runs
     return row_of(measurement, float(full), float(half), uncertain, error)
 
 

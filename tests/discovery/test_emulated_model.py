@@ -11,8 +11,9 @@ from diagnosis import held_out
 from diagnosis.catalogue import Strength, load_catalogue
 from diagnosis.design import MultipliedLever, inputs_of
 from diagnosis.emulator import Emulator, Multiplied, forward, inverse
-from diagnosis.fit import Data, data_of, fit, moderated_sd
+from diagnosis.fit import Data, data_of, fit
 from diagnosis.model import Emulated
+from diagnosis.reading_errors import moderated_sd
 from diagnosis.settings import BASE, parameters_of
 
 SETTINGS = rate_settings()

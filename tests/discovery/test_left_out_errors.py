@@ -36,7 +36,9 @@ def test_the_refit_leaves_open_what_a_regression_says():
     found = refit_errors(model, data, held_out_fits(model, data))
     for i, x in enumerate(DESIGN):
         others = np.delete(DESIGN, i, axis=0)
-        assert found[i] ** 2 == pytest.approx(ERROR**2 * x @ np.linalg.inv(others.T @ others) @ x)
+        assert found[i] ** 2 == pytest.approx(
+            data.error[0, i] ** 2 * x @ np.linalg.inv(others.T @ others) @ x
+        )
 
 
 class Shifted(Linear):

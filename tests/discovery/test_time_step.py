@@ -2,6 +2,7 @@
 
 import types
 
+import numpy as np
 import pytest
 
 from benchmarks.rates.simulated import rate_settings
@@ -55,3 +56,11 @@ def test_half_the_step_is_half_of_either_kind():
 def test_each_experiment_is_checked_at_its_middle_value():
     tilts = [Measurement("tilt", v, 0.5, 5, {}) for v in (30.0, 40.0, 35.0)]
     assert time_step.middles([*rebounds(0.01), *tilts]) == [1, 5]
+
+
+def test_two_runs_at_each_step_seldom_move_the_answer_by_chance():
+    """The scatter of two runs each is known poorly: by a normal law a sixth of them would."""
+    rng = np.random.default_rng(6)
+    heap = Measurement("heap", 30.0, 0.1, 5, {})
+    moved = [time_step._row(heap, 30.0 + rng.standard_normal((2, 2)), 0.05) for _ in range(500)]
+    assert 0.01 < np.mean([row["matters"] for row in moved]) < 0.07

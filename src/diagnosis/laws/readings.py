@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from calibration.intake.quantities import LEVERS
-from diagnosis.fit import moderated_sd
+from diagnosis.reading_errors import moderated_sd
 
 if TYPE_CHECKING:
     from calibration.intake.measurements import Measurement

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from diagnosis.fit import redrawn_share
+from diagnosis.reading_errors import redrawn_share
 from diagnosis.table_model.log_sum import log_sum
 
 if TYPE_CHECKING:

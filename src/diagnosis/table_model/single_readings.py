@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from calibration.intake.quantities import QUANTITIES
-from diagnosis.fit import spread_unit
+from diagnosis.reading_errors import spread_unit
 
 if TYPE_CHECKING:
     from calibration.intake.measurements import Measurement

@@ -1,0 +1,70 @@
+"""The error of a reading of a heap or a density: its own spread, as far as the others deny it not,
+and the doubt of few replicates."""
+
+import numpy as np
+import pytest
+
+from calibration.intake.measurements import Measurement
+from diagnosis.fit import data_of
+from diagnosis.reading_errors import redrawn_error, stated_sd
+
+SIZES = (2.0, 2.5, 3.0, 3.6, 4.4)
+
+
+def densities(spreads, n=5, sizes=SIZES):
+    return [
+        Measurement("bulk_density", 600.0, sd, n, {"particle_diameter_mm": d})
+        for sd, d in zip(spreads, sizes, strict=True)
+    ]
+
+
+def test_a_spread_that_grows_over_the_sizes_is_not_that_of_the_middle():
+    """Spreads of a poured density as they were found, in kg/m3."""
+    own = np.array([1.46, 4.87, 5.05, 6.25, 13.27])
+    found = stated_sd(densities(own))
+    assert found[0] < 1.6 * own[0] < 0.5 * np.median(own)
+    assert found[-1] > own[-1]
+    assert (np.diff(found) > 0.0).all()
+
+
+def test_spreads_that_are_alike_stand_for_one_another():
+    """Five spreads of four degrees of freedom each know one spread to a sixth of it."""
+    rng = np.random.default_rng(2)
+    tables = np.sqrt(rng.chisquare(4, (400, 5)) / 4.0)
+    found = np.array([stated_sd(densities(own)) for own in tables])
+    assert np.log(found).std() < 0.65 * np.log(tables).std()
+    assert np.sqrt((found**2).mean()) == pytest.approx(1.1, rel=0.05)
+
+
+def test_one_setting_alone_has_the_doubt_of_its_replicates():
+    """Student's 97.5 % point of one degree of freedom is 12.7."""
+    [two] = stated_sd(densities([1.0], 2, SIZES[:1]))
+    [many] = stated_sd(densities([1.0], 200, SIZES[:1]))
+    assert two == pytest.approx(12.706 / 1.96, rel=1e-3)
+    assert many == pytest.approx(1.0, rel=0.01)
+
+
+def test_a_spread_that_is_stated_with_a_single_value_is_taken_as_it_is():
+    rows = densities([1.0, 2.0, 9.0, 2.0, 1.0], 1)
+    assert data_of(rows).error[0] == pytest.approx([1.0, 2.0, 9.0, 2.0, 1.0])
+
+
+def test_errors_that_are_drawn_anew_miss_as_the_stated_ones_do():
+    """Chi-squares of readings that are right, over errors as they would be stated, are as large as
+    those that are drawn of the stated errors: a false alarm is as frequent as it says."""
+    rng, true = np.random.default_rng(5), np.array([1.0, 1.5, 2.0, 3.0, 4.0])
+    p = []
+    for _ in range(300):
+        read = 600.0 + true[:, None] * rng.standard_normal((5, 5))
+        rows = [
+            Measurement("bulk_density", s.mean(), s.std(ddof=1), 5, {"particle_diameter_mm": d})
+            for s, d in zip(read, SIZES, strict=True)
+        ]
+        error = data_of(rows).error[0]
+        seen = (((read.mean(1) - 600.0) / error) ** 2).sum()
+        drawn = redrawn_error(rows, error, 200, rng)
+        null = ((error * rng.standard_normal((200, 5)) / drawn) ** 2).sum(1)
+        p.append((null >= seen).mean())
+    alarms = int((np.array(p) < 0.05).sum())
+    # 15 of 300 are expected
+    assert 5 <= alarms <= 27
