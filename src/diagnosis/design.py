@@ -61,9 +61,12 @@ REPEATED = 4
 """One of so many of the base model's runs within a budget repeats a point with another seed: runs
 at points of their own do not tell how much runs scatter."""
 
-OF_A_MECHANISM = (6, 3)
-"""Runs of a mechanism's emulator within a budget, most and fewest: they train what it adds to the
-base model."""
+OF_BASE = 0.5
+"""Share of a budget's training, and of each wave, that the base model has; the mechanisms that need
+runs of their own have the rest alike."""
+
+LEAST_OF_A_MECHANISM = 3
+"""Runs of a mechanism's emulator within a budget: they train what it adds to the base model."""
 
 
 def budgeted(
@@ -80,9 +83,9 @@ def budgeted(
         others = [name for e, name in pairs if e == kind and name != BASE]
         inputs = len(inputs_of(settings, factors, kind, BASE))
         fewest = inputs + 2
-        most, few = OF_A_MECHANISM
+        few = LEAST_OF_A_MECHANISM
         least = max(least, fewest + few * len(others))
-        each = few if not others else min(most, max(few, (own - 4 * inputs) // len(others)))
+        each = max(few, int((1.0 - OF_BASE) * own) // max(len(others), 1))
         counts |= {(kind, name): each for name in others}
         counts[kind, BASE] = own - each * len(others)
         if counts[kind, BASE] < fewest:

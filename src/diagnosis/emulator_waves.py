@@ -1,11 +1,13 @@
-"""Waves: further runs of the engine where the posterior is, until an emulator's error there is
-below half of the measurement's.
+"""Waves: further runs of the engine where they decide, until an emulator's error there is below
+0.3 of the measurement's.
 
 A first emulator is spread over whole ranges. A wave runs the base model and each mechanism that is
-still in play at parameters drawn from the posterior that the emulators of the wave before give, at
-the measured settings; the emulators are trained anew by all runs (Vernon, Goldstein, Bower 2010,
-Bayesian Anal. 5:619). The number of waves and of runs in each is capped by the settings, and the
-verdict says what is left.
+still in play, each about its own best point: at parameters drawn from the posterior that the
+emulators of the wave before give, at the measured settings, the seeds common to all. Of a budget
+the base model has half of a wave, for its error would else excuse it; the mechanisms have the rest
+alike, as many of the best as it is enough for. The emulators are trained anew by all runs (Vernon,
+Goldstein, Bower 2010, Bayesian Anal. 5:619). The number of waves and of runs in each is capped by
+the settings, and the verdict says what is left.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ import numpy as np
 from scipy.stats import norm, qmc
 
 from dem.errors import SpecError
-from diagnosis.design import REFINE, factor_share, inputs_of, multiplied, row_of
+from diagnosis.design import OF_BASE, REFINE, factor_share, inputs_of, multiplied, row_of
 from diagnosis.fit import data_of, evidence, fit
 from diagnosis.settings import BASE, lever_values
 
@@ -29,14 +31,14 @@ if TYPE_CHECKING:
     from diagnosis.rig import Rig
 
 
-SHARE = 0.5
+SHARE = 0.3
 """Error of an emulator over that of the measurement at which it is good enough."""
 
 IN_PLAY = 5.0
 """Nats behind the best model (odds of 150 to 1) up to which a mechanism is still in play."""
 
-MOST = 4  # mechanisms that are refined, best first
-WITHIN = 2  # emulators that a wave of a budget refines: the base model's and the best
+MOST = 4  # mechanisms with runs of their own that are refined, best first
+LEAST_OF_A_WAVE = 6  # runs of a mechanism: fewer settle nothing, and the best are refined alone
 REACH = 1.5  # standard deviations of the posterior over which one of the draws spreads
 SEEDS = 10_000  # between the seeds of two waves
 
@@ -54,7 +56,15 @@ def modes(emulated: Emulated, measurements: Sequence[Measurement]) -> dict[str, 
     best = max(score.values())
     near = sorted((n for n in score if n != BASE), key=lambda n: -score[n])
     near = [n for n in near if best - score[n] < IN_PLAY or _rough(models[n], fits[n], data)]
+    kinds = {m.experiment for m in rows}
+    near = [n for n in near if any(_trained(emulated, kind, n) for kind in kinds)]
     return {name: (models[name], fits[name]) for name in (BASE, *near[:MOST])}
+
+
+def _trained(emulated, experiment, mechanism):
+    """Whether runs of its own train a mechanism: it is no law of the reading and none that the base
+    model's emulator predicts."""
+    return hasattr(emulated.emulators.get((experiment, mechanism)), "error")
 
 
 def _rough(model, fitted, data):
@@ -75,8 +85,8 @@ def left(
     for name, (model, fitted) in (play or modes(emulated, measurements)).items():
         error = model.predict(fitted.theta[:1])[1][0] / measured
         for kind in dict.fromkeys(m.experiment for m in rows):
-            if name != BASE and not hasattr(emulated.emulators.get((kind, name)), "error"):
-                continue  # the base model's emulator, or a law of the reading
+            if name != BASE and not _trained(emulated, kind, name):
+                continue
             own = error[[m.experiment == kind for m in rows]]
             size = float(np.sqrt(np.mean(own**2)))
             out.append(
@@ -94,22 +104,26 @@ def plan_wave(
     if wave > rig.settings.waves:
         return rows, specs, found
     rough = [one for one in found if not one["enough"]]
-    if rig.settings.runs is not None:
-        rough = rough[:WITHIN]
-    count = _count_within(rig.settings, len(rough))
-    for one in rough:
+    for one, count in _within(rig.settings, rough):
         model, fitted = play[one["mechanism"]]
         more, own = _near(emulated, rig, one["experiment"], model, fitted, wave, count)
         rows, specs = rows + more, specs | own
     return rows, specs, found
 
 
-def _count_within(settings, emulators):
-    """Runs of each of the emulators that a wave refines, within the budget's share of one wave;
-    None without a budget."""
+def _within(settings, rough):
+    """[(what is refined, its runs)] of the emulators that are too rough, best first: the base model
+    has as many runs of a wave as all mechanisms together, and of these as many are refined as get
+    LEAST_OF_A_WAVE. Without a budget all are, and the runs are None."""
     if settings.runs is None:
-        return None
-    return int(REFINE * settings.runs / settings.waves / max(emulators, 1))
+        return [(one, None) for one in rough]
+    base = [one for one in rough if one["mechanism"] == BASE]
+    others = [one for one in rough if one["mechanism"] != BASE]
+    wave = REFINE * settings.runs / settings.waves
+    of_base = wave * (OF_BASE if others else 1.0) if base else 0.0
+    others = others[: max(int((wave - of_base) / LEAST_OF_A_WAVE), 1)]
+    out = [(one, int(of_base / len(base))) for one in base]
+    return out + [(one, int((wave - of_base) / len(others))) for one in others]
 
 
 def _near(emulated, rig, experiment, model, fitted, wave, count=None):
@@ -120,7 +134,8 @@ def _near(emulated, rig, experiment, model, fitted, wave, count=None):
     label = mechanism.name if mechanism else BASE
     inputs = inputs_of(settings, model.factors, experiment, label)
     own = settings.experiments[experiment]
-    count = count or (own.runs_per_input or settings.runs_per_input) * len(inputs)
+    if count is None:
+        count = (own.runs_per_input or settings.runs_per_input) * len(inputs)
     theta = _draws(model, fitted, count, [settings.seed, wave, *f"{experiment}/{label}".encode()])
     levers = [x for e, x in model.conditions if e == experiment]
     # few runs go on where those of the wave before ended

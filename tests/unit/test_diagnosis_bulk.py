@@ -24,7 +24,7 @@ from dem.spec import parse_spec
 from diagnosis import emulator_waves, extend
 from diagnosis.catalogue import load_catalogue
 from diagnosis.derived import RUNS, as_file, completed
-from diagnosis.design import BASE, TRAIN, left_of, plan, possible
+from diagnosis.design import BASE, TRAIN, factor_share, left_of, plan, possible
 from diagnosis.emulator import train
 from diagnosis.extend import within
 from diagnosis.failures import as_tests, train_failures
@@ -133,7 +133,7 @@ def test_corners_that_nobody_measured_need_not_be_possible(tmp_path):
     ]  # fmt: skip
     own = setup_of("discharge", rows, tmp_path)
     found, specs = plan(own.rig, own.catalogue, ["discharge"])
-    base = [r for r in found if r["mechanism"] == BASE]
+    base = [n for r in found if r["mechanism"] == BASE for n in r["run_ids"]]
     assert len(base) >= 0.5 * len(specs)
     for spec in specs.values():
         parse_spec(spec)
@@ -196,6 +196,77 @@ def test_a_budget_that_is_too_small_says_what_is_enough():
     least = int(str(caught.value).split("at least ")[1].split(",")[0])
     settings, _, _ = bench_settings(least)
     plan(Rig(settings, RUN, tuple(factors)), known, ["heap"])
+
+
+def own_runs(rows):
+    """{mechanism: its runs} of rows of a design."""
+    out = {}
+    for row in rows:
+        out[row["mechanism"]] = out.get(row["mechanism"], 0) + len(row["run_ids"])
+    return out
+
+
+@pytest.mark.parametrize("runs", [80, 240])
+def test_mechanisms_have_as_many_runs_as_the_base_model_whatever_the_budget(runs):
+    settings, factors, known = bench_settings(runs)
+    found = own_runs(plan(Rig(settings, RUN, tuple(factors)), known, ["heap"])[0])
+    base = found.pop(BASE)
+    assert set(found.values()) == {int(0.25 * runs / len(found))}
+    assert base + sum(found.values()) == TRAIN * runs
+    assert base - sum(found.values()) < len(found)
+
+
+@pytest.mark.parametrize(("runs", "most"), [(80, 1), (240, 3)])
+def test_a_wave_goes_to_the_base_model_and_to_what_the_rest_is_enough_for(runs, most):
+    """Grains attract each other: the base model is run at its own best point nevertheless."""
+    bench, _, _ = emulated(runs, scatter=2.0)
+    rig = Rig(bench.settings, RUN, tuple(bench.factors))
+    measured = heaps(lambda d: 30.0 + 25.0 / d)
+    rows, _, found = emulator_waves.plan_wave(bench, measured, rig, 1)
+    made = own_runs(rows)
+    share = 0.3 * runs / 2
+    assert made.pop(BASE) == int(share / 2)
+    assert len(made) == most
+    assert sum(made.values()) <= share / 2
+    _, fitted = emulator_waves.modes(bench, measured)[BASE]
+    at = factor_share(fitted.theta[0])
+    inputs = np.array([r["inputs"] for r in rows if r["mechanism"] == BASE])
+    assert np.abs(np.median(inputs[:, : len(at)], axis=0) - at).max() < 0.15
+    assert not any(r["enough"] for r in found)
+
+
+def refined(measured, runs=240, scatter=2.0):
+    """`Identification` of heaps, the emulators refined by two waves of runs that scatter [deg]."""
+    bench, laws, _ = emulated(runs, scatter)
+    rig = Rig(bench.settings, RUN, tuple(bench.factors))
+    known = {n: m for n, m in bench.catalogue.items() if n not in laws}
+    rows, specs = plan(rig, known, ["heap"])
+    for wave in (1, 2):
+        more, own, _ = emulator_waves.plan_wave(bench, measured, rig, wave)
+        rows, specs = rows + more, specs | own
+        rng = np.random.default_rng(1)
+        metrics = {
+            n: {
+                "angle_of_repose_deg": closed_form(s)["angle_of_repose_deg"]
+                + scatter * rng.standard_normal()
+            }
+            for n, s in specs.items()
+        }
+        emulators, _ = train(rows, metrics, bench.settings, bench.factors)
+        emulators = with_laws(emulators, bench.settings, bench.factors, laws)
+        bench = Emulated(emulators, bench.settings, bench.factors, bench.catalogue)
+    return identify(bench, measured, replicates=100)
+
+
+def test_an_attraction_is_found_and_none_is_none_by_one_rule():
+    """Runs scatter by five times the readings' error; the attraction makes 6 degrees between the
+    smallest and the largest grains."""
+    assert refined(heaps(lambda d: 36.0)).verdict == "adequate"
+    found = refined(heaps(lambda d: 30.0 + 27.0 / d))
+    assert found.verdict != "adequate"
+    assert found.lack_of_fit_p < 0.05
+    own = [r["mechanism"] for r in found.ranking if not r["mechanism"].endswith("diameter")]
+    assert own[0] in ("cohesion", "liquid_bridge")
 
 
 def bench_settings(runs):
