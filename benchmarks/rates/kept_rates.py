@@ -44,6 +44,7 @@ DECIDE = {
     "bulk": (
         "calibration/inference/chance_of_no_value.py",
         "calibration/inference/emulator.py",
+        "calibration/inference/gaussian_process.py",
         "diagnosis/catalogue/*.py",
         "diagnosis/chance.py",
         "diagnosis/derived.py",

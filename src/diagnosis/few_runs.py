@@ -19,13 +19,11 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.linalg import cho_factor, cho_solve
-from scipy.optimize import minimize
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.spatial.distance import cdist
 
-from calibration.inference.emulator import Emulator
-
-SHORT = 0.4
-"""Length over which the error of a level reaches, in the least gap between levels of the runs."""
+from calibration.inference.emulator import Emulator, correlation_of
+from calibration.inference.gaussian_process import GaussianProcess
 
 EFFECT, BEND, MIXED = 2.0, 1.0, 1.0
 """Prior standard deviations of a, b and c, in the standard deviation of the base model's response
@@ -35,7 +33,7 @@ PRIORS = {
     "scale": (np.log(0.5), 1.5),
     "linear": (np.log(0.5), 1.5),
     "offset": (np.log(0.5), 1.0),
-    "level": (np.log(0.05), 1.5),
+    "step": (np.log(0.05), 1.5),
     "noise": (np.log(0.05), 1.5),
     "length": (np.log(1.5), 0.7),
 }
@@ -49,9 +47,6 @@ same, and the lengths over which it varies in t and in x."""
 SIZES = np.geomspace(0.1, 3.0, 8)
 """Factors on these priors that are alike probable: some mechanisms do next to nothing."""
 
-LARGEST = 6.0  # of a logarithm's distance from its mean, in standard deviations
-LEAST_NOISE = 1e-6  # variance of a run beside the scatter, for the rounding
-
 
 class FewRuns(Emulator):
     """The base model's emulator. See the module.
@@ -60,86 +55,16 @@ class FewRuns(Emulator):
     """
 
     def __init__(self, x: ArrayLike, z: ArrayLike, levers: Sequence[int]) -> None:
-        self.x, z = np.asarray(x, float), np.asarray(z, float)
-        self.mean, self.spread = float(z.mean()), float(z.std()) or 1.0
-        self.levers = np.array(levers, int)
-        self.short = SHORT * _gaps(self.x[:, self.levers])
-        response = (z - self.mean) / self.spread
-        self._hold(_likeliest(self, response))
-        runs, inputs = self.x.shape
-        self.paid = runs / max(runs - inputs - 1.0, 1.0)
-        self._solve(response)
-
-    def _hold(self, logs):
-        """Take the process' values from the vector of their logarithms."""
-        names = [n for n in PRIORS if n != "length"]
-        values = np.exp(np.clip(logs, -30.0, 30.0))
-        for name, value in zip(names, values, strict=False):
-            setattr(self, name, float(value))
-        self.length = values[len(names) :]
+        GaussianProcess.__init__(self, rough=False, steps=levers, priors=PRIORS)
+        self.fit(x, z, np.ones(len(np.asarray(z))))
+        self._leave_out(slice(None))
+        self.runs, inputs = self.x.shape
+        self.paid = self.runs / max(self.runs - inputs - 1.0, 1.0)
         self.scatter = self.spread * float(np.sqrt(self.noise))
 
-    def _solve(self, response):
-        """What predictions need of the runs' covariance."""
-        self._inverse = np.linalg.inv(self._of_runs())
-        self.alpha = self._inverse @ response
-        self._misses = (self.spread * self.alpha / np.diag(self._inverse)) ** 2
-        self.error = float(np.sqrt(self._misses.mean()))
-        self.runs = len(self.x)
-
-    def _of_runs(self):
-        """Covariance (n, n) of the runs' responses."""
-        return self._covariance(self.x, self.x) + (self.noise + LEAST_NOISE) * np.eye(len(self.x))
-
-    def _covariance(self, x, y, like=None):
-        """Prior covariance (k, m) of the responses, without scatter, at (k, d) and (m, d)
-        inputs."""
-        like = self._alike(x, y) if like is None else like
-        return self.scale * like + self.level * self._same_level(x, y) + self._trend(x, y)
-
-    def _trend(self, x, y):
-        return self.linear * ((x - 0.5) @ (y - 0.5).T) + self.offset
-
-    def _same_level(self, x, y):
-        """1 (k, m) where (k, d) and (m, d) inputs are of one level, 0 where they are of others."""
-        return np.exp(-0.5 * _apart(*(v[:, self.levers] / self.short for v in (x, y))))
-
-    def with_slope(
-        self, x: np.ndarray, columns: Sequence[int], error: bool = True
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-        """As `Emulator.with_slope`; the variance is the process' own, its spent degrees of freedom
-        paid for."""
-        columns = np.asarray(columns, int)
-        value, slope = self._response(x, columns)
-        variance = self.process_variance(x) if error else None
-        return self.mean + self.spread * value, self.spread * slope, variance
-
-    def _response(self, x, columns):
-        """Responses (k,) over the spread, and their derivatives (k, c)."""
-        like, level = self.scale * self._alike(x, self.x), self.level * self._same_level(x, self.x)
-        weights = np.column_stack([self.alpha, self.alpha[:, None] * self.x[:, columns]])
-        smooth, steps = like @ weights, level @ weights
-        trend = self.linear * ((self.x - 0.5).T @ self.alpha)
-        value = smooth[:, 0] + steps[:, 0] + (x - 0.5) @ trend + self.offset * self.alpha.sum()
-        short = np.full(x.shape[1], np.inf)
-        short[self.levers] = self.short
-        slope = trend[columns] + sum(
-            (part[:, 1:] - x[:, columns] * part[:, :1]) / length[columns] ** 2
-            for part, length in ((smooth, self.length), (steps, short))
-        )
-        return value, slope
-
-    def process_variance(self, x: np.ndarray) -> np.ndarray:
-        """Variance (k,) of the process' mean at (k, d) inputs, given its runs."""
-        cross = self._covariance(x, self.x)
-        own = self.scale + self.level + self.linear * ((x - 0.5) ** 2).sum(1) + self.offset  # type: ignore[attr-defined]  # `_hold` sets it
-        left = np.maximum(own - ((cross @ self._inverse) * cross).sum(1), 0.0)
-        return self.paid * self.spread**2 * left
-
-    def correlation(self, x: np.ndarray) -> np.ndarray:
-        """As `Emulator.correlation`."""
-        cross = self._covariance(x, self.x)
-        return _correlation(self._covariance(x, x) - cross @ self._inverse @ cross.T)
+    def _variance(self, x):
+        """The process' own variance (k,), its spent degrees of freedom paid for."""
+        return self.paid * self.mean(x)[1]
 
 
 class WithMechanism(FewRuns):
@@ -154,10 +79,7 @@ class WithMechanism(FewRuns):
         self, base: FewRuns, base_z: ArrayLike, x: ArrayLike, z: ArrayLike, off: float | None
     ) -> None:
         x = np.asarray(x, float)
-        for name in ("mean", "spread", "levers", "short", "length", "scatter", "paid"):
-            setattr(self, name, getattr(base, name))
-        for name in (n for n in PRIORS if n != "length"):
-            setattr(self, name, getattr(base, name))
+        vars(self).update(vars(base))
         self.off = np.nan if off is None else float(off)
         self.x = np.vstack([base.x, x[:, :-1]])
         terms, _ = _terms(x, self.off)
@@ -165,16 +87,17 @@ class WithMechanism(FewRuns):
         self.terms = self.prior * np.vstack([np.zeros((len(base.x), terms.shape[1])), terms])
         self.at = np.append(np.zeros(len(base.x)), self._distance(x))
         responses = np.concatenate([np.asarray(base_z, float), np.asarray(z, float)])
-        responses = (responses - self.mean) / self.spread
-        self.size = _size(self, responses)
+        responses = (responses - self.middle) / self.spread
+        of_base = self._covariance(self.x, self.x) + self.noise * np.eye(len(self.x))
+        self.size = 1.0
+        self.size = _size(of_base, self._of_mechanism(), responses)
         self.prior, self.terms = self.size * self.prior, self.size * self.terms
-        self._solve(responses)
-        self.error = float(np.sqrt(self._misses[len(base.x) :].mean()))
+        root = np.linalg.cholesky(of_base + self._of_mechanism())
+        self._root = solve_triangular(root, np.eye(len(root)), lower=True).T
+        self.alpha = self._root @ (self._root.T @ responses)
+        self._leave_out(slice(len(base.x), None))
         self.runs = len(x)
         self.added = self.prior * (self.terms.T @ self.alpha)
-
-    def _of_runs(self):
-        return super()._of_runs() + self._of_mechanism()
 
     def _of_mechanism(self):
         """Covariance (n, n) of what the mechanism adds to the runs."""
@@ -188,25 +111,24 @@ class WithMechanism(FewRuns):
         """Prior covariance (k, m) of what the terms do not hold, at inputs (k, d) and distances
         (k,) and others (m, d), (m,)."""
         bend, length, reach = BENT
-        square = _apart(x / reach, y / reach)
+        square = cdist(x / reach, y / reach, "sqeuclidean")
         near = np.exp(-0.5 * (square + ((t[:, None] - s) / length) ** 2))
         return (self.size * bend) ** 2 * t[:, None] * s * near
 
     def with_slope(
         self, x: np.ndarray, columns: Sequence[int], error: bool = True
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-        """As `FewRuns.with_slope`; the last input is the coded strength."""
+        """As `Emulator.with_slope`; the last input is the coded strength."""
         last, columns = x.shape[1] - 1, np.asarray(columns, int)
         terms, by_input = _terms(x, self.off)
         own = columns != last
-        value, of_base = self._response(x[:, :-1], columns[own])
-        slope = np.einsum("ncq,q->nc", by_input[:, columns], self.added)
-        slope[:, own] += of_base
+        value, of_base = self.with_slopes(x[:, :-1], columns[own])
         bent, of_bent = self._bent_response(x)
-        slope += of_bent[:, columns]
-        variance = self.process_variance(x) if error else None
-        value = value + terms @ self.added + bent
-        return self.mean + self.spread * value, self.spread * slope, variance
+        more = np.einsum("ncq,q->nc", by_input[:, columns], self.added) + of_bent[:, columns]
+        slope = self.spread * more
+        slope[:, own] += of_base
+        variance = self._variance(x) if error else None
+        return value + self.spread * (terms @ self.added + bent), slope, variance
 
     def _bent_response(self, x):
         """What the runs say of the rest (k,) beyond the terms, and its derivatives (k, d + 1)."""
@@ -224,12 +146,10 @@ class WithMechanism(FewRuns):
         bent = self._bent(x[:, :-1], self._distance(x), self.x, self.at)
         return self._covariance(x[:, :-1], self.x) + terms @ self.terms.T + bent, terms
 
-    def process_variance(self, x: np.ndarray) -> np.ndarray:
-        """As `FewRuns.process_variance`."""
-        (cross, terms), u = self._crossed(x), x[:, :-1] - 0.5
-        own = self.scale + self.level + self.linear * (u * u).sum(1) + self.offset  # type: ignore[attr-defined]  # as above
-        own += (self.size * BENT[0] * self._distance(x)) ** 2
-        left = own + (terms * terms).sum(1) - ((cross @ self._inverse) * cross).sum(1)
+    def _variance(self, x):
+        cross, terms = self._crossed(x)
+        own = self._own(x[:, :-1]) + (self.size * BENT[0] * self._distance(x)) ** 2
+        left = own + (terms * terms).sum(1) - ((cross @ self._root) ** 2).sum(1)
         return self.paid * self.spread**2 * np.maximum(left, 0.0)
 
     def correlation(self, x: np.ndarray) -> np.ndarray:
@@ -237,61 +157,20 @@ class WithMechanism(FewRuns):
         cross, terms = self._crossed(x)
         u, t = x[:, :-1], self._distance(x)
         own = self._covariance(u, u) + terms @ terms.T + self._bent(u, t, u, t)
-        return _correlation(own - cross @ self._inverse @ cross.T)
+        known = cross @ self._root
+        return correlation_of(own - known @ known.T, np.diag(own).max())
 
 
-def _apart(x, y):
-    """Squared distances (k, m) between points (k, d) and (m, d), none below zero by rounding."""
-    square = (x * x).sum(1)[:, None] + (y * y).sum(1) - 2.0 * x @ y.T
-    return np.maximum(square, 0.0)
-
-
-def _gaps(levers):
-    """Least gap (l,) between the levels of each lever, from the runs' inputs (n, l)."""
-    gaps = [np.diff(np.unique(np.round(column, 6))) for column in levers.T]
-    return np.array([gap.min() if len(gap) else 1.0 for gap in gaps])
-
-
-def _likeliest(emulator, z):
-    """Logarithms of the process' values of which responses z (n,) and the priors think most."""
-    inputs = emulator.x.shape[1]
-    names = [n for n in PRIORS if n != "length"] + ["length"] * inputs
-    middle, sd = np.array([PRIORS[n] for n in names]).T
-
-    def cost(u):
-        emulator._hold(middle + sd * u)
-        try:
-            root = cho_factor(emulator._of_runs(), lower=True)
-        except np.linalg.LinAlgError:
-            return 1e10
-        log_root = np.log(np.diag(root[0])).sum()
-        return float(0.5 * z @ cho_solve(root, z) + log_root + 0.5 * (u @ u))
-
-    bounds = [(-LARGEST, LARGEST)] * len(names)
-    found = minimize(cost, np.zeros(len(names)), method="L-BFGS-B", bounds=bounds)
-    return middle + sd * found.x
-
-
-def _size(emulator, z):
+def _size(of_base, more, z):
     """How large what a mechanism adds is, in its priors: the root mean square of what responses z
-    (n,) think of the sizes of SIZES."""
-    emulator.size = 1.0
-    of_base, more = FewRuns._of_runs(emulator), emulator._of_mechanism()
+    (n,) think of the sizes of SIZES. of_base, more: covariances (n, n) of the base model's process
+    and of what the mechanism adds at size 1."""
     density = np.empty(len(SIZES))
     for k, size in enumerate(SIZES):
         root = cho_factor(of_base + size**2 * more, lower=True)
         density[k] = -0.5 * z @ cho_solve(root, z) - np.log(np.diag(root[0])).sum()
     weight = np.exp(density - density.max())
     return float(np.sqrt(weight @ SIZES**2 / weight.sum()))
-
-
-def _correlation(covariance):
-    """Correlation (k, k); next to a run nothing is left but rounding, which is alike nowhere."""
-    rounding = 1e-6 * np.diag(covariance).max()
-    size = np.sqrt(np.maximum(np.diag(covariance), 0.0) + rounding)
-    out = np.clip(covariance / np.outer(size, size), -1.0, 1.0)
-    np.fill_diagonal(out, 1.0)
-    return out
 
 
 def _prior(inputs, off):

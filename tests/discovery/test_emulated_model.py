@@ -56,6 +56,16 @@ def test_an_emulator_knows_its_derivatives(columns):
         )
 
 
+def test_the_errors_between_runs_without_scatter_are_alike_nowhere():
+    """So little is left there that one subtracted from the other is rounding, of which a
+    correlation is none: its eigenvalues are negative."""
+    rng = np.random.default_rng(0)
+    x = rng.random((40, 3))
+    found = Emulator(x, smooth(x)).correlation(rng.random((8, 3)))
+    assert np.linalg.eigvalsh(found).min() > 0.5
+    assert np.abs(found - np.eye(8)).max() < 0.1
+
+
 def test_a_mechanism_that_multiplies_a_lever_knows_its_derivatives():
     rng = np.random.default_rng(1)
     lever = MultipliedLever(1, 0.7, Strength("factor", "1", 0.75, 1.3, off=1.0))
