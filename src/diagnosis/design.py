@@ -134,9 +134,10 @@ class MultipliedLever:
         out[:, self.column] += np.log(self.strength.natural(x[:, -1])) / self.span
         return out
 
-    def slope(self, x: np.ndarray) -> np.ndarray:
-        """Derivative (k,) of the moved input by the coded strength."""
-        return self.strength.slope(x[:, -1]) / self.strength.natural(x[:, -1]) / self.span
+    def slopes(self, x: np.ndarray) -> dict[int, np.ndarray]:
+        """{last: derivative (k,) of the moved input by the coded strength}."""
+        slope = self.strength.slope(x[:, -1]) / self.strength.natural(x[:, -1]) / self.span
+        return {x.shape[1] - 1: slope}
 
 
 def multiplied(

@@ -17,7 +17,7 @@ import numpy as np
 
 from calibration.inference.emulator import Emulator
 from calibration.intake.quantities import POURED
-from diagnosis.design import MultipliedLever, inputs_of, multiplied, wanted
+from diagnosis.design import inputs_of, multiplied, wanted
 from diagnosis.few_runs import FewRuns, WithMechanism
 from diagnosis.scale import scale_of
 from diagnosis.settings import BASE, catalogue_of, log_span
@@ -44,28 +44,36 @@ def inverse(experiment: str, z: Any, levers: Mapping[str, Any]) -> tuple[Any, An
 
 
 @dataclass(frozen=True)
-class Multiplied:
-    """Emulator of a mechanism that multiplies a lever: that of the base model with the lever's
-    input moved."""
+class Moved:
+    """Emulator of what a run of the base model with one input moved tells: of a mechanism that
+    multiplies a lever, of a law along one.
+
+    move: has the `column` that it moves, `moved(x)`: inputs (k, d) of the base model from those
+    (k, d + 1) here, the coded strength last, and `slopes(x)`: {column of x: derivatives (k,) of
+    what is added to the moved input}."""
 
     base: Emulator
-    lever: MultipliedLever
+    move: Any
 
     def with_slope(
         self, x: np.ndarray, columns: Sequence[int], error: bool = True
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-        """As `Emulator.with_slope`; the last input is the coded strength, last among the columns if
-        it is there. x: (k, d + 1)."""
-        others = [c for c in columns if c != x.shape[1] - 1]
-        z, slope, variance = self.base.with_slope(
-            self.lever.moved(x), [*others, self.lever.column], error
+        """As `Emulator.with_slope`; the last input is the coded strength. x: (k, d + 1)."""
+        own = [c for c in columns if c != x.shape[1] - 1]
+        z, found, variance = self.base.with_slope(
+            self.move.moved(x), [*own, self.move.column], error
         )
-        slope[:, -1] *= self.lever.slope(x)
-        return z, slope[:, : len(columns)], variance
+        slope, by = np.zeros((len(x), len(columns))), self.move.slopes(x)
+        for k, c in enumerate(columns):
+            if c in own:
+                slope[:, k] = found[:, own.index(c)]
+            if c in by:
+                slope[:, k] += found[:, -1] * by[c]
+        return z, slope, variance
 
     def correlation(self, x: np.ndarray) -> np.ndarray:
         """As `Emulator.correlation`. x: (k, d + 1)."""
-        return self.base.correlation(self.lever.moved(x))
+        return self.base.correlation(self.move.moved(x))
 
 
 def train(
@@ -115,7 +123,7 @@ def train(
     for experiment, name in wanted(settings, known, dict.fromkeys(e for e, _ in finished)):
         lever = multiplied(settings, factors, experiment, known.get(name))
         if lever and (experiment, BASE) in emulators:
-            emulators[experiment, name] = Multiplied(emulators[experiment, BASE], lever)  # type: ignore[arg-type, assignment]
+            emulators[experiment, name] = Moved(emulators[experiment, BASE], lever)  # type: ignore[arg-type, assignment]
     return emulators, table
 
 

@@ -14,7 +14,7 @@ from calibration.inference.chance_of_no_value import Chance
 from dem.io.checked import read_checked_arrays, write_checked_arrays
 from diagnosis.catalogue import Strength
 from diagnosis.design import MultipliedLever
-from diagnosis.emulator import Emulator, Multiplied
+from diagnosis.emulator import Emulator, Moved
 from diagnosis.few_runs import FewRuns, WithMechanism
 
 KINDS = ("value", "failure")
@@ -29,14 +29,14 @@ def write_emulators(
     emulators: Mapping[tuple[str, str], Any],
     failures: Mapping[tuple[str, str], Any] | None = None,
 ) -> None:
-    """Write {(experiment, mechanism): Emulator or Multiplied}, and of `Chance` in their place the
+    """Write {(experiment, mechanism): Emulator or Moved}, and of `Chance` in their place the
     failures, atomically and with a checksum."""
     arrays, structure = {}, []  # type: ignore[var-annotated]
     for of, group in (("value", emulators), ("failure", failures or {})):
         for key, emulator in group.items():
-            if isinstance(emulator, Multiplied):
+            if isinstance(emulator, Moved):
                 base = next(k for k, e in group.items() if e is emulator.base)
-                part = {"key": key, "base": base, "lever": asdict(emulator.lever)}
+                part = {"key": key, "base": base, "lever": asdict(emulator.move)}
                 structure.append({"of": of} | part)
                 continue
             values, number = dict(vars(emulator)), len(structure)
@@ -79,7 +79,7 @@ def _entry(part, number, arrays, groups):
     """The emulator of one part of the structure, those before it in `groups`."""
     if "values" not in part:
         lever = part["lever"] | {"strength": Strength(**part["lever"]["strength"])}
-        return Multiplied(groups[part["of"]][tuple(part["base"])], MultipliedLever(**lever))
+        return Moved(groups[part["of"]][tuple(part["base"])], MultipliedLever(**lever))
     emulator = object.__new__(CLASSES[part["class"]])
     held = {name: arrays[f"{number}.{name}"] for name in part["arrays"]}
     vars(emulator).update(part["values"] | held)

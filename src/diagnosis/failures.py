@@ -19,7 +19,7 @@ import numpy as np
 from calibration.inference.chance_of_no_value import Chance
 from calibration.intake.quantities import LEVERS
 from diagnosis.design import multiplied, wanted
-from diagnosis.emulator import Multiplied, coded_off, rows_at_strength
+from diagnosis.emulator import Moved, coded_off, rows_at_strength
 from diagnosis.settings import BASE, catalogue_of
 
 if TYPE_CHECKING:
@@ -34,8 +34,8 @@ def train_failures(
     settings: Settings,
     factors: Sequence[Factor],
     faults: Collection[str] = (),
-) -> dict[tuple[str, str], Chance | Multiplied]:
-    """{(experiment, mechanism): Chance or Multiplied}, as `diagnosis.emulator.train` its emulators;
+) -> dict[tuple[str, str], Chance | Moved]:
+    """{(experiment, mechanism): Chance or Moved}, as `diagnosis.emulator.train` its emulators;
     of the experiments of which a run gave no value.
 
     faults: runs that a fault of the simulation ended. They are no tests, and train nothing."""
@@ -57,7 +57,7 @@ def train_failures(
     for experiment, name in wanted(settings, known, failing):
         lever = multiplied(settings, factors, experiment, known.get(name))
         if lever:
-            out[experiment, name] = Multiplied(out[experiment, BASE], lever)  # type: ignore[arg-type, assignment]
+            out[experiment, name] = Moved(out[experiment, BASE], lever)  # type: ignore[arg-type, assignment]
     return out  # type: ignore[return-value]
 
 

@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from calibration.figures import parameter_words
-from calibration.inference.emulator import Emulator
 from calibration.intake.quantities import LEVERS
 from calibration.study.config.specs import numbers_of, with_levels
 from dem.units import without_unit
 from diagnosis.catalogue import Mechanism, Strength
 from diagnosis.design import WIDENED, inputs_of
+from diagnosis.emulator import Moved
 from diagnosis.settings import BASE
 
 if TYPE_CHECKING:
@@ -38,54 +38,33 @@ STATES = {"particle_diameter_mm": "size", "normal_stress_kPa": "load"}
 
 
 @dataclass(frozen=True)
-class Moved:
-    """Emulator of a law: that of the base model with the coefficient's input, `column`, moved by
-    the law at the lever's input, `lever`.
+class AlongLever:
+    """What a law does to a run of the base model: it moves the coefficient's input, `column`, by
+    its strength times the place along the lever, whose input is `lever`.
 
-    The place along the lever, -1/2 to 1/2 over its range, is start + slope times the lever's
-    input."""
+    The place, -1/2 to 1/2 over the lever's range, is start + slope times the lever's input."""
 
-    base: Emulator
     column: int
     lever: int
     start: float
     slope: float
 
-    @property
-    def scatter(self) -> float:
-        """As `Emulator.scatter`."""
-        return self.base.scatter
+    def _place_and_change(self, x):
+        """Place (k,) along the lever, and change (k,) of the coefficient over its whole range."""
+        return self.start + self.slope * x[:, self.lever], (2.0 * x[:, -1] - 1.0) / WIDENED
 
-    def _moved(self, x):
-        """Inputs (n, d) of the base model, and the derivatives (n,) of the moved one by the
-        strength and by the lever."""
-        place = self.start + self.slope * x[:, self.lever]
-        change = (2.0 * x[:, -1] - 1.0) / WIDENED  # of the widened range
+    def moved(self, x: np.ndarray) -> np.ndarray:
+        """Inputs (k, d) of the base model from those (k, d + 1) of the law, the coded strength
+        last."""
+        place, change = self._place_and_change(x)
         out = x[:, :-1].copy()
         out[:, self.column] += change * place
-        return out, 2.0 * place / WIDENED, change * self.slope
+        return out
 
-    def with_slope(
-        self, x: np.ndarray, columns: Sequence[int], error: bool = True
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-        """As `Emulator.with_slope`; the last input is the coded strength. x: (k, d + 1)."""
-        last = x.shape[1] - 1
-        at, by_strength, by_lever = self._moved(x)
-        own = [c for c in columns if c != last]
-        z, slopes, variance = self.base.with_slope(at, [*own, self.column], error)
-        coefficient = slopes[:, -1]
-        out = np.empty((len(x), len(columns)))
-        for k, c in enumerate(columns):
-            if c == last:
-                out[:, k] = coefficient * by_strength
-            else:
-                out[:, k] = slopes[:, own.index(c)]
-                out[:, k] += coefficient * by_lever if c == self.lever else 0.0
-        return z, out, variance
-
-    def correlation(self, x: np.ndarray) -> np.ndarray:
-        """As `Emulator.correlation`. x: (k, d + 1)."""
-        return self.base.correlation(self._moved(x)[0])
+    def slopes(self, x: np.ndarray) -> dict[int, np.ndarray]:
+        """Derivatives (k,) of what is added by the coded strength, the last, and by the lever."""
+        place, change = self._place_and_change(x)
+        return {x.shape[1] - 1: 2.0 * place / WIDENED, self.lever: change * self.slope}
 
 
 def lever_laws(
@@ -135,7 +114,7 @@ def _emulator(base, settings, law, kind, coefficient, names):
     span = math.log(high / low)
     start = math.log(own_low / low) / span - 0.5
     slope = math.log(own_high / own_low) / span
-    return Moved(base, names.index(coefficient), names.index(lever), start, slope)
+    return Moved(base, AlongLever(names.index(coefficient), names.index(lever), start, slope))
 
 
 def _levels(measurements, kind, lever):

@@ -10,7 +10,7 @@ from calibration.intake.measurements import Measurement
 from diagnosis import held_out
 from diagnosis.catalogue import Strength, load_catalogue
 from diagnosis.design import MultipliedLever, inputs_of
-from diagnosis.emulator import Emulator, Multiplied, forward, inverse
+from diagnosis.emulator import Emulator, Moved, forward, inverse
 from diagnosis.fit import Data, data_of, fit
 from diagnosis.model import Emulated
 from diagnosis.reading_errors import moderated_sd
@@ -71,7 +71,7 @@ def test_a_mechanism_that_multiplies_a_lever_knows_its_derivatives():
     lever = MultipliedLever(1, 0.7, Strength("factor", "1", 0.75, 1.3, off=1.0))
     x = rng.random((60, 3))
     base = Emulator(x, smooth(x))
-    emulator, at = Multiplied(base, lever), rng.random((7, 4))
+    emulator, at = Moved(base, lever), rng.random((7, 4))
     by_lever = base(lever.moved(at))
     value, slope, variance = emulator.with_slope(at, [0, 2, 3])
     assert value == pytest.approx(by_lever)

@@ -13,7 +13,7 @@ from calibration.inference.chance_of_no_value import Chance
 from dem.io.checked import read_checked_arrays, write_checked_arrays
 from diagnosis.catalogue import Strength
 from diagnosis.design import MultipliedLever
-from diagnosis.emulator import Emulator, Multiplied
+from diagnosis.emulator import Emulator, Moved
 from diagnosis.emulator_files import read_emulators, write_emulators
 from facts import refused
 
@@ -25,14 +25,14 @@ def emulators():
     rng = np.random.default_rng(1)
     x = rng.random((14, 2))
     base = Emulator(x, x[:, 0] + 0.1 * rng.standard_normal(14), scatters=True)
-    return {("drop", "base"): base, ("drop", "size_bias"): Multiplied(base, LEVER)}
+    return {("drop", "base"): base, ("drop", "size_bias"): Moved(base, LEVER)}
 
 
 def test_emulators_come_back_as_they_were(emulators, tmp_path):
     chance = Chance(
         np.random.default_rng(3).random((9, 2)), [0, 1, 0, 0, 1, 0, 0, 0, 1], np.ones(9)
     )
-    failures = {("heap", "base"): chance, ("heap", "size_bias"): Multiplied(chance, LEVER)}
+    failures = {("heap", "base"): chance, ("heap", "size_bias"): Moved(chance, LEVER)}
     write_emulators(tmp_path / "emulators.npz", emulators, failures)
     back, failing = read_emulators(tmp_path / "emulators.npz")
     assert list(back) == list(emulators)
