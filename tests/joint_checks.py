@@ -4,7 +4,7 @@ its intervals. The names follow those of `sbi.diagnostics`."""
 import numpy as np
 from scipy import stats
 
-from calibration.inference.joint.diagnostics import imagined
+from calibration.inference.joint.critique import imagined
 from calibration.inference.joint.likelihood import LEAST_WORTH, Cloud, worth
 
 

@@ -6,8 +6,7 @@ import pytest
 from joint_worlds import KINDS, World
 from scipy import integrate, stats
 
-from calibration.inference.joint.critique import agreement, borders, pulls
-from calibration.inference.joint.diagnostics import misspecification
+from calibration.inference.joint.critique import agreement, borders, misspecification, pulls
 from calibration.inference.joint.likelihood import Cloud, Joint, Response
 from calibration.inference.joint.next_test import Candidate, rank
 from calibration.inference.joint.shares import shares

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -90,11 +91,9 @@ def _levels(config, factors, test):
     return [Points(f"tests.{name}.sweep", design, test, config.run_of(name))]
 
 
-def _ahead(test):
-    def ahead(config, factors):
-        return _levels(config, factors, test) if is_swept(config, factors, test) else []
-
-    return ahead
+def _ahead(test, config, factors):
+    """The levels of a test's sweep, none of a study without it."""
+    return _levels(config, factors, test) if is_swept(config, factors, test) else []
 
 
 def inverse_of(coefficients: np.ndarray, target: float, low: float, high: float) -> float:
@@ -253,7 +252,10 @@ STAGES = (
             name=test,
             title=title,
             place=place,
-            plans=(Plan(test, _ahead(test), batches), Plan(f"{test}_confirmation", batches=1)),
+            plans=(
+                Plan(test, partial(_ahead, test), batches),
+                Plan(f"{test}_confirmation", batches=1),
+            ),
             figures=(Figure(test, ("runs.csv",)),),
             tables=(("runs", "Runs"),),
             sentences=sentences,

@@ -13,8 +13,14 @@ from scipy.spatial.distance import cdist
 
 from calibration.chain.joint.emulators import Emulators, joint_of
 from calibration.chain.joint.next_tests import LEVEL, next_tests, predictions
-from calibration.inference.joint.critique import ALPHA, agreement, borders, pulls, thinned
-from calibration.inference.joint.diagnostics import misspecification
+from calibration.inference.joint.critique import (
+    ALPHA,
+    agreement,
+    borders,
+    misspecification,
+    pulls,
+    thinned,
+)
 from calibration.inference.joint.likelihood import Cloud
 from calibration.statistics.ties import first_least
 from calibration.study.physical_limits import physical_range
