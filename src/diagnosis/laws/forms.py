@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from diagnosis.laws.readings import IN_AIR
-from diagnosis.laws.slots import added, coordinates, scaled
+from diagnosis.laws.slots import added, coordinates, natural, scaled
 
 if TYPE_CHECKING:
     from diagnosis.laws.readings import Readings
@@ -112,6 +112,32 @@ def forms_at(law: FreeLaw, u: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndar
     return out
 
 
+STEP = "step at "
+STEPS = 12  # places of a step that are tried, evenly among those that there are
+
+
+def steps_of(law: FreeLaw, readings: Readings) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """The same of a step of the coefficient between two levels of its one state; its strengths are
+    the logarithms of what is above over what is below.
+
+    Two levels at least are on each side: one alone is a level that was set wrongly."""
+    levers = coordinates(readings)
+    if law.weight or len(law.state) != 1 or law.coordinate is None:
+        return {}
+    x, middle, half = scaled(law, levers)
+    levels = np.unique(np.round(x, 9))
+    places = 0.5 * (levels[1:-2] + levels[2:-1])
+    if len(places) > STEPS:
+        places = places[np.linspace(0, len(places) - 1, STEPS).round().astype(int)]
+    ks = np.concatenate([-LADDER[::-1], LADDER])
+    power = IN_AIR if law.experiment == "drop" else 1.0
+    at = natural(law, levers, middle + half * places)
+    return {
+        f"{STEP}{value:.4g}": (ks, power * ks[:, None] * (x > place))
+        for value, place in zip(at, places, strict=True)
+    }
+
+
 def _multiplied(law, readings):
     x, _, half = scaled(law, coordinates(readings))
     return forms_at(law, np.exp(x * half))
@@ -161,5 +187,7 @@ def _added(law, readings, centre):
 
 def text_of(name: str) -> str:
     """Formula of a form of a law that multiplies, to be filled in (see `Form`)."""
+    if name.startswith(STEP):
+        return "{c} below, and exp({k:.3g}) times that above"
     [text] = [f.text for f in (*MULTIPLIES, THRESHOLD) if f.name == name]
     return text

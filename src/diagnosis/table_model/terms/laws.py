@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from diagnosis.laws.forms import forms_of
+from diagnosis.laws.forms import forms_of, steps_of
 from diagnosis.laws.slots import FAMILY, applicable, coordinates, scaled
 from diagnosis.table_model.term import LAW, Shape, Term, curve_shape
 
@@ -34,18 +34,21 @@ def terms(readings: Readings, known: Mapping[str, Known]) -> list[Term]:
     places = dict.fromkeys([*laws, *(k.place for k in known.values())])
     out = []
     for place in places:
-        law, shapes = laws.get(place), []
+        law, shapes, steps = laws.get(place), [], {}
         if law is not None:
-            shapes = _forms(law, readings, centre)
+            shapes = _shapes(forms_of(law, readings, centre))
+            steps = steps_of(law, readings)
         own = [
             curve_shape(k.name, k.label, k.curves, catalogue=True, own_level=k.own_level)
             for k in known.values()
             if k.place == place
         ]
-        named = len(shapes) + len(own)
+        # all places of a step together are one form
+        named = len(shapes) + len(own) + bool(steps)
         free = law is not None and not law.sign and law.coordinate is not None
         share = 1.0 - SHARE_OF_FREE * free
         shapes = [_weighted(s, np.log(share / named)) for s in (*shapes, *own)]
+        shapes += [_weighted(s, np.log(share / named / len(steps))) for s in _shapes(steps)]
         if free:
             shapes.append(free_curve(law, readings, centre, np.log(SHARE_OF_FREE)))  # type: ignore[arg-type]
         slot, state = place
@@ -68,9 +71,9 @@ def _weighted(shape, weight):
     return replace(shape, weight=float(weight))
 
 
-def _forms(law, readings, centre):
+def _shapes(forms):
     out = []
-    for name, (label, curves) in forms_of(law, readings, centre).items():
+    for name, (label, curves) in forms.items():
         # both signs of a strength are curves of their own
         for side in (label < 0.0, label > 0.0):
             if side.any():
