@@ -279,3 +279,18 @@ def test_a_column_that_holds_zero_and_less_is_told_as_it_was_recorded():
     states = [v["state"] for v in law["values"]]
     assert (min(states), max(states)) == pytest.approx((-10.0, 40.0))
     assert law["supported_range"] == {"degrees": pytest.approx([-10.0, 40.0])}
+
+
+def test_a_step_over_the_size_is_a_law_and_no_error_of_each_size():
+    """A film on grains below 1.4 mm; the same plan with an error of its own for each size is told
+    as one, without a step."""
+    heights, sizes = (50.0, 100.0, 150.0, 200.0, 300.0, 400.0), (0.8, 1.0, 1.25, 1.6, 2.0, 2.5)
+    said = found(drops(lambda h, d: 0.7 * (1.0 + 0.05 * (d < 1.4)), heights, sizes))
+    assert places(said) == [("drop", "restitution", ("size",))]
+    [law] = said.laws
+    assert law["forms"] == ["step at 1.414"]
+    assert not said.errors
+    off = dict(zip(sizes, (-0.016, -0.026, 0.032, -0.035, 0.023, 0.002), strict=True))
+    said = found(drops(lambda h, d: 0.7 * (1.0 + off[d]), heights, sizes))
+    assert [e["what"] for e in said.errors] == ["levels"]
+    assert not any("step" in form for law in said.laws for form in law["forms"])
