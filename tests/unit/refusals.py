@@ -116,10 +116,27 @@ CASES = {
         ("a tab", "  particles:", "\tparticles:", "line 9"),
         ("an alias of nothing", "name: wheat", "name: *wheat", "line 1"),
         ("no end of a bracket", "runs: 12 }", "runs: 12", "line 12"),
-        ("an unknown section", "screening:", "sreening:", "line 11", "sreening"),
+        ("an unknown section", "screening:", "sreening:", "line 11", "sreening", "screening"),
         ("half a run", "runs: 12", "runs: 12.5", "line 11", "12.5"),
         ("a level of significance above 1", "runs: 12", "alpha: 2", "line 11", "screening.alpha",
          "2", "less than 1"),
+        *(
+            (f"a wrong engine, {engine}", "", f"engine: {engine}", "engine", *named)
+            for engine, *named in (
+                ("edem", "engine.name", "edem", "dem, command"),
+                ("{ name: command, version: '1' }", "engine.command"),
+                ("{ name: command, command: 'x {here}', version: '1' }", "engine.command",
+                 "x {here}", "{spec}", "{seed}"),
+                ("{ name: command, command: 'x {', version: '1' }", "engine.command", "x {",
+                 "{spec}"),
+                ("""{ name: command, command: "x 'y", version: '1' }""", "engine.command", "x 'y",
+                 "quotation"),
+                ("{ name: command, command: x, version: '1', files: [none.py] }", "engine.files",
+                 "none.py"),
+                ("{ name: dem, timeout_s: 3 }", "engine.name", "dem"),
+                ("{ name: table, responses: r.csv, code: EDEM, sep: ; }", "engine.sep", ";"),
+            )
+        ),
         ("a metric of nothing", "", "calibrate: { to: { colour: {} } }", "line 12", "colour",
          "angle_of_repose_deg"),
         ("a table that is not there", "measured.csv", "none.csv", "none.csv"),
@@ -207,6 +224,19 @@ CASES = {
          "cohesion_energy_density_J_m3"),
         ("a number without its law", "", "law_parameters: {surface_energy_J_m2: 0.1}",
          "surface_energy_J_m2", "jkr"),
+        *(
+            (f"laws that do not go together: {laws}", "", f"laws: {{{laws}}}\n"
+             f"law_parameters: {{{parameters}}}", *named)
+            for laws, parameters, *named in (
+                ("normal: linear, damping: linear", "normal_stiffness_N_m: 500", "laws.tangential",
+                 "mindlin", "linear"),
+                ("normal: walton_braun", "normal_stiffness_N_m: 500", "laws.damping", "tsuji",
+                 "walton_braun"),
+                ("damping: none", "", "laws.damping", "none"),
+                ("tangential: linear", "", "laws.tangential", "linear", "hertz"),
+                ("normal: eepa, damping: none", "", "laws.normal", "eepa", "adhesion_energy_J_m2"),
+            )
+        ),
         ("laws that do not go together", "", "laws: {cohesion: jkr, damping: thornton}\n"
          "law_parameters: {surface_energy_J_m2: 0.1}", "laws.damping", "tsuji"),
         ("dust in single precision", "", "particles: {diameter_mm: 5.0e-5}\n"
@@ -418,10 +448,16 @@ OPTIONS = [
     ("a negative density", f"w --density=-1320kg/m3 --grain 4mm {ANGLE}", "more than 0"),
     ("lead and gold", f"w --density 50g/cm3 --grain 4mm {ANGLE}", "50g/cm3", "25,000 kg/m³"),
     ("a range of sizes", f"w --density 1.32g/cm3 --grain 3-5mm {ANGLE}", "3-5mm", "sieve"),
+    ("metres", f"w --density 1.32g/cm3 --grain 0.004 {ANGLE}", "--grain 0.004", "0.004 m (4 mm)"),
     ("two sizes", f"{NEW} --axes 6.2x3.3x2.9mm", "axes", "diameter"),
     ("axes apart", f"w --density 1.32g/cm3 --axes 6.2 3.3 2.9 {ANGLE}", "6.2x3.3x2.9mm"),
     ("one axis", f"w --density 1.32g/cm3 --axes 6.2mm {ANGLE}", "6.2mm", "1 of 3"),
     ("a needle", f"w --density 1.32g/cm3 --axes 30x3x3mm {ANGLE}", "10.0 times", "dem clump"),
+    ("axes that are not all there", f"w --density 1.32g/cm3 --axes 6.2x3.3x2.9mm 6.2x3.3mm {ANGLE}",
+     "2 of length", "1 of thickness"),
+    ("axes without a unit", f"w --density 1.32g/cm3 --axes 6.2x3.3x2.9 {ANGLE}", "6.2x3.3x2.9",
+     "no unit", "mm"),
+    ("a flake", f"w --density 1.32g/cm3 --axes 12x11x2mm {ANGLE}", "6.0 times", "dem clump"),
     ("a misspelt material", f"{NEW} --material wheet", "wheet", "wheat"),
     ("a water content", f"{NEW} --moisture 12%", "--moisture", "dry", "moist"),
     ("too few grains", f"{NEW} --grains 10", "--grains 10", "300"),
@@ -449,6 +485,8 @@ OPTIONS = [
     ("half a reading", f"{CYLINDER} 26.1 sd=0.8 n=2.5", "n=2.5", "whole"),
     ("a spread above its mean", f"{CYLINDER} 26 sd=40 n=5", "sd=40", "less than the reading"),
     ("a table of masses", f"w {GRAIN} --measured masses.csv {RIG}", "masses.csv, line 2", "kg"),
+    ("a picture of a fit", f"w {GRAIN} --measured a.fit.png {RIG}", "a.fit.png",
+     "pictures of a fit"),
     ("a table that is not there", f"w {GRAIN} --measured angles.csv {RIG}", "angles.csv"),
     ("a table beside a reading", f"w {GRAIN} --measured angles.txt 27 {RIG}", "angles.txt",
      "all readings"),
@@ -472,6 +510,10 @@ OPTIONS = [
      "orifice=12mm", "20 mm", "lifted cylinder"),
     ("a low funnel", f"w {GRAIN} --funnel 26 27 orifice=25mm plate=100mm height=20mm",
      "height=20mm", "24.9 mm"),
+    ("a plate narrower than its orifice", f"w {GRAIN} --measured 26 27 --orifice 25mm --plate 2cm "
+     "--height 75mm", "--plate 2cm", "25 mm"),
+    ("a rim as high as the funnel", f"w {GRAIN} --measured 26.1 28.4 27 {RIG} --rim 60mm",
+     "--height 75mm", "85.7 mm"),
     ("angles twice", f"w {GRAIN} --measured 26 28 --funnel 26 27 orifice=25mm plate=100mm "
      "height=75mm", "--measured", "--funnel"),
     ("a flood", f"w {GRAIN} --measured 26 27 {RIG} --rate 5000g/s", "--rate", "75.4 g/s"),
@@ -480,6 +522,8 @@ OPTIONS = [
     ("a restitution for a rebound", f"{NEW} --drop 0.51 0.52 height=300mm", "no unit", "mm"),
     ("a drop from nowhere", f"{NEW} --drop 78mm 80mm", "height", "300 mm"),
     ("a drop whose rebound is missing", f"{NEW} --drop drops.csv", "drops.csv, line 3", "rebound"),
+    ("single drops from two heights", f"{NEW} --drop 78mm height=300mm --drop 52mm height=200mm",
+     "78mm", "52mm", "sd"),
     ("a friction for an angle", f"{NEW} --tilted-plane 0.38 0.39", "--tilted-plane 0.38", "rad"),
     ("two walls", f"{NEW} --drop 78mm 80mm height=300mm wall=steel --tilted-plane 21 22 wall=glass",
      "steel", "glass", "study for each"),
@@ -489,6 +533,7 @@ OPTIONS = [
      + " --drop 78mm 80mm height=300mm", "--drop 78mm", "0.3 mm"),
     ("a bed denser than its grains", f"{NEW} --bulk-density 1400kg/m3 1410kg/m3", "1400kg/m3",
      "1320 kg/m3"),
+    ("a bare bulk density in g/cm3", f"{NEW} --bulk-density 0.765 0.77", "0.765", "0.765 g/cm³"),
     ("a bed without pores", f"{NEW} --bulk-density 1.25g/cm3 1.26g/cm3", "1250 kg/m3", "1188"),
     ("a bed of air", f"{NEW} --tapped-density 0.3g/cm3 0.31g/cm3 taps=50", "300 kg/m3", "396"),
     ("taps that nobody counted", f"{NEW} --tapped-density 800kg/m3 810kg/m3", "taps", "100"),
@@ -497,6 +542,12 @@ OPTIONS = [
     ("a shear test without a load", f"{NEW} --shear-cell 1.9kPa 2.0kPa", "load", "2 kPa"),
     ("a stress that falls with its load", f"{NEW} --shear-cell 1.9kPa load=2kPa "
      "--shear-cell 1.5kPa load=4kPa --shear-cell 1kPa load=6kPa", "1 kPa under 6 kPa", "rises"),
+    ("two stresses under one load", f"{NEW} --shear-cell 2kPa 3kPa load=5kPa --shear-cell 2kPa "
+     "2.5kPa load=5kPa", "load 5 kPa"),
+    ("an angle and a stress", f"{NEW} --wall-friction 1.1kPa 1.2kPa angle=15 load=4kPa",
+     "one of the two"),
+    ("a flow and its time", f"{NEW} --discharge 45g/s 46g/s time=3s orifice=60mm",
+     "one of the two"),
     ("an arch", f"{NEW} --discharge 45g/s 46g/s orifice=9mm", "orifice=9mm", "20 mm"),
     ("a mass that would be tons",
      f"{NEW} --discharge time=6.3 sd=0.2 n=5 mass=500 orifice=25", "mass=500", "500 kg"),

@@ -19,8 +19,6 @@ from calibration.engines.program import prime_seed, read_dump, stated_version
 from calibration.engines.rig import Drop, Pour
 from calibration.engines.rigs import discharge as silo_of_other_codes
 from calibration.engines.rigs import experiments_of
-from calibration.engines.table import read_row
-from calibration.errors import ConfigError
 from calibration.intake.started_code import permit
 from calibration.runs.plans import run_id
 from calibration.runs.store import RunStore
@@ -165,44 +163,6 @@ def test_a_changed_row_of_a_table_is_told(tmp_path):
     assert "has changed" in engines.changed(made["engine"], name, store)
 
 
-@pytest.mark.parametrize(
-    ("chosen", "words", "facts"),
-    [
-        ("edem", ["dem, command"], {"key": "engine.name", "value": "edem"}),
-        ({"name": "command", "version": "1"}, [], {"key": "engine.command"}),
-        (
-            {"name": "command", "command": "x {here}", "version": "1"},
-            ["here", "{spec}", "{seed}"],
-            {"key": "engine.command", "value": "x {here}"},
-        ),
-        (
-            {"name": "command", "command": "x {", "version": "1"},
-            ["{spec}"],
-            {"key": "engine.command", "value": "x {"},
-        ),
-        (
-            {"name": "command", "command": "x 'y", "version": "1"},
-            ["quotation"],
-            {"key": "engine.command", "value": "x 'y"},
-        ),
-        (
-            {"name": "command", "command": "x", "version": "1", "files": ["none.py"]},
-            ["engine.files", "none.py"],
-            {"key": "engine"},
-        ),
-        ({"name": "dem", "timeout_s": 3}, [], {"key": "engine.name", "value": "dem"}),
-        (
-            {"name": "table", "responses": "r.csv", "code": "EDEM 2024", "sep": ";"},
-            [],
-            {"key": "engine.sep", "value": ";"},
-        ),
-    ],
-)
-def test_a_wrong_engine_is_refused(chosen, words, facts):
-    with refused(ConfigError, *words, **facts):
-        engines.entry_of(chosen)
-
-
 def test_our_own_engine_adds_nothing_to_a_spec():
     assert engines.entry_of("dem") is None
     assert engines.entry_of({"name": "dem"}) is None
@@ -234,23 +194,6 @@ def test_the_cohesion_that_one_code_has_is_refused_by_the_other():
     engines.engines()["liggghts"].refuse(spec)
     with refused(engines.EngineError, "LAMMPS", "cohesion sjkr"):
         engines.engines()["lammps"].refuse(spec)
-
-
-def test_a_table_gives_the_row_of_a_run(tmp_path):
-    table = tmp_path / "responses.csv"
-    table.write_text(
-        "run_id,angle_of_repose_deg\nheap-1,41.5\nheap-2,\nheap-3,4a\nheap-4,1\nheap-4,2\n"
-    )
-    assert read_row(table, "heap-1") == {"angle_of_repose_deg": 41.5}
-    for name, words in (
-        ("heap-9", ["responses.csv", "heap-9"]),
-        ("heap-3", ["line 4", "column angle_of_repose_deg", "4a"]),
-        ("heap-4", ["heap-4", "5, 6"]),
-    ):
-        with refused(engines.EngineError, *words):
-            read_row(table, name)
-    with refused(engines.EngineError, path="none.csv"):
-        read_row(tmp_path / "none.csv", "heap-1")
 
 
 def test_a_program_asked_for_its_version_leaves_no_file_where_one_works(tmp_path, monkeypatch):

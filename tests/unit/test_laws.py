@@ -71,36 +71,6 @@ def test_theory_has_the_table_of_the_laws():
     assert shown == table()
 
 
-@pytest.mark.parametrize(
-    ("laws", "parameters", "name", "facts"),
-    [
-        (
-            {"normal": "linear", "damping": "linear"},
-            {"normal_stiffness_N_m": 500},
-            "linear",
-            {"key": "laws.tangential", "value": "mindlin"},
-        ),
-        (
-            {"normal": "walton_braun"},
-            {"normal_stiffness_N_m": 500},
-            "walton_braun",
-            {"key": "laws.damping", "value": "tsuji"},
-        ),
-        ({"damping": "none"}, {}, "laws.damping", {"key": "laws.damping", "value": "none"}),
-        ({"tangential": "linear"}, {}, "hertz", {"key": "laws.tangential", "value": "linear"}),
-        (
-            {"normal": "eepa", "damping": "none"},
-            {},
-            "adhesion_energy_J_m2",
-            {"key": "laws.normal", "value": "eepa"},
-        ),
-    ],
-)
-def test_laws_that_cannot_be_combined_get_a_sentence(laws, parameters, name, facts):
-    with refused(SpecError, name, **facts):
-        parse_spec({"experiment": "heap", "laws": laws, "law_parameters": parameters})
-
-
 def test_a_time_step_that_a_law_does_not_bear_is_refused():
     laws = {"normal": "linear", "damping": "linear", "tangential": "linear"}
     spec = {"experiment": "heap", "laws": laws}

@@ -305,61 +305,12 @@ def test_axes_become_a_clump_of_their_length_and_thickness(axes, spheres):
         assert axes[2] <= extent[2] * 1.001 <= axes[1] * 1.002
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ("--bulk-density 765kg/m3", ["765kg/m3", "one reading without a spread", "sd"]),
-        ("--bulk-density 765kg/m3 760kg/m3 sd=6kg/m3", ["2 readings have their own spread"]),
-        ("--bulk-density 1.4g/cm3 1.5g/cm3", ["1.4g/cm3", "1.06", "1188 kg/m3"]),
-        ("--bulk-density 0.765 0.77", ["0.765", "0.765 g/cm³"]),
-        ("--drop 320mm 310mm height=300mm", ["320 mm is not below the drop from 300 mm"]),
-        ("--drop 78mm 79mm", ["height is missing", "such as 300 mm"]),
-        ("--drop 78mm 79mm hight=300mm", ["hight", "did you mean height"]),
-        ("--drop 78s 79mm height=300mm", ["78s", "another kind"]),
-        ("--drop 78mm 79mm height=300mm wall=gold", ["gold", "steel"]),
-        ("--drop 78mm 79mm height=300mm wall=wood", ["drop_300_mm on wood", "plane on steel"]),
-        ("--axes 6.2mm", ["6.2mm", "1 of 3"]),
-        ("--axes 6.2x3.3x2.9mm 6.2x3.3mm", ["2 of length", "1 of thickness"]),
-        ("--axes 6.2x3.3x2.9", ["6.2x3.3x2.9", "no unit", "mm"]),
-        ("--axes 40x3x3mm", ["13.3 times as long as wide", "dem clump"]),
-        ("--axes 12x11x2mm", ["6.0 times as long as thick", "dem clump"]),
-        ("--grain 4mm", ["axes, diameter", "one of its diameter"]),
-        ("--discharge 45g/s 46g/s orifice=12mm", ["12 mm is 1.9", "arches", "31 mm"]),
-        ("--discharge 45g/s 46g/s time=3s orifice=60mm", ["one of the two"]),
-        ("--shear-cell 2kPa 3kPa load=5kPa --shear-cell 2kPa 2.5kPa load=5kPa",
-         ["stands at", "load 5 kPa"]),
-        ("--funnel 27 28 orifice=19mm plate=100mm height=60mm",
-         ["19 mm is 3.1 of the longest grain", "31 mm", "lifted cylinder"]),
-        ("--wall-friction 1.1kPa 1.2kPa angle=15 load=4kPa", ["one of the two"]),
-        ("--tilted-plane 21,125 22", ["21.125 or 21125"]),
-    ],
-)  # fmt: skip
-def test_a_wrong_answer_gets_a_sentence_and_leaves_nothing(here, capsys, change, words):
-    option = change.split()[0]
-    kept, skip = [], False
-    for word in WHEAT:
-        skip = word == option if word.startswith("--") else skip
-        kept += [] if skip else [word]
-    assert main(["new", "wheat", *kept, *change.split(), "--no-pilot"]) == 2
-    said = capsys.readouterr().err
-    for word in words:
-        assert word in said
-    assert not (here / "wheat").exists()
-
-
 def test_all_faults_are_told_at_once(here, capsys):
     bad = ["--drop", "78mm", "--tilted-plane", "21", "--bulk-density", "765", "--density", "1.32"]
     assert main(["new", "wheat", *bad, "--lifted-cylinder", "26.1"]) == 2
     lines = capsys.readouterr().err.splitlines()
     for words in ("--drop", "--tilted-plane", "--bulk-density", "--density", "--lifted-cylinder"):
         assert any(words in line for line in lines), words
-
-
-def test_single_grains_alone_are_no_study(here, capsys):
-    assert main(["new", "x", "--drop", "78mm", "80mm", "height=300mm", "--density", "1.3g/cm3",
-                 "--grain", "4mm"]) == 2  # fmt: skip
-    said = capsys.readouterr().err
-    assert tells(said, "angle of repose")
 
 
 def of_vessel(name, *told):
@@ -498,12 +449,6 @@ def test_drops_from_several_heights_show_their_scatter_together(here):
     wall = factors["contacts.particle_wall.restitution"]
     # a fifth of the least and of the greatest
     assert (wall.low, wall.high) == pytest.approx((0.8 * 0.50, 1.2 * 0.52), abs=1e-4)
-
-
-def test_single_drops_from_two_heights_ask_for_a_spread(here, capsys):
-    words = "--drop 78mm height=300mm --drop 52mm height=200mm".split()
-    assert main(["new", "own", *GRAIN, *words, "--no-pilot"]) == 2
-    assert tells(capsys.readouterr().err, "78mm", "52mm", "sd", "3", "height")
 
 
 def test_what_bounces_write_is_taken_as_it_is(here):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
-from calibration.errors import CalibrationError, ConfigError
+from calibration.errors import CalibrationError
 from calibration.intake.measurements import read_measured
 from calibration.interface.commands import main
 from calibration.study.config import parse_config
@@ -185,45 +185,6 @@ def test_every_other_name_makes_a_study(name):
     assert study_name(name).replace("_", "").replace("-", "").isalnum()
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (["--density", "1.35"], ["--density 1.35", "1.35 g/cm³"]),
-        (["--grain", "0.004"], ["--grain 0.004", "0.004 m (4 mm)"]),
-        (["--grain", "4 kg"], ["--grain 4 kg", "another kind", "mm"]),
-        (["--orifice", "wide"], ["--orifice wide", "not a number"]),
-        (["--measured", "0.46", "0.48"], ["--measured 0.46", "rad"]),
-        (["--measured", "26,125", "27,4"], ["--measured 26,125", "26.125", "26125"]),
-        (["--measured", "26.1"], ["--measured 26.1", "one reading", "sd"]),
-        (["--measured", "none.csv"], ["none.csv", "cannot be read"]),
-        (["--material", "soybeen"], ["soybeen", "did you mean soybean"]),
-        (["--orifice", "5mm"], ["--orifice 5mm", "1.2 of the longest grain", "20 mm"]),
-        (["--bulk-density", "0.76"], ["--bulk-density 0.76", "0.76 g/cm³"]),
-        (["--bulk-density", "1.4 g/cm3", "1.5g/cm3"], ["--bulk-density 1.4 g/cm3", "1.04", "1215"]),
-        (["--bulk-density", "4 mm"], ["--bulk-density 4 mm", "another kind"]),
-        (["--grains", "20"], ["--grains 20", "300 or more"]),
-        (["--plate", "2cm"], ["--plate 2cm", "more than 25 mm"]),
-        (["--height", "20mm"], ["--height 20mm", "25.7 mm high", "would reach the orifice"]),
-        (["--rim", "60mm"], ["--height 75mm", "85.7 mm high"]),
-        (["--rim", "3s"], ["--rim 3s", "another kind"]),
-        (["--rate", "5kg/s"], ["--rate 5kg/s", "passes about 77.1 g/s"]),
-        (["--measured", "26±1"], ["--measured 26±1", "a mean with its spread", "sd"]),
-        (["--measured", "26+/-1", "27"], ["--measured 26+/-1", "sd"]),
-        (["--measured", "a.fit.png"], ["a.fit.png", "pictures of a fit"]),
-    ],
-)
-def test_a_wrong_answer_gets_a_sentence_and_leaves_nothing(here, change, words, capsys):
-    given = dict(zip(RIG[:-1:2], RIG[1:-1:2], strict=True)) | {"--measured": None}
-    given.pop(change[0], None)
-    rest = [x for k, v in given.items() if v for x in (k, v)]
-    angles = [] if change[0] == "--measured" else ANGLES
-    assert main(["new", "peas", *change, *angles, *rest, "--no-pilot"]) == 2
-    said = capsys.readouterr().err
-    for word in words:
-        assert word in said
-    assert not (here / "peas").exists()
-
-
 def angles_of(name, capsys, *options):
     assert main(["new", name, "--measured", *options, *RIG]) == 0
     capsys.readouterr()
@@ -278,13 +239,6 @@ def test_a_range_that_holds_hardly_a_level_is_warned_of(here):
     table.write_text(text.replace(line, line.replace("0.2\t0.8", "0.30\t0.305")))
     (said,) = (s for s in opening(config) if "range" in s)
     assert tells(said, "warning", "grain_grain_static_friction", "0.3", "0.305", "1.6%")
-
-
-def test_a_misspelt_key_is_answered_with_the_nearest(here):
-    main(["new", "peas", *ANGLES, *RIG])
-    text = (here / "peas" / "config.yaml").read_text().replace("\nscreening:", "\nscreenning:")
-    with refused(ConfigError, key="screenning", allowed="screening, the nearest key"):
-        parse_config(yaml.safe_load(text), files=[here / "peas" / "config.yaml"])
 
 
 ANGLE = "angle_of_repose_deg"
