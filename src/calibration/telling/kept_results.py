@@ -6,8 +6,10 @@ results/reference/soybean examples/soybean/README.md angle_of_repose_deg
 
 from __future__ import annotations
 
+import re
 import shutil
 import sys
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -66,8 +68,20 @@ def sentences_of(stage: Stage, summary: Mapping[str, Any] | None, response: Resp
     if not summary:
         return []
     texts = stage.sentences(summary, response) if stage.sentences else []
-    noted = [f"Run {row['run']}: {row['note']}." for row in summary.get("noted", [])]
-    return [*texts, *without_value(summary.get("left_out", [])), *noted]
+    return [*texts, *without_value(summary.get("left_out", [])), *_noted(summary.get("noted", []))]
+
+
+def _noted(rows):
+    """A sentence for each thing that runs say of themselves, in the words of the first that says
+    it: notes that differ in their numbers alone say one thing."""
+    alike = defaultdict(list)
+    for row in rows:
+        alike[re.sub(r"[\d.]+", "", row["note"])].append(row)
+    for first, *others in alike.values():
+        yield f"Run {first['run']}: {first['note']}."
+        if others:
+            runs = ", ".join(str(row["run"]) for row in others)
+            yield f"The same, with other numbers, of run{'s' if others[1:] else ''} {runs}."
 
 
 def put(page: str | Path, text: str, begin: str = BEGIN, end: str = END) -> None:
