@@ -9,8 +9,8 @@ from scipy.special import expit
 from calibration.errors import CalibrationError
 from calibration.inference.chance_of_no_value import Chance
 from calibration.inference.gaussian_process import GaussianProcess
-from calibration.inference.information import expected_information, expected_spread
 from calibration.inference.joint.likelihood import Response
+from calibration.inference.joint.next_test import expected_information, expected_spread
 from calibration.inference.posterior_sampling import Formed, Prior, sample
 from calibration.statistics.design import box_behnken
 from calibration.study.factors import Factor
