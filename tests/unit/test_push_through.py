@@ -14,8 +14,7 @@ from calibration.chain.study import Study
 from calibration.errors import ConfigError
 from calibration.figures import ANGLE
 from calibration.runs.plans import read_plan, result_path
-from calibration.stages.push_through import sentences
-from calibration.statistics.nested import nested
+from calibration.stages.push_through import nested, sentences
 from calibration.study.config import parse_config
 from dem.results import write_result
 from dem.spec import parse_spec
