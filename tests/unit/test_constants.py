@@ -2,14 +2,11 @@
 
 import inspect
 import re
-from pathlib import Path
 
 import pytest
 
 from dem.contact.catalogue import LAWS, every_law
 from dem.contact.properties import BASE, PairProperties
-
-ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.parametrize("law", every_law(), ids=lambda law: f"{law.slot}-{law.name}")

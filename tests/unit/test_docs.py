@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from calibration.interface import cli, commands
 from calibration.study.config import Config, section_of
 from dem.experiments import experiments
 from dem.spec import RunSpec
@@ -75,24 +74,3 @@ def test_files_and_links_of_the_pages_exist():
         local = [link for link in links if ":" not in link and "reference/" not in link]
         missing += [(page.name, link) for link in local if not (page.parent / link).exists()]
     assert missing == []
-
-
-def test_the_commands_of_the_pages_exist():
-    blocks = [b for p in PAGES for b in re.findall(r"```bash\n(.*?)```", p.read_text(), re.S)]
-    used = set(re.findall(r"^(?:\S*/)?(dem|calibration) ([a-z]+)", "\n".join(blocks), re.M))
-    assert len(used) > 5
-    for program, name in used:
-        with pytest.raises(SystemExit, match=r"^0$"):
-            {"dem": commands, "calibration": cli}[program].main([name, "--help"])
-
-
-def test_every_promise_names_a_test_that_exists():
-    """A path without a folder is in tests/unit."""
-    text = (ROOT / "docs/reliability.md").read_text()
-    rows = re.findall(r"^\| (?!promise|the same spec|-|\*\*)(.*)\|$", text, re.M)
-    assert len(rows) > 15
-    assert not [row for row in rows if "test_" not in row]
-    for name in re.findall(r"`([\w./]*test_\w+\.py)\b[^`]*`", text):
-        path = (ROOT / "tests/unit" / name).resolve()
-        assert path.is_file(), path
-        assert "def test_" in path.read_text(), path

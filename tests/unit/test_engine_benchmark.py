@@ -37,18 +37,6 @@ def test_a_tiled_bed_starts_at_rest(small):
     assert sim.kinetic_energy() < 1e-6 * bed(1200).kinetic_energy()
 
 
-def test_the_history_grows_by_a_line_a_case(tmp_path):
-    history = tmp_path / "history.csv"
-    append(history, [{"case": "settled bed of 1000", "particle_steps_per_s": 1e7, "ratio": 2.0}])
-    append(history, [{"case": "settled bed of 1000", "particle_steps_per_s": 2e7}])
-    with history.open(newline="") as stream:
-        rows = list(csv.DictReader(stream))
-    assert [float(r["particle_steps_per_s"]) for r in rows] == [1e7, 2e7]
-    assert rows[0]["ratio"] == "2.0"
-    assert rows[0]["engine"]
-    assert float(rows[1]["load"]) >= 0.0
-
-
 def test_a_line_names_a_changed_tree_and_an_old_history_keeps_its_lines(tmp_path, monkeypatch):
     monkeypatch.setattr(report, "tree", lambda: ("abc", 2))
     monkeypatch.setattr(report, "load", lambda: 3.5)
@@ -59,15 +47,6 @@ def test_a_line_names_a_changed_tree_and_an_old_history_keeps_its_lines(tmp_path
         old, new = csv.DictReader(stream)
     assert (old["date"], old["particle_steps_per_s"], old["commit"]) == ("2026-01-01", "1e7", "")
     assert (new["commit"], new["dirty_files"], new["load"]) == ("abc", "2", "3.5")
-
-
-def test_the_commit_is_git_s(request):
-    commit, dirty = report.tree()
-    if not (request.config.rootpath / ".git").exists():
-        assert (commit, dirty) == ("", "")
-    else:
-        assert len(commit) == 12
-        assert dirty >= 0
 
 
 def test_another_engine_is_timed_by_the_processor_it_had_in_its_last_three_blocks():

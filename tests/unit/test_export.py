@@ -30,7 +30,7 @@ from dem.contact.catalogue import LAWS
 from dem.contact.damping.tsuji import factor
 from dem.contact.rolling.elastic_plastic import dashpot_of, mercury_spring, spring_of
 from dem.io.mapping import read_mapping
-from dem.spec import ContactSpec, RunSpec, load_spec, parse_spec
+from dem.spec import ContactSpec, load_spec, parse_spec
 from dem.units import in_ascii, unit_of
 from facts import refused, tells
 from frozen import FROZEN
@@ -952,11 +952,3 @@ def test_the_interval_of_a_straight_line_is_the_textbook_one():
 @pytest.mark.parametrize("value", [1e7, 8e10, 0.1, 1e-9, 3.0, -2.5e-6, 123456.789])
 def test_numbers_come_back_from_yaml_as_numbers(value):
     assert yaml.safe_load(to_yaml({"x": value}))["x"] == pytest.approx(value, rel=1e-8)
-
-
-def test_units_are_read_off_the_key():
-    known = {"young_Pa": "Pa", "density_kg_m3": "kg/m3", "speed_m_s": "m/s", "friction": "1"}
-    assert {k: in_ascii(unit_of(k)) for k in known} == known
-    described = [k for k in RunSpec.model_fields["law_parameters"].annotation.model_fields]
-    assert unit_of("surface_tension_N_m") == "N/m"
-    assert {in_ascii(unit_of(k)) for k in described if k.endswith("_s")} == {"s", "Pa s", "m/s"}

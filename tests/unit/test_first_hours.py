@@ -19,7 +19,6 @@ from calibration.runs.feasibility import check_ahead
 from calibration.runs.plans import read_plan
 from calibration.runs.runner import SPREAD, STANDS, causes
 from calibration.study.config import parse_config
-from calibration.study.config.joint import joint_targets, read_joint_target
 from calibration.study.config.resolution import parse_resolved
 from calibration.study.new.methods import methods
 from dem.errors import MeasureError
@@ -105,24 +104,6 @@ def begun(name):
     config = parse_config(yaml.safe_load(path.read_text()), files=[path])
     check_ahead(config)
     return config
-
-
-def targets(config):
-    return {
-        (t.tests[0], t.metric): read_joint_target(config, t).mean[0] for t in joint_targets(config)
-    }
-
-
-@pytest.mark.slow
-def test_limestone_powder(here):
-    fill("lime.csv")
-    config = begun("lime")
-    found = targets(config)
-    stresses = [found[f"shear_{load}_kPa", "shear_stress_kPa"] for load in (2, 4, 6, 8)]
-    assert stresses == pytest.approx([1.9, 3.4, 4.8, 6.4])
-    assert found["vessel", "poured_density_kg_m3"] == 900.0
-    assert config.experiment == "lifted_cylinder"
-    assert config.own_run["laws"]["cohesion"] == "jkr"
 
 
 @pytest.mark.slow

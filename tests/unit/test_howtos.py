@@ -133,24 +133,6 @@ def test_a_format_added_as_the_page_says_is_read(with_import):
     [measured] = read_measured(with_import / "tilts.csv").conditions
     assert (measured.experiment, measured.n) == ("tilt", 2)
     assert measured.value == pytest.approx(24.7)
-    again = python(with_import, "-c", DEM, "tilts", "log.txt", "--out", "tilts.csv")
-    assert again.returncode == 2
-    assert "tilts.csv: exists already" in again.stderr
-
-
-@pytest.mark.parametrize(
-    ("text", "facts"),
-    [
-        pytest.param("slides at 24.3 mm\n", ["line 1", "24.3 mm"], marks=pytest.mark.slow),
-        ("slides at 124 deg\n", ["line 1", "124 deg", "0 and 90"]),
-    ],
-)
-def test_a_wrong_log_is_one_line(with_import, text, facts):
-    (with_import / "wrong.txt").write_text(text)
-    done = python(with_import, "-c", DEM, "tilts", "wrong.txt")
-    assert done.returncode == 2
-    [line] = done.stderr.strip().splitlines()
-    assert [fact for fact in ["wrong.txt", *facts] if fact not in line] == []
 
 
 # --- docs/geometry.md ----------------------------------------------------------------------------

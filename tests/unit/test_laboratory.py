@@ -6,11 +6,10 @@ import math
 import numpy as np
 import pytest
 
-from dem.errors import RefusedStateError, SpecError
+from dem.errors import SpecError
 from dem.experiments import bed
 from dem.run import run
 from dem.spec import parse_spec
-from facts import refused
 
 SMOOTH = {"restitution": 0.3, "static_friction": 0.0, "rolling_friction": 0.0}
 
@@ -257,8 +256,3 @@ def test_spheres_that_roll_freely_leave_the_upper_floor_bare(tmp_path):
     found = measure(tmp_path, "draw_down", particles={"count": 2000}, contacts=both(ROLLING_FREELY))
     assert found["discharged_share"] > 0.98
     assert found["shear_angle_deg"] == 0.0
-
-
-def test_a_silo_that_still_flows_has_no_metrics(tmp_path):
-    with refused(RefusedStateError, "filling", "numerics.max_time_s", kind="restless"):
-        measure(tmp_path, "discharge", numerics={"max_time_s": 0.05})

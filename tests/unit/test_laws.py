@@ -156,28 +156,3 @@ def test_a_law_added_as_the_page_says_is_exported(with_the_law):
     assert "NOT CONVERTED" not in lammps.replace("NOT CONVERTED: rolling", "")
     assert "coefficientFriction" in liggghts
     assert tells(liggghts, "NOT CONVERTED", "friction rate_free")
-
-
-TRIED = {
-    "verification/test_invariants.py": "momentum_angular and rate_free",
-    "verification/test_contact_history.py": "closed_loop and rate_free",
-    "verification/test_grain_size.py": "any_size and rate_free",
-    "unit/test_precision.py": "lanes_and_floats and rate_free",
-}
-"""Test file -> what of it tries the page's law; no test at all ends with status 5."""
-
-
-@pytest.mark.slow
-def test_a_law_added_as_the_page_says_is_tried_without_another_line(with_the_law, tmp_path):
-    shutil.copytree(ROOT / "tests/verification", tmp_path / "tests/verification")
-    (tmp_path / "tests/unit").mkdir()
-    # what stands beside the folders is shared by all tests, the set-up of pytest among it
-    for path in [*(ROOT / "tests").glob("*.py"), ROOT / "tests/unit/test_precision.py"]:
-        shutil.copy(path, tmp_path / path.relative_to(ROOT))
-    shutil.copy(ROOT / "pyproject.toml", tmp_path)
-    words = [f"tests/{file}" for file in TRIED]
-    chosen = " or ".join(f"({which})" for which in TRIED.values())
-    options = ["-n0", "-v", "-m", "", "-p", "no:cacheprovider", "-k", chosen]
-    said = with_the_law(f"import pytest, sys\nsys.exit(pytest.main({words + options!r}))")
-    passed = [line for line in said.splitlines() if "PASSED" in line]
-    assert {file for file in TRIED if any(file in line for line in passed)} == set(TRIED)

@@ -89,17 +89,6 @@ def test_tests_that_gave_a_value_speak_against_parameters_at_which_runs_give_non
     assert np.quantile(found, 0.975) < 0.6
 
 
-def ranks(truths, posteriors, thin):
-    """Rank (k, d) of each true u (k, d) among `thin` draws of its posterior: uniform on 0 to thin
-    where the posterior is right (simulation-based calibration: Talts et al. 2018,
-    arXiv:1804.06788)."""
-    found = []
-    for truth, posterior in zip(truths, posteriors, strict=True):
-        pick = np.linspace(0, len(posterior.draws) - 1, thin).round().astype(int)
-        found.append((posterior.draws[pick] < truth).sum(axis=0))
-    return np.array(found)
-
-
 def response(u):
     return 40.0 + 8.0 * u[:, 0] - 3.0 * u[:, 1] + 3.0 * u[:, 0] * u[:, 1]
 
@@ -152,24 +141,6 @@ def test_scatter_that_varies_is_found():
     low, high = emulator.sd_of_run(np.array([[0.0, 0.5], [1.0, 0.5]]))
     assert low == pytest.approx(np.exp(-1.5), rel=0.5)
     assert high / low == pytest.approx(np.exp(2.0), rel=0.5)
-
-
-@pytest.mark.slow
-def test_intervals_hold_the_truth_as_often_as_they_say():
-    """Of the emulated posterior's 95 % interval over the runs, the measurement and the truth, all
-    drawn anew. One parameter, so that the posterior is had on a grid and the sampler's noise stays
-    out."""
-    rng, inside, draws = np.random.default_rng(4), 0, 150
-    grid = np.linspace(0.0, 1.0, 801)[:, None]
-    for _ in range(draws):
-        x = np.repeat(np.linspace(0.0, 1.0, 9), 3)[:, None]
-        y = 40 + 8 * x[:, 0] + 2 * np.sin(3 * x[:, 0]) + rng.normal(0, 0.5, len(x))
-        truth = rng.random()
-        mean = 40 + 8 * truth + 2 * np.sin(3 * truth) + rng.normal(0, 0.3)
-        value = measured(GaussianProcess().fit(x, y), mean, 0.3).log_likelihood(grid)
-        weight = np.cumsum(np.exp(value - value.max()))
-        inside += 0.025 <= np.interp(truth, grid[:, 0], weight / weight[-1]) <= 0.975
-    assert stats.binomtest(inside, draws, 0.95).pvalue > 0.001
 
 
 def test_expected_information_of_normal_draws_is_shannons():

@@ -4,7 +4,6 @@ say."""
 import io
 import json
 import re
-from pathlib import Path
 
 import numpy as np
 import openpyxl
@@ -26,12 +25,9 @@ from calibration.telling.report.findings import decides, findings
 from calibration.telling.report.profiler import profiler
 from facts import tells
 
-ROOT = Path(__file__).parents[2]
 ANGLE = response_of("angle_of_repose_deg")
 REGION = [Factor(c, f"factor_{c.lower()}", f"k.{c}", 0.0, 2.0) for c in "ABC"]
 TARGET = 30.0
-SCHEMA = json.loads((ROOT / "src" / "diagnosis" / "verdict.schema.json").read_text())
-VERDICTS = SCHEMA["properties"]["verdict"]["enum"]
 
 
 def write(path, content):

@@ -319,20 +319,6 @@ def test_a_mesh_halved_in_place_is_another_run(study):
     assert not (folder / "plan.json").exists()
 
 
-def test_a_sieve_curve_edited_in_place_is_another_run(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    sieve = Path("sieve.csv")
-    sieve.write_text("diameter_mm,fraction\n1.0,0.5\n2.0,0.5\n")
-    particles = {"count": 100, "sizes": {"by": "mass", "file": "sieve.csv"}}
-    spec = {"experiment": "heap", "geometry": {}, "particles": particles}
-    write_plan(
-        "results/s/screening", pd.DataFrame({"run_id": [run_id(spec)]}), {run_id(spec): spec}
-    )
-    assert list(plan_faults("results/s/screening")) == []
-    sieve.write_text("diameter_mm,fraction\n1.0,0.6\n2.0,0.4\n")
-    assert "is now" in str(next(plan_faults("results/s/screening")))
-
-
 @pytest.mark.parametrize(
     ("table", "damage"),
     [

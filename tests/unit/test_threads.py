@@ -6,8 +6,6 @@ import pytest
 from dem.contact.registry import ContactParameters, Laws, Material
 from dem.errors import DemError
 from dem.kernel import threads as team
-from dem.kernel.simd import WIDTH
-from dem.kernel.state import GHOSTS, new_pairs, new_wall_contacts
 from dem.simulation import Air, Simulation
 from dem.walls.builder import WallSet
 from facts import refused
@@ -124,41 +122,6 @@ def test_an_overlap_is_told_by_all_threads_as_by_one():
             sim.advance(100)
         told.append(str(error.value))
     assert told[0] == told[1]
-
-
-@pytest.mark.parametrize("by_lanes", [True, False])
-def test_each_sum_is_made_in_the_order_of_the_list(by_lanes):
-    """Random pairs and random forces: what the threads add up is the sum in the list's order, to
-    the last bit of float32."""
-    rng = np.random.default_rng(11)
-    n, count, threads = 60, 50 * WIDTH, 4
-    pairs = new_pairs(count, "mixed" if by_lanes else "double")
-    pairs.first[:] = np.sort(rng.integers(0, n, count))
-    pairs.second[:] = (pairs.first + rng.integers(1, n, count)) % n
-    pairs.first[-3:], pairs.second[-3:] = n, n + 1
-    pairs.history[:, 6, :] = rng.integers(0, 2, pairs.history[:, 6, :].shape)
-    force = rng.normal(size=(2, count)).astype(np.float32) * 10.0 ** rng.integers(-3, 4, (2, count))
-    force = force.astype(np.float32)
-
-    def order(blocks):
-        for block in blocks:
-            if by_lanes:
-                yield from ((block * WIDTH + k, side) for side in (0, 1) for k in range(WIDTH))
-            else:
-                yield from ((block * WIDTH + k, side) for k in range(WIDTH) for side in (0, 1))
-
-    expected = np.zeros(n + GHOSTS, np.float32)
-    for k, side in order(range(count // WIDTH)):
-        expected[(pairs.first, pairs.second)[side][k]] += force[side, k]
-    plan = team.plan_shares(threads, n, pairs, count, new_wall_contacts(0), 0)
-    assert len(plan.cuts) == threads + 1
-    found = np.zeros(plan.kept[-1], np.float32)
-    for thread in rng.permutation(threads):  # whoever comes first
-        for k, side in order(np.flatnonzero(plan.holder == thread)):
-            found[(plan.to_first, plan.to_second)[side][k]] += force[side, k]
-    for _, row, grain in plan.inbox:
-        found[grain] += found[row]
-    assert np.array_equal(found[:n], expected[:n])
 
 
 def test_a_thread_has_enough_to_do(monkeypatch):

@@ -18,7 +18,6 @@ from dem.io.mapping import read_mapping
 from dem.spec import parse_spec
 from frozen import FROZEN
 
-ROOT = Path(__file__).parents[2]
 REFERENCE = FROZEN / "salt"
 
 
