@@ -1,6 +1,5 @@
-"""What was measured stands once, and one reader reads all tables."""
+"""What was measured comes from one table, and one reader reads all tables."""
 
-import re
 from pathlib import Path
 
 import pytest
@@ -13,26 +12,6 @@ from diagnosis.measurements import read_measurements
 
 ROOT = Path(__file__).parents[2]
 TABLE = "data/paper/measurements.csv"
-KINDS = (".csv", ".tsv", ".yaml", ".py")
-
-
-def lines_with(number):
-    """Lines of configuration, the paper's tables and sources that hold a number of its own."""
-    found = []
-    for folder in ("config", "data/paper", "src", "workflow", "profiles"):
-        for path in sorted((ROOT / folder).rglob("*")):
-            if path.suffix in KINDS and "__pycache__" not in path.parts:
-                text = path.read_text(encoding="utf-8")
-                pattern = rf"(?<![\d.]){re.escape(number)}(?![\d])"
-                hits = [line for line in text.splitlines() if re.search(pattern, line)]
-                found += [(path.relative_to(ROOT).as_posix(), line) for line in hits]
-    return found
-
-
-@pytest.mark.parametrize("number", ["35.82", "20.5", "1.774", "3.464", "5.154", "6.844"])
-def test_a_measured_value_of_the_salt_stands_once(number):
-    [(path, _)] = lines_with(number)
-    assert path == TABLE
 
 
 def test_target_bench_tests_and_diagnosis_take_their_values_from_the_one_table(monkeypatch):

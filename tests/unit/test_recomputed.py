@@ -19,7 +19,6 @@ from statsmodels.stats.weightstats import CompareMeans, DescrStatsW
 from calibration.stages.screening import aliasing
 from calibration.statistics.screening import screen
 from frozen import FROZEN
-from paper.disagreement import page
 
 PAPER = Path(__file__).parents[2] / "data/paper"
 CODES = list("ABCDEFG")
@@ -142,7 +141,6 @@ def test_what_the_slow_pour_leaves_has_the_chance_of_its_own_scatter():
         chance = stats.chi2.sf(np.sum(np.square(off)) / variance, len(off))
         assert own["p_left"] == pytest.approx(chance, rel=1e-6)
         assert ("unexplained" in found[name]["sentence"]) == (chance < 0.05)
-    assert page(found) == (FROZEN / "salt-paper/disagreement/disagreement.md").read_text()
 
 
 STUDIES = ("salt", "salt-slow", "salt-paper")
