@@ -10,6 +10,7 @@ from calibration.errors import CalibrationError
 from calibration.runs.snakemake_command import (
     LOGGER,
     call,
+    option_names,
     rule_names,
     snakemake_command,
 )
@@ -106,6 +107,7 @@ def _run(args):
 
     _check_stages(args.arguments)
     _check_settings(args.arguments)
+    _check_options(args.arguments)
     # a folder's own workflow may have no profile that names it; `=` keeps snakemake from taking a
     # stage that follows for a second logger
     told = [] if "--logger" in args.arguments else [f"--logger={LOGGER}"]
@@ -164,6 +166,26 @@ def _check_settings(arguments):
             raise CalibrationError(
                 f"{word}: is no setting; allowed behind --config: KEY=VALUE (a stage stands before)"
             )
+
+
+USUAL = {
+    "--batch", "--config", "--configfile", "--cores", "--dry-run", "--executor", "--forceall",
+    "--forcerun", "--jobs", "--keep-going", "--logger", "--profile", "--quiet",
+    "--rerun-incomplete", "--unlock", "--until", "--verbose", "--workflow-profile",
+}  # fmt: skip
+"""Options that are known without asking snakemake, which takes seconds."""
+
+
+def _check_options(arguments):
+    """Raise CalibrationError for an option that snakemake does not have: it would answer with a
+    hundred lines of those that it has."""
+    told = [word.partition("=")[0] for word in arguments if word.startswith("--")]
+    for name in (name for name in told if name not in USUAL):
+        known = option_names()
+        if not any(k.startswith(name) for k in known):
+            near = difflib.get_close_matches(name, known, n=1, cutoff=0.75)
+            hint = f"; did you mean {near[0]}?" if near else "; calibration run --help says more"
+            raise CalibrationError(f"{name}: is no option{hint}")
 
 
 def _verify(args):
