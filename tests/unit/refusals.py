@@ -89,6 +89,14 @@ CASES = {
          "tests.heap.like", "pile"),
         ("a sweep of a heap", "experiment: heap }", "experiment: heap, sweep: { levels: "
          "[0.1, 0.2, 0.3, 0.4] } }", "line 4", "tests.heap.sweep", "tilt, drop, shear"),
+        *(
+            (f"the old key {old}", "", f"{old}: {{}}", "line 12", old, "no more", new)
+            for old, new in (
+                ("target", "calibrate"), ("further_targets", "calibrate"), ("bench", "sweep"),
+                ("rigs", "tests"), ("targets", "table of measurements"), ("experiment", "tests"),
+                ("push_through", "predict"),
+            )
+        ),
         ("no measurements", "measurements: measured.csv\n", "", "measurements"),
         ("a list for a mapping", "{ experiment: heap }", "[angle]", "line 4", "tests.heap"),
         ("a word for a number", "1350", "heavy", "line 8", "heavy"),

@@ -7,11 +7,11 @@ import pytest
 import yaml
 
 from calibration.chain.study import Study
-from calibration.errors import ConfigError
+from calibration.errors import CalibrationError, ConfigError
 from calibration.runs.feasibility import check_ahead
 from calibration.stages.screening import _going_on
 from calibration.statistics.screening import screen
-from calibration.statistics.two_level import screening_design
+from calibration.statistics.screening_design import screening_design
 from calibration.study.config import parse_config
 from calibration.study.factors import Choice, read_factors
 from facts import refused
@@ -121,6 +121,12 @@ def test_a_law_that_does_not_exist_is_refused(study, tmp_path):
 def test_a_choice_where_a_number_is_needed_is_refused(study, changes, facts):
     with refused(ConfigError, **facts):
         study(**changes)
+
+
+def test_a_definitive_design_has_three_levels(study):
+    config = study(screening={"kind": "definitive"})
+    with refused(CalibrationError, "damping_law"):
+        screening_design(read_factors(config.factors), config.screening)
 
 
 def test_a_choice_needs_a_word_for_the_stages_after_the_screening(study):

@@ -17,6 +17,7 @@ from calibration.statistics.equivalence import (
     rms_interval,
     together,
     verdict,
+    welch,
 )
 from calibration.statistics.validate import compare
 from facts import refused
@@ -43,11 +44,13 @@ def test_the_example_of_lakens():
     assert (found.difference - margin) / se == pytest.approx(-2.69, abs=0.005)
     assert limits(0.03, se, 182) == pytest.approx((-0.188, 0.248), abs=0.0005)
     assert verdict(*limits(0.03, se, 182), 0.384) == EQUIVALENT
+    assert welch(0.95, 95, 0.83, 89) == pytest.approx((se, 182), rel=0.006)
 
 
 def test_what_is_exact_is_judged_by_its_size():
     assert verdict(*limits(-0.07, 0.0, 1), 1.0) == EQUIVALENT
     assert verdict(*limits(1.07, 0.0, 1), 1.0) == DIFFERENT
+    assert welch(0.0, 2, 0.0, 5) == (0.0, np.inf)
 
 
 def test_wrong_verdicts_are_as_rare_as_stated():

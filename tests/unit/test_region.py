@@ -14,7 +14,8 @@ from calibration.chain.study import Study
 from calibration.runs import progress
 from calibration.stages.optimum import _moved, plan_candidate, plan_candidate_first
 from calibration.statistics import surface as surfaces
-from calibration.statistics.design import box_behnken, central_composite, surface_design
+from calibration.statistics.composite import central_composite, surface_design
+from calibration.statistics.design import box_behnken
 from calibration.statistics.screening import PURE_ERROR, interactions, screen
 from calibration.statistics.surface import (
     fit_surface,

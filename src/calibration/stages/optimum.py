@@ -18,7 +18,7 @@ from calibration.figures import pairs_of, plane
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
-from calibration.statistics.design import surface_design
+from calibration.statistics.composite import region_design
 from calibration.statistics.goals import overall_desirability
 from calibration.statistics.optimise import compromise, pareto_front, solve
 from calibration.statistics.replication import mean_interval, runs_needed
@@ -86,8 +86,7 @@ def _rows(config, found, count):
     moved. It may have no row."""
     if "moved_region" in found:
         region = [Factor(**f) for f in found["moved_region"]]
-        design = config.response_surface
-        rows = surface_design(region, design.centre_runs, design.replicates)
+        rows = region_design(region, config.response_surface)
         return rows.drop(columns=[f.code for f in region])
     points = [found["optimum"]] * count
     points += [point for point in found.get("repeat", ()) for _ in range(OUTLIER_REPEATS)]

@@ -18,7 +18,7 @@ from calibration.figures import label_3d, pairs_of, plane
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import plan, write_plan
-from calibration.statistics.design import surface_design
+from calibration.statistics.composite import region_design
 from calibration.statistics.numbers import fixed
 from calibration.statistics.surface import (
     fit_surface,
@@ -48,8 +48,7 @@ def plan_response_surface(study: Study, source: NamedFiles, output: NamedFiles) 
     varied = [f for f in factors if f.name in ascent["centre"]]
     centre = ascent["centre"] | config.response_surface.centre
     region = [_around(f, centre[f.name], config) for f in varied]
-    rules = config.response_surface
-    design = surface_design(region, rules.centre_runs, rules.replicates)
+    design = region_design(region, config.response_surface)
     others = [f for f in factors if f not in varied]
     table, specs = plan(
         design, [*region, *others], config, config.experiment, config.own_run, study.seeds
@@ -67,8 +66,7 @@ def _ahead(config, factors):
     others = [f for f in numbers if f not in named]
     varied = [*named, *others][: config.screening.at_most]
     region = [_around(f, rules.centre.get(f.name, f.centre), config) for f in varied]
-    design = surface_design(region, rules.centre_runs, rules.replicates)
-    design = design.drop(columns=[f.name for f in varied if f in others])
+    design = region_design(region, rules).drop(columns=[f.name for f in varied if f in others])
     return [Points("response_surface", design, config.experiment, config.own_run)]
 
 

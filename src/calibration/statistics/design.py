@@ -134,31 +134,6 @@ def _from_blocks(blocks, k, centre_runs):
     return np.vstack([rows, np.zeros((centre_runs, k))])
 
 
-def surface_design(
-    factors: Sequence[CodedFactor], centre_runs: int = 5, replicates: int = 1
-) -> pd.DataFrame:
-    """Box-Behnken for 3 to 7 factors, a face-centred composite design for fewer. Raises
-    CalibrationError for more."""
-    if len(factors) < 3:
-        return central_composite(factors, centre_runs, replicates)
-    return box_behnken(factors, centre_runs, replicates)
-
-
-def central_composite(
-    factors: Sequence[CodedFactor], centre_runs: int = 5, replicates: int = 1
-) -> pd.DataFrame:
-    """Central composite design for 1 to 6 factors: corners, star points on the faces of the region
-    and centre, in that order (Box and Hunter 1957, Annals of Mathematical Statistics 28:195).
-    Raises CalibrationError for another number of factors.
-    """
-    k = len(factors)
-    if not 1 <= k <= 6:
-        raise CalibrationError(f"a central composite design takes 1 to 6 factors, not {k}")
-    corners = np.array(list(product((-1.0, 1.0), repeat=k)))
-    star = np.vstack([sign * np.eye(k)[i] for i in range(k) for sign in (-1.0, 1.0)])
-    return tabulate(np.vstack([corners, star, np.zeros((centre_runs, k))]), factors, replicates)
-
-
 def steepest_path(
     factors: Sequence[CodedFactor],
     start: Mapping[str, float],

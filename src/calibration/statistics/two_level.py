@@ -1,46 +1,20 @@
-"""Which design a screening takes: two levels of resolution IV, their foldovers, and what is aliased
-with what."""
+"""Two-level designs of resolution IV, their foldovers and what is aliased with what."""
 
 import math
 from collections.abc import Sequence
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
 from calibration.errors import CalibrationError
-from calibration.statistics.design import (
-    MAX_SCREENING,
-    plackett_burman,
-    read_two_level,
-    tabulate,
-)
+from calibration.statistics.design import MAX_SCREENING, tabulate
 from calibration.statistics.factor import CodedFactor
 
 GENERATORS = {7: "a b c d abc bcd acd", 8: "a b c d abc bcd acd abd"}
 """Published generators (Box, Hunter and Hunter 2005, table 6.22) of the 16-run designs. All others
 are words of odd length, which give the same aliasing."""
-
-
-def screening_design(factors: Sequence[CodedFactor], rules: Any) -> pd.DataFrame:
-    """The design table that `rules` ask for: the configuration's section `screening`.
-
-    rules.design: path of a table of coded levels, in place of a generated one; rules.kind: of the
-    generated one; foldover appends the runs with all signs changed. Raises CalibrationError or
-    ConfigError as the designs do.
-    """
-    if rules.design:
-        design = read_two_level(rules.design, factors, rules.replicates)
-    elif rules.kind == "resolution_iv":
-        design = resolution_iv(factors, rules.centre_runs, rules.replicates)
-    else:
-        design = plackett_burman(factors, rules.replicates, rules.runs)
-    # a choice has no middle: a run at the centre has its first word
-    choices = [f for f in factors if not f.has_middle]
-    design = design.assign(**{f.code: np.where(design[f.code] > 0, 1.0, -1.0) for f in choices})
-    return foldover(design, factors) if rules.foldover else design
 
 
 def resolution_iv(

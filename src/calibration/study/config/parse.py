@@ -21,7 +21,7 @@ from calibration.study.config.schema import (
     named_section_of,
     section_of,
 )
-from calibration.study.config.specs import point_spec
+from calibration.study.config.specs import point_spec, states
 from calibration.study.config.tests import check_tests, key_in
 from calibration.study.factors import Choice, read_factors, refuse_choices
 from calibration.study.matching import NotComparableError
@@ -32,6 +32,24 @@ from dem.spec import parse_spec
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+
+REPLACED = {
+    "experiment": "tests: { NAME: { experiment: ... } }",
+    "target": "the metric in calibrate: { test: TEST, to: { METRIC: {} } }; the main metric of the "
+    "first test needs no such line",
+    "further_targets": "further metrics in calibrate: { to: { METRIC: { goal, low, high, margin "
+    "} } }",
+    "bench": "its levels in tests: { NAME: { experiment: tilt, run: ..., sweep: { levels: ... } "
+    "} }",
+    "rigs": "the same names in `tests`, each with what it has beyond `run`",
+    "targets": "nothing: each test of which the table of measurements has a row is a target; "
+    "`error` stands there in the column sd, `discrepancy` and `curves` with the test",
+    "diagnosis.experiments": "`diagnosis` with a test: tests: { NAME: { diagnosis: ... } }",
+    "diagnosis.settings": "the file's keys in `diagnosis`, its experiments with their tests",
+    "push_through": "the machine in `tests`, and its name in predict: { tests: [NAME] }",
+}
+"""Keys that described tests before there was one list, and what to write in their place."""
 
 
 def parse_config(
@@ -128,6 +146,9 @@ def _place(key, value, files):
 
 
 def _parse(data, file):
+    for key, instead in REPLACED.items():
+        if states(data, key):
+            raise ConfigError("is a key no more", path=file, key=key, allowed=instead)
     check_plausible(data, file)
     data = in_key_units(data, file)
     try:

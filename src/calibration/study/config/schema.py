@@ -141,10 +141,11 @@ class ScreeningConfig(_Part):
 
     alpha: float = Field(0.05, gt=0, lt=1, description="factors with p below this are significant")
     replicates: int = Field(1, ge=1, le=20, description="how often the whole design is run")
-    kind: Literal["resolution_iv", "plackett_burman"] = Field(
+    kind: Literal["resolution_iv", "definitive", "plackett_burman"] = Field(
         "resolution_iv",
-        description="design of two levels: of resolution IV, or Plackett-Burman's fewer runs, "
-        "whose main effects are mixed with two-factor interactions",
+        description="design: two levels of resolution IV, three levels (definitive), or "
+        "Plackett-Burman's fewer "
+        "runs, whose main effects are mixed with two-factor interactions",
     )
     centre_runs: int = Field(
         3,
@@ -205,6 +206,13 @@ class SurfaceConfig(_Part):
     )
     centre_runs: int = Field(5, ge=2, le=20, description="replicates of the centre")
     replicates: int = Field(1, ge=1, le=20, description="how often the whole design is run")
+    added_runs: int = Field(
+        0,
+        ge=0,
+        le=200,
+        description="runs beside the design, at the points that tell most about the model "
+        "(D-optimal)",
+    )
 
 
 class OptimiseConfig(_Part):
@@ -317,6 +325,17 @@ class ScalingConfig(_Part):
         [1.0, 2.0, 4.0], min_length=2, description="length factors; the first is compared with"
     )
     seeds: int = Field(6, ge=2, le=100, description="heaps at each scale")
+    end_seeds: int | None = Field(
+        None,
+        ge=2,
+        le=100,
+        description="heaps at the first and the last scale, which carry the trend; `seeds` unless "
+        "given",
+    )
+    cohesive_end_seeds: int | None = Field(
+        None, ge=2, le=100, description="the same with cohesion; `end_seeds` unless given"
+    )
+    drop_seeds: int = Field(2, ge=2, le=100, description="runs of the drop at each scale")
     margin_deg: Positive = Field(2.0, description="change of the angle that does not matter")
     margin_restitution: Positive = Field(
         0.02, description="change of the restitution that does not matter"

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import yaml
 
-from calibration.statistics.two_level import screening_design
+from calibration.statistics.screening_design import screening_design
 from calibration.study.config import overlay, parse_config, point_spec, read_target
 from calibration.study.config.joint import joint_targets, read_joint_target
 from calibration.study.new.study import configuration, write_settings
