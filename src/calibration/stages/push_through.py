@@ -34,7 +34,6 @@ from dem.experiments import experiments
 from dem.io.files import write_json
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.figure import Figure as Drawing
 
     from calibration.chain.handed_over import NamedFiles
@@ -127,15 +126,19 @@ def push_through(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     machines = {name: config.tests[name] for name in predicted(config)}
     runs = [_with_metrics(design, name, m) for name, m in machines.items()]
     write_table(pd.concat(runs, ignore_index=True), output.runs)
-    rows, drawn, shared = [], [], []
+    measured, rows, drawn, shared = read_measured(config.measurements), [], [], []
     for (name, machine), table in zip(machines.items(), runs, strict=True):
         parameters = _parameters(table)
         for metric in metrics_of(machine):
-            row = _row(config, name, machine, metric, table, parameters)
+            has = table[table[metric].notna()]
+            means = has.groupby("draw")[[metric, *parameters]].mean()
+            row = {"machine": name, "experiment": machine.experiment, "metric": metric}
+            row |= {"runs": len(has), "without": len(table) - len(has)}
+            row |= _summary(config, row, has, means, measured)
             rows.append(row)
             if row["low"] is not None:
                 drawn.append((row, table))
-                shared += _shares(row, table[table[metric].notna()], parameters)
+                shared += _shares(row, means)
     found = pd.DataFrame(rows)
     write_table(found, output.metrics)
     columns = ["machine", "metric", "parameter", "share", "low", "high", "correlation"]
@@ -166,33 +169,35 @@ def _parameters(table):
     return [c for c in known if c not in ("machine", "draw") and table[c].nunique() > 1]
 
 
-def _row(config, name, machine, metric, table, parameters):
-    """One metric of one machine: mean, its two scatters, the interval of a further run, the
-    parameter that decides, and what was measured."""
-    has = table[table[metric].notna()]
-    row = {"machine": name, "experiment": machine.experiment, "metric": metric}
-    row |= {"runs": len(has), "without": len(table) - len(has)}
+def _summary(config, row, runs, means, table):
+    """Of one metric of one machine: mean, its two scatters, the interval of a further run, the
+    parameter that decides, and what was measured. runs: with a value; means: of each draw, the
+    metric and its parameters; table: of measurements."""
+    metric = row["metric"]
     try:
-        found = nested(has[metric], has["draw"])
+        found = nested(runs[metric], runs["draw"])
     except CalibrationError:
         empty = ("mean", "low", "high", "sd_parameters", "sd_seed", "decides", "rank_correlation")
-        return row | dict.fromkeys((*empty, "measured", "within"))
-    limits = next(m for m in experiments()[machine.experiment].metrics if m.name == metric)
+        return dict.fromkeys((*empty, "measured", "within"))
+    limits = next(m for m in experiments()[row["experiment"]].metrics if m.name == metric)
     low, high = max(found.low, limits.least), min(found.high, limits.most)
-    row |= {"mean": found.mean, "low": low, "high": high}
-    row |= {"sd_parameters": found.between_sd, "sd_seed": found.within_sd}
-    row |= _decides(has, metric, parameters)
-    measured = _measured(config, name, metric)
-    return row | {
+    measured = _measured(config, table, row["machine"], metric)
+    return {
+        "mean": found.mean,
+        "low": low,
+        "high": high,
+        "sd_parameters": found.between_sd,
+        "sd_seed": found.within_sd,
+        **_decides(means, metric),
         "measured": measured,
         "within": None if measured is None else bool(low <= measured <= high),
     }
 
 
-def _decides(table, metric, parameters):
+def _decides(means, metric):
     """The parameter with the largest rank correlation over the draws, and that correlation; None
     where chance gives one as large with more than `ALPHA` (Bonferroni)."""
-    means = table.groupby("draw")[[metric, *parameters]].mean()
+    parameters = list(means.columns.drop(metric))
     nothing = {"decides": None, "rank_correlation": None}
     if means[metric].nunique() < 2 or not parameters:
         return nothing
@@ -203,14 +208,14 @@ def _decides(table, metric, parameters):
     return {"decides": best, "rank_correlation": float(found[best].statistic)}
 
 
-def _shares(row, runs, parameters):
+def _shares(row, means):
     """A row a parameter: its share of the spread of a metric's row that is not the seeds'."""
-    means = runs.groupby("draw")[[row["metric"], *parameters]].mean()
     values = means[row["metric"]]
     if len(means) < LEAST_DRAWS or values.nunique() < 2:
         return []
     clear = min(row["sd_parameters"] ** 2 / values.var(), 1.0)
     of = {"machine": row["machine"], "metric": row["metric"]}
+    parameters = means.columns.drop(row["metric"])
     return [of | {"parameter": p} | _share(means[p], values, clear) for p in parameters]
 
 
@@ -230,9 +235,8 @@ def _share(levels, values, clear):
     return found | {"correlation": r}
 
 
-def _measured(config, name, metric):
+def _measured(config, table, name, metric):
     """Mean of what was measured of the metric at the machine's settings; None where nothing was."""
-    table = read_measured(config.measurements)
     try:
         found = rows_of(config, table, name, metric)
         return float(found[0].value if len(found) == 1 else sample(found, table.path).mean())
