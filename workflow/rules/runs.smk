@@ -18,7 +18,7 @@ rule compile_engine:
     log:
         f"{RUNS}/compile.log",
     message:
-        "compile the engine: about two minutes, once after each change of it"
+        "compile the engine: about a minute, once after each change of it"
     script:
         "../scripts/compile_engine.py"
 
