@@ -261,11 +261,7 @@ def _pair(ax, row, column, draws, middle):
 
 
 TOGETHER = 0.4  # correlation from which on two parameters are said to go together
-
-
 TELLS = 0.9  # of today's standard deviation: a measurement that leaves more tells little
-
-
 DIAGNOSIS = (
     "the stage diagnose tells which, from three measured rows on where one test was made at two "
     "settings, such as two drop heights or two normal stresses; made at one setting each, measure "

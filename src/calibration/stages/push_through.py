@@ -45,7 +45,6 @@ if TYPE_CHECKING:
 ALPHA = 0.05
 """Chance, over all parameters, at which one is said to decide a metric that none decides."""
 
-
 LEAST_DRAWS = 4
 """Draws that an interval of a correlation needs (Fisher's z has n - 3)."""
 
