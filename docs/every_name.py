@@ -6,14 +6,17 @@ import re
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-CALIBRATION = (
-    "interface", "telling", "chain", "runs", "inference", "study", "engines", "figures",
-    "statistics", "intake",
-)  # fmt: skip
-"""The packages of the calibration, from the top floor down."""
-PACKAGES = (
-    "paper", "diagnosis", "calibration", *(f"calibration/{name}" for name in CALIBRATION), "dem",
-)  # fmt: skip
+LAYERS = ("paper", "diagnosis", "calibration", "dem")
+
+
+def packages() -> list[str]:
+    """Return the layers from the top down, each followed by its packages, as paths below `src`."""
+    src = ROOT / "src"
+    return [
+        str(folder.relative_to(src))
+        for layer in LAYERS
+        for folder in [src / layer, *(p for p in names(layer) if p.is_dir())]
+    ]
 
 
 def names(package: str) -> list[Path]:
@@ -35,7 +38,7 @@ def sentence(path: Path) -> str:
 def tables() -> str:
     """Return a table for each package, as Markdown."""
     text = ""
-    for package in PACKAGES:
+    for package in packages():
         rows = [f"| `{p.name}{'/' * p.is_dir()}` | {sentence(p)} |" for p in names(package)]
         text += f"## `src/{package}`\n\n| name | what is in it |\n|---|---|\n"
         text += "\n".join(rows) + "\n\n"
