@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks.ways import __main__ as study
 from benchmarks.ways.__main__ import by_response, summary, trials
 from benchmarks.ways.grain_learning import GrainLearning
 from benchmarks.ways.truths import (
@@ -65,19 +64,6 @@ def test_a_response_that_is_not_smooth_has_a_summary_of_its_own():
     assert found["studies"].to_dict() == {"smooth": 2, "rough": 4, "step": 2, "two kinds": 2}
 
 
-def test_trials_of_other_code_are_made_again(tmp_path, monkeypatch):
-    """A trial that this code has made is not, nor is one of another seed's name taken for it."""
-    made = []
-    monkeypatch.setattr(study, "_keep", lambda ways, seed, path: (made.append(seed), path.touch()))
-    for code, expected in (("a", [7, 8]), ("a", []), ("b", [7, 8])):
-        made.clear()
-        monkeypatch.setattr(study, "code_digest", lambda code=code: code)
-        files = study._made(tmp_path, "trials", (7, 8), map)
-        assert made == expected
-        assert all(path.exists() for path in files)
-    assert len(list(tmp_path.iterdir())) == 4
-
-
 def test_the_page_says_what_the_trials_hold(monkeypatch):
     monkeypatch.setattr("benchmarks.ways.__main__.RUNS", (22,))
     one = dict(list(TRUTHS.items())[:1])  # a release asks all of them
@@ -96,26 +82,6 @@ def test_the_page_says_what_the_trials_hold(monkeypatch):
     assert first["coverage"] == pytest.approx(50.0)
     assert found["errors"].tolist() == [0, 0, 0, 1]
     assert enough(found) == [(92, ["paper's chain"]), (None, ["Gaussian-process optimiser"])]
-
-
-def few_trials(repeats, first, ways):
-    """In place of `trials`: a row a way, drawn by the seed."""
-    misses = np.random.default_rng(first).normal(size=len(WAYS))
-    one = pd.DataFrame({"way": list(WAYS), "runs": 22, "seed": first, "miss": misses})
-    return pd.concat([one.assign(response=name) for name in ("quadratic", "step")])
-
-
-def test_processes_share_the_seeds_and_change_nothing(monkeypatch, tmp_path):
-    monkeypatch.setattr(study, "trials", few_trials)  # a process is a fork of this one
-    for processes in (1, 2):
-        study.main([str(tmp_path / f"{processes}"), "--repeats=5", f"--processes={processes}"])
-    names = sorted(path.name for path in (tmp_path / "1").iterdir())
-    assert len(names) == 5 + 1
-    for name in names:
-        assert (tmp_path / "1" / name).read_bytes() == (tmp_path / "2" / name).read_bytes()
-    # what is there is not repeated
-    monkeypatch.setattr(study, "trials", None)
-    study.main([str(tmp_path / "2"), "--repeats=5"])
 
 
 @pytest.mark.slow

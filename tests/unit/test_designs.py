@@ -6,7 +6,6 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 import pyDOE3
 import pytest
 import yaml
@@ -14,12 +13,12 @@ import yaml
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError
 from calibration.figures import ANGLE
-from calibration.stages.screening import _aliased, plan_screening, screening, sentences
+from calibration.stages.screening import plan_screening, screening, sentences
 from calibration.statistics.composite import augmented, central_composite, region_design
 from calibration.statistics.definitive import ORDERS, conference_matrix, definitive_screening
 from calibration.statistics.design import box_behnken
 from calibration.statistics.surface import model_matrix, quadratic_terms
-from calibration.statistics.two_level import alias_groups, foldover, generators, resolution_iv
+from calibration.statistics.two_level import alias_groups, foldover, resolution_iv
 from calibration.study.config import parse_config
 from calibration.study.config.schema import SurfaceConfig
 from calibration.study.factors import Factor
@@ -59,35 +58,6 @@ def test_the_sixteen_runs_of_seven_factors_have_the_published_generators_and_wor
     groups = alias_groups(coded(table, 7), list("ABCDEFG"))
     assert sorted(map(len, groups)) == [3] * 7
     assert [("A", "B"), ("C", "E"), ("F", "G")] in groups
-
-
-def test_the_screening_says_which_interactions_its_runs_do_not_part():
-    f = factors(7)
-    found = _aliased(f, resolution_iv(f))
-    assert len(found) == 7
-    assert "AB = CE = FG" in found
-    effects = dict.fromkeys((g.name for g in f), 1.5)
-    summary = {"factors": ["f0"], "significant": ["f0"], "alpha": 0.05, "aliased": found}
-    summary |= {"effects": effects, "p": dict.fromkeys(effects, 0.003)}
-    first, second = sentences(summary, ANGLE)
-    assert "f0 (+1.5°, p = 0.003)" in first
-    assert "AB = CE = FG" in second
-    assert len(sentences(summary | {"aliased": []}, ANGLE)) == 1
-
-
-def test_the_paper_s_rows_do_not_part_what_their_foldover_parts():
-    table = pd.read_csv(ROOT / "data/paper/table06_plackett_burman.csv", comment="#")
-    levels, codes = table[list("ABCDEFG")].to_numpy(float), list("ABCDEFG")
-    groups = {frozenset(map("".join, g)) for g in alias_groups(levels, codes) if len(g) > 1}
-    assert {"AG", "BD", "CE"} in groups
-    # by hand: with the main effects, one of a group explains what another does
-    mains = np.column_stack([np.ones(12), levels])
-    pair = {p: levels[:, ord(p[0]) - 65] * levels[:, ord(p[1]) - 65] for p in ("AG", "BD", "CE")}
-    y = pair["AG"] + 0.3 * levels[:, 2]
-    for other in ("BD", "CE"):
-        x = np.column_stack([mains, pair[other]])
-        assert y - x @ np.linalg.lstsq(x, y, rcond=None)[0] == pytest.approx(0.0, abs=1e-12)
-    assert all(len(g) == 1 for g in alias_groups(np.vstack([levels, -levels]), codes))
 
 
 def _screened(monkeypatch, folder, response):
@@ -163,13 +133,6 @@ def test_a_foldover_turns_resolution_iii_into_iv():
     assert both["f0"].to_numpy() == pytest.approx(12.0 + 2.0 * both["A"].to_numpy())
 
 
-def test_generators_are_words_of_odd_length():
-    for k in range(4, 24):
-        words = generators(k).split()
-        assert len(set(words)) == len(words) >= k
-        assert all(len(w) % 2 for w in words)
-
-
 @pytest.mark.parametrize("order", ORDERS)
 def test_a_conference_matrix_is_orthogonal_with_an_empty_diagonal(order):
     c = conference_matrix(order)
@@ -192,14 +155,6 @@ def test_a_definitive_design_has_the_properties_of_jones_and_nachtsheim(k):
     # and every square is estimable beside the main effects
     both = np.column_stack([np.ones(len(x)), x, x**2])
     assert np.linalg.matrix_rank(both) == 2 * k + 1
-
-
-def test_the_published_efficiency_of_six_factors():
-    """D-efficiency of the main effects of the 13 runs for six factors: each column has ten of its
-    13 entries off zero, so that the information a factor and run is 10/13 of an orthogonal
-    two-level design's."""
-    x = coded(definitive_screening(factors(6)), 6)
-    assert np.linalg.det(x.T @ x / 13) ** (1 / 6) == pytest.approx(10 / 13)
 
 
 @pytest.mark.parametrize("k", range(1, 7))

@@ -6,7 +6,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
-import pytest
 import yaml
 
 from calibration.chain.study import Study
@@ -64,11 +63,3 @@ def test_a_lost_edge_leaves_the_opposite_run_alone(monkeypatch, tmp_path):
     assert tells(said, "Run 9")
     assert tells(said, f"{less:.3f}")
     assert "nan" not in said
-
-
-@pytest.mark.slow
-def test_a_whole_design_has_no_run_that_decides_alone(monkeypatch, tmp_path):
-    _, summary = _fitted(monkeypatch, tmp_path, lost=0)
-    assert summary["decide_alone"] == []
-    assert summary["statistics"]["R2_pred"] < summary["statistics"]["R2_adj"]
-    assert len(sentences(summary, ANGLE)) == 2

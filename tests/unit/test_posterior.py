@@ -66,16 +66,6 @@ def test_eight_parameters_that_one_target_hardly_narrows_are_sampled_well_enough
     assert high == pytest.approx([ends[1]] * 2 + [0.975] * 6, abs=0.03)
 
 
-def test_two_targets_fix_what_one_leaves_open():
-    one = measured(Linear(0.0, [1.0, 1.0]), 1.0, 0.02)
-    two = measured(Linear(0.0, [1.0, -1.0]), 0.2, 0.02)
-    alone = sample([one], Prior.uniform(2), steps=400)
-    both = sample([one, two], Prior.uniform(2), steps=400)
-    assert alone.draws.std(axis=0).min() > 0.2  # the set from (0, 1) to (1, 0)
-    assert both.draws.std(axis=0).max() < 0.03
-    assert both.draws.mean(axis=0) == pytest.approx([0.6, 0.4], abs=0.01)
-
-
 def test_tests_that_gave_a_value_speak_against_parameters_at_which_runs_give_none():
     """Under a flat prior the density goes with (1 - p)^tests, p the chance of no value."""
     x = np.random.default_rng(3).random((60, 2))

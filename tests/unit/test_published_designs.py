@@ -2,7 +2,7 @@
 
 Data and printed results were compared with their sources when they were entered, not typed from
 memory: R's package rsm 2.10.6 (datasets, the example of `rsm`, and the outputs in its vignette
-article-JSS) for ChemReact, heli and RRex; worked notes on Montgomery's chapter 8 that print both
+article-JSS) for ChemReact and RRex; worked notes on Montgomery's chapter 8 that print both
 fractions and all effects of examples 8.7 and 8.8, and three independent transcriptions of the first
 fraction's data. Jones and Nachtsheim's paper itself was not at hand: of the definitive screening
 designs only their stated properties are tested (test_designs.py).
@@ -46,47 +46,6 @@ def test_the_central_composite_design_of_the_chemical_reaction():
     error = [0.079631, 0.087226, 0.057699, 0.081592, 0.060064]
     se = surface.coefficients.set_index("term")["se"]
     assert se[["Intercept", "Z", "A", "AB", "A²"]].to_numpy() == pytest.approx(error, abs=6e-7)
-
-
-HELI = """
-367 369 374 370 372 355 397 377 350 373 358 363 344 355 370 362 377 375
-361 364 355 373 361 360 380 360 370 368 369 366
-"""
-
-
-def heli():
-    """The paper helicopters of Box, Hunter and Hunter (2005), Statistics for Experimenters, 2nd
-    edition, table 12.5: mean flight times of a central composite design of four factors in two
-    blocks."""
-    corners = np.array(np.meshgrid(*[[-1, 1]] * 4, indexing="ij")).reshape(4, -1)[::-1].T
-    axes = np.vstack([s * np.eye(4)[k] for k in range(4) for s in (-2, 2)])
-    x = np.vstack([corners, np.zeros((2, 4)), axes, np.zeros((4, 4))])
-    table = pd.DataFrame(x, columns=list("ABCD"), dtype=float)
-    table["Z"] = np.repeat([0.0, 1.0], [18, 12])
-    return table, np.array(HELI.split(), float)
-
-
-def test_the_paper_helicopters():
-    """`heli` of R's rsm (Lenth 2009, section 3.2): coefficients, residual, stationary point and
-    eigenvalues as its vignette prints them."""
-    design, y = heli()
-    surface = fit_surface(
-        design, ["A", "B", "C", "D", "Z"], y, [*quadratic_terms(list("ABCD")), ("Z",)]
-    )
-    found = surface.coefficients.set_index("term")["estimate"]
-    printed = {"Intercept": 372.8, "Z": -2.95, "A": -0.083333, "B": 5.083333, "C": 0.25}
-    printed |= {"D": -6.083333, "AB": -2.875, "AC": -3.75, "AD": 4.375, "BC": 4.625, "BD": -1.5}
-    printed |= {"CD": -2.125, "A²": -2.0375, "B²": -1.6625, "C²": -2.5375, "D²": -0.1625}
-    assert found[list(printed)].to_dict() == pytest.approx(printed, abs=6e-7)
-    assert surface.sigma2 * surface.df == pytest.approx(136.15, abs=0.006)
-    assert surface.df == 14
-    half = np.diag(found[["A²", "B²", "C²", "D²"]].to_numpy())
-    for i, j in ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)):
-        half[i, j] = half[j, i] = 0.5 * found["ABCD"[i] + "ABCD"[j]]
-    point = np.linalg.solve(-2.0 * half, found[list("ABCD")].to_numpy())
-    assert point == pytest.approx([0.8607107, -0.3307115, -0.8394866, -0.1161465], abs=6e-7)
-    eigenvalues = [-4.651963, -3.807935, -1.198324, 3.258222]
-    assert np.linalg.eigvalsh(half) == pytest.approx(eigenvalues, abs=6e-7)
 
 
 def plackett_and_burman():

@@ -95,24 +95,6 @@ def test_reduction_keeps_the_factor_of_a_term_that_stays():
     assert len(terms) < 10
 
 
-def test_effects_come_by_regression_where_runs_are_missing_or_repeated():
-    design = resolution_iv(factors(7), centre_runs=3)
-    rng = np.random.default_rng(3)
-    y = 30 + 8 * design["A"] - 3 * design["C"] + rng.normal(0, 0.5, len(design))
-    some = design.drop(index=[2, 9, 10]).reset_index(drop=True)
-    some = pd.concat([some, some.iloc[:2]], ignore_index=True)
-    kept = y.drop(index=[2, 9, 10]).reset_index(drop=True)
-    kept = np.append(kept.to_numpy(), kept[:2] + 0.4)
-    found = screen(some, list("ABCDEFG"), kept)
-    x = np.column_stack([np.ones(len(some)), some[list("ABCDEFG")]])
-    slopes = np.linalg.lstsq(x, kept, rcond=None)[0][1:]
-    assert found.table["effect"].to_numpy() == pytest.approx(2 * slopes)
-    assert found.table["p_seeds"].notna().all()
-    assert found.table.set_index("code")["effect"][["A", "C"]].to_numpy() == pytest.approx(
-        [16.0, -6.0], abs=1.5
-    )
-
-
 def test_the_scatter_of_seeds_holds_no_aliased_interaction():
     design = resolution_iv(factors(7), centre_runs=4)
     rng, codes = np.random.default_rng(4), list("ABCDEFG")

@@ -25,7 +25,7 @@ from calibration.stages.response_surface import plan_response_surface
 from calibration.stages.screening import plan_screening
 from calibration.stages.validation import plan_validation
 from calibration.statistics.replication import mean_interval, runs_needed
-from calibration.study.config import overlay, parse_config, read_target
+from calibration.study.config import overlay, parse_config
 from calibration.study.factors import read_factors
 from facts import tells
 from stage_files import Files, PlanFiles
@@ -79,56 +79,6 @@ def test_with_no_further_values_it_is_students_interval():
 
 def test_values_without_scatter_ask_for_no_more():
     assert runs_needed(np.full(5, 45.0), 0.1, 100) == 5
-
-
-def power(half_width, sd, runs, measured, margin):
-    """Chance that a right optimum is shown to be equivalent. It is off by the candidate's error,
-    whose 95 % interval is as wide as asked."""
-    a, b = sd**2 / runs, measured.var(ddof=1) / len(measured)
-    freedom = (a + b) ** 2 / (a**2 / (runs - 1) + b**2 / (len(measured) - 1))
-    room = margin - stats.t.ppf(0.95, freedom) * np.sqrt(a + b)
-    return 1 - 2 * stats.norm.sf(room / np.sqrt(a + b + (half_width / 1.96) ** 2))
-
-
-def papers_sd():
-    """Scatter of the paper's own heaps [deg]."""
-    return pd.read_csv("data/paper/table13_validation.csv", comment="#")["angle_deg"].std()
-
-
-def test_the_salts_validation_is_what_its_comment_says(monkeypatch):
-    """The fewest in a group that show a right optimum to be equivalent nine times in ten, and how
-    often they do where it is off by the error of the centre of the paper's 17 runs."""
-    monkeypatch.chdir(ROOT)
-    config = salt_of()
-    judged, sd, measured = config.validation, papers_sd(), read_target(config)
-    chance = {n: power(0.0, sd, judged.groups * n, measured, judged.margin) for n in range(2, 10)}
-    assert judged.replicates == min(n for n, p in chance.items() if p >= 0.9)
-    off = sd / np.sqrt(config.response_surface.centre_runs)
-    assert round(off, 2) == 0.43
-    there = power(1.96 * off, sd, judged.groups * judged.replicates, measured, judged.margin)
-    assert there == pytest.approx(2 / 3, abs=0.01)
-    assert config.optimise.candidate_runs == 0
-
-
-def test_the_salts_half_width_is_what_its_comment_says(salt):
-    """The widest, in tenths, that leaves a right optimum its equivalence nine times in ten, if
-    heaps scatter as the paper's do; and the first runs that need the least in all."""
-    sd = papers_sd()
-    rules, judged = salt.optimise, salt.validation
-    runs, measured = judged.groups * judged.replicates, read_target(salt)
-    given = (sd, runs, measured, judged.margin)
-    good = [k / 10 for k in range(1, 10) if power(k / 10, *given) >= 0.9]
-    assert rules.candidate_half_width == max(good)
-    rng, expected = np.random.default_rng(2), {}
-    for first in (5, 10, 15, 20, 25):
-        found = sd * np.sqrt(rng.chisquare(first - 1, 20_000) / (first - 1))
-        reach = stats.t.ppf(0.975, first - 1) * found
-        needed = np.maximum(first, np.ceil((reach / rules.candidate_half_width) ** 2))
-        expected[first] = needed.mean(), (needed > rules.candidate_at_most).mean()
-    assert rules.candidate_runs == min(expected, key=expected.get)
-    mean, beyond = expected[rules.candidate_runs]
-    assert round(mean) == 19
-    assert beyond < 0.01
 
 
 @pytest.mark.parametrize(

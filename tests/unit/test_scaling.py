@@ -52,22 +52,6 @@ def test_equation_4_contradicts_itself_and_the_conflict_is_named():
     assert set(error.value.conflict) == {"length", "mass", "density"}
 
 
-def test_paper_rule_with_real_gravity_is_a_contradiction():
-    with pytest.raises(OverdeterminedError) as error:
-        exponents({**PAPER_RULE.held, "acceleration": 0})
-    assert set(error.value.conflict) == {"length", "velocity", "acceleration"}
-    assert error.value.demanded == -1
-
-
-def test_length_mass_density_leave_time_open():
-    held = {"length": 1, "mass": 3, "density": 0}
-    assert independent(list(held)) == 2
-    assert exponent("moment_of_inertia", held) == 5
-    with refused(UnderdeterminedError, "force") as error:
-        exponent("force", held)
-    assert error.value.quantity == "force"
-
-
 @settings(deadline=None)
 @given(
     a=st.tuples(*[st.fractions(min_value=-2, max_value=2, max_denominator=4)] * 3),
