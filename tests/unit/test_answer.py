@@ -11,18 +11,14 @@ from jsonschema import validate
 from scipy import stats
 
 from calibration.chain.study import Study
-from calibration.figures import response_of
 from calibration.intake.measurements import Measurement
 from calibration.runs.plans import read_plan, result_path
 from calibration.stages import answer as stage
-from calibration.statistics.stated import Stated
-from calibration.statistics.validate import compare
 from calibration.study.config import parse_config
 from calibration.telling.answer import words
 from calibration.telling.answer.schema import Answer
 from dem.results import write_result
 from dem.spec import parse_spec
-from facts import tells
 from small_heap import RUN
 from workflow_rules import rules_of
 
@@ -210,27 +206,3 @@ def test_the_terminal_says_what_the_file_says(tmp_path, monkeypatch):
     assert "0.18 to 0.22" in said
     assert "20.5" in said
     assert found["wrong"]["sentence"] in said
-
-
-@pytest.mark.parametrize(
-    ("apart", "readings", "by", "told", "not_told"),
-    [
-        (0.8, 400, "chain", ("more", "validation.replicates"), "optimise.candidate_runs"),
-        (0.9, 5, "chain", ("No number", "readings"), "validation.replicates"),
-        (0.9, 5, "chain", ("optimise.candidate_runs",), "validation.replicates"),
-        (2.5, 400, "chain", ("different", "1°"), "validation.replicates"),
-        (2.5, 400, "chain", ("optimise.candidate_runs",), "validation.replicates"),
-        (2.5, 400, "joint", ("different", "1°"), "optimise.candidate_runs"),
-    ],
-)
-def test_a_validation_that_shows_no_equivalence_says_what_would(
-    apart, readings, by, told, not_told
-):
-    heaps = 45.0 + apart + stats.norm.ppf((np.arange(15) + 0.5) / 15)
-    found = compare(heaps, Stated(45.0, 0.8, readings), 1.0).as_dict()
-    said = words.not_equivalent(found, response_of("angle_of_repose_deg"), by)
-    assert tells(said, *told)
-    assert not tells(said, not_told)
-    assert tells(said, "15 validated runs", f"+{apart:.2f}°")
-    if found["more_runs"]:
-        assert tells(said, str(found["more_runs"]))

@@ -3,7 +3,6 @@
 import pandas as pd
 import pytest
 
-from benchmarks.bulk.codes import CODES
 from facts import tells
 from frozen import FROZEN
 from paper.release import pages, values
@@ -74,8 +73,3 @@ def test_a_fall_is_judged_by_the_starts_scatter(kept):
     assert values.chances(found, found["liggghts"]) == [pytest.approx(0.05, abs=1e-5)]
     few = {code: found[code] for code in ("dem", "liggghts")}
     assert values.chances(few, found["liggghts"]) == []
-
-
-def test_the_page_reads_what_the_codes_are_called():
-    told = {code for own in values.STARTS.values() for code in own}
-    assert told | set(values.CODES) == set(CODES)

@@ -17,14 +17,6 @@ def heap(tmp_path):
     return path
 
 
-def test_help_names_every_command(capsys):
-    with pytest.raises(SystemExit) as done:
-        main(["--help"])
-    assert done.value.code == 0
-    text = capsys.readouterr().out
-    assert all(word in text for word in ("run", "check", "init", "render"))
-
-
 @pytest.mark.parametrize("experiment", list(experiments()))
 def test_a_template_passes_its_own_check(tmp_path, capsys, experiment):
     path = tmp_path / "spec.yaml"

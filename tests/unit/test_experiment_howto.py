@@ -15,8 +15,6 @@ import numpy as np
 import pytest
 import yaml
 
-from dem.cli import main
-from dem.experiments import experiments
 from dem.fingerprint import engine_fingerprint
 from facts import tells
 
@@ -81,13 +79,6 @@ def test_a_file_that_declares_no_new_experiment_is_one_line(folder, text, says):
     assert line.startswith("dem: ")
     assert "throw.py" in line
     assert says in line
-
-
-def test_every_experiment_is_offered(capsys):
-    with pytest.raises(SystemExit):
-        main(["init", "--help"])
-    text = capsys.readouterr().out
-    assert all(name in text for name in experiments())
 
 
 LAW_FILE = Path("src/dem/contact/friction/rate_free.py")

@@ -14,7 +14,7 @@ from PIL import Image
 
 from calibration.intake.measurements import read_measured
 from dem.io.vtk import POINTS, read_grains
-from howto_pages import BLOCK, EXAMPLES, ROOT, copy_with, python, section
+from howto_pages import ROOT, copy_with, python
 
 
 @pytest.fixture(scope="module")
@@ -31,14 +31,6 @@ def extended(tmp_path_factory):
 
 
 # --- stage -------------------------------------------------------------------------------
-
-
-def test_a_stage_is_one_file_one_file_of_rules_and_one_include():
-    folder = EXAMPLES / "stage"
-    files = sorted(str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file())
-    assert files == ["src/calibration/stages/repeat.py", "workflow/rules/repeat.smk"]
-    [(path, _, _, line)] = BLOCK.findall(section("stage"))
-    assert (path, line) == ("workflow/Snakefile", 'include: "rules/repeat.smk"\n')
 
 
 @pytest.mark.slow

@@ -6,8 +6,6 @@ from PIL import Image
 
 from calibration.intake.photo import measure_photo
 from calibration.intake.photo.camera import FULL_FRAME_MM, read_low, view_of
-from calibration.interface.commands import main
-from facts import tells
 
 ROWS, COLUMNS, FOCAL_MM, RADIUS = 600, 800, 56.0, 100.0
 FOCAL = FOCAL_MM / FULL_FRAME_MM * np.hypot(ROWS, COLUMNS)
@@ -84,14 +82,3 @@ def test_by_how_much_a_far_camera_reads_low_is_a_closed_form():
         t, p = np.tan(np.radians(true)), np.radians(pitch)
         seen = np.degrees(np.arctan(np.sqrt((t * np.cos(p)) ** 2 - np.sin(p) ** 2)))
         assert read_low(seen, pitch) == pytest.approx(true - seen)
-
-
-def test_what_is_not_corrected_is_said(tmp_path, capsys):
-    path = tmp_path / "a.jpg"
-    photograph(path, 30.0, 60.0)
-    assert main(["angle", str(path)]) == 0
-    assert tells(capsys.readouterr().out, "not corrected", "camera")
-    assert main(["angle", str(path), "--camera", f"{DISTANCE}mm/60mm"]) == 0
-    told = capsys.readouterr().out
-    assert "looks down by" in told
-    assert "not corrected" not in told

@@ -73,22 +73,6 @@ def test_the_first_screen_counts_the_verdicts_of_the_table(repository, kept):
     assert tells(text, "Restitution, salt", "rolling friction, salt")
 
 
-def test_the_first_screen_tells_what_all_tests_bound(repository, kept):
-    path = kept / "salt" / "joint" / "joint.json"
-    found = json.loads(path.read_text())
-    names = list(found["parameters"])
-    for name, parameter in found["parameters"].items():
-        parameter |= {"left": 0.5, "bounded": name in names[:2], "border": None}
-        parameter["interval"] = [0.123, 0.456]
-    path.write_text(json.dumps(found))
-    assert tells(said(kept), "two of seven")
-    found["parameters"][names[0]].update(border="low", reach=0.1, reach_is_limit=False)
-    found["agreement"] |= {"contradicts": True, "named": ["heap: angle_of_repose_deg"]}
-    path.write_text(json.dumps(found))
-    assert tells(said(kept), "one of seven")
-    assert tells(said(kept), "No parameters", "all of them")
-
-
 def test_causes_of_several_studies_stand_in_one_ranking(kept, tmp_path):
     """Each with the greatest of its chances: the best of more causes is as good by chance more
     often. The least gain comes last, whichever study tried it."""
@@ -128,19 +112,6 @@ def test_effects_and_funnels_are_those_of_the_tables():
     assert values.off_the_paper(slow) == pytest.approx(np.sqrt(np.mean(off**2)))
 
 
-def test_other_seeds_are_counted_together():
-    seeds = values.other_seeds(FROZEN)
-    runs = [pd.read_csv(FROZEN / n / "screening" / "runs.csv") for n in values.SEEDS.values()]
-    assert seeds["heaps"] == sum(r["response"].notna().sum() for r in runs)
-    assert len(runs) == 4
-    table = pd.concat(runs).dropna(subset="response")
-    slopes = np.linalg.lstsq(
-        np.column_stack([np.ones(len(table)), table[values.FACTORS]]), table["response"], rcond=None
-    )[0]
-    effect = 2 * slopes[values.FACTORS.index("G") + 1]
-    assert seeds["found"].loc["G", "effect"] == pytest.approx(effect)
-
-
 def test_a_record_says_which_engine_made_what_and_what_is_due():
     record = {"a": {"engine": "e1", "date": "2026-01-01"}}
     record["b"] = {"engine": "e2", "date": "2026-01-02"}
@@ -176,12 +147,6 @@ def test_a_release_makes_what_is_not_of_this_engine_and_goes_on(tmp_path, monkey
     assert read_record()["b"]["engine"] == "e" * 16
     assert command.main(["c"]) == 2
     assert tells(capsys.readouterr().err, "c", "no part", "a, b")
-
-
-def test_parameters_outside_of_their_joint_intervals_are_named():
-    parameter = {"interval": [0.2, 0.3]}
-    assert values.outside({"a": parameter, "b": parameter}, {"a": 0.25, "b": 0.31}) == ["b (0.31)"]
-    assert values.outside({"b": parameter}, {"b": 0.31}, ["b"]) == []
 
 
 @pytest.mark.parametrize("share", [0.5, pytest.param(1.0, marks=pytest.mark.slow)])

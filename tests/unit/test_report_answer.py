@@ -21,7 +21,7 @@ from calibration.study.stage import load_stages
 from calibration.telling.report import build
 from calibration.telling.report.answer import answer
 from calibration.telling.report.carried import workbook
-from calibration.telling.report.findings import decides, findings
+from calibration.telling.report.findings import findings
 from calibration.telling.report.profiler import profiler
 from facts import tells
 
@@ -110,11 +110,6 @@ def test_the_first_screen_says_parameters_tests_what_is_wrong_and_what_is_next(s
     assert firsts == sorted(firsts)
 
 
-def test_a_page_without_an_answer_says_so(study):
-    assert any("answer.json" in text for text in build(study, study / "r.html", load_stages()))
-    assert "stage answer has not run" in (study / "r.html").read_text()
-
-
 def test_the_answer_goes_into_a_workbook(study):
     """Another reader finds the values and the citation; the same study makes the same bytes."""
     write(study / "answer" / "answer.json", ANSWER.model_dump(mode="json"))
@@ -125,14 +120,6 @@ def test_the_answer_goes_into_a_workbook(study):
     head, *rows = book["parameters"].iter_rows(values_only=True)
     assert {row[head.index("value")] for row in rows} >= {1.038, 0.421}
     assert any("engine" in str(row) for row in book["words"].iter_rows(values_only=True))
-
-
-def test_what_two_grains_do_is_between_grains(study):
-    effects = pd.DataFrame({"name": ["salt_salt_rolling_friction", "salt_steel_restitution"],
-                            "effect": [18.0, -1.0]})  # fmt: skip
-    screening = {"significant": ["salt_salt_rolling_friction"], "alpha": 0.05}
-    text = decides(effects, screening, ANGLE)
-    assert tells(text, "Rolling friction", "between grains", "+18°")
 
 
 def test_a_name_cannot_leave_the_profilers_script(study):

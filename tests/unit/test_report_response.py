@@ -23,7 +23,6 @@ from calibration.statistics.optimise import solve
 from calibration.statistics.surface import fit_surface
 from calibration.statistics.validate import compare
 from calibration.study.factors import Factor
-from dem.experiments import experiments
 
 
 @pytest.mark.parametrize(
@@ -41,23 +40,6 @@ def test_a_metrics_name_gives_its_unit(metric, axis, value):
     response = figures.response_of(metric)
     assert response.axis == axis
     assert response.value(45.26) == value
-
-
-NO_QUANTITY = {"on", "in", "at", "per", "up", "sd"}
-"""Words of a metric's key that read as one no longer, once its parts are written apart."""
-
-
-def test_every_metric_of_every_experiment_is_named_as_a_quantity():
-    for experiment in experiments().values():
-        names = {m.name: figures.response_of(m.name).name for m in experiment.metrics}
-        assert len(set(names.values())) == len(names)
-        for metric, name in names.items():
-            words = name.split()
-            assert words[-1] not in NO_QUANTITY, metric
-            assert words[0] not in NO_QUANTITY | {"arched", "spilled"}, metric
-            assert "sd" not in words, metric
-            for person in ("Beverloo", "Froude", "Hausner"):
-                assert person.lower() not in words, metric
 
 
 @pytest.mark.parametrize(

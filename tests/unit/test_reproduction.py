@@ -12,13 +12,11 @@ import pytest
 from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDABLE, UNDECIDED
 from calibration.statistics.validate import compare
 from dem.io.files import write_json
-from facts import tells
 from frozen import FROZEN
 from paper.audit.paper import Paper
-from paper.release import pages
 from paper.reproduction import rows as r
 from paper.reproduction.study import Study as Kept
-from paper.reproduction.table import ORDER, PAPER, counts, reproduce, write_reproduction
+from paper.reproduction.table import ORDER, PAPER, counts, reproduce
 
 PLACE = r.Place("Table 13", "t", "angle", "deg")
 
@@ -177,17 +175,6 @@ def test_scatter_earns_no_verdict_and_exactness_is_not_punished():
     assert r.point(PLACE, far, 45.0, None, 1)["agreement"] == r.NOT_COMPARABLE
     # a single run is no verdict
     assert r.point(PLACE, far, 47.0, 0.1, 1)["agreement"] == r.IN_TABLE
-
-
-def test_the_readme_gets_the_rows_that_matter(same):
-    folder, table = same
-    files = (folder / "reproduction" / name for name in ("reproduction.csv", "r.json"))
-    write_reproduction(table, *files)
-    short = pages.filled("readme_table", folder.parent).strip()
-    assert tells(short, "validated angle", "45.26 | 45.55")
-    assert len(short.splitlines()) == 4  # head, and what this study has
-    assert tells(short, "doubled", "0.0", r.NOT_RUN)  # no scaling here
-    assert len(pages.filled("readme_table", FROZEN).strip().splitlines()) == 8  # and six rows
 
 
 @pytest.mark.slow

@@ -37,12 +37,6 @@ def test_the_correction_for_softened_grains_is_welch_s_interval():
     assert page.softening(one).count(of_one) == 2
 
 
-def test_a_value_outside_its_tolerance_is_bold_and_an_unjudged_one_is_not():
-    row = {"quantity": "angle", "value": 3.0, "reference": 1.0, "unit": "deg", "source": "s"}
-    assert "**3 deg**" in "\n".join(page.table_of([row | {"tolerance": 1.0}]))
-    assert "| 3 deg | 1 deg |  |" in "\n".join(page.table_of([row | {"tolerance": None}]))
-
-
 def test_the_engine_stands_once_or_beside_its_topics(monkeypatch):
     one = [{"engine": "ab", "topic": "drag"}]
     both = page.engines_of([*one, {"engine": "cd", "topic": "heaps"}])
