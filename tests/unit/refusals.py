@@ -282,6 +282,10 @@ CASES = {
          "particles.elongation", "bulk_density"),
         ("shares that make too little", "", SIZES.format([1.0, 2.0], [0.5, 0.4]),
          "particles.sizes.fractions", "sum to 1"),
+        ("a table of sizes that is not there", "", "particles: {sizes: {file: none.csv}}",
+         "none.csv", "particles.sizes.file"),
+        ("sizes beside their table", "", "particles: {sizes: {file: x.csv, fractions: [1.0]}}",
+         "particles.sizes.fractions", "particles.sizes.file"),
         ("sizes far apart", "", SIZES.format([0.1, 2.0], [0.5, 0.5]),
          "particles.sizes.diameters_mm", "ratio"),
         ("a funnel that opens downwards", "", "geometry: {funnel_top_diameter_mm: 15}",
@@ -305,6 +309,7 @@ CASES = {
         ("a word", "0,3,9\n", "0,3,nine\n", "line 5", "nine"),
         ("time that goes back", "0,3,9\n", "0,-3,9\n", "-3"),
         ("a curve of two points", "3,8,27\n", "3,8,27\n4,0,1\n4,1,2\n", "4"),
+        ("two curves", TEXTS["curves"][TEXTS["curves"].index("2,0,") :], "", "line 2", "3 curves"),
         ("no unit of time", "x [s]", "x [mm]", "line 1", "mm"),
         ("no mass", "y [g]", "z [g]", "line 1"),
     ],
@@ -460,12 +465,21 @@ HANDED_IN = {
     "less.csv": "Siebweite [mm];Rückstand [g]\n16;0\n8;-5\n4;20\n2;2\n",
     "cumulative.csv": "Siebweite [mm];Rückstand [%]\n16;0\n8;40\n4;80\n2;100\n",
     "open.csv": "Siebweite [mm];Rückstand [%]\n8;50\n4;30\n2;20\n",
+    "high.csv": "rebound [mm];height [mm]\n78;300\n0,3;300\n",
+    "bare.csv": "rebound;height [mm]\n78;300\n79;\n",
+    "twice.csv": "rebound [mm];Rückprallhöhe [mm]\n78;78\n",
+    "walls.csv": "Rückprallhöhe [mm];wall\n78,5;steel\n81;steel\n",
     "same.png": "a picture",
     "other.png": "a picture",
 }
 """Files beside the options."""
 OPTIONS = [
     ("no folder", f"{GRAIN} {ANGLE}", "folder", "dem new FOLDER"),
+    *(
+        (f"a name that would be taken apart, {name}", f"{name} {GRAIN} {ANGLE}", "folder",
+         "allowed")
+        for name in ("a{b}", "a*b", "'it\"s'", "'a;b'", "'a  b'", "'$HOME'", "'a\\b'")
+    ),
     ("a folder that is there", f"taken {GRAIN} {ANGLE}", "taken", "exists"),
     ("a misspelt option", f"w {GRAIN} --lifted-cilinder 26.1 27", "--lifted-cylinder"),
     ("an option that is not there", f"{NEW} --angle 27", "--angle", "--help"),
@@ -553,6 +567,12 @@ OPTIONS = [
     ("a restitution for a rebound", f"{NEW} --drop 0.51 0.52 height=300mm", "no unit", "mm"),
     ("a drop from nowhere", f"{NEW} --drop 78mm 80mm", "height", "300 mm"),
     ("a drop whose rebound is missing", f"{NEW} --drop drops.csv", "drops.csv, line 3", "rebound"),
+    ("a rebound in metres", f"{NEW} --drop high.csv", "line 3", "0.3", "doubtful"),
+    ("rebounds without a unit", f"{NEW} --drop bare.csv", "line 2, column rebound", "78",
+     "no unit"),
+    ("two columns of rebounds", f"{NEW} --drop twice.csv", "twice.csv, line 1", "rebound"),
+    ("a wall beside a column of walls", f"{NEW} --drop walls.csv wall=steel height=300mm",
+     "walls.csv", "wall"),
     ("single drops from two heights", f"{NEW} --drop 78mm height=300mm --drop 52mm height=200mm",
      "78mm", "52mm", "sd"),
     ("a friction for an angle", f"{NEW} --tilted-plane 0.38 0.39", "--tilted-plane 0.38", "rad"),

@@ -8,9 +8,9 @@ import yaml
 
 from calibration.errors import ConfigError
 from calibration.runs.feasibility import check_ahead
-from calibration.runs.plans import plan, run_id
+from calibration.runs.plans import plan
 from calibration.statistics.design import box_behnken, steepest_path
-from calibration.study.config import Config, given, parse_config, section_of
+from calibration.study.config import given, parse_config
 from calibration.study.config.tests import swept_test
 from calibration.study.factors import factor_of, read_factors
 from facts import refused
@@ -29,26 +29,6 @@ def test_bench_tests_that_the_heaps_wait_for_must_be_described(data):
     assert parse_config(data).of_experiment("drop") is None
     with refused(ConfigError, "fixed_from", "bench", "drop", key="tests", value=None):
         parse_config(data | {"fixed_from": "bench"})
-
-
-def defaults(schema):
-    """Every default of a schema that is a number other than a count, a share or a level."""
-    for name, field in schema.model_fields.items():
-        part = section_of(field.annotation)
-        if part:
-            yield from ((f"{name}.{key}", value) for key, value in defaults(part))
-        else:
-            yield name, field.get_default(call_default_factory=True)
-
-
-def test_no_value_of_the_salt_and_none_of_its_files_is_a_default(data):
-    """The words and numbers of the salt's own configuration, but for those of procedure."""
-    found = dict(defaults(Config))
-    measured = {35.82, 20.5, 0.845, 0.084, 0.04, 0.85, "salt"}
-    for key, value in found.items():
-        items = value if isinstance(value, list) else [value]
-        assert not measured & {v for v in items if isinstance(v, str | float)}, key
-        assert not any("salt" in v or "/" in v for v in items if isinstance(v, str)), key
 
 
 def test_a_stage_without_its_section_names_stage_and_key(monkeypatch):
@@ -83,23 +63,6 @@ def test_equal_points_share_a_run_and_replicates_do_not(data):
     path = steepest_path(chosen, centre, {f.name: 0.0 for f in chosen}, 1)
     shared, _ = plan(path, table, config, config.experiment, config.own_run)
     assert shared["run_id"][0] in set(planned["run_id"])
-
-
-def test_moving_one_point_changes_one_run(data):
-    config, table = parse_config(data), read_factors("config/factors.tsv")
-    chosen = [f for f in table if f.code in "CEG"]
-    before, _ = plan(box_behnken(chosen), table, config, config.experiment, config.own_run)
-    moved = box_behnken(chosen)
-    moved.loc[0, chosen[0].name] += 0.01
-    after, _ = plan(moved, table, config, config.experiment, config.own_run)
-    assert (before["run_id"] != after["run_id"]).sum() == 1
-
-
-def test_what_a_run_writes_does_not_rename_it(data):
-    config = parse_config(data)
-    spec = {**config.own_run, "experiment": "heap", "seed": 1}
-    assert run_id(spec) == run_id(spec | {"output": {"frame_interval_s": 0.1}})
-    assert run_id(spec) != run_id(spec | {"seed": 2})
 
 
 def test_a_number_of_the_material_that_nothing_gives_is_refused_before_any_run(data):

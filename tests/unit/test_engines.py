@@ -6,7 +6,6 @@ import re
 import shutil
 import sys
 import textwrap
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -15,10 +14,9 @@ import pytest
 
 from calibration import digests, engines
 from calibration.engines.mesh import write_mesh
-from calibration.engines.program import prime_seed, read_dump, stated_version
+from calibration.engines.program import prime_seed, stated_version
 from calibration.engines.rig import Drop, Pour
 from calibration.engines.rigs import discharge as silo_of_other_codes
-from calibration.engines.rigs import experiments_of
 from calibration.intake.started_code import permit
 from calibration.runs.plans import run_id
 from calibration.runs.store import RunStore
@@ -186,15 +184,6 @@ def test_a_program_asked_for_its_version_leaves_no_file_where_one_works(tmp_path
     logging = "from pathlib import Path; Path('log').touch(); print('Version 3 8')"
     assert stated_version([sys.executable, "-c", logging], r"Version (\S+)") == "3"
     assert not list(tmp_path.iterdir())
-
-
-def test_a_dump_with_numbers_that_are_none_is_refused(tmp_path):
-    path = tmp_path / "end.dump"
-    path.write_text("ITEM: TIMESTEP\n1\nITEM: ATOMS id x\n2 0.5\n1 nan\n")
-    with refused(engines.EngineError, "end.dump", "finite"):
-        read_dump(path)
-    path.write_text("ITEM: TIMESTEP\n1\nITEM: ATOMS id x\n2 0.5\n1 0.25\n")
-    assert list(read_dump(path)["x"]) == [0.25, 0.5]
 
 
 def test_seeds_are_primes_that_differ_and_fit_in_32_bits():
@@ -438,12 +427,6 @@ def test_a_changed_deck_is_another_run(tmp_path):
     assert digest(folder) == before
     file.write_text(file.read_text() + "\nMORE = 1\n")
     assert digest(folder) != before
-
-
-def test_a_code_without_a_lid_has_no_shear_cell():
-    dialect = importlib.import_module("calibration.engines.lammps").DIALECT
-    assert set(experiments_of(dialect)) == {"discharge", "lifted_cylinder", "shear"}
-    assert set(experiments_of(replace(dialect, load=None))) == {"discharge", "lifted_cylinder"}
 
 
 def test_an_experiment_that_a_code_has_no_rig_for_is_refused_by_name():

@@ -1,4 +1,4 @@
-"""Four users' first commands begin their studies, and each can be run: its planning without the
+"""Users' first commands begin their studies, and each can be run: its planning without the
 pilot."""
 
 import math
@@ -36,17 +36,13 @@ COMMANDS = {
     "--tilted-plane 21 sd=1 wall=steel",
     "lime":
     "lime --from lime.csv",
-    "gravel":
-    "gravel --lifted-cylinder 36 37 38 cylinder=150mm depth=150mm --density 2650kg/m3 "
-    "--sieve sieve.csv --bulk-density 1500kg/m3 1520kg/m3",
     "pellet":
     'pellet --measured "heap 1.png" "heap 2.png" "heap 3.png" --density 0.92g/cm3 --grain '
     "3.8mm --material PP --orifice 40mm --plate 150mm --height 70mm --rim 4mm "
     "--bulk-density 0.56g/cm3 0.57g/cm3",
 }  # fmt: skip
-"""Study -> what follows `dem new`: four users' measurements."""
+"""Study -> what follows `dem new`: three users' measurements."""
 
-SIEVE = "Siebweite [mm];Rückstand [g]\n16;0\n8;410,5\n4;380,2\n2;209\n"
 
 TABLE = (
     ("grain", "density=2.7 g/cm3 diameter=50 µm moisture=moist"),
@@ -82,7 +78,6 @@ def draw_heap(path, angle):
 def here(tmp_path, monkeypatch):
     """An empty folder with the users' files in it."""
     monkeypatch.chdir(tmp_path)
-    Path("sieve.csv").write_text(SIEVE)
     for name, angle in HEAPS.items():
         draw_heap(name, angle)
     return tmp_path
@@ -104,16 +99,6 @@ def begun(name):
     config = parse_config(yaml.safe_load(path.read_text()), files=[path])
     check_ahead(config)
     return config
-
-
-@pytest.mark.slow
-def test_gravel(here):
-    sizes = begun("gravel").own_run["particles"]["sizes"]
-    # by hand: 410.5, 380.2 and 209 of 999.7 g, between 16, 8, 4 and 2 mm
-    found = sorted(zip(sizes["diameters_mm"], sizes["fractions"], strict=True))
-    middle = [math.sqrt(2 * 4), math.sqrt(4 * 8), math.sqrt(8 * 16)]
-    assert [d for d, _ in found] == pytest.approx(middle, abs=1e-3)
-    assert [s for _, s in found] == pytest.approx([0.20906, 0.38031, 0.41062], abs=1e-5)
 
 
 @pytest.mark.slow

@@ -140,15 +140,6 @@ def test_workbooks_as_people_have_them(tmp_path):
         read_table(book(tmp_path / "d.xlsx", [["Nr", "Winkel in grad"], [1, 2]]))
 
 
-def test_a_title_above_a_text_table_is_left_out_and_no_reading_is(tmp_path):
-    path = tmp_path / "a.csv"
-    path.write_text("Weizen, 12 % feucht\nNr;Winkel / Grad\n1;26,1\n2;27,4\n")
-    assert measured_angles([str(path)]) == [26.1, 27.4]
-    path.write_text("angle\n26.1\nn/a\n27.4\n")
-    with refused(CalibrationError, "line 3", "angle"):
-        measured_angles([str(path)])
-
-
 def test_a_sheet_is_named_where_there_are_several(tmp_path, capsys):
     path = book(tmp_path / "a.xlsx", [["Tag"], ["Montag"]], TITLED)
     with refused(ConfigError, "--sheet", value="sheet 0, sheet 1"):
@@ -171,9 +162,3 @@ def test_sieve_tables_have_german_and_french_headings(tmp_path):
     path.write_text("Maschenweite;Siebdurchgang [%]\n1;0\n2;40\n4;100\n")
     with refused(ConfigError, "Maschenweite", "mm", line=1):
         sieve_curve(path)
-
-
-def test_a_decimal_comma_is_one_rule_for_options_too():
-    assert measured_angles(["26,1", "27,4;", "28"]) == [26.1, 27.4, 28.0]
-    with refused(CalibrationError, "26.125", "26125"):
-        measured_angles(["26,125", "27,4"])

@@ -101,6 +101,7 @@ def test_every_fault_is_told_at_once_by_its_line(here, capsys):
         ("bulk-density", "density", 765),
         ("drop", "rebound", "78 kg"), ("drop", "height", 300), ("drop", "wall", "gold"),
         ("drop", "hight", 300), ("penetrometer", "depth", 3),
+        ("tilted-plane", "angle", "26. Jan"), ("tilted-plane", "angle", "2026-01-26"),
     ], "w.csv")  # fmt: skip
     assert main(["new", "x", "--from", "w.csv"]) == 2
     said = capsys.readouterr().err
@@ -114,6 +115,8 @@ def test_every_fault_is_told_at_once_by_its_line(here, capsys):
         ("w.csv, line 11", "steel"),
         ("w.csv, line 12", "did you mean height"),
         ("w.csv, line 13", "penetrometer"),
+        ("w.csv, line 14", "known unit"),
+        ("w.csv, line 15", "26.1"),
     ):
         assert any(place in line and words in line for line in said.splitlines()), (place, said)
     assert not Path("x").exists()
@@ -136,29 +139,6 @@ def test_decimal_commas_stand_beside_the_words_of_an_empty_table(here):
     assert config["run"]["materials"]["particle"]["density_kg_m3"] == 1320
     assert config["tests"]["cylinder"]["run"]["geometry"]["cylinder_diameter_mm"] == 60.5
     assert pd.read_csv("x/measured.csv")["value"].tolist() == [26.1, 27.4]
-
-
-GRAIN = [("grain", "density", 1320), ("grain", "diameter", 4)]
-
-
-@pytest.mark.parametrize(
-    ("answers", "facts"),
-    [
-        ([("lifted-cylinder", "angle", "26. Jan"), ("lifted-cylinder", "angle", 27)],
-         ["Jan", "known unit"]),
-        ([("lifted-cylinder", "angle", "2026-01-26"), ("lifted-cylinder", "angle", 27)],
-         ["line 4", "2026-01-26", "26.1"]),
-        ([("lifted-cylinder", "angle", "#DIV/0!"), ("lifted-cylinder", "angle", 27)],
-         ["line 4", "#DIV/0!", "number in deg"]),
-        ([("lifted-cylinder", "angle", "26;27"), ("drop", "rebound", "0.51;0.52"),
-          ("drop", "height", 300)], ["line 5", "78 mm"]),
-    ],
-)  # fmt: skip
-def test_a_table_is_refused_by_its_line(here, capsys, answers, facts):
-    filled([*GRAIN, *answers], "w.csv")
-    assert main(["new", "x", "--from", "w.csv"]) == 2
-    assert tells(capsys.readouterr().err, *facts)
-    assert not Path("x").exists()
 
 
 def test_another_unit_counts(here):

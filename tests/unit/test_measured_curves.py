@@ -70,15 +70,6 @@ def test_angles_over_speed_are_read_at_the_speeds_that_are_simulated(tmp_path):
         read_curves(tmp_path / "c.csv", "angle over speed", (36.0, 200.0))
 
 
-def test_too_few_curves_are_refused_by_line(tmp_path):
-    time = np.linspace(0.0, 4.0, 41)
-    curve_table(tmp_path / "few.csv", [(time, time)] * 2)
-    with refused(
-        ConfigError, path="few.csv", line=2, column="curve", allowed="at least 3 curves of one test"
-    ):
-        read_curves(tmp_path / "few.csv", "mass over time")
-
-
 def test_a_discharge_that_takes_no_time_is_refused_without_a_warning(tmp_path):
     """All of the mass has left at the time 0; a warning of numpy would fail this test."""
     time = np.concatenate([[0.0], np.arange(9.0)])

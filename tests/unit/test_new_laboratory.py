@@ -383,21 +383,6 @@ def test_length_and_width_make_a_spheroid(here, capsys):
     assert own == pytest.approx(np.mean(volumes) ** (1 / 3), abs=1e-3)
 
 
-def test_what_a_narrow_rig_does_is_told_as_the_kept_runs_have_it(here, capsys):
-    """Means of each rig and of one half as wide again; of the silo's points one arched."""
-    kept = pd.read_csv(Path(__file__).parents[2] / "results/reference/vessels/rigs.csv")
-    means = kept.groupby(["rig", "point", "wider"])["value"].mean().unstack()
-    more = 100.0 * (means[1.5] / means[1.0] - 1.0)
-    silo = "--discharge 900g/s 905g/s orifice=60mm".split()
-    begun("wheat", [*WHEAT, *silo, "--shear-cell", "1.9kPa", "2kPa", "load=2kPa"])
-    said = capsys.readouterr().out.splitlines()
-    assert any(tells(line, "silo", f"{more['silo', 'p2']:.0f} % more") for line in said)
-    less = " and ".join(f"{-more['shear', p]:.0f}" for p in ("p1", "p2"))
-    assert any(tells(line, "ring", f"{less} % less") for line in said)
-    begun("oats", [*WHEAT, *silo, "silo=150mm"])  # as narrow as the rig
-    assert not any("half as wide" in line for line in capsys.readouterr().out.splitlines())
-
-
 def test_a_time_of_a_mass_is_a_flow(here):
     timed = "--discharge time=1.0s time=1.1s mass=1kg orifice=60mm".split()
     config = begun("wheat", [*WHEAT, *timed])

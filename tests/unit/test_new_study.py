@@ -16,7 +16,7 @@ from calibration.study.config import parse_config
 from calibration.study.config.joint import joint_targets
 from calibration.study.factors import Factor, read_factors
 from calibration.study.new.heap import Heap
-from calibration.study.new.pilot import Trial, advice, beyond, coarse, corners, one_run, shrunk
+from calibration.study.new.pilot import Trial, beyond, corners, one_run, shrunk
 from calibration.study.new.ranges import WIDE, factors_of, materials
 from calibration.study.new.sizes import mean_diameter, sieve_curve
 from calibration.study.new.study import study_name
@@ -160,20 +160,6 @@ def test_what_passes_each_sieve_makes_classes_between_them(tmp_path):
         sieve_curve(path)
 
 
-def test_a_material_is_known_however_it_is_written():
-    assert factors_of("Soybean") == factors_of("soybean")
-    assert factors_of("hdpe") == factors_of("HDPE")
-
-
-@pytest.mark.parametrize(
-    "name", ["a\nb", "a{b}", "a*b", "it's", 'a"b', "a;b", "a  b", "$HOME", "a\\b"]
-)
-def test_a_name_that_would_be_taken_apart_is_refused_at_once(here, name, capsys):
-    assert main(["new", name, *ANGLES, *RIG]) == 2
-    assert tells(capsys.readouterr().err, "folder", "allowed")
-    assert not list(here.iterdir())
-
-
 @pytest.mark.parametrize("name", ["peas", "Weizen Prüfung 1", "x-1.2", "Éte", "小麦"])
 def test_every_other_name_makes_a_study(name):
     assert study_name(name).replace("_", "").replace("-", "").isalnum()
@@ -309,15 +295,6 @@ def test_a_new_study_runs_without_a_warning_of_the_engine_in_all_profiles(here):
         assert not [s for s in said if s.startswith("warning")]
 
 
-def test_the_pilot_proposes_what_its_faults_ask_for():
-    points = np.zeros((8, 1))
-    assert any("rim" in s for s in advice(trials(points, [False] * 4 + [True] * 4), 30.0))
-    stand, _ = advice(trials(points, [True] * 8), 30.0)
-    assert tells(stand, "8 of 8")
-    clogged = [Trial((0.5,), {ANGLE: 30.0}, "clogged: 9 grains left in the funnel", 1.0)]
-    assert any("wider orifice" in s for s in advice(clogged, 30.0))
-
-
 def poured(monkeypatch, metrics_of):
     """Runs of `metrics_of(spec)` in place of the engine's; returns the specs that were run."""
     seen = []
@@ -390,14 +367,6 @@ def test_a_heap_that_trembles_gets_time_and_then_shorter_steps(here, monkeypatch
     assert (numerics["max_time_s"], numerics["rayleigh_fraction"]) == (24.0, 0.16)
     assert tells(capsys.readouterr().out, "heap", "rayleigh_fraction", "0.16", "rest")
     assert tells((here / "peas/README.md").read_text(), "max_time_s", "24", "rest")
-
-
-def test_coarse_heaps_have_the_same_volume_and_pass_the_orifice():
-    run = {"particles": {"count": 10_000, "diameter_mm": 2.0},
-           "geometry": {"orifice_diameter_mm": 20.0, "generation_rate_per_s": 10_000}}  # fmt: skip
-    found = coarse(run)
-    assert found["particles"] == {"count": 1250, "diameter_mm": 4.0}
-    assert found["geometry"]["generation_rate_per_s"] == 1250
 
 
 def test_a_pilot_that_is_ended_ends(here, monkeypatch):

@@ -1,6 +1,5 @@
 """Readings of a laboratory's tests in tables that the options of `dem new` name."""
 
-import math
 from pathlib import Path
 
 import openpyxl
@@ -11,7 +10,6 @@ import yaml
 from calibration.interface.commands import main
 from calibration.study.config import parse_config
 from calibration.study.config.joint import joint_targets, read_joint_target
-from calibration.study.new.sizes import sieve_curve
 from facts import tells
 
 GRAINS = "--density 2.7g/cm3 --grain 2mm --bulk-density 1500kg/m3 1510kg/m3".split()
@@ -68,37 +66,6 @@ def test_what_dem_shear_writes_is_read_and_so_is_a_sheet(here):
     assert targets()["shear_6_kPa", "shear_stress_kPa"].mean[0] == pytest.approx(4.8)
 
 
-@pytest.mark.parametrize(
-    ("text", "facts"),
-    [
-        (
-            "rebound [mm];height [mm]\n78;300\nhigh;300\n",
-            ["drops.csv", "line 3", "rebound", "high"],
-        ),
-        ("rebound [mm];height [mm]\n78;300\n;300\n", ["drops.csv", "line 3", "rebound"]),
-        ("rebound [mm];height [mm]\n78;300\n0,3;300\n", ["line 3", "0.3", "doubtful"]),
-        (
-            "rebound [mm];height [mm]\n7,8;3\n78;300\n",
-            ["line 2", "7.8", "rebound"],
-        ),  # alone at its height
-        ("bounce;height [mm]\n78;300\n", ["drops.csv", "line 1", "rebound"]),
-        ("rebound [mm];Rückprallhöhe [mm]\n78;78\n", ["drops.csv", "line 1", "rebound"]),
-        ("rebound [mm];height [mm]\n", ["drops.csv"]),
-        ("rebound;height [mm]\n78;300\n79;\n", ["line 2, column rebound", "78", "no unit"]),
-    ],
-)
-def test_a_fault_of_a_table_has_its_line(here, capsys, text, facts):
-    Path("drops.csv").write_text(text)
-    assert new("--drop", "drops.csv") == 2
-    assert tells(capsys.readouterr().err, *facts)
-    assert not Path("study").exists()
-
-
-def test_a_word_that_a_table_has_a_column_for_is_refused(here, capsys):
-    assert new("--drop", "drops.csv", "wall=steel", "height=300mm") == 2
-    assert tells(capsys.readouterr().err, "wall", "line 3")
-
-
 RIG = "--density 1.32g/cm3 --grain 4mm --orifice 25mm --plate 100mm --height 75mm --no-pilot"
 
 
@@ -123,13 +90,3 @@ def test_a_text_cell_that_may_be_a_thousand_is_asked_about(here, capsys):
     of_german_cells("26,125", "28,4")
     assert main(["new", "w", "--measured", "angles.xlsx", *RIG.split()]) == 2
     assert tells(capsys.readouterr().err, "angles.xlsx, line 3", "26.125", "26125")
-
-
-def test_a_sieve_table_in_a_workbook_may_have_them_too(here):
-    book = openpyxl.Workbook()
-    for row in (["Siebweite in mm", "Durchgang in %"], ["8", "100"], ["4", "50,5"], ["2,5", "0"]):
-        book.active.append(row)
-    book.save("sieve.xlsx")
-    sizes = sieve_curve("sieve.xlsx")
-    assert sizes["fractions"] == pytest.approx([0.505, 0.495])
-    assert sizes["diameters_mm"] == pytest.approx([math.sqrt(2.5 * 4), math.sqrt(4 * 8)], rel=1e-4)

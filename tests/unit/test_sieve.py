@@ -5,11 +5,9 @@ import numpy as np
 import openpyxl
 import pytest
 
-from dem.errors import InputError, SpecError
 from dem.grains.sizes import draw_radii, grain_volume, mean_radius
 from dem.io.sieve import read_sizes
 from dem.spec import content_hash, parse_spec
-from facts import refused
 
 CURVE = "diameter_mm,passing_percent\n0.5,0\n1,20\n2,70\n5,100\n"
 SIEVES, PASSING = np.array([0.5, 1.0, 2.0, 5.0]), np.array([0.0, 0.2, 0.7, 1.0])
@@ -50,19 +48,6 @@ def test_single_sizes_are_as_the_lists_would_give_them(tmp_path):
     path.write_text("diameter_mm,fraction\n1,0.25\n2,0.75\n")
     assert spec(path).particles.sizes.diameters_mm == [1.0, 2.0]
     assert spec(path).particles.sizes.fractions == [0.25, 0.75]
-
-
-def test_a_missing_table_and_lists_beside_one_are_refused(tmp_path):
-    with refused(InputError, path="none.csv", key="particles.sizes.file"):
-        spec(tmp_path / "none.csv")
-    sizes = {"file": "x.csv", "fractions": [1.0]}
-    with refused(
-        SpecError,
-        key="particles.sizes.fractions",
-        value=[1.0],
-        allowed="nothing beside particles.sizes.file",
-    ):
-        parse_spec({"experiment": "heap", "particles": {"sizes": sizes}})
 
 
 def test_a_sieve_curve_is_read_from_a_workbook(tmp_path):

@@ -5,10 +5,8 @@ import math
 
 import pytest
 
-from dem.errors import SpecError
 from dem.spec import parse_spec
-from dem.units import UnitError, converted, has_unit, in_unit, question, unit_of
-from facts import refused
+from dem.units import UnitError, has_unit, in_unit, question, unit_of
 
 
 @pytest.mark.parametrize(
@@ -66,31 +64,6 @@ def test_a_spec_takes_units_at_any_depth():
     assert spec.materials.particle.density_kg_m3 == 1350.0
     assert spec.materials.particle.shear_modulus_Pa == 3e6
     assert spec.particles.sizes.diameters_mm == [3.0, 4.0]
-
-
-def test_a_unit_of_another_kind_names_the_key():
-    with refused(SpecError, key="particles.diameter_mm", value="2 kg"):
-        parse_spec({"experiment": "heap", "particles": {"diameter_mm": "2 kg"}})
-    with pytest.raises(UnitError) as error:
-        converted({"run": {"geometry": {"orifice_diameter_mm": "2 pint glass"}}})
-    assert error.value.key == "run.geometry.orifice_diameter_mm"
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "words"),
-    [
-        ("run.materials.particle.density_kg_m3", 1.35, "1.35 g/cm³ (1350 kg/m³)"),
-        ("run.materials.particle.shear_modulus_Pa", 10, "10 MPa"),
-        ("run.particles.diameter_mm", 0.0038, "0.0038 m (3.8 mm)"),
-        ("run.particles.sizes.diameters_mm", 0.002, "0.002 m (2 mm)"),
-        ("angle_of_repose_deg", 0.48, "0.48 rad (27.5 °)"),
-        ("angle_of_repose_deg", 275, "27.5 °"),
-        ("geometry.orifice_diameter_mm", 0.02, "0.02 m (20 mm)"),
-        ("rebound_height_mm", 0.0205, "0.0205 m (20.5 mm)"),
-    ],
-)
-def test_a_slip_of_the_unit_is_asked_about(key, value, words):
-    assert f"did you mean {words}" in question(key, value) or words in question(key, value)
 
 
 @pytest.mark.parametrize(
