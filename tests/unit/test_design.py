@@ -8,13 +8,8 @@ import pandas as pd
 import pytest
 
 from calibration.errors import CalibrationError
-from calibration.statistics.design import (
-    box_behnken,
-    path_from_effects,
-    plackett_burman,
-    read_two_level,
-    steepest_path,
-)
+from calibration.statistics.design import box_behnken, path_from_effects, steepest_path
+from calibration.statistics.screening_design import plackett_burman, read_two_level
 from calibration.statistics.surface import model_matrix, quadratic_terms
 from calibration.study.factors import Factor, read_factors
 from facts import refused

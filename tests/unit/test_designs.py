@@ -14,13 +14,24 @@ from calibration.chain.study import Study
 from calibration.errors import CalibrationError
 from calibration.figures import ANGLE
 from calibration.stages.screening import plan_screening, screening, sentences
-from calibration.statistics.composite import augmented, central_composite, region_design
-from calibration.statistics.definitive import ORDERS, conference_matrix, definitive_screening
-from calibration.statistics.design import box_behnken
+from calibration.statistics.design import (
+    augmented,
+    box_behnken,
+    central_composite,
+    region_design,
+)
+from calibration.statistics.screening_design import (
+    ORDERS,
+    alias_groups,
+    conference_matrix,
+    definitive_screening,
+    foldover,
+    resolution_iv,
+    screening_design,
+)
 from calibration.statistics.surface import model_matrix, quadratic_terms
-from calibration.statistics.two_level import alias_groups, foldover, resolution_iv
 from calibration.study.config import parse_config
-from calibration.study.config.schema import SurfaceConfig
+from calibration.study.config.schema import ScreeningConfig, SurfaceConfig
 from calibration.study.factors import Factor
 from facts import refused, tells
 from stage_files import PlanFiles
@@ -192,7 +203,6 @@ def test_a_study_may_add_runs_to_the_design():
 
 
 def test_what_no_design_takes_is_said():
-    for make in (resolution_iv, definitive_screening):
-        for k in (0, 24):
-            with refused(CalibrationError, "1 to 23", str(k)):
-                make([Factor(f"c{i}", f"f{i}", f"k{i}", 0, 1) for i in range(k)])
+    for k in (0, 24):
+        with refused(CalibrationError, "1 to 23", str(k)):
+            screening_design(factors(k), ScreeningConfig())

@@ -17,7 +17,6 @@ from calibration.statistics.equivalence import (
     rms_interval,
     together,
     verdict,
-    welch,
 )
 from calibration.statistics.validate import compare
 from facts import refused
@@ -44,13 +43,14 @@ def test_the_example_of_lakens():
     assert (found.difference - margin) / se == pytest.approx(-2.69, abs=0.005)
     assert limits(0.03, se, 182) == pytest.approx((-0.188, 0.248), abs=0.0005)
     assert verdict(*limits(0.03, se, 182), 0.384) == EQUIVALENT
-    assert welch(0.95, 95, 0.83, 89) == pytest.approx((se, 182), rel=0.006)
+    own, other = Error(0.95 / np.sqrt(95), 94), Error(0.83 / np.sqrt(89), 88)
+    assert own.beside(other) == pytest.approx((se, 182), rel=0.006)
 
 
 def test_what_is_exact_is_judged_by_its_size():
     assert verdict(*limits(-0.07, 0.0, 1), 1.0) == EQUIVALENT
     assert verdict(*limits(1.07, 0.0, 1), 1.0) == DIFFERENT
-    assert welch(0.0, 2, 0.0, 5) == (0.0, np.inf)
+    assert Error(0.0, 1).beside(Error(0.0, 4)) == (0.0, np.inf)
 
 
 def test_wrong_verdicts_are_as_rare_as_stated():

@@ -13,10 +13,9 @@ import pandas as pd
 import pyDOE3
 import pytest
 
-from calibration.statistics.design import plackett_burman
 from calibration.statistics.screening import screen
+from calibration.statistics.screening_design import foldover, plackett_burman
 from calibration.statistics.surface import fit_surface, quadratic_terms
-from calibration.statistics.two_level import foldover
 from calibration.study.factors import Factor
 
 

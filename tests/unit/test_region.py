@@ -14,9 +14,9 @@ from calibration.chain.study import Study
 from calibration.runs import progress
 from calibration.stages.optimum import _moved, plan_candidate, plan_candidate_first
 from calibration.statistics import surface as surfaces
-from calibration.statistics.composite import central_composite, surface_design
-from calibration.statistics.design import box_behnken
+from calibration.statistics.design import box_behnken, central_composite, surface_design
 from calibration.statistics.screening import PURE_ERROR, interactions, screen
+from calibration.statistics.screening_design import resolution_iv
 from calibration.statistics.surface import (
     fit_surface,
     model_matrix,
@@ -26,7 +26,6 @@ from calibration.statistics.surface import (
     quadratic_terms,
     reduced_surface,
 )
-from calibration.statistics.two_level import resolution_iv
 from calibration.study import stage as declared
 from calibration.study.config import parse_config
 from calibration.study.factors import Factor, read_factors

@@ -7,8 +7,9 @@ import statsmodels.formula.api as smf
 from statsmodels.stats.outliers_influence import OLSInfluence
 
 from calibration.errors import RankDeficientError
-from calibration.statistics.design import box_behnken, plackett_burman
+from calibration.statistics.design import box_behnken
 from calibration.statistics.screening import screen, significant
+from calibration.statistics.screening_design import plackett_burman
 from calibration.statistics.surface import fit_surface
 from calibration.study.factors import Factor
 

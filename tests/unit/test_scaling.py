@@ -10,7 +10,6 @@ from calibration.statistics.dimensions import (
     PAPER_RULE,
     OverdeterminedError,
     UnderdeterminedError,
-    damping_ratio_exponent,
     exponent,
     exponents,
     factors,
@@ -88,12 +87,7 @@ def test_what_the_gravity_rule_breaks_when_materials_or_rig_are_kept():
 
 
 def test_restitution_does_not_follow_the_radius():
-    rule = PAPER_RULE.held
-    assert exponent("damping_coefficient", rule) == 2
-    assert (
-        damping_ratio_exponent(
-            exponent("stiffness", rule), exponent("damping_coefficient", rule), 3
-        )
-        == 0
-    )
-    assert damping_ratio_exponent(1, 1, 3) == -1
+    """That of a linear contact goes with c / (2 sqrt(k m)) alone."""
+    c, k, m = (exponent(q, PAPER_RULE.held) for q in ("damping_coefficient", "stiffness", "mass"))
+    assert c == 2
+    assert c - (k + m) / 2 == 0

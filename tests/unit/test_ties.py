@@ -6,8 +6,7 @@ import pandas as pd
 import pytest
 
 from calibration.chain.joint.analysis import middle
-from calibration.statistics.composite import augmented
-from calibration.statistics.design import box_behnken
+from calibration.statistics.design import augmented, box_behnken
 from calibration.statistics.screening import screen, significant
 from calibration.statistics.ties import first_largest, first_least, largest_first
 from calibration.study.factors import Factor

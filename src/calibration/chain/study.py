@@ -16,14 +16,13 @@ import numpy as np
 from calibration.errors import CalibrationError
 from calibration.files import read_json
 from calibration.intake.tables import read_written
-from calibration.study.config import Config, goals, is_measured, read_target
+from calibration.study.config import Config, is_measured, read_target
 from calibration.study.config.schema import VIEWS
 from calibration.study.factors import read_factors
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from calibration.statistics.goals import Goal
     from calibration.statistics.stated import Stated
     from calibration.study.config.schema import Target
     from calibration.study.factors import Choice, Factor
@@ -122,10 +121,6 @@ class Study(Results):
     def is_measured(self, target: Target) -> bool:
         """Whether the table of measurements holds a target's quantity. Raises ConfigError."""
         return is_measured(self.config, target)
-
-    def goals(self) -> list[Goal]:
-        """What is asked of each target, see `goals` of the configuration. Raises ConfigError."""
-        return goals(self.config)
 
     def bench_levels(self) -> dict[str, float]:
         """{factor: level} that the bench tests found, where the study takes its levels from

@@ -18,7 +18,7 @@ from calibration.figures import pairs_of, plane
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
-from calibration.statistics.composite import region_design
+from calibration.statistics.design import region_design
 from calibration.statistics.goals import overall_desirability
 from calibration.statistics.optimise import compromise, pareto_front, solve
 from calibration.statistics.replication import mean_interval, runs_needed

@@ -18,7 +18,7 @@ from calibration.figures import label_3d, pairs_of, plane
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import plan, write_plan
-from calibration.statistics.composite import region_design
+from calibration.statistics.design import region_design
 from calibration.statistics.numbers import fixed
 from calibration.statistics.surface import (
     fit_surface,

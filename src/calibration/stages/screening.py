@@ -32,8 +32,7 @@ from calibration.statistics.screening import (
     tells_apart,
     why,
 )
-from calibration.statistics.screening_design import screening_design
-from calibration.statistics.two_level import alias_groups
+from calibration.statistics.screening_design import alias_groups, screening_design
 from calibration.study.factors import Choice, read_factors
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json

@@ -6,98 +6,25 @@ with the natural level.
 
 from collections.abc import Mapping, Sequence
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import scipy
 
-from calibration.errors import CalibrationError, ConfigError, RankDeficientError
-from calibration.intake.tables import read_table
-from calibration.statistics.anova import check_rank
+from calibration.errors import CalibrationError
 from calibration.statistics.factor import CodedFactor
+from calibration.statistics.surface import model_matrix, quadratic_terms
+from calibration.statistics.ties import first_largest
 
-MIN_SCREENING, MAX_SCREENING = 2, 23
+STARTS, EXCHANGES = 10, 50
+"""Of the search for runs that are added to a design."""
 TRIPLES = {
     6: ("124", "235", "346", "145", "256", "136"),
     7: ("456", "167", "257", "124", "347", "135", "236"),
 }
 """Factors that leave the centre together (Box and Behnken 1960, Technometrics 2:455). pyDOE3 pairs
 them instead and takes 60 and 84 runs; the published designs take 48 and 56."""
-
-
-def plackett_burman(
-    factors: Sequence[CodedFactor], replicates: int = 1, runs: int | None = None
-) -> pd.DataFrame:
-    """Plackett-Burman screening design for 2 to 23 factors.
-
-    runs: a multiple of four above the number of factors; unless given, twelve, or the smallest that
-    takes the factors. Columns that no factor uses leave degrees of freedom for the residual. Raises
-    CalibrationError when the library's matrix is not a balanced, orthogonal two-level design.
-    """
-    k = len(factors)
-    if not MIN_SCREENING <= k <= MAX_SCREENING:
-        raise CalibrationError(
-            f"screening takes {MIN_SCREENING} to {MAX_SCREENING} factors, not {k}"
-        )
-    runs = runs or max(12, 4 * (k // 4 + 1))
-    if runs % 4 or not k < runs <= MAX_SCREENING + 1:
-        raise CalibrationError(f"{runs} runs do not make a Plackett-Burman design for {k} factors")
-    import pyDOE3  # it loads a library in half a second
-
-    matrix = np.asarray(pyDOE3.pbdesign(runs - 1), float)[:, :k]
-    orthogonal = np.array_equal(matrix.T @ matrix, runs * np.eye(k))
-    if (
-        matrix.shape != (runs, k)
-        or not np.isin(matrix, (-1, 1)).all()
-        or matrix.sum(0).any()
-        or not orthogonal
-    ):
-        raise CalibrationError(
-            f"the Plackett-Burman matrix of {runs} runs is not orthogonal and balanced"
-        )
-    return tabulate(matrix, factors, replicates)
-
-
-def read_two_level(
-    path: str | Path, factors: Sequence[CodedFactor], replicates: int = 1
-) -> pd.DataFrame:
-    """Two-level design from a CSV with one column of -1 and +1 a factor code, balanced or not.
-
-    Raises ConfigError naming file, column and run, and where the runs cannot tell factors apart.
-    """
-    table = read_table(path)
-    codes = [f.code for f in factors]
-    missing = [c for c in codes if c not in table.header]
-    if missing:
-        raise ConfigError(
-            f"lacks the columns {', '.join(missing)}", path=path, allowed=", ".join(codes)
-        )
-    matrix = np.array([[_level(table, k, code) for code in codes] for k in range(len(table.rows))])
-    if len(matrix) == 0:
-        raise ConfigError("has no runs", path=path)
-    try:
-        check_rank(np.column_stack([np.ones(len(matrix)), matrix]), ["the mean", *codes])
-    except RankDeficientError as error:
-        raise ConfigError(str(error), path=path) from None
-    return tabulate(matrix, factors, replicates)
-
-
-def _level(table, k, code):
-    """Coded level of run k, from 0. Raises ConfigError naming line, column and run."""
-    line, row = table.rows[k]
-    try:
-        return {-1.0: -1.0, 1.0: 1.0}[float(row[code])]
-    except (ValueError, KeyError):
-        raise ConfigError(
-            f"run {k + 1} has no level of a two-level design",
-            path=table.path,
-            line=line,
-            column=code,
-            value=row[code],
-            allowed="-1 and 1",
-        ) from None
 
 
 def box_behnken(
@@ -132,6 +59,84 @@ def _from_blocks(blocks, k, centre_runs):
             row[[int(c) - 1 for c in block]] = signs
             rows.append(row)
     return np.vstack([rows, np.zeros((centre_runs, k))])
+
+
+def surface_design(
+    factors: Sequence[CodedFactor], centre_runs: int = 5, replicates: int = 1
+) -> pd.DataFrame:
+    """Box-Behnken for 3 to 7 factors, a face-centred composite design for fewer. Raises
+    CalibrationError for more."""
+    if len(factors) < 3:
+        return central_composite(factors, centre_runs, replicates)
+    return box_behnken(factors, centre_runs, replicates)
+
+
+def region_design(factors: Sequence[CodedFactor], rules: Any) -> pd.DataFrame:
+    """The design table that `rules` ask for: the configuration's section `response_surface`.
+
+    The design is that of `surface_design`; `added_runs` are appended. Raises CalibrationError as
+    the designs do.
+    """
+    design = surface_design(factors, rules.centre_runs, rules.replicates)
+    if rules.added_runs:
+        added = augmented(design, factors, rules.added_runs)
+        design = pd.concat([design, added], ignore_index=True)
+        design["run"] = np.arange(1, len(design) + 1)
+    return design
+
+
+def central_composite(
+    factors: Sequence[CodedFactor], centre_runs: int = 5, replicates: int = 1
+) -> pd.DataFrame:
+    """Central composite design: corners, star points on the faces of the region and centre, in that
+    order (Box and Hunter 1957, Annals of Mathematical Statistics 28:195)."""
+    k = len(factors)
+    corners = np.array(list(product((-1.0, 1.0), repeat=k)))
+    star = np.vstack([sign * np.eye(k)[i] for i in range(k) for sign in (-1.0, 1.0)])
+    return tabulate(np.vstack([corners, star, np.zeros((centre_runs, k))]), factors, replicates)
+
+
+def augmented(design: pd.DataFrame, factors: Sequence[CodedFactor], runs: int) -> pd.DataFrame:
+    """`runs` new runs that make the whole most informative about the quadratic model: the largest
+    determinant of X' X.
+
+    design: the table of runs there are. Points of the grid of three levels are exchanged one by one
+    (Fedorov 1972, Theory of Optimal Experiments) from several random starts. Returns the table of
+    the new runs alone. Raises CalibrationError where the model stays undetermined.
+    """
+    codes = [f.code for f in factors]
+    terms = quadratic_terms(codes)
+    candidates = np.array(list(product((-1.0, 0.0, 1.0), repeat=len(codes))))
+    old = model_matrix(design[codes].to_numpy(float), codes, terms)
+    new = model_matrix(candidates, codes, terms)
+    rng, best = np.random.default_rng(1), (-np.inf, np.empty(0, int))
+    for _ in range(STARTS):
+        chosen = rng.integers(len(candidates), size=runs)
+        found = _exchange_points(old, new, chosen)
+        best = found if found[0] > best[0] + 1e-9 else best  # the first of equally good ones
+    if not np.isfinite(best[0]):
+        raise CalibrationError(
+            f"{len(design)} runs and {runs} more leave a model of {len(terms)} terms undetermined"
+        )
+    return tabulate(candidates[np.sort(best[1])], factors)
+
+
+def _exchange_points(old, new, chosen):
+    # a ridge far below any run's information lets the search begin from too few runs
+    floor = 1e-9 * np.eye(old.shape[1])
+    for _ in range(EXCHANGES):
+        before = chosen.copy()
+        for i in range(len(chosen)):
+            kept = np.delete(chosen, i)
+            rest = old.T @ old + new[kept].T @ new[kept] + floor
+            gained = np.einsum("ij,jk,ik->i", new, np.linalg.inv(rest), new)
+            chosen[i] = first_largest(gained)
+        if np.array_equal(before, chosen):
+            break
+    information = old.T @ old + new[chosen].T @ new[chosen]
+    if np.linalg.matrix_rank(information) < len(information):
+        return -np.inf, chosen
+    return float(np.linalg.slogdet(information)[1]), chosen
 
 
 def steepest_path(

@@ -47,6 +47,9 @@ DIMENSIONS: dict[str, tuple[int, int, int]] = {
 """Powers of mass, length and time of every quantity known; `rig_length` is the apparatus, `length`
 the particle."""
 
+MOST = 60
+"""Largest denominator of an exponent."""
+
 GROUPS: dict[str, dict[str, float]] = {
     # dimensionless group: powers of its quantities
     "Froude number v2/(g L)": {"velocity": 2, "acceleration": -1, "length": -1},
@@ -135,34 +138,32 @@ def exponent(quantity: str, held: Mapping[str, float]) -> Fraction:
 
     Raises
     ------
-    ScalingError : a quantity that `DIMENSIONS` does not list
     OverdeterminedError : the held exponents contradict each other
     UnderdeterminedError : the held quantities do not fix this one
     """
     exact = _exact(held)
     check_consistent(exact)
-    return _exponent(quantity, exact)
+    found = _exponent(quantity, exact)
+    if found is None:
+        raise UnderdeterminedError(quantity, exact)
+    return found
 
 
 def exponents(held: Mapping[str, float]) -> dict[str, Fraction]:
     """Exponent of h of every quantity in `DIMENSIONS`; raises as `exponent` does."""
-    exact = _exact(held)
-    check_consistent(exact)
-    return {quantity: _exponent(quantity, exact) for quantity in DIMENSIONS}
+    return {quantity: exponent(quantity, held) for quantity in DIMENSIONS}
 
 
 def factors(held: Mapping[str, float], h: float) -> dict[str, float]:
     """Factor h**exponent of every quantity in `DIMENSIONS` for the length factor `h` > 0; raises as
     `exponent` does."""
-    if not h > 0:
-        raise ScalingError(f"the length factor must be above 0, not {h}")
     return {quantity: float(h) ** float(a) for quantity, a in exponents(held).items()}
 
 
 def independent(quantities: list[str]) -> int:
     """Number of independent dimensions among `quantities` (3 are needed to fix a mechanical
     model)."""
-    return int(np.linalg.matrix_rank([_dimension(q) for q in quantities])) if quantities else 0
+    return int(np.linalg.matrix_rank([DIMENSIONS[q] for q in quantities])) if quantities else 0
 
 
 def check_consistent(held: Mapping[str, float] | Mapping[str, Fraction]) -> None:
@@ -172,13 +173,8 @@ def check_consistent(held: Mapping[str, float] | Mapping[str, Fraction]) -> None
     for size in range(1, min(len(names), 4) + 1):  # four quantities always depend on one another
         for subset in combinations(names, size):
             *others, last = subset
-            weights = _combination(_dimension(last), others)
-            if weights is None:
-                continue
-            demanded = sum(
-                (w * exact[q] for w, q in zip(weights, others, strict=True)), Fraction(0)
-            )
-            if demanded != exact[last]:
+            demanded = _exponent(last, {q: exact[q] for q in others})
+            if demanded not in (None, exact[last]):
                 raise OverdeterminedError({q: exact[q] for q in subset}, demanded)
 
 
@@ -197,7 +193,7 @@ def group_exponents(settings: Mapping[str, float | Fraction]) -> pd.DataFrame:
     rows = []
     for group, powers in GROUPS.items():
         a = sum(
-            Fraction(power) * Fraction(settings[q]).limit_denominator(60)
+            Fraction(power) * Fraction(settings[q]).limit_denominator(MOST)
             for q, power in powers.items()
         )
         rows.append({"group": group, "exponent": a, "kept": a == 0})
@@ -209,67 +205,21 @@ def settings_of(rule: Rule, unscaled: tuple[str, ...] = ()) -> dict[str, Fractio
     keeps its value.
 
     Real gravity, a measured surface energy or the laboratory's funnel are not scaled because a rule
-    asks for it: naming them in `unscaled` shows with `group_exponents` what that breaks. Raises
-    ScalingError for a name in `unscaled` that is no quantity.
+    asks for it: naming them in `unscaled` shows with `group_exponents` what that breaks.
     """
-    settings = exponents(rule.held)
-    unknown = set(unscaled) - set(settings)
-    if unknown:
-        raise ScalingError(
-            f"no such quantity: {', '.join(sorted(unknown))}; known are {', '.join(settings)}"
-        )
-    return settings | dict.fromkeys(unscaled, Fraction(0))
-
-
-def damping_ratio_exponent(stiffness: float, damping: float, mass: float) -> Fraction:
-    """Exponent of the damping ratio c / (2 sqrt(k m)), which alone sets the restitution of a linear
-    contact."""
-    return Fraction(damping) - (Fraction(stiffness) + Fraction(mass)) / 2
+    return exponents(rule.held) | dict.fromkeys(unscaled, Fraction(0))
 
 
 def _exact(held: Mapping[str, float] | Mapping[str, Fraction]) -> dict[str, Fraction]:
-    return {quantity: Fraction(a).limit_denominator(60) for quantity, a in held.items()}
+    return {quantity: Fraction(a).limit_denominator(MOST) for quantity, a in held.items()}
 
 
-def _exponent(quantity: str, held: Mapping[str, Fraction]) -> Fraction:
-    weights = _combination(_dimension(quantity), list(held))
-    if weights is None:
-        raise UnderdeterminedError(quantity, held)
-    return sum((w * a for w, a in zip(weights, held.values(), strict=True)), Fraction(0))
-
-
-def _dimension(quantity: str) -> tuple[int, int, int]:
-    if quantity not in DIMENSIONS:
-        raise ScalingError(
-            f"no dimension is known for {quantity!r}; known are {', '.join(DIMENSIONS)}"
-        )
-    return DIMENSIONS[quantity]
-
-
-def _combination(target: tuple[int, int, int], quantities: list[str]) -> list[Fraction] | None:
-    """Powers of `quantities` whose product has the dimension `target`; None where there are none.
-
-    Gauss-Jordan elimination in exact fractions; a quantity that adds no new dimension gets the
-    power 0.
-    """
-    columns = [_dimension(q) for q in quantities] + [target]
-    rows = [[Fraction(column[i]) for column in columns] for i in range(3)]
-    pivots: list[int] = []
-    for j in range(len(quantities)):
-        free = [i for i in range(len(pivots), 3) if rows[i][j]]
-        if not free:
-            continue
-        top = len(pivots)
-        rows[top], rows[free[0]] = rows[free[0]], rows[top]
-        rows[top] = [value / rows[top][j] for value in rows[top]]
-        for i in set(range(3)) - {top}:
-            rows[i] = [
-                value - rows[i][j] * above for value, above in zip(rows[i], rows[top], strict=True)
-            ]
-        pivots.append(j)
-    if any(row[-1] for row in rows[len(pivots) :]):
+def _exponent(quantity: str, held: Mapping[str, Fraction]) -> Fraction | None:
+    """Exponent of a quantity by that product of the held ones which has its dimension; None where
+    no product has."""
+    target = np.array(DIMENSIONS[quantity], float)
+    columns = np.array([DIMENSIONS[q] for q in held], float).reshape(-1, 3).T
+    powers = np.linalg.lstsq(columns, target)[0]
+    if not np.allclose(columns @ powers, target):
         return None
-    weights = [Fraction(0)] * len(quantities)
-    for row, j in zip(rows, pivots, strict=False):
-        weights[j] = row[-1]
-    return weights
+    return Fraction(float(powers @ np.array(list(held.values()), float))).limit_denominator(MOST)

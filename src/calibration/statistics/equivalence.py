@@ -49,18 +49,6 @@ def limits(
     return difference - half, difference + half
 
 
-def welch(sd_a: float, n_a: int, sd_b: float, n_b: int) -> tuple[float, float]:
-    """Standard error of a difference of two means, and its degrees of freedom (Welch 1947,
-    Biometrika 34:28).
-
-    Without any scatter the error is 0 on infinitely many degrees of freedom.
-    """
-    a, b = sd_a**2 / n_a, sd_b**2 / n_b
-    if a + b == 0.0:
-        return 0.0, math.inf
-    return math.sqrt(a + b), (a + b) ** 2 / (a**2 / (n_a - 1) + b**2 / (n_b - 1))
-
-
 @dataclass(frozen=True)
 class Error:
     """Standard error of a value, its degrees of freedom, and how many runs of ours it comes from;

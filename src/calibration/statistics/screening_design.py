@@ -1,28 +1,41 @@
-"""Which design a screening takes."""
+"""Designs for a screening: two levels of resolution IV and their foldovers, three levels from
+conference matrices, Plackett and Burman's, or a table; and what is aliased with what."""
 
+import math
 from collections.abc import Sequence
+from itertools import combinations
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
-from calibration.errors import CalibrationError
-from calibration.statistics.definitive import definitive_screening
-from calibration.statistics.design import plackett_burman, read_two_level
+from calibration.errors import CalibrationError, ConfigError, RankDeficientError
+from calibration.intake.tables import read_table
+from calibration.statistics.anova import check_rank
+from calibration.statistics.design import tabulate
 from calibration.statistics.factor import CodedFactor
-from calibration.statistics.two_level import foldover, resolution_iv
 
-KINDS = ("resolution_iv", "definitive", "plackett_burman")
+MAX_SCREENING = 23
+ORDERS = {4: 3, 6: 5, 8: 7, 10: 9, 12: 11, 14: 13, 18: 17, 20: 19, 24: 23}
+"""Order of a conference matrix: the field it is made from (Paley 1933, Journal of Mathematics and
+Physics 12:311)."""
+GENERATORS = {7: "a b c d abc bcd acd", 8: "a b c d abc bcd acd abd"}
+"""Published generators (Box, Hunter and Hunter 2005, table 6.22) of the 16-run designs. All others
+are words of odd length, which give the same aliasing."""
 
 
 def screening_design(factors: Sequence[CodedFactor], rules: Any) -> pd.DataFrame:
     """The design table that `rules` ask for: the configuration's section `screening`.
 
-    rules.design: path of a table of coded levels, in place of a generated one; rules.kind: one of
-    KINDS; centre_runs are added to a generated design (a definitive one has at least one); foldover
-    appends the runs with all signs changed. Raises CalibrationError or ConfigError as the designs
-    do.
+    rules.design: path of a table of coded levels, in place of a generated one; centre_runs are
+    added to a generated design (a definitive one has at least one); foldover appends the runs with
+    all signs changed. Raises CalibrationError or ConfigError as the designs do, and for a number of
+    factors that no generated design takes.
     """
+    if not (rules.design or 1 <= len(factors) <= MAX_SCREENING):
+        raise CalibrationError(f"screening takes 1 to {MAX_SCREENING} factors, not {len(factors)}")
     choices = [f for f in factors if not f.has_middle]
     if choices and rules.kind == "definitive" and not rules.design:
         names = ", ".join(f.name for f in choices)
@@ -36,12 +49,198 @@ def screening_design(factors: Sequence[CodedFactor], rules: Any) -> pd.DataFrame
         design = resolution_iv(factors, rules.centre_runs, rules.replicates)
     elif rules.kind == "definitive":
         design = definitive_screening(factors, max(rules.centre_runs, 1), rules.replicates)
-    elif rules.kind == "plackett_burman":
-        design = plackett_burman(factors, rules.replicates, rules.runs)
     else:
-        raise CalibrationError(
-            f"unknown screening design {rules.kind!r}; known: {', '.join(KINDS)}"
-        )
+        design = plackett_burman(factors, rules.replicates, rules.runs)
     # a choice has no middle: a run at the centre has its first word
     design = design.assign(**{f.code: np.where(design[f.code] > 0, 1.0, -1.0) for f in choices})
     return foldover(design, factors) if rules.foldover else design
+
+
+def resolution_iv(
+    factors: Sequence[CodedFactor], centre_runs: int = 0, replicates: int = 1
+) -> pd.DataFrame:
+    """The smallest two-level design of resolution IV for 1 to 23 factors, with runs at the centre.
+
+    No main effect is aliased with another or with a two-factor interaction. Up to three factors it
+    is the full factorial, in four runs or more.
+    """
+    import pyDOE3
+
+    k = len(factors)
+    matrix = pyDOE3.fracfact(generators(k))[:, :k]
+    matrix = np.vstack([matrix, np.zeros((centre_runs, k))])
+    return tabulate(matrix, factors, replicates)
+
+
+def generators(k: int) -> str:
+    """Generators of `resolution_iv`, a word a factor: single letters for the base, products of an
+    odd number of them for the rest, which is what gives resolution IV."""
+    if k in GENERATORS:
+        return GENERATORS[k]
+    base = max(2, k) if k <= 3 else next(b for b in range(3, 7) if 2 ** (b - 1) >= k)
+    letters = "abcdef"[:base]
+    odd = ("".join(w) for n in range(3, base + 1, 2) for w in combinations(letters, n))
+    return " ".join([*letters, *list(odd)[: max(k - base, 0)]])
+
+
+def foldover(design: pd.DataFrame, factors: Sequence[CodedFactor]) -> pd.DataFrame:
+    """The design (a table) followed by the same runs with all signs changed.
+
+    It parts main effects from two-factor interactions (Box and Wilson 1951, Journal of the Royal
+    Statistical Society B 13:1). Runs are numbered on; `fold` is 1 in the runs of the design, 2 in
+    the new.
+    """
+    levels = design[[f.code for f in factors]].to_numpy(float)
+    table = tabulate(np.vstack([levels, -levels]), factors)
+    return table.assign(fold=np.repeat([1, 2], len(levels)))
+
+
+def alias_groups(levels: npt.ArrayLike, codes: Sequence[str]) -> list[list[str]]:
+    """Two-factor interactions of coded levels (n, factors) that these runs do not part.
+
+    Returns a list of groups of pairs of codes. A pair that is aliased with a main effect, or with
+    the mean, stands in the group of that code, or of 'mean'. Pairs of one group differ at most in
+    sign and scale once the mean and the main effects are taken off both: a model of main effects
+    and one of them fits as well as with another, as in Plackett and Burman's twelve runs.
+    """
+    x = np.asarray(levels, float)
+    found = [("mean", np.ones(len(x)))] + [(c, x[:, i]) for i, c in enumerate(codes)]
+    groups = [([name], column) for name, column in found]
+    mains = np.column_stack([column for _, column in found])
+    for i, j in combinations(range(len(codes)), 2):
+        pair, column = (codes[i], codes[j]), x[:, i] * x[:, j]
+        own = column - mains @ np.linalg.lstsq(mains, column, rcond=None)[0]
+        size = np.linalg.norm(own)
+        column = own / size if size > 1e-6 * math.sqrt(len(x)) else column
+        for members, other in groups:
+            if np.allclose(column, other) or np.allclose(column, -other):
+                members.append(pair)
+                break
+        else:
+            groups.append(([pair], column))
+    return [members for members, _ in groups if len(members) > 1 or isinstance(members[0], tuple)]
+
+
+def definitive_screening(
+    factors: Sequence[CodedFactor], centre_runs: int = 1, replicates: int = 1
+) -> pd.DataFrame:
+    """Definitive screening design for 1 to 23 factors (Jones and Nachtsheim 2011, Journal of
+    Quality Technology 43:1).
+
+    Each conference matrix row, the same with all signs changed, and the centre: 2 m + 1 runs for a
+    matrix of order m. An odd number of factors, or an order without a matrix, takes the next larger
+    one and drops columns (Xiao, Lin and Bai 2012, Journal of Quality Technology 44:2): 17 runs for
+    seven factors. Main effects are clear of each other, of two-factor interactions and of
+    curvature.
+    """
+    k = len(factors)
+    matrix = conference_matrix(next(m for m in ORDERS if m >= k))[:, :k]
+    matrix = np.vstack([np.stack([matrix, -matrix], 1).reshape(-1, k), np.zeros((centre_runs, k))])
+    return tabulate(matrix, factors, replicates)
+
+
+def conference_matrix(order: int) -> np.ndarray:
+    """Matrix (m, m) of 0 on the diagonal and -1 and +1 elsewhere with C' C = (m - 1) I; order: one
+    of ORDERS.
+
+    Paley's: a border of ones about the quadratic characters of differences in a field of m - 1
+    elements.
+    """
+    character = _characters(ORDERS[order])
+    below = 1.0 if np.array_equal(character, character.T) else -1.0
+    matrix = np.zeros((order, order))
+    matrix[0, 1:], matrix[1:, 0] = 1.0, below
+    matrix[1:, 1:] = character
+    return matrix
+
+
+def _characters(q):
+    """(q, q) matrix of 1 where the difference of two elements of the field of q is a square, -1
+    where not, 0 at 0."""
+    if q == 9:
+        return _characters_of_nine()
+    squares = {i * i % q for i in range(1, q)}
+    value = np.array([0.0] + [1.0 if i in squares else -1.0 for i in range(1, q)])
+    index = np.arange(q)
+    return value[(index[:, None] - index) % q]
+
+
+def _characters_of_nine():
+    """The field of nine: a + b i with a, b modulo 3 and i i = -1."""
+    elements = [(a, b) for a in range(3) for b in range(3)]
+    squares = {((a * a - b * b) % 3, 2 * a * b % 3) for a, b in elements if (a, b) != (0, 0)}
+
+    def character(x, y):
+        difference = ((x[0] - y[0]) % 3, (x[1] - y[1]) % 3)
+        return 0.0 if difference == (0, 0) else 1.0 if difference in squares else -1.0
+
+    return np.array([[character(x, y) for y in elements] for x in elements])
+
+
+def plackett_burman(
+    factors: Sequence[CodedFactor], replicates: int = 1, runs: int | None = None
+) -> pd.DataFrame:
+    """Plackett-Burman screening design for 1 to 23 factors.
+
+    runs: a multiple of four above the number of factors; unless given, twelve, or the smallest that
+    takes the factors. Columns that no factor uses leave degrees of freedom for the residual. Raises
+    CalibrationError when the library's matrix is not a balanced, orthogonal two-level design.
+    """
+    k = len(factors)
+    runs = runs or max(12, 4 * (k // 4 + 1))
+    if runs % 4 or not k < runs <= MAX_SCREENING + 1:
+        raise CalibrationError(f"{runs} runs do not make a Plackett-Burman design for {k} factors")
+    import pyDOE3  # it loads a library in half a second
+
+    matrix = np.asarray(pyDOE3.pbdesign(runs - 1), float)[:, :k]
+    orthogonal = np.array_equal(matrix.T @ matrix, runs * np.eye(k))
+    if (
+        matrix.shape != (runs, k)
+        or not np.isin(matrix, (-1, 1)).all()
+        or matrix.sum(0).any()
+        or not orthogonal
+    ):
+        raise CalibrationError(
+            f"the Plackett-Burman matrix of {runs} runs is not orthogonal and balanced"
+        )
+    return tabulate(matrix, factors, replicates)
+
+
+def read_two_level(
+    path: str | Path, factors: Sequence[CodedFactor], replicates: int = 1
+) -> pd.DataFrame:
+    """Two-level design from a CSV with one column of -1 and +1 a factor code, balanced or not.
+
+    Raises ConfigError naming file, column and run, and where the runs cannot tell factors apart.
+    """
+    table = read_table(path)
+    codes = [f.code for f in factors]
+    missing = [c for c in codes if c not in table.header]
+    if missing:
+        raise ConfigError(
+            f"lacks the columns {', '.join(missing)}", path=path, allowed=", ".join(codes)
+        )
+    matrix = np.array([[_level(table, k, code) for code in codes] for k in range(len(table.rows))])
+    if len(matrix) == 0:
+        raise ConfigError("has no runs", path=path)
+    try:
+        check_rank(np.column_stack([np.ones(len(matrix)), matrix]), ["the mean", *codes])
+    except RankDeficientError as error:
+        raise ConfigError(str(error), path=path) from None
+    return tabulate(matrix, factors, replicates)
+
+
+def _level(table, k, code):
+    """Coded level of run k, from 0. Raises ConfigError naming line, column and run."""
+    line, row = table.rows[k]
+    try:
+        return {-1.0: -1.0, 1.0: 1.0}[float(row[code])]
+    except (ValueError, KeyError):
+        raise ConfigError(
+            f"run {k + 1} has no level of a two-level design",
+            path=table.path,
+            line=line,
+            column=code,
+            value=row[code],
+            allowed="-1 and 1",
+        ) from None

@@ -1,6 +1,7 @@
 """Section 1.2: the scaling statements, held against dimensional analysis
 (`calibration.statistics.dimensions`)."""
 
+from fractions import Fraction
 from itertools import product
 
 import numpy as np
@@ -67,7 +68,8 @@ def _ratio(group, quantity):
 def _restitution(paper, claim):
     k = _needed(paper, "pi2", "stiffness")
     c = _needed(paper, "pi3", "damping_coefficient")
-    ratio = dimensions.damping_ratio_exponent(k, c, float(dimensions.exponent("mass", RULE)))
+    # of c / (2 sqrt(k m)), which alone sets the restitution of a linear contact
+    ratio = Fraction(c) - (Fraction(k) + dimensions.exponent("mass", RULE)) / 2
     return Found(float(ratio), exact=True, names={"damping": c, "ratio": ratio})
 
 
