@@ -30,10 +30,9 @@ from diagnosis.compared import compare, in_part, told
 from diagnosis.rig import Rig
 from diagnosis.settings import catalogue_of, parameters_of, study_settings
 from diagnosis.switched_causes import plan, read_switched, tried
-from paper.audit.paper import Paper
+from paper.audit.paper import TABLES, Paper, levels
 from paper.reproduction.chain import simulated_sd
 from paper.reproduction.study import Study
-from paper.simulated import TABLES, levels
 
 if TYPE_CHECKING:
     from calibration.chain.handed_over import NamedFiles

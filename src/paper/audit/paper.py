@@ -1,9 +1,9 @@
 """The folder of printed tables, read as text so that no printed digit is lost: its figures with the
 rounding that their digits allow, its claims, and what is found for one."""
 
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from decimal import Decimal, InvalidOperation
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -35,12 +35,6 @@ MEASURED = {
 """Name of a single figure -> experiment and quantity of its row in measurements.csv."""
 
 
-_NUMBER = re.compile(
-    r"^(?P<relation>[<>]?)\s*(?P<mantissa>[+-]?\d+(?:\.(?P<decimals>\d+))?)"
-    r"(?:[eE](?P<power>[+-]?\d+))?$"
-)
-
-
 @dataclass(frozen=True)
 class Printed:
     """A printed number: its value, half a unit in its last printed place, and its relation ('', '<'
@@ -60,14 +54,16 @@ class Printed:
         >>> Printed.parse("<0.0001").relation
         '<'
         """
-        match = _NUMBER.match(text.strip())
-        if match is None:
+        text = text.strip()
+        relation = text[:1] if text.startswith(("<", ">")) else ""
+        try:
+            number = Decimal(text.removeprefix(relation).strip())
+        except InvalidOperation:
             return None
-        power = int(match["power"] or 0)
-        half_unit = 0.5 * 10.0 ** (power - len(match["decimals"] or ""))
-        return cls(
-            text.strip(), float(f"{match['mantissa']}e{power}"), half_unit, match["relation"]
-        )
+        if not number.is_finite():
+            return None
+        half_unit = 0.5 * 10.0 ** int(number.as_tuple().exponent)
+        return cls(text, float(number), half_unit, relation)
 
 
 def propagate(f: Callable[[Sequence[float]], float], inputs: Sequence[Printed]) -> float:
@@ -84,7 +80,7 @@ class AuditInputError(ConfigError):
     column, and the row's name as `key`."""
 
 
-def _number(text, **where):
+def printed_number(text: str, **where: Any) -> Printed:
     """The number in a text; raises AuditInputError where it is none."""
     number = Printed.parse(text)
     if number is None:
@@ -117,7 +113,7 @@ class Claim:
     @property
     def value(self) -> float:
         """The printed number; raises AuditInputError where it is none."""
-        return _number(self.printed, path="claims.csv", key=self.id).value
+        return printed_number(self.printed, path="claims.csv", key=self.id).value
 
 
 @dataclass(frozen=True)
@@ -209,7 +205,7 @@ class Paper:
         no number."""
         path = self.folder / f"{name}.csv"
         return [
-            _number(text, path=path, key=f"row {row}", column=column)
+            printed_number(text, path=path, key=f"row {row}", column=column)
             for row, text in enumerate(self.text(name, column)[column], start=1)
         ]
 
@@ -263,7 +259,7 @@ class Paper:
     def scalar(self, name: str) -> Printed:
         """A single figure with its printed digits. Raises AuditInputError for a text that is no
         number."""
-        return _number(self.scalar_text(name), path=self.folder, key=name)
+        return printed_number(self.scalar_text(name), path=self.folder, key=name)
 
     def value(self, name: str) -> float:
         """A single figure."""
@@ -275,19 +271,56 @@ class Paper:
 
     @cached_property
     def claims(self) -> dict[str, Claim]:
-        """The rows of claims.csv by id, `=name` put in. Raises AuditInputError for an id that
-        stands twice."""
+        """The rows of claims.csv by id, `=name` put in."""
         claims = {}
         for row in self.text("claims", *CLAIM, *SENTENCES).to_dict("records"):
             text = row["printed"]
             if text.startswith("=") and text != "=table":
                 text = self.scalar_text(text[1:])
-            if row["id"] in claims:
-                raise AuditInputError(
-                    "the id stands twice", path=self.folder / "claims.csv", key=row["id"]
-                )
             sentences = {name: row[name] for name in SENTENCES}
             claims[row["id"]] = Claim(
                 row["id"], row["where"], row["claim"], text, row["unit"], sentences
             )
         return claims
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of simulated values: the experiment, its file, the column of the values, their
+    unit."""
+
+    experiment: str
+    file: str
+    column: str
+    unit: str
+
+
+TABLES = {
+    "Table 6": Table("heap", "table06_plackett_burman", "angle_deg", "deg"),
+    "Table 8": Table("tilt", "table08_inclined_plane", "angle_deg", "deg"),
+    "Table 9": Table("drop", "table09_drop_test", "rebound_height_mm", "mm"),
+    "Table 10": Table("heap", "table10_steepest_ascent", "angle_deg", "deg"),
+    "Table 11": Table("heap", "table11_box_behnken", "angle_deg", "deg"),
+}
+
+
+def levels(paper: Paper, item: str) -> pd.DataFrame:
+    """The factors' levels of a table's rows, in natural units."""
+    table = TABLES[item]
+    if item == "Table 6":
+        ranges = paper.keyed("table05_contact_parameter_ranges", "factor", "low", "high")
+        names = paper.text("table05_contact_parameter_ranges", "name")["name"]
+        return _natural(paper.numbers(table.file, *ranges.index), ranges).set_axis(names, axis=1)
+    if table.experiment != "heap":
+        own = [c for c in paper.text(table.file) if c not in ("number", table.column)]
+        return paper.numbers(table.file, *own)
+    found = paper.numbers(table.file, *NAMES)
+    if item == "Table 11":
+        found = _natural(found, paper.keyed("table11_coding", "factor", "low", "high"))
+    return found.rename(columns=NAMES)
+
+
+def _natural(coded, ranges):
+    """Coded levels in natural units; ranges: low and high of each column."""
+    low, high = ranges["low"], ranges["high"]
+    return np.round(0.5 * (low + high) + 0.5 * coded * (high - low), 9)

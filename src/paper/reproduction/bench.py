@@ -11,14 +11,17 @@ from scipy import stats
 
 from calibration.statistics.equivalence import Error
 from paper.audit.bench import DROP, TILT, r_squared
-from paper.reproduction import margins
 from paper.reproduction.rows import (
     NOT_COMPARABLE,
     NOT_RUN,
+    R2_MARGIN,
+    SHARE,
     Place,
     absent,
+    by_unit,
     estimates,
     means,
+    of_coefficient,
     point,
     printed_of,
     said,
@@ -67,7 +70,7 @@ def _sweep(paper, study, stage):
         sd, theirs = (None, None) if math.isnan(sd) else (sd, sd / math.sqrt(TRIALS))
         yield point(place, text, run["response"], sd, int(run.get("repeats", 1)), theirs)
     theirs, ours = _quadratic(levels, responses), _quadratic(runs[factor], runs["response"])
-    margin = margins.by_unit(unit, float(responses.mean()))
+    margin = by_unit(unit, float(responses.mean()))
     for k, (name, printed) in enumerate(zip(("x²", "x", "1"), sweep.curve(paper), strict=True)):
         place = Place(
             equation, f"{stage}.coefficient{k}", f"coefficient of {name}", unit, study.name
@@ -76,7 +79,7 @@ def _sweep(paper, study, stage):
             Error(math.sqrt(fit[1][k, k]), fit[2], n)
             for fit, n in ((ours, len(runs)), (theirs, None))
         )
-        of_power = margins.of_coefficient(margin, list(levels), 2 - k)
+        of_power = of_coefficient(margin, list(levels), 2 - k)
         yield estimates(place, printed, float(ours[0][k]), own, other, of_power)
     place = Place(equation, f"{stage}.R2", "R² of the quadratic", "1", study.name)
     printed = printed_of(paper.claims[f"{stage}.r2"].printed)
@@ -123,7 +126,7 @@ def _r2(place, printed, x, y):
     low, high = np.quantile(1 - residual / total, (0.05, 0.95))
     ours = r_squared(y, fitted)
     basis = "90 % interval of our R², drawn from the fit"
-    return within(place, printed, ours, (ours - low, high - ours), basis, margins.R2, len(y))
+    return within(place, printed, ours, (ours - low, high - ours), basis, R2_MARGIN, len(y))
 
 
 def _shear(paper, study):
@@ -151,7 +154,7 @@ def _shear(paper, study):
     stress = paper.value("yield_locus_slope") * load + paper.value("yield_locus_intercept")
     yield row(
         "Eq. 26", "intercept", "intercept of the yield locus", "kPa", "yield_locus_intercept",
-        locus["intercept_kPa"], locus["intercept_interval_kPa"], margin=margins.SHARE * stress,
+        locus["intercept_kPa"], locus["intercept_interval_kPa"], margin=SHARE * stress,
     )  # fmt: skip
     text, scalar = "particle friction for the measured slope", "salt_salt_static_friction"
     if found["inverse"] is None:

@@ -19,12 +19,13 @@ from calibration.chain.responses import with_value
 from calibration.statistics.equivalence import ALPHA, Error, verdict
 from calibration.statistics.surface import fit_surface
 from calibration.statistics.validate import compare
-from paper.audit.paper import NAMES
+from paper.audit.paper import NAMES, TABLES, levels
 from paper.audit.surface import regression, restored_levels
-from paper.reproduction import margins
 from paper.reproduction.rows import (
     NOT_COMPARABLE,
     NOT_RUN,
+    R2_MARGIN,
+    SCATTER_SHARE,
     Place,
     absent,
     estimates,
@@ -35,7 +36,6 @@ from paper.reproduction.rows import (
     within,
     words,
 )
-from paper.simulated import TABLES, levels
 
 if TYPE_CHECKING:
     from paper.audit.paper import Paper
@@ -173,7 +173,7 @@ def _statistics(paper, study):
         reach = _reach(np.mean([d[key] for d in draws], axis=0), value)
         their_reach = _reach(their_draws[key], theirs.summary[key])
         said = printed_of(printed[key])
-        margin = margins.R2 if key.startswith("R2") else margins.SCATTER_SHARE * said.value
+        margin = R2_MARGIN if key.startswith("R2") else SCATTER_SHARE * said.value
         yield within(place, said, value, reach, basis, margin, len(runs), their_reach)
 
 

@@ -1,6 +1,7 @@
 """One row of the reproduction table, and the comparisons that decide its agreement.
 
-Every agreement follows from numbers and from a margin stated beforehand (`margins`). It is
+Every agreement follows from numbers and from a margin, a difference that does not matter, stated
+beforehand by kind of quantity and not by result. It is
 equivalent if the 90 % interval of the difference lies within the margin (two one-sided tests at 5
 %) and different if the interval lies outside. Else it is undecided, with the number of further runs
 that would decide it, or undecidable where the paper's own error is too wide for any number of runs.
@@ -13,7 +14,7 @@ Single runs are not judged one by one. The rows of such a table are judged toget
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from decimal import ROUND_HALF_UP, Decimal
 from typing import Any
@@ -35,7 +36,6 @@ from calibration.statistics.equivalence import (
     together,
 )
 from paper.audit.paper import Printed
-from paper.reproduction import margins
 
 NOT_RUN, NOT_COMPARABLE, NO_NUMBER = "not run", "not comparable", "no number"
 IN_TABLE = "judged with its table"
@@ -46,6 +46,20 @@ COLUMNS = (
 """item: table or equation; sd, n: of this project's value; difference, se, low, high: ours less the
 paper's, its standard error and 90 % interval; margin: what the agreement is judged by; more_runs:
 how many further runs would decide what is undecided, at the difference and the scatter found."""
+
+
+ANGLE_DEG = 1.0
+"""Of angles, effects on angles and coefficients in coded levels: the default of
+`validation.margin`."""
+SHARE = 0.05
+"""Of lengths, frictions, restitutions and slopes: a share of the printed value."""
+R2_MARGIN = 0.05
+"""Of coefficients of determination, which are shares already."""
+SCATTER_SHARE = 0.25
+"""Of measures of scatter (standard deviation, CV, adequate precision): known to a fifth from ten
+repeats."""
+SCALING = {"heap": 2.0, "drop": 0.02}
+"""Of the range over scales [deg; 1]: the defaults of the scaling study."""
 
 
 @dataclass(frozen=True)
@@ -87,8 +101,24 @@ def _decide(place, printed, ours, errors, basis, margin=None, **numbers):
 
 def _margin(place, printed, margin):
     """The stated margin, and never less than the printed digits leave open."""
-    stated = margins.by_unit(place.unit, printed.value) if margin is None else margin
-    return max(stated, margins.of_printing(printed))
+    stated = by_unit(place.unit, printed.value) if margin is None else margin
+    return max(stated, printed.half_unit * (1.0 + 1e-9))
+
+
+def by_unit(unit: str, value: float) -> float:
+    """Margin of a quantity in `unit` whose printed value is `value`."""
+    return ANGLE_DEG if unit == "deg" else SHARE * abs(value)
+
+
+def of_coefficient(response_margin: float, levels: Sequence[float], power: int) -> float:
+    """Margin of a polynomial's coefficient: what moves the response by its own margin at the end of
+    the range.
+
+    levels: (n,) of the factor; the range counts from its middle for the powers, and fully for the
+    constant.
+    """
+    half = 0.5 * (max(levels) - min(levels))
+    return response_margin / math.pow(half, power)
 
 
 def said(name: str) -> str:
@@ -195,7 +225,7 @@ def spreads(place: Place, paper_sd: float, paper_n: int, sd: float, n: int) -> d
         ends = (ratio / math.sqrt(stats.f.ppf(q, free, paper_n - 1)) for q in (1 - ALPHA, ALPHA))
         return tuple((end - 1.0) * paper_sd for end in ends)
 
-    margin, basis = margins.SCATTER_SHARE * paper_sd, f"F interval of {n} and {paper_n} runs"
+    margin, basis = SCATTER_SHARE * paper_sd, f"F interval of {n} and {paper_n} runs"
     decision = decide(interval, n, margin)
     return _judged(place, f"{paper_sd:.3f}", sd, sd - paper_sd, decision, margin, basis, n=n)
 
@@ -254,12 +284,12 @@ def printed_of(value: str | float, digits: int | None = None) -> Printed:
     A half is rounded away from zero. Printed decimals make halves often, and a computed one is off
     by its last digits, so a number is read to twelve digits first. Raises ValueError for a text
     that is no number."""
-    text = value if isinstance(value, str) else _rounded(value, digits or 0)
+    place = Decimal(1).scaleb(-(digits or 0))
+    if isinstance(value, str):
+        text = value
+    else:
+        text = f"{Decimal(f'{value:.12g}').quantize(place, ROUND_HALF_UP):f}"
     found = Printed.parse(text)
     if found is None:
         raise ValueError(f"{text!r} is not a number")
     return found
-
-
-def _rounded(value, digits):
-    return f"{Decimal(f'{value:.12g}').quantize(Decimal(1).scaleb(-digits), ROUND_HALF_UP):f}"

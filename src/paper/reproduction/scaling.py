@@ -9,8 +9,15 @@ from typing import TYPE_CHECKING, Any
 from scipy import stats
 
 from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDED, Error
-from paper.reproduction import margins
-from paper.reproduction.rows import NO_NUMBER, NOT_RUN, Place, absent, estimates, printed_of
+from paper.reproduction.rows import (
+    NO_NUMBER,
+    NOT_RUN,
+    SCALING,
+    Place,
+    absent,
+    estimates,
+    printed_of,
+)
 
 if TYPE_CHECKING:
     from paper.reproduction.study import Study
@@ -61,7 +68,7 @@ def _over_scales(statement, responses, study):
         & (responses["cohesive"] == (kind == "cohesive"))
     ]
     unit, digits, none = ("deg", 2, "0.0") if experiment == "heap" else ("1", 4, "0.000")
-    margin = margins.SCALING[experiment]
+    margin = SCALING[experiment]
     runs = int(case["n"].sum())
     place = Place("1.2", name, f"{statement['statement']}, over the whole range", unit, study)
     if statement["found"] is None:

@@ -9,15 +9,13 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from calibration.errors import CalibrationError
 from calibration.files import write_table
 from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDABLE, UNDECIDED
 from dem.io.files import write_json
-from paper.audit.paper import Paper
-from paper.reproduction import bench, chain, margins, scaling, screening
-from paper.reproduction.rows import COLUMNS, IN_TABLE, Place, whole
+from paper.audit.paper import TABLES, Paper
+from paper.reproduction import bench, chain, scaling, screening
+from paper.reproduction.rows import COLUMNS, IN_TABLE, Place, by_unit, whole
 from paper.reproduction.study import Study
-from paper.simulated import TABLES
 
 if TYPE_CHECKING:
     from calibration.chain.handed_over import NamedFiles
@@ -49,8 +47,7 @@ def reproduce(
     is the main one. repeats: folders of the same study at other seeds.
 
     Returns a DataFrame with columns `rows.COLUMNS`, a row a value; stages that have not run give
-    rows that say so. Raises AuditInputError for an incomplete folder of printed tables,
-    CalibrationError for two rows of one id.
+    rows that say so. Raises AuditInputError for an incomplete folder of printed tables.
     """
     printed, studies = Paper(paper), [Study(f) for f in folders]
     studies[0].repeats = tuple(Study(f) for f in repeats)
@@ -62,13 +59,7 @@ def reproduce(
     ]
     rows += [_whole(item, table.unit, rows, studies[0]) for item, table in TABLES.items()]
     rows.sort(key=lambda row: ORDER.index(row["item"]))
-    table = pd.DataFrame(rows, columns=list(COLUMNS))
-    repeated = sorted(set(table["id"][table["id"].duplicated()]))
-    if repeated:
-        raise CalibrationError(
-            f"two rows of the reproduction table have the id {', '.join(repeated)}"
-        )
-    return table
+    return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
 def _whole(item, unit, rows, study):
@@ -76,7 +67,7 @@ def _whole(item, unit, rows, study):
     parts = [row for row in rows if row["item"] == item and row["agreement"] == IN_TABLE]
     name = min({row["study"] for row in parts if row["study"]} or {study.name})
     values = [abs(float(row["paper"])) for row in parts]
-    margin = margins.by_unit(unit, sum(values) / len(values) if values else 0.0)
+    margin = by_unit(unit, sum(values) / len(values) if values else 0.0)
     key = item.lower().replace(" ", "")
     text = f"difference of {len(values)} values beyond the runs' scatter (root mean square)"
     return whole(Place(item, f"{key}.whole", text, unit, name, True), parts, margin)
