@@ -20,7 +20,7 @@ from calibration.intake.quantities import measurable
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_plan, together, write_plan
 from calibration.runs.store import RunStore
-from calibration.stages.joint import against
+from calibration.stages.joint import against, tells_most
 from calibration.stages.validation import handed_out
 from calibration.study.config import point_spec
 from calibration.study.config.joint import handed_out_by
@@ -425,12 +425,9 @@ def _next(source, by):
     if not file:
         return None
     found = read_json(file)
-    rows = found["next_test"]
-    if not rows:
+    if not found["next_test"]:
         return None
-    best = rows[0]
-    left = {k.removesuffix(" left"): v for k, v in best.items() if k.endswith(" left")}
-    name, share = min(left.items(), key=lambda pair: pair[1])
+    best, name, share = tells_most(found)
     return Next(
         test=best["rig"], metric=best["metric"], readings=found["readings"],
         hours=best["hours"], parameter=name, left=share,

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pandas as pd
 
@@ -20,6 +20,7 @@ from calibration.chain.responses import (
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
+from calibration.stages import worded
 from calibration.statistics.design import path_from_effects, steepest_path
 from calibration.study.config import read_target
 from calibration.study.factors import Choice, read_factors
@@ -137,21 +138,6 @@ def ascent_path(
     return figure
 
 
-def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
-    """What came out, for the report."""
-    path = ", ".join(response.value(v) for v in summary["responses"])
-    nearest_one = (
-        f"Along the path: {path}. Point {summary['step']} comes nearest to the measured "
-        f"{response.value(summary['target'])}"
-    )
-    named = summary.get("centre_named", ())
-    if named and set(summary["centre"]) <= set(named):
-        return [f"{nearest_one}. The configuration names the centre of the response surface."]
-    words = ", ".join(map(figures.label, named))
-    apart = f", but for {words}, whose centre the configuration names" if words else ""
-    return [f"{nearest_one} and becomes the centre of the response surface{apart}."]
-
-
 STAGES = (
     Stage(
         name="ascent",
@@ -161,7 +147,7 @@ STAGES = (
         plans=(Plan("ascent", ahead=_ahead),),
         figures=(Figure("path", ("runs.csv",)),),
         tables=(("runs", "Path and results"),),
-        sentences=sentences,
+        sentences=worded("ascent"),
         pictured="ascent",
     ),
 )

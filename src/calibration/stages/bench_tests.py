@@ -6,7 +6,7 @@ confirm it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -20,13 +20,14 @@ from calibration.errors import CalibrationError, ConfigError
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_metric, write_plan
+from calibration.stages import worded
 from calibration.study.config import point_spec, read_swept
 from calibration.study.config.tests import SWEPT, is_swept, sweep_of, swept_test
 from calibration.study.factors import factor_of
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json
 from dem.spec import parse_spec
-from dem.units import behind, in_ascii, unit_of
+from dem.units import in_ascii, unit_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
 
     from calibration.chain.handed_over import NamedFiles
     from calibration.chain.study import Study
-    from calibration.figures import Response
 
 
 @dataclass(frozen=True)
@@ -235,17 +235,6 @@ def sweep_figure(
     return figure
 
 
-def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
-    """What came out, for the report."""
-    unit = behind({"deg": "°"}.get(summary["unit"], summary["unit"]))
-    return [
-        f"The measured {summary['measured']:g}{unit} gives {summary['inverse']:.3f}; runs there "
-        f"gave "
-        f"{summary['confirmed_mean']:.2f}{unit}. {summary['closed_form_of']} gives "
-        f"{summary['closed_form']:.3f}."
-    ]
-
-
 STAGES = (
     *(
         Stage(
@@ -258,7 +247,7 @@ STAGES = (
             ),
             figures=(Figure(test, ("runs.csv",)),),
             tables=(("runs", "Runs"),),
-            sentences=sentences,
+            sentences=worded("bench"),
         )
         for test, title, place, batches in (
             ("tilt", "Bench test: tilted plane", 7.1, 2),

@@ -3,10 +3,10 @@ added."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -18,6 +18,7 @@ from calibration.figures import pairs_of, plane
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
+from calibration.stages import worded
 from calibration.statistics.design import region_design
 from calibration.statistics.goals import overall_desirability
 from calibration.statistics.optimise import compromise, pareto_front, solve
@@ -27,7 +28,6 @@ from calibration.study.config import goals, read_target
 from calibration.study.factors import Factor
 from calibration.study.physical_limits import inside, physical_range
 from calibration.study.stage import Figure, Plan, Points, Stage
-from calibration.telling.answer.words import given_nowhere, out_of_reach
 from dem.io.files import write_json
 
 if TYPE_CHECKING:
@@ -392,39 +392,7 @@ def _desirability(ax, surfaces, goals, region, pair, found):
     ax.grid(False)
 
 
-def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
-    """The runs at the candidate, the chosen point, and how far the points reach that give the
-    target as well."""
-    texts = _of_candidate(summary["candidate"], response) if "candidate" in summary else []
-    point = ", ".join(
-        f"{figures.label(name)} {level:.3g}" for name, level in summary["optimum"].items()
-    )
-    texts.append(f"The chosen point is {point}.")
-    if given_nowhere(summary):
-        texts.append(out_of_reach(summary, response))
-    elif summary.get("solution_set"):
-        reach = ", ".join(
-            f"{figures.label(name)} {low:.3g} to {high:.3g}"
-            for name, (low, high) in summary["solution_set"].items()
-        )
-        target = response.value(summary["target"])
-        texts.append(f"The points of the region that give {target} reach over {reach}.")
-    return texts
-
-
-def _of_candidate(found, response):
-    """The mean of the runs at the candidate, and why there are so many."""
-    half, asked, unit = found["half_width_95"], found["half_width_asked"], response.unit
-    mean = f"{response.value(found['mean'])} ± {half:.2g}{unit} (95 %)"
-    texts = [f"The mean of {found['runs']} runs at the candidate is {mean}."]
-    if asked and half <= asked:
-        texts.append(
-            f"By the scatter of the first {found['first_runs']}, as many give an interval of "
-            f"±{asked:g}{unit} or less (Stein's rule)."
-        )
-    elif asked:
-        texts.append(f"An interval of ±{asked:g}{unit} takes more runs than are allowed.")
-    return texts
+sentences = worded("optimise")
 
 
 STAGES = (

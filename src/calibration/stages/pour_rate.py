@@ -6,9 +6,8 @@ rate that the orifice passes, the funnel can pack in some runs and not in others
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -19,7 +18,7 @@ from calibration.errors import CalibrationError
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_plan, read_values, write_plan
-from calibration.statistics.numbers import signed
+from calibration.stages import worded
 from calibration.study.config import overlay, point_spec
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.experiments.heap import capacity
@@ -151,26 +150,6 @@ def pour_rate_figure(
     return figure
 
 
-def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
-    """What came out, for the report."""
-    rained = [row for row in summary["rigs"] if row["rig"] != OPENED]
-    said = [_range(rained, summary, response)] if len(rained) > 1 else []
-    opened = next((row for row in summary["rigs"] if row["rig"] == OPENED), None)
-    if opened:
-        said.append(
-            f"Out of a funnel that is filled and then opened it is "
-            f"{response.value(opened['mean'])} (95 % {response.value(opened['low'])} to "
-            f"{response.value(opened['high'])})."
-        )
-    share = f"{100 * summary['fed_per_s'] / summary['capacity_per_s']:.0f} %"
-    said.append(
-        f"The orifice passes about {summary['capacity_per_s']:.0f} grains/s (Beverloo); this study "
-        f"feeds {share} of that. A laboratory should state the rate of its pour: "
-        f"{summary['grain_g'] * summary['fed_per_s']:.3g} g/s here."
-    )
-    return said
-
-
 def _reach_of_any(a, b, rates):
     """Half of the interval of a difference that was picked among all pairs of so many means: Games
     and Howell (1976), Journal of Educational Statistics 1:113."""
@@ -180,16 +159,7 @@ def _reach_of_any(a, b, rates):
     return float(quantile * np.sqrt(0.5 * parts.sum()))
 
 
-def _range(rows, summary, response):
-    low, high = (pick(rows, key=lambda r: r["mean"]) for pick in (min, max))
-    apart = high["mean"] - low["mean"]
-    error = _reach_of_any(high, low, len(rows))
-    return (
-        f"Between {rows[0]['rate_per_s']:.0f} and {rows[-1]['rate_per_s']:.0f} grains/s the "
-        f"{response.name} of the same grains differs by up to {signed(apart)}{response.unit} "
-        f"(±{error:.2g}, 95 % for all pairs of rates together): {response.value(low['mean'])} at "
-        f"{low['rate_per_s']:.0f}/s, {response.value(high['mean'])} at {high['rate_per_s']:.0f}/s."
-    )
+sentences = worded("pour_rate", reach_of_any=_reach_of_any)
 
 
 STAGES = (

@@ -23,7 +23,8 @@ from calibration.files import write_table
 from calibration.intake.measurements import read_measured
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_values, together, write_plan
-from calibration.statistics.numbers import NORMAL_95, fixed
+from calibration.stages import worded
+from calibration.statistics.numbers import NORMAL_95
 from calibration.statistics.ties import first_largest
 from calibration.study.config.measured import rows_of
 from calibration.study.config.tests import predicted
@@ -38,7 +39,6 @@ if TYPE_CHECKING:
 
     from calibration.chain.handed_over import NamedFiles
     from calibration.chain.study import Study
-    from calibration.figures import Response
     from calibration.study.config.schema import TestConfig
 
 
@@ -272,34 +272,7 @@ def _panel(ax, row, table):
     ax.set_title(figures.label(row["machine"]), fontsize=9)
 
 
-def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
-    """What came out, for the report."""
-    return [_sentence(row) for row in summary["metrics"]]
-
-
-def _sentence(row):
-    metric = figures.response_of(row["metric"])
-    head = f"{figures.label(row['machine'])}: {metric.name}"
-    if row["low"] is None:
-        total = row["runs"] + row["without"]
-        return f"{head}: {row['runs']} of {total} runs gave a value, too few for an interval."
-    said = (
-        f"{head} {metric.value(row['mean'])}; a further run lies between "
-        f"{metric.value(row['low'])} and {metric.value(row['high'])} (95 %)"
-    )
-    if row["sd_seed"] is not None:
-        said += f"; standard deviation {row['sd_parameters']:.2g} from the parameters that stay "
-        said += f"open, {row['sd_seed']:.2g} from seed to seed"
-    said += "."
-    if row["decides"] is not None:
-        said += f" {figures.label(row['decides']).capitalize()} decides (rank correlation "
-        said += f"{fixed(row['rank_correlation'], 2, '+')})."
-    if row["measured"] is not None:
-        where = "inside" if row["within"] else "outside"
-        said += f" Measured: {metric.value(row['measured'])}, {where} it."
-    if row["without"]:
-        said += f" {row['without']} runs gave no value."
-    return said
+sentences = worded("push_through")
 
 
 SHOWN: Any = {

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
@@ -18,8 +18,8 @@ from calibration.figures import label_3d, pairs_of, plane
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import plan, write_plan
+from calibration.stages import worded
 from calibration.statistics.design import region_design
-from calibration.statistics.numbers import fixed
 from calibration.statistics.surface import (
     fit_surface,
     outlier_limit,
@@ -263,36 +263,7 @@ def surfaces(
     return figure
 
 
-def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
-    """What came out, for the report."""
-    s = summary["statistics"]
-    lack = s["lack_of_fit_p"]
-    return [
-        f"{response.name.capitalize()} = {summary['equation_coded']} in coded levels.",
-        f"R² {s['R2']:.3f}, adjusted {fixed(s['R2_adj'], 3)}, predicted {_or_none(s['R2_pred'])}; "
-        f"CV {s['CV_percent']:.2f} %; adequate precision {s['adequate_precision']:.1f}; "
-        f"lack of fit {'not tested' if lack is None else f'p = {lack:.2g}'}.",
-        *_unpredicted(summary),
-    ]
-
-
-def _unpredicted(summary):
-    """Why there is no predicted R2, and what it is without the terms that say nothing."""
-    alone = summary.get("decide_alone")
-    if not alone:
-        return []
-    less = summary["reduced"]["statistics"]["R2_pred"]
-    runs = f"Run {alone[0]} alone decides" if len(alone) == 1 else (
-        f"Runs {', '.join(map(str, alone[:-1]))} and {alone[-1]} each decide alone")  # fmt: skip
-    return [
-        f"{runs} a term of the model, as other runs of the design have no value, so nothing "
-        "predicts it and there is no predicted R². Without the terms that say nothing it is "
-        f"{_or_none(less)}."
-    ]
-
-
-def _or_none(value):
-    return "none" if value is None else fixed(value, 3)
+sentences = worded("response_surface")
 
 
 STAGES = (

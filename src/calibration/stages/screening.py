@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,9 +22,8 @@ from calibration.chain.responses import (
 from calibration.files import write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
-from calibration.statistics.numbers import signed
+from calibration.stages import worded
 from calibration.statistics.screening import (
-    PURE_ERROR,
     aliases,
     interactions,
     screen,
@@ -281,72 +280,7 @@ def pareto(
     return figure
 
 
-def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
-    """What came out, for the report."""
-    every = summary.get("p_of_all_targets")
-    found = _effects_in_words(summary, response)
-    if every:
-        found = ", ".join(
-            f"{figures.label(n)} (p = {every[n]:.2g} for the target that it moves most)"
-            for n in summary["significant"]
-        )
-    found = found or "none"
-    going = ", ".join(figures.label(n) for n in summary["factors"])
-    texts = [f"Significant at p < {summary['alpha']:g}: {found}. On to the ascent go: {going}."]
-    if summary.get("method") == PURE_ERROR:
-        texts.append("The effects are judged by the scatter of repeated runs.")
-    if summary.get("aliased"):
-        pairs = ", ".join(summary["aliased"])
-        texts.append(f"These runs do not tell apart (codes as in the table of effects): {pairs}.")
-    folded, halves = summary.get("with_foldover"), summary.get("halves")
-    if halves:
-        texts.append(
-            "Too many runs of the table have no value for the others to tell the factors apart: "
-            f"with its foldover they do, {halves['runs']} runs in all, and so both halves decide."
-        )
-    texts += _aliasing_in_words(summary, response, bool(folded or halves))
-    if folded:
-        found = _effects_in_words(folded, response) or "none"
-        texts.append(f"With the foldover, {folded['runs']} runs in all, significant are: {found}.")
-        texts += _aliasing_in_words(folded, response, True)
-    return texts
-
-
-def _effects_in_words(numbers, response):
-    """The significant effects with their sizes and p, of a summary or its foldover."""
-    return ", ".join(
-        f"{figures.label(n)} ({signed(numbers['effects'][n])}{response.unit}, "
-        f"p = {numbers['p'][n]:.2g})"
-        for n in numbers["significant"]
-    )
-
-
-def _span(low, high):
-    """'0.33', or '0.11 to 0.33'."""
-    least, most = f"{low:.2f}", f"{high:.2f}"
-    return least if least == most else f"{least} to {most}"
-
-
-def _aliasing_in_words(summary, response, folded):
-    """Sentences on what the effects carry of interactions, and on the lack of fit; folded: whether
-    the runs with all signs changed were made."""
-    texts, carried = [], [pairs for pairs in (summary.get("aliases") or {}).values() if pairs]
-    if carried:
-        shares = [abs(share) for pairs in carried for share in pairs.values()]
-        parted = "the foldover parts" if folded else "a foldover would part"
-        texts.append(
-            f"An effect carries {_span(min(shares), max(shares))} of each of up to "
-            f"{max(map(len, carried))} interactions of two other factors; {parted} "
-            "them (screening.foldover)."
-        )
-    lack = summary.get("lack_of_fit")
-    if lack:
-        texts.append(
-            f"The main effects leave {lack['sd']:.2g}{response.unit} where repeated runs scatter "
-            f"by {lack['pure_error_sd']:.2g}{response.unit} (lack of fit, p = {lack['p']:.2g}); "
-            f"{' or '.join(lack['largest'])} takes {100 * lack['share']:.0f} % of it."
-        )
-    return texts
+sentences = worded("screening")
 
 
 STAGES = (

@@ -24,6 +24,7 @@ from calibration.errors import ConfigError
 from calibration.files import write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_metric, together, write_plan
+from calibration.stages import worded
 from calibration.statistics.numbers import fixed
 from calibration.study.config import overlay, read_swept
 from calibration.study.config.tests import SHEAR, SWEPT, is_swept, sweep_of, swept_test
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
 
     from calibration.chain.handed_over import NamedFiles
     from calibration.chain.study import Study
-    from calibration.figures import Response
     from calibration.study.config import Config
 
 
@@ -210,7 +210,7 @@ def shear(study: Study, source: NamedFiles, output: NamedFiles) -> None:
             "inverse": judged[MEASURE]["inverse"],
             "loci": loci,
             **judged,
-            "sentence": _sentence(judged[MEASURE], measured[0]),
+            "sentence": worded("locus")(judged[MEASURE], measured[0])[0],
         },
     )
 
@@ -279,32 +279,6 @@ def yield_loci(
     return figure
 
 
-def _sentence(found, measured):
-    """What follows for the step from a bulk slope to a particle friction."""
-    low, high = found["slope_interval"]
-    text = (
-        f"Particle friction {found['particle_friction']:g} gives a yield locus of slope "
-        f"{found['slope']:.2f} "
-        f"(95 %: {fixed(low, 2)} to {fixed(high, 2)}), measured {measured:g}. "
-    )
-    if found["inverse_interval"] is None:
-        return text + "No particle friction in the swept range gives the measured slope."
-    a, b = found["inverse_interval"]
-    among = "is" if a <= found["particle_friction"] <= b else "is not"
-    itself = "is" if a <= measured <= b else "is not"
-    return text + (
-        f"The measured slope belongs to a particle friction of {found['inverse']:.2f}; the scatter "
-        f"allows {a:.2f} to {b:.2f} ({found['swept'][0]:g} to {found['swept'][1]:g} were tried). "
-        f"The friction in use {among} in this range. The measured slope itself, used as the "
-        f"friction, {itself}."
-    )
-
-
-def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
-    """What came out, for the report."""
-    return [summary["sentence"]]
-
-
 STAGES = (
     Stage(
         name="shear",
@@ -313,6 +287,6 @@ STAGES = (
         plans=(Plan("shear", _ahead, 2),),
         figures=(Figure("yield_locus", ("runs.csv", "shear.json")),),
         tables=(("runs", "Runs"),),
-        sentences=sentences,
+        sentences=lambda summary, response: [summary["sentence"]],
     ),
 )

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -14,8 +13,7 @@ from calibration.chain.responses import naming_left_out, told, with_responses, w
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
-from calibration.statistics.equivalence import judged
-from calibration.statistics.numbers import difference_of
+from calibration.stages import worded
 from calibration.statistics.stated import Stated
 from calibration.statistics.validate import compare
 from calibration.study.config import is_measured, read_target
@@ -150,25 +148,6 @@ def validation_figure(
     return figure
 
 
-def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
-    """What came out, for the report."""
-    further = [
-        f"{figures.response_of(metric).name.capitalize()}: "
-        f"{_difference(found, figures.response_of(metric))}"
-        for metric, found in summary.get("further", {}).items()
-        if "difference" in found
-    ]
-    return [_difference(summary, response), *further]
-
-
-def _difference(found, response):
-    apart, low, high = difference_of(found)
-    return (
-        f"Difference {apart}{response.unit} (95 % {low} to {high}); {judged(found, response.unit)} "
-        f"(p = {found['equivalence_p']:.2g}); t test p = {found['t_p']:.2g}."
-    )
-
-
 STAGES = (
     Stage(
         name="validation",
@@ -178,7 +157,7 @@ STAGES = (
         plans=(Plan("validation", ahead=_ahead),),
         figures=(Figure("validation", ("runs.csv", "validation.json")),),
         tables=(("runs", "Replicates"),),
-        sentences=sentences,
+        sentences=worded("validation"),
         pictured="validation",
     ),
 )

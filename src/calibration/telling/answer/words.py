@@ -45,7 +45,7 @@ def missed(test: Test) -> str:
     """A sentence on a row that is missed."""
     row = compared(test)
     return (
-        f"{_capital(row['test'])}: measured {row['measured']}, the parameters handed out give "
+        f"{capital(row['test'])}: measured {row['measured']}, the parameters handed out give "
         f"{row['predicted']} (pull {row['pull']})."
     )
 
@@ -54,7 +54,7 @@ def instead(found: Instead, origin: str) -> str:
     """Sentences on a parameter of which another test of the study finds another level."""
     response, name = response_of(found.metric), label(found.parameter)
     said = (
-        f"{_capital(name)} is handed out as {found.handed_out:g} ({origin}); the study's own "
+        f"{capital(name)} is handed out as {found.handed_out:g} ({origin}); the study's own "
         f"{found.test} test gives {found.found:.3g}."
     )
     if found.change is None or found.change_95 is None:
@@ -187,7 +187,7 @@ def following(answer: Answer) -> str:
         return ""
     test = f"{label(found.test)}, {response_of(found.metric).name}"
     return (
-        f"{_capital(test)}, {found.readings} readings in {found.hours:g} h: expected to leave "
+        f"{capital(test)}, {found.readings} readings in {found.hours:g} h: expected to leave "
         f"{100 * found.left:.0f} % of the spread of {label(found.parameter)}."
     )
 
@@ -225,7 +225,8 @@ def head(answer: Answer) -> list[str]:
 ASCII = str.maketrans({"±": "+-", "−": "-", "°": " deg", "µ": "u", "²": "2", "³": "3", "’": "'"})
 
 
-def _capital(text):
+def capital(text: str) -> str:
+    """With a capital letter first, the others as they are."""
     return text[:1].upper() + text[1:]
 
 
