@@ -10,7 +10,6 @@ import sys
 import time
 from pathlib import Path
 
-import numpy as np
 import pytest
 import yaml
 from deployed import FACTORS
@@ -20,8 +19,6 @@ from calibration.digests import digest
 from calibration.intake.started_code import allow
 from calibration.study.config import overlay, parse_config
 from calibration.study.config.schema import VIEWS, Config
-from calibration.study.stage import resolve
-from dem.io.stl import write_stl
 from workflow_rules import ROOT, dry_run, rules_of
 
 GROUPS = {
@@ -159,28 +156,6 @@ def test_every_section_of_the_configuration_is_read_by_a_stage_or_stands_for_its
     assert set(type(config).model_fields) == read - set(VIEWS) | files
 
 
-def test_every_declared_function_exists_and_bears_the_rule_s_name(tasks):
-    for name, task in tasks.items():
-        assert task.function.endswith(f":{name}")
-        assert callable(resolve(task.function))
-
-
-def test_a_table_counts_by_what_is_in_it(tmp_path, config):
-    table = tmp_path / "factors.tsv"
-
-    def held():
-        return digest(config, ["seed"], ["calibration.stages.screening"], [table])
-
-    found = {held()}
-    table.write_text("1")
-    found.add(held())
-    os.utime(table, (1.0, 1.0))
-    assert held() in found
-    table.write_text("2")
-    found.add(held())
-    assert len(found) == 3
-
-
 # --- a finished study ----------------------------------------------------------------------
 
 SOLVER = """import json, sys, yaml
@@ -205,16 +180,9 @@ run:
   materials: {{ particle: {{ density_kg_m3: 2500, shear_modulus_Pa: 1.0e+7, poisson_ratio: 0.2 }} }}
   contacts:
     particle_particle: {{ restitution: 0.5, static_friction: 0.5, rolling_friction: 0.1 }}
-  geometry: {{ plate_stl: plate.stl }}
   particles: {{ diameter_mm: 4.0 }}
 screening: {{ design: table.csv, replicates: 2 }}
 """
-
-
-def mesh(path, size):
-    """A tetrahedron of some size [mm]."""
-    corners = size * np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
-    write_stl(path, corners, np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]))
 
 
 def allow_engine(folder):
@@ -277,7 +245,6 @@ def finished(tmp_path_factory):
     (folder / "table.csv").write_text(TABLE)
     (folder / "solver.py").write_text(SOLVER)
     (folder / "study.yaml").write_text(STUDY.format(python=sys.executable, here=folder))
-    mesh(folder / "plate.stl", 100.0)
     allow_engine(folder)
     snakemake(folder)
     # a job of its own leaves the time that it took
@@ -352,8 +319,6 @@ def truncated(path):
 
 OTHER = {
     "a digit of a metric": (digit_of_a_metric, RUN),
-    "a state that is gone": (lambda s: first_run(s).with_name("final.npz").unlink(), RUN),
-    "a mesh halved in place": (lambda s: mesh(s / "plate.stl", 50.0), PLAN),
     "the factor table": (lambda s: edited(s / "factors.tsv", "0.6", "0.7"), PLAN),
     # stages, by any byte of it, and no run: the engine, and what starts another, is as it was
     "the code, in remarks": (remarks, PLAN),
@@ -361,21 +326,11 @@ OTHER = {
         lambda s: edited(s / "results/heaps/screening/effects.csv", "1", "2"),
         {"screening": 1},
     ),
-    "a plan that is gone": (
-        lambda s: (s / "results/heaps/screening/plan.json").unlink(),
-        PLAN,
-    ),
     "the measured values": (lambda s: edited(s / "measured.csv", "36", "39"), {"screening": 1}),
 }
 
 
-TOLD = {
-    "a digit of a metric": "result.json",
-    "a state that is gone": "final.npz",
-    "a mesh halved in place": "plan.json",
-    "a digit of a stage's table": "effects.csv",
-    "a plan that is gone": "plan.json",
-}
+TOLD = {"a digit of a metric": "result.json", "a digit of a stage's table": "effects.csv"}
 """The file that a dry run names."""
 
 
@@ -387,14 +342,6 @@ def test_what_changes_a_number_makes_again_what_follows_from_it(study, what):
     found, said = planned(study)
     assert found == expected
     assert f"/{TOLD.get(what, '')}" in said
-
-
-@pytest.mark.slow
-def test_so_does_it_in_copied_results_without_the_records(study):
-    change, expected = OTHER["the measured values"]
-    shutil.rmtree(study / ".snakemake")
-    change(study)
-    assert jobs(study) == expected
 
 
 @pytest.mark.slow

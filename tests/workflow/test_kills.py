@@ -1,21 +1,21 @@
-"""A campaign that is killed at random moments, or under each fault that a machine has in store: it
-ends with a sentence and not with a traceback, and what it comes to is what an undisturbed one comes
-to, with nobody to unlock or to clean up."""
+"""A campaign that is killed, or under each fault that a machine has in store: it ends with a
+sentence and not with a traceback, and what it comes to is what an undisturbed one comes to, with
+nobody to unlock or to clean up."""
 
-import contextlib
 import errno
 import json
 import os
-import random
+import re
 import shutil
-import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
+from signal import SIGKILL
 
+import deployed
 import psutil
 import pytest
-from deployed import FACTORS, MEASURED, checkout
 from filelock import FileLock, Timeout
 
 from calibration.runs.verify import faults_of
@@ -24,103 +24,8 @@ from facts import tells
 
 pytestmark = pytest.mark.slow
 
-SEED = 14
-"""Of the moments and victims. What then happens depends on the machine's speed too, so that a seed
-repeats the kills and not the outcome."""
-KILLS = 4
-MOMENTS = 2.0, 40.0
-"""Seconds between two kills: from before snakemake has planned anything to some runs later."""
-VICTIMS = ("snakemake", "job", "job", "all")
-"""snakemake alone, so that its jobs are orphans; one process of one job; all at once, as when the
-machine stops."""
-LAST_ORPHAN = 120.0
+LAST_ORPHAN = 60.0
 """Seconds in which what was orphaned has ended after the campaign."""
-
-
-def start(folder):
-    """The test profile's screening as a process that leads a group of its own; it is told neither
-    to unlock nor to forget anything."""
-    command = [sys.executable, "-m", "snakemake", "-j2", "--profile", "profiles/test", "screening"]
-    with open(folder / "campaign.log", "a") as log:
-        return subprocess.Popen(command, cwd=folder, stdout=log, stderr=log, start_new_session=True)
-
-
-def kill(process, victim, draw):
-    """kill -9 of a victim; returns (what it was, whether the campaign itself was met)."""
-    while victim == "job" and process.poll() is None:
-        if jobs := processes_of_jobs(process):
-            with contextlib.suppress(psutil.NoSuchProcess):
-                jobs[int(draw * len(jobs))].kill()
-                return "job", False
-        time.sleep(0.05)
-    if victim == "all":
-        os.killpg(process.pid, signal.SIGKILL)
-    else:
-        process.kill()
-    process.wait()
-    return victim, True
-
-
-def processes_of_jobs(process):
-    """Living processes below the campaign that are a snakemake of their own: those that a job
-    cannot do without.
-
-    Campaign and job also ask other programs, such as git, what machine this is, and go on without
-    their answer: such a child still has its parent's command line until it has become the other
-    program. And a process that has ended can still be in the list."""
-    found = []
-    for child in psutil.Process(process.pid).children(recursive=True):
-        with contextlib.suppress(psutil.Error):
-            command = child.cmdline()
-            ended = child.status() == psutil.STATUS_ZOMBIE
-            a_copy = command == child.parent().cmdline()
-            if "snakemake" in " ".join(command) and not ended and not a_copy:
-                found.append(child)
-    return found
-
-
-def disturbed(folder):
-    """Kill the screening, then let it end. Returns the groups of processes that it was made in, and
-    the victims."""
-    rng, victims, groups = random.Random(SEED), [], []
-    while len(victims) < KILLS:
-        process = start(folder)
-        groups.append(process.pid)
-        over, before = False, len(victims)
-        while not over and len(victims) < KILLS:
-            try:
-                process.wait(rng.uniform(*MOMENTS))
-                over = True  # finished, or stopped as one of its jobs was killed
-            except subprocess.TimeoutExpired:
-                victim, over = kill(process, rng.choice(VICTIMS), rng.random())
-                victims.append(victim)
-        if process.poll() == 0:
-            return groups, victims
-        assert len(victims) > before, "ended badly by itself"
-        process.wait()  # where the last kill met a job
-    process = start(folder)
-    assert process.wait() == 0
-    return [*groups, process.pid], victims
-
-
-def orphans(groups):
-    """Processes of these groups that still run."""
-    found = []
-    for process in psutil.process_iter():
-        try:
-            if os.getpgid(process.pid) in groups and process.status() != psutil.STATUS_ZOMBIE:
-                found.append(process)
-        except (psutil.Error, OSError):
-            continue
-    return found
-
-
-def wait_for_orphans(groups, seconds=LAST_ORPHAN):
-    """Orphans that have not ended within some seconds."""
-    end = time.monotonic() + seconds
-    while (left := orphans(groups)) and time.monotonic() < end:
-        time.sleep(0.5)
-    return left
 
 
 def outcome(folder):
@@ -158,62 +63,33 @@ def _free(path):
     return True
 
 
-@pytest.mark.long
-def test_a_campaign_that_is_killed_ends_as_an_undisturbed_one(tmp_path):
-    whole, killed = checkout(tmp_path / "whole"), checkout(tmp_path / "killed")
-    assert start(whole).wait() == 0
-    groups, victims = disturbed(killed)
-    assert "job" in victims
-    assert wait_for_orphans(groups) == []
-    assert left_behind(killed) == []
-    assert list(faults_of(killed / "results")) == []
-    expected, found = outcome(whole), outcome(killed)
-    assert sorted(found) == sorted(expected)
-    assert [name for name in expected if found[name] != expected[name]] == []
+STUDY = re.sub("engine: .*\n", "", deployed.STUDY).format(name="drops", folder=".")
 
 
-STUDY = """name: {name}
-tests: {{ ball: {{ experiment: drop }} }}
-factors: factors.tsv
-measurements: measured.csv
-calibrate: {{ to: {{ rebound_height_mm: {{}} }} }}
-run:
-  materials: {{ particle: {{ density_kg_m3: 2500, shear_modulus_Pa: 1.0e+7, poisson_ratio: 0.2 }} }}
-  particles: {{ count: 1, diameter_mm: 2.0 }}
-  geometry: {{ drop_height_mm: 5.0, drops: 2 }}
-screening: {{ kind: plackett_burman, runs: 4, replicates: 2 }}
-runs_per_job: 4
-"""
-TARGET = "screening"
-
-
-def study(folder, name="drops"):
-    """A folder with a study of eight drops in two batches; no results."""
-    checkout(folder)
-    (folder / "factors.tsv").write_text(FACTORS)
-    (folder / "measured.csv").write_text(MEASURED)
-    (folder / "study.yaml").write_text(STUDY.format(name=name))
+def study(folder):
+    """A folder with a study of eight drops of the engine in two batches; no results."""
+    deployed.checkout(folder)
+    (folder / "factors.tsv").write_text(deployed.FACTORS)
+    (folder / "measured.csv").write_text(deployed.MEASURED)
+    (folder / "study.yaml").write_text(STUDY)
     return folder
 
 
-def command(target=TARGET):
-    return [sys.executable, "-m", "snakemake", "-j2", "--configfile", "study.yaml", "--", target]
+COMMAND = [sys.executable, *"-m snakemake -j2 --configfile study.yaml -- screening".split()]
 
 
-def campaign(folder, target=TARGET, before="", **options):
-    """The campaign in a process, after the shell's commands `before`; what it said, both streams
-    together, as `stdout`."""
-    words = [f"'{word}'" for word in command(target)]
+def campaign(folder, **options):
+    """The campaign in a process; what it said, both streams together, as `stdout`."""
     return subprocess.run(
-        ["bash", "-c", f"{before}\nexec {' '.join(words)}"], cwd=folder,
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, **options,
+        COMMAND, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        check=False, **options,
     )  # fmt: skip
 
 
 def started(folder):
-    """The campaign under way."""
+    """The campaign under way, as a process that leads a group of its own."""
     with open(folder / "campaign.log", "a") as log:
-        return subprocess.Popen(command(), cwd=folder, stdout=log, stderr=log)
+        return subprocess.Popen(COMMAND, cwd=folder, stdout=log, stderr=log, process_group=0)
 
 
 def finished(folder):
@@ -230,6 +106,37 @@ def undisturbed(tmp_path_factory):
     return found
 
 
+def kill_a_job(process):
+    """kill -9 of a process below the campaign, if one is there still."""
+    with suppress(psutil.NoSuchProcess):
+        for child in psutil.Process(process.pid).children(recursive=True)[-1:]:
+            child.kill()
+
+
+VICTIMS = {
+    "snakemake alone, so that its jobs are orphans": subprocess.Popen.kill,
+    "a process of a job": kill_a_job,
+    "all at once, as when the machine stops": lambda process: os.killpg(process.pid, SIGKILL),
+}
+
+
+@pytest.mark.parametrize("victim", VICTIMS.values(), ids=VICTIMS)
+def test_a_campaign_that_is_killed_ends_as_an_undisturbed_one(undisturbed, tmp_path, victim):
+    """kill -9 while its runs are made; who starts it again neither unlocks nor forgets anything."""
+    process = started(study(tmp_path))
+    while not list(tmp_path.glob("results/runs/*/result.json")):
+        assert process.poll() is None, (tmp_path / "campaign.log").read_text()
+        time.sleep(0.02)
+    victim(process)
+    process.wait()
+    assert finished(tmp_path) == undisturbed
+    end = time.monotonic() + LAST_ORPHAN
+    while left_behind(tmp_path) and time.monotonic() < end:
+        time.sleep(0.5)
+    assert left_behind(tmp_path) == []
+    assert list(faults_of(tmp_path / "results")) == []
+
+
 @pytest.fixture
 def mounts():
     """Words before a command that let it mount what only it sees."""
@@ -243,7 +150,7 @@ def test_a_disk_that_is_full(undisturbed, mounts, tmp_path):
     """A file system with room for a third of the results, then for all of them."""
     study(tmp_path)
     (tmp_path / "results").mkdir()
-    words = " ".join(f"'{word}'" for word in command())
+    words = " ".join(f"'{word}'" for word in COMMAND)
     script = f"""
         mount -t tmpfs -o size=80k none results
         {words} > full.log 2>&1 && exit 1
@@ -267,7 +174,7 @@ def test_a_disk_that_is_full(undisturbed, mounts, tmp_path):
 def test_a_folder_that_can_only_be_read(undisturbed, mounts, tmp_path):
     study(tmp_path)
     (tmp_path / "results").mkdir()
-    words = " ".join(f"'{word}'" for word in command())
+    words = " ".join(f"'{word}'" for word in COMMAND)
     script = f"""
         mount --bind results results && mount -o remount,ro,bind results || exit 3
         {words} > readonly.log 2>&1 && exit 1
