@@ -5,11 +5,8 @@ from scipy.integrate import solve_ivp
 from dem.contact.registry import Material
 from dem.timescales import hertz_contact_time
 from paper.audit.bench import (
-    inverse_quadratic,
-    r_squared,
     stepped_restitution,
 )
-from paper.audit.materials import unit_dimension
 from paper.audit.paper import Found, Printed, propagate
 
 
@@ -60,14 +57,6 @@ def test_verdict_follows_the_printed_place():
         assert found.compared(printed)[0] == holds
 
 
-def test_units_are_read_by_dimension():
-    assert unit_dimension("kg m-3") == (1, -3, 0)
-    assert unit_dimension("kg m2") == (1, 2, 0)
-    assert unit_dimension("N m-2") == unit_dimension("Pa")
-    assert unit_dimension("1") == (0, 0, 0)
-    assert unit_dimension("kg furlong-3") is None
-
-
 def test_contact_time_is_that_of_the_integrated_elastic_impact():
     radius, speed, salt = 1e-3, 1.7, Material(1210.0, 1.9e9, 0.25)
     stiff = Material(7800.0, 1e18, 0.3)
@@ -101,15 +90,3 @@ def test_stepped_error_falls_with_the_step():
     ]
     slope = np.polyfit(np.log([50, 100, 200, 400]), np.log(errors), 1)[0]
     assert -1.3 < slope < -0.7  # semi-implicit Euler is of first order
-
-
-def test_inverse_takes_the_branch_in_range_and_says_when_there_is_none():
-    assert inverse_quadratic([1, 0, 0], 0.25, 0, 1) == pytest.approx(0.5)
-    assert inverse_quadratic([1, 0, 0], 0.25, -1, 0) == pytest.approx(-0.5)
-    assert np.isnan(inverse_quadratic([1, 0, 1], 0, -1, 1))
-
-
-def test_r_squared_of_mean_and_of_data():
-    y = np.array([1.0, 2.0, 4.0])
-    assert r_squared(y, y) == 1
-    assert r_squared(y, np.full(3, y.mean())) == pytest.approx(0)
