@@ -203,7 +203,11 @@ def test_a_clump_of_one_sphere_is_a_sphere_to_the_bit(tmp_path):
 
 BLUNT = "x_mm,y_mm,z_mm,radius_mm\n0,0,0,1\n0.2,0,0,0.95\n0,-0.1,0.15,0.95\n"
 RIGS = {
-    "compression": (*small_rigs.RIGS["compression"], TRIPLE),
+    "compression": (
+        {"count": 200},
+        {"box_width_mm": 12, "box_height_mm": 30, "lid_travel_mm": 29, "normal_stress_kPa": 5},
+        TRIPLE,
+    ),
     "discharge": (
         {"count": 1900, "diameter_mm": 2.0},
         {"silo_diameter_mm": 29, "orifice_diameter_mm": 11.2},

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks.ways.__main__ import by_response, summary, trials
+from benchmarks.ways.__main__ import summary, trials
 from benchmarks.ways.grain_learning import GrainLearning
 from benchmarks.ways.truths import (
     INSIDE,
@@ -50,18 +50,6 @@ def test_each_way_comes_near_with_many_runs(way):
         assert (low <= high).all()
         assert low.min() >= GRID[0]
         assert high.max() <= GRID[-1]
-
-
-def test_a_response_that_is_not_smooth_has_a_summary_of_its_own():
-    misses = {"nearly plane": 0.1, "step": 1.0, "two kinds": 3.0}
-    table = pd.DataFrame(
-        [{"response": r, "way": "w", "runs": 22, "miss": s * m} for r, m in misses.items()
-         for s in (1, -1)]
-    )  # fmt: skip
-    found = by_response(table).set_index("responses")
-    rmse = {"smooth": 0.1, "rough": np.sqrt(5.0), "step": 1.0, "two kinds": 3.0}
-    assert found["rmse"].to_dict() == pytest.approx(rmse)
-    assert found["studies"].to_dict() == {"smooth": 2, "rough": 4, "step": 2, "two kinds": 2}
 
 
 def test_the_page_says_what_the_trials_hold(monkeypatch):

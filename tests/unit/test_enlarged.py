@@ -8,11 +8,9 @@ the code itself, in metres or seconds, breaks that, and so does a number of fine
 does not hold.
 """
 
-import numpy as np
 import pytest
 
 from dem.experiments import experiments
-from dem.experiments.shear_ring import Ring
 from dem.run import run
 from dem.spec import parse_spec
 from dem.units import unit_of
@@ -148,18 +146,3 @@ def test_an_experiment_of_another_size_is_the_same(tmp_path, name, h, laws):
     for key, value in as_is.items():
         expected = value * h ** POWERS[unit_of(key)]
         assert found[key] == pytest.approx(expected, rel=1e-12, abs=0.0), key
-
-
-def test_the_walls_of_a_shear_ring_are_higher_than_its_grains():
-    spec = parse_spec(
-        {
-            "experiment": "shear",
-            "particles": {"count": 1000, "diameter_mm": 20.0},
-            "geometry": {"inner_diameter_mm": 100.0, "outer_diameter_mm": 220.0},
-            "seed": 1,
-        }
-    )
-    ring = Ring(spec, np.random.default_rng(1))
-    top = (ring.sim.position[:, 2] + ring.sim.radius).max()
-    assert top > 0.2  # as high as any ring was before
-    assert ring.height(spec, 0.01) > top

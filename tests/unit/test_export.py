@@ -28,7 +28,7 @@ from calibration.telling.export.parameters import parameter_interval, to_yaml
 from dem.constants import GRAVITY
 from dem.contact.catalogue import LAWS
 from dem.contact.damping.tsuji import factor
-from dem.contact.rolling.elastic_plastic import dashpot_of, mercury_spring, spring_of
+from dem.contact.rolling.elastic_plastic import dashpot_of, spring_of
 from dem.io.mapping import read_mapping
 from dem.spec import ContactSpec, load_spec, parse_spec
 from dem.units import in_ascii, unit_of
@@ -269,13 +269,6 @@ def test_mercury_forces_are_ours(material, pairs):
         assert c == pytest.approx(2 * 0.3 * math.sqrt(p.inertia * k_r))
 
 
-def test_mercury_spring_is_as_much_stiffer_as_the_docstring_says(pairs):
-    p = pairs[0]
-    g = numbers("mercurydpm", "tangential", "mindlin", p)["EffectiveShearModulus"]
-    ratio = mercury_spring(p) / spring_of(p)
-    assert ratio == pytest.approx(16 * g / (p.young * 2.25 * MU_R**2))
-
-
 def test_mercury_block_is_well_formed(material, mapping):
     """No compiler's check: braces, statements and setters that its sources have."""
     text = mercurydpm.block(material, conversion(mapping), ["where from"])
@@ -422,13 +415,6 @@ def test_a_law_calibrated_with_keeps_its_number(mapping):
     assert "NOT CONVERTED" not in " ".join(c.sentences("epsd3"))
 
 
-def test_another_law_does_not_inherit_constants_of_the_calibrated_one(mapping):
-    own = rolling.on_path(mapping, "elastic_plastic", 0.0)
-    assert own["law_parameters"]["rolling_damping_ratio"] == rolling.DAMPING_RATIO
-    other = parse_spec(rolling.on_path(own, "no_rotation", 0.5))
-    assert other.law_parameters.rolling_damping_ratio is None
-
-
 def test_no_search_where_nothing_rolls(mapping, tmp_path):
     free = overlay(mapping, {"laws": {"rolling": "none"}})
     assert not rolling.needs_search(parse_spec(free))
@@ -451,12 +437,6 @@ def test_a_study_without_a_heap_says_that_rolling_friction_is_not_converted(mapp
     c = Conversion(drop, {"path": None})
     assert "Without a heap" in c.sentences("epsd3")[0]
     assert c.equivalent.rolling_friction == pytest.approx(OPTIMUM["salt_salt_rolling_friction"])
-
-
-def test_an_export_without_the_search_says_how_to_make_it(mapping):
-    (sentence,) = Conversion(parse_spec(mapping)).sentences("epsd3")
-    assert "NOT CONVERTED" in sentence
-    assert tells(sentence, "STUDY export_converted")
 
 
 def test_an_export_says_when_the_angle_cannot_be_reached(material, mapping):
@@ -674,16 +654,6 @@ def test_the_inverse_gives_back_the_angle_of_a_known_curve(target):
     found = rolling.invert(shares, curve + np.tile([0.3, -0.3], len(PATH)), target)
     assert found.reached
     assert 35.0 + 15.0 * found.share == pytest.approx(target)
-
-
-def test_the_inverse_of_a_curve_with_a_dip_is_its_first_crossing():
-    angles = [30.0, 35.0, 41.0, 39.0, 45.0]
-    assert rolling.invert(PATH, angles, 40.0).share == pytest.approx(0.3333 * 5 / 6)
-
-
-def test_an_angle_below_the_path_takes_its_start():
-    found = rolling.invert(PATH, [30.0, 35.0, 41.0, 42.0, 45.0], 20.0)
-    assert (found.share, found.reached) == (-0.25, False)
 
 
 def test_an_angle_above_the_path_takes_the_smallest_number_as_good_as_the_best():

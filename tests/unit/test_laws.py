@@ -121,22 +121,6 @@ SPEC = (
 )
 
 
-def test_a_law_added_as_the_page_says_is_known(with_the_law):
-    """One file: the schema, the checks, the template, the table and the dispatch know it."""
-    said = with_the_law(
-        SPEC
-        + "from dem.template import template; from dem.contact.catalogue import table\n"
-        + "from dem.contact.dispatch import source_of\n"
-        + "from dem.materials import contact_parameters\n"
-        + 'print(template("heap"), table(), source_of("limit"), contact_parameters(spec))\n'
-        + "import sys; assert 'numba' not in sys.modules\n"
-    )
-    assert "friction_floor_N: null" in said
-    assert "| `rate_free` |" in said
-    assert "friction_rate_free.limit(p, normal)" in said
-    assert "friction_floor=0.001" in said
-
-
 EXPORTED = """
 from calibration.engines import lammps, liggghts
 from calibration.engines.conversion import Conversion, granulate, left_out

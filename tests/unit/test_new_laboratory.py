@@ -3,7 +3,6 @@ Expected numbers are worked out by hand or from closed forms."""
 
 import math
 import re
-import time
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +18,6 @@ from calibration.runs.runner import report
 from calibration.study.config import parse_config
 from calibration.study.config.joint import joint_targets, read_joint_target
 from calibration.study.factors import read_factors
-from calibration.study.new import pilot
 from calibration.study.new.answers import separate
 from calibration.study.new.grains import clump_of_axes
 from calibration.study.new.methods import methods
@@ -184,15 +182,6 @@ def test_a_rig_whose_grains_do_not_rest_is_changed_until_they_do(here, monkeypat
     assert config.tests["vessel"].run["numerics"]["max_time_s"] == 6.0  # 3 s by the experiment
     assert tells(said, "vessel", "max_time_s", "6", "rest")
     assert "calibration run" in said.splitlines()[-1]
-
-
-def test_a_long_run_is_told_of_while_it_lasts(monkeypatch):
-    monkeypatch.setattr(pilot, "EVERY_S", 0.01)
-    said = []
-    with pilot.heard("silo", said.append):
-        time.sleep(0.2)
-    assert len(said) > 3
-    assert all("silo" in line for line in said)
 
 
 def test_a_cylinder_that_is_told_counts_without_doubt(here, capsys):

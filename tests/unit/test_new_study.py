@@ -16,7 +16,7 @@ from calibration.study.config import parse_config
 from calibration.study.config.joint import joint_targets
 from calibration.study.factors import Factor, read_factors
 from calibration.study.new.heap import Heap
-from calibration.study.new.pilot import Trial, beyond, corners, one_run, shrunk
+from calibration.study.new.pilot import Trial, beyond, one_run, shrunk
 from calibration.study.new.ranges import WIDE, factors_of, materials
 from calibration.study.new.sizes import mean_diameter, sieve_curve
 from calibration.study.new.study import study_name
@@ -275,15 +275,6 @@ def test_ranges_stay_where_all_heaps_stand_or_none():
     (friction, _), poured = shrunk(FRICTION, pour(FRICTION, square), pour)
     assert friction.low == pytest.approx(0.44)
     assert sum(bool(t.fault) for t in poured) == 2
-
-
-def test_the_pilot_pours_at_the_points_of_the_screening(here):
-    main(["new", "peas", *ANGLES, *RIG])
-    config = read(here / "peas")
-    points = corners(config, read_factors(config.factors))
-    assert {*points.ravel()} <= {0.0, 0.5, 1.0}
-    assert len(points) == 17  # of resolution IV for seven factors, and the centre
-    assert len(np.unique(points, axis=0)) == 17
 
 
 def test_a_new_study_runs_without_a_warning_of_the_engine_in_all_profiles(here):

@@ -12,7 +12,6 @@ from benchmarks.rates.simulated import salt_settings
 from calibration.errors import ConfigError
 from calibration.intake.measurements import Measurement
 from calibration.study.factors import read_factors
-from diagnosis.catalogue import load_catalogue
 from diagnosis.collision import STEP, _rebounds
 from diagnosis.compared import compare
 from diagnosis.other_code import (
@@ -42,12 +41,6 @@ def slides(tmp_path, read=lambda angle: angle):
     angles = [read(np.degrees(np.arctan(mu))) for mu in MU]
     rows = [f"tilt,sliding_angle,{a:.4f},deg,5,{mu}" for a, mu in zip(angles, MU, strict=True)]
     return read_runs(table(tmp_path, rows), ALL)
-
-
-def test_each_run_has_its_parameters(tmp_path):
-    runs = slides(tmp_path)
-    assert [dict(m.known) for m in runs] == [{"salt_steel_static_friction": mu} for mu in MU]
-    assert [m.line for m in runs] == [2, 3, 4, 5, 6, 7]
 
 
 def test_faults_are_said_by_line(tmp_path):
@@ -218,23 +211,6 @@ def test_chance_alone_is_no_cause(tmp_path):
         assert found["causes"] or tells(found["sentence"], "none", "2 causes")
     # 5 % are stated; more than six of forty have a chance of 1 %
     assert named <= 6
-
-
-@pytest.mark.slow
-@pytest.mark.long
-@pytest.mark.parametrize("known", [{}, load_catalogue()], ids=["conventions", "catalogue"])
-def test_slides_of_a_code_whose_reading_is_off(tmp_path, known):
-    """The engine's own slides, and a reading that is one degree off."""
-    settings = salt_settings()
-    rig = Rig(settings, BASE, parameters_of(settings, FACTORS, ["tilt"]))
-    runs = slides(tmp_path, lambda a: a + 1.05)
-    ours, causes = of_contacts(runs, rig, known)
-    assert ours == pytest.approx(np.degrees(np.arctan(MU)), abs=0.5)
-    found = compare(runs, ours, causes)
-    cause = found["ranking"][0]["cause"]
-    assert cause == "tilt_detection_lag" or tells(cause, "reading", "angle")
-    assert found["verdict"] in ("identified", "ambiguous")
-    assert found["ranking"][0]["scatter_after"] < 0.1 * found["scatter_before"]
 
 
 def test_emulated_runs_at_known_parameters_show_cohesion(tmp_path):

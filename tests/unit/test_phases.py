@@ -8,7 +8,6 @@ import pytest
 from dem.contact.registry import ContactParameters, Material
 from dem.errors import LightBodyError, RefusedStateError
 from dem.experiments import phases
-from dem.experiments.heap import Rig, Source
 from dem.measure.heap import measure_heap, readings_apart
 from dem.run import run
 from dem.simulation import Simulation
@@ -111,19 +110,6 @@ def test_a_free_lid_too_light_for_its_contacts_is_refused_and_a_heavy_one_rests(
         else:
             sim.advance(20000)
             assert abs(sim.wall_state.velocity[1, 2]) < 0.1
-
-
-def test_one_grain_at_the_collar_does_not_stop_the_source():
-    spec = parse_spec({"experiment": "heap", "particles": {"count": 200, "diameter_mm": 2.0}})
-    rig = Rig(spec.geometry)
-    source = Source(spec, rig, np.random.default_rng(1))
-    sim = simulation(WallSet())
-    sim.add_particles([[rig.mouth_radius - RADIUS, 0.0, rig.source_height]], RADIUS)
-    free = source.free_sites(sim)
-    assert 0.9 * len(source.sites) < len(free) < len(source.sites) + 1
-    full = np.column_stack([source.sites, np.full(len(source.sites), rig.source_height)])
-    sim.add_particles(full[: int(0.7 * len(full))], RADIUS)
-    assert len(source.free_sites(sim)) == 0
 
 
 def cone(height, plate=0.04, seed=1):

@@ -26,11 +26,9 @@ from calibration.statistics.surface import (
     quadratic_terms,
     reduced_surface,
 )
-from calibration.study import stage as declared
 from calibration.study.config import parse_config
 from calibration.study.factors import Factor, read_factors
 from calibration.study.physical_limits import inside, physical_range
-from calibration.study.stage import Plan, Points, Stage, load_stages
 from stage_files import Files, PlanFiles
 from workflow_rules import ROOT, rules_of
 
@@ -113,25 +111,6 @@ def test_the_scatter_of_seeds_holds_no_aliased_interaction():
     assert set(first["pair"][np.isclose(first["sum_sq"], first["sum_sq"][0])]) >= {"BC"}
 
 
-def test_a_stage_that_expects_runs_is_counted(config_of_salt, monkeypatch, tmp_path):
-    """The progress has no list of its own: a declared stage appears in it."""
-    config, _ = config_of_salt
-    rules = config.optimise.model_copy(update={"candidate_runs": 5})
-    config = config.model_copy(update={"optimise": rules})
-    monkeypatch.setattr(declared, "load_stages", lambda: {s.name: s for s in (*STAGES, POLISH)})
-    for name in ("config", "data"):
-        (tmp_path / name).symlink_to(Path(name).resolve())
-    monkeypatch.chdir(tmp_path)
-    found = progress.progress(config)
-    assert (found.chain[-1].name, found.chain[-1].total) == ("polish", 7)
-    assert [plan.name for plan in found.chain[:-1]] == [
-        "screening", "ascent", "response_surface", "candidate_first", "validation",
-    ]  # fmt: skip
-    # the salt's asks for the paper's 12, 5 and 17, and the validation's
-    assert [plan.left for plan in found.chain] == [12, 5, 17, 5, 15, 7]
-    assert found.mean_s is None
-
-
 def test_what_a_stage_above_has_without_a_value_has_not_failed_in_the_chain(
     config_of_salt, monkeypatch, tmp_path
 ):
@@ -148,18 +127,6 @@ def test_what_a_stage_above_has_without_a_value_has_not_failed_in_the_chain(
         (tmp_path / config.runs / name).mkdir(parents=True)
         (tmp_path / config.runs / name / file).write_text("{}")
     assert progress.progress(config).failed == ["heap-2"]
-
-
-STAGES = list(load_stages().values())
-POLISH = Stage(
-    name="polish",
-    title="Polish",
-    place=6.5,
-    chain=True,
-    plans=(
-        Plan("polish", lambda *_: [Points("polish", pd.DataFrame(index=range(7)), "heap", {})]),
-    ),
-)
 
 
 def test_no_two_stages_have_the_same_seeds():

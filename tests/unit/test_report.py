@@ -321,10 +321,3 @@ def test_the_page_reads_in_a_browser(tab, page, study, width, scheme):
     assert tab.requests() == [address]
     ground, ink = np.mean(tab.evaluate(GROUND)), np.mean(tab.evaluate(INK))
     assert (ground > 200 > 100 > ink) if scheme == "light" else (ground < 60 < 180 < ink)
-
-
-def test_a_stage_without_runs_leaves_an_empty_folder_of_pictures(tmp_path):
-    (tmp_path / "design.csv").write_text("run,seed,experiment,run_id\n")
-    source = SimpleNamespace(design=str(tmp_path / "design.csv"))
-    heaps(None, source, [str(tmp_path / "heaps" / "candidate")])
-    assert list((tmp_path / "heaps").iterdir()) == [tmp_path / "heaps" / "candidate"]

@@ -11,7 +11,6 @@ import sys
 import pytest
 import small_rigs
 
-from dem.experiments import experiments
 from dem.fingerprint import ROOT, engine_sources
 
 # what numpy and scipy hand to BLAS or LAPACK, whose kernels round by the processor
@@ -63,15 +62,9 @@ def test_nothing_in_the_engine_calls_blas():
 
 
 WIDE = {"orifice_diameter_mm": 30.0}  # nothing clogs
-RIGS = small_rigs.RIGS | {
+RIGS = {
     "drop": ({}, {}),
     "tilt": ({}, {"trials": 1}),
-    "bulk_density": ({"count": 350}, {"vessel_diameter_mm": 14, "taps": 1}),
-    "discharge": ({"count": 1500}, {"silo_diameter_mm": 21, "orifice_diameter_mm": 8.4}),
-    "draw_down": (
-        {"count": 1500},
-        {"upper_width_mm": 38, "lower_width_mm": 60, "depth_mm": 8, "slot_width_mm": 12},
-    ),
     "heap": (
         {"count": 400},
         {"orifice_diameter_mm": 15, "generation_rate_per_s": 2500, "plate_diameter_mm": 40},
@@ -99,21 +92,13 @@ RUNS = {
         "geometry": WIDE,
         "contacts": small_rigs.ROUGH,
     },
-    "default laws": {
-        "experiment": "bulk_density",
-        "particles": {"count": 300, "diameter_mm": 1.6},
-        "geometry": {"vessel_diameter_mm": 12, "taps": 1},
-        "contacts": small_rigs.ROUGH,
-    },
 }
 RUN_ALL = """
-import hashlib, json, os, sys, tempfile
+import hashlib, json, sys, tempfile
 import numpy as np
-from dem.kernel import threads as team
 from dem.run import run
 from dem.spec import parse_spec
 
-team.LEAST = int(os.environ.get("LEAST", team.LEAST))
 out = {}
 for name, spec in json.load(sys.stdin).items():
     for precision in sys.argv[1:]:
@@ -165,13 +150,6 @@ def run_all(runs, precisions, **environment):
     return json.loads(done.stdout)
 
 
-def test_every_experiment_takes_part():
-    assert set(RIGS) == set(experiments())
-
-
-FIRST = ("heap", "elongated grains", "drop", "tilt", "shear")
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="names of x86 processors")
 def test_processors_with_fused_multiplication_agree_to_the_bit(tmp_path):
@@ -180,10 +158,9 @@ def test_processors_with_fused_multiplication_agree_to_the_bit(tmp_path):
     features = cpu_features()
     if not {"AVX2", "FMA3"} <= features:
         pytest.skip("this machine has no fused multiplication")
-    runs = {name: RUNS[name] for name in FIRST}
-    here = run_all(runs, PRECISIONS)
+    here = run_all(RUNS, PRECISIONS)
     there = run_all(
-        runs,
+        RUNS,
         PRECISIONS,
         **target(FUSED),
         NUMBA_CACHE_DIR=str(tmp_path),
@@ -196,13 +173,3 @@ def test_processors_with_fused_multiplication_agree_to_the_bit(tmp_path):
     for name, (_, metrics) in here.items():
         # what is measured from a state may round its sines and cosines in another way
         assert there[name][1] == pytest.approx(metrics, rel=1e-9), name
-
-
-@pytest.mark.slow
-def test_the_threads_of_a_run_do_not_change_a_bit():
-    """Whole runs with walls that move, a lid that falls and grains of several spheres; of few
-    grains, so that most forces meet at a border between two threads."""
-    names = ("heap", "shear", "drum", "lifted_cylinder", "elongated grains")
-    runs = {name: RUNS[name] for name in names}
-    alone = run_all(runs, ("mixed",), DEM_THREADS="1")
-    assert run_all(runs, ("mixed",), DEM_THREADS="2", LEAST="1") == alone

@@ -11,7 +11,6 @@ from calibration import engines
 from calibration.runs.plans import plan, points_of, result_path, write_plan
 from calibration.runs.progress import Plan, Progress
 from calibration.runs.runner import report, run_logged
-from calibration.runs.store import RunStore
 from calibration.statistics.screening_design import plackett_burman
 from calibration.study.config import parse_config
 from calibration.study.factors import read_factors
@@ -45,24 +44,6 @@ def campaign(tmp_path, monkeypatch):
 
 def blows_up(*_, **__):
     raise BlowUpError(particle=1, time=0.1, reason="overlap", hint="the time step")
-
-
-def test_a_run_without_a_value_names_its_point_and_the_likely_cause(campaign, capsys):
-    settings, table, specs = campaign
-    row = table.iloc[3]
-    folder = Path(result_path(row["run_id"])).parent
-    run_logged(specs[row["run_id"]], folder, folder / "run.log", settings)
-    shown = capsys.readouterr().err
-    assert tells(shown, row["run_id"], "no value", "no heap")
-    assert tells(shown, "likely cause", "plate")
-    # 20 mm over 6 mm: the funnel was a risk from the start
-    assert tells(shown, "orifice_diameter_mm", "3.3")
-    assert tells(shown, "screening", "run 4 of 12", "seed 1")
-    assert f"salt_salt_rolling_friction {row['salt_salt_rolling_friction']:g}" in shown
-    assert "Traceback" not in shown
-    assert "point:  screening, run 4" in (folder / "run.log").read_text()
-    assert not (folder / "failed.yaml").exists()
-    assert RunStore().current(row["run_id"])["metrics"] == {}
 
 
 def test_a_failed_run_names_its_point_its_log_and_the_likely_cause(campaign, capsys, monkeypatch):

@@ -1,96 +1,23 @@
-"""A stage reads no section of the configuration that its rule does not declare. A job that does is
-refused, but only when it runs, after its simulations. Here the code of each stage is looked through
-instead, with all that it calls by name.
+"""The page opens no result that its rule does not declare, and an edited deck is told.
 
-And it touches no result that its rule does not declare, as far as stages are called here:
-`Declared.call` holds each to it.
+What another stage reads of the configuration, or touches, without a word in its rule is refused
+where it is called: by `Declared.call` here, and in the jobs of the test profile, which `.ci/run`
+makes.
 """
 
-import ast
-import inspect
-import textwrap
-from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 from calibration.chain.jobs import leave_record
-from calibration.chain.study import ALWAYS, OF, Study
+from calibration.chain.study import Study
 from calibration.runs.records import altered
-from calibration.study.config import Config
-from calibration.study.config.schema import VIEWS
-from calibration.study.stage import load_stages, resolve
+from calibration.study.stage import load_stages
 from calibration.telling.report import build
 from opened.watch import undeclared, watching
 from workflow.test_targets import angle, run_chain, study
-from workflow_rules import ROOT, flat, read_workflow, rules_of
-
-OURS = ("calibration", "diagnosis", "paper")
-
-
-@cache
-def looked_through(function):
-    """({sections that it reads}, [functions of ours that it names]) of one function."""
-    tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
-    nodes = list(ast.walk(tree))
-    known = dict(function.__globals__)
-    for node in nodes:
-        if isinstance(node, ast.ImportFrom):
-            module = __import__(node.module, fromlist=["any"])
-            known |= {a.asname or a.name: getattr(module, a.name) for a in node.names}
-    own = {n.id for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
-    own |= {n.arg for n in nodes if isinstance(n, ast.arg)}
-    sections, named = set(), []
-    for node in nodes:
-        if isinstance(node, ast.Name) and node.id not in own:
-            named.append(known.get(node.id))
-        elif isinstance(node, ast.Attribute):
-            owner = getattr(node.value, "id", getattr(node.value, "attr", None))
-            section = OF.get(node.attr, node.attr)
-            if owner == "config" and (section in Config.model_fields or section in VIEWS):
-                sections.add(section)
-            elif owner in ("study", "self"):
-                named.append(inspect.getattr_static(Study, node.attr, None))
-            else:
-                named.append(getattr(known.get(owner), node.attr, None))
-    return sections, [f for f in map(plain, named) if f]
-
-
-def plain(thing):
-    """A function of ours below its property, cache or decorator, or None."""
-    for name in ("func", "fget", "__wrapped__"):
-        thing = inspect.getattr_static(thing, name, None) or thing
-    ours = inspect.isfunction(thing) and thing.__module__.split(".")[0] in OURS
-    return thing if ours else None
-
-
-def read_by(function):
-    """{section: the function that reads it} of a function and of all that it calls."""
-    seen, left, found = set(), [function], {}
-    while left:
-        function = left.pop()
-        if function in seen:
-            continue
-        seen.add(function)
-        sections, called = looked_through(function)
-        found |= {section: f"{function.__module__}.{function.__name__}" for section in sections}
-        left += called
-    return found
-
-
-@pytest.fixture(scope="module")
-def rules():
-    return rules_of(ROOT / "config/config.yaml", ROOT / "Snakefile", ROOT)
-
-
-def test_every_stage_declares_what_it_reads(rules):
-    missing = {}
-    for name, rule in rules.items():
-        found = read_by(plain(resolve(rule.function)))
-        undeclared = found.keys() - {*rule.reads, *ALWAYS}
-        missing |= {f"{name}: {section}": found[section] for section in undeclared}
-    assert missing == {}
+from workflow_rules import flat, read_workflow, rules_of
 
 
 @pytest.fixture(scope="module")

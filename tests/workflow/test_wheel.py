@@ -9,7 +9,6 @@ import pytest
 from deployed import ROOT, done, install_wheel, write_study
 
 import calibration
-from facts import refused
 
 METADATA = f"granular_calibration-{calibration.__version__}.dist-info"
 
@@ -66,8 +65,3 @@ def test_a_stage_is_made_in_an_empty_folder(programs, tmp_path):
     times = {p: p.stat().st_mtime_ns for p in (tmp_path / "results").rglob("*.json")}
     done(programs / "calibration", "run", "bounce", "-j1", "screening", cwd=tmp_path)
     assert {p: p.stat().st_mtime_ns for p in times} == times
-
-
-def test_what_is_no_study_is_a_sentence(programs, tmp_path):
-    with refused(AssertionError, "wheat", "no study", "config.yaml"):
-        done(programs / "calibration", "run", "wheat", "-n", cwd=tmp_path)

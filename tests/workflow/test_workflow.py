@@ -18,7 +18,6 @@ from calibration.stages.validation import plan_validation
 from calibration.study.config import parse_config, point_spec, read_target
 from calibration.study.factors import read_factors
 from calibration.study.stage import load_stages
-from calibration.telling.export.files import CODES, CONVERTED
 from dem.run import run
 from dem.spec import parse_spec
 from diagnosis.declared import WAVES
@@ -163,13 +162,6 @@ def test_each_stage_ends_with_a_rule_and_its_plans_are_made(declared):
         if rule.plan
     }
     assert made == {f"results/salt/{plan.folder}" for stage in stages for plan in stage.plans}
-
-
-def test_the_export_makes_every_code_s_files(workflow):
-    made = {str(f) for rule in workflow.rules if "export" in rule.name for f in rule.output}
-    names = [*CODES, "dem.yaml", "study.yaml", *(f"converted/{name}" for name in CONVERTED)]
-    assert {f"results/salt/exports/{name}" for name in names} <= made
-    assert "results/salt/calibrated.yaml" in made
 
 
 # --- the diagnosis -----------------------------------------------------------------------------
