@@ -12,8 +12,7 @@ import pandas as pd
 import pytest
 import yaml
 
-from calibration.chain.files import read_region
-from calibration.chain.study import Study
+from calibration.chain.study import Study, read_region
 from calibration.engines import lammps, liggghts, yade
 from calibration.engines.conversion import Conversion, granulate
 from calibration.errors import CalibrationError

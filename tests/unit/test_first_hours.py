@@ -19,7 +19,7 @@ from calibration.runs.feasibility import check_ahead
 from calibration.runs.plans import read_plan
 from calibration.runs.runner import SPREAD, STANDS, causes
 from calibration.study.config import parse_config
-from calibration.study.config.resolution import parse_resolved
+from calibration.study.config.parse import parse_resolved
 from calibration.study.new.methods import methods
 from dem.errors import MeasureError
 from dem.experiments import experiments

@@ -33,7 +33,7 @@ from calibration.intake.photo import measure_photo
 from calibration.intake.sound import read_train
 from calibration.intake.tables import read_table
 from calibration.study.config.as_data import data_of
-from calibration.study.config.resolution import parse_resolved
+from calibration.study.config.parse import parse_resolved
 from calibration.study.factors import read_factors
 from calibration.study.new.answers import read_entries
 from calibration.study.new.laboratory_table import read_filled, write_empty

@@ -19,9 +19,8 @@ from calibration.statistics.surface import fit_surface
 from calibration.study.factors import Factor
 from calibration.study.stage import load_stages
 from calibration.telling.report import build
-from calibration.telling.report.answer import answer
+from calibration.telling.report.answer import answer, findings
 from calibration.telling.report.carried import workbook
-from calibration.telling.report.findings import findings
 from calibration.telling.report.profiler import profiler
 from facts import tells
 

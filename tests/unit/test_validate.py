@@ -10,8 +10,7 @@ from scipy import stats
 from statsmodels.stats.weightstats import CompareMeans, DescrStatsW, ttost_ind
 
 from calibration.errors import CalibrationError
-from calibration.statistics.stated import Stated
-from calibration.statistics.validate import compare, variance_components
+from calibration.statistics.validate import Stated, compare, variance_components
 from facts import refused
 from paper.audit.paper import Paper
 

@@ -13,7 +13,7 @@ from snakemake.io import is_flagged
 
 from calibration.study.config import Config, given, stands_alone
 from calibration.study.config.joint import check_targets, handed_out_by
-from calibration.study.config.resolution import parse_resolved
+from calibration.study.config.parse import parse_resolved
 from calibration.study.config.schema import VIEWS
 from calibration.study.config.tests import predicted, swept_test
 from calibration.errors import REFUSALS, in_words

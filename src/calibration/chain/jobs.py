@@ -10,8 +10,7 @@ from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from calibration.chain.files import each_file
-from calibration.chain.study import Study
+from calibration.chain.study import Study, each_file
 from calibration.errors import CalibrationError, in_words, of_the_machine
 from calibration.intake.started_code import permit
 from calibration.runs.records import FOLDER, record

@@ -18,12 +18,13 @@ from calibration.files import read_json
 from calibration.intake.tables import read_written
 from calibration.study.config import Config, is_measured, read_target
 from calibration.study.config.schema import VIEWS
-from calibration.study.factors import read_factors
+from calibration.study.factors import Factor, read_factors
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from calibration.statistics.stated import Stated
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.statistics.validate import Stated
     from calibration.study.config.schema import Target
     from calibration.study.factors import Choice, Factor
     from calibration.study.simulated_tests import SimulatedTest
@@ -160,7 +161,7 @@ class Study(Results):
     ) -> tuple[pd.DataFrame, dict[str, dict[str, Any]]]:
         """`plan` for a test of the laboratory: with the levels that it holds, and those that its
         grains have where they are of another size. The table keeps the levels of the study."""
-        from calibration.study.parcels import ratios, sized
+        from calibration.study.simulated_tests import ratios, sized
 
         by = ratios(self.config, test, [f.key for f in self.factors])
         names = [f.name for f in self.factors if f.name in design]
@@ -175,3 +176,25 @@ class Study(Results):
         beside = (set(test.fixed) | set(grown)) - set(names)
         own = {name: design[name].to_numpy() for name in names}
         return table.drop(columns=list(beside)).assign(**own), specs
+
+
+def read_region(path: str | Path) -> list[Factor]:
+    """Factors with the levels of a region: of a region.json, or of an optimum.json the one that it
+    was sought in."""
+    content = read_json(path)
+    return [Factor(**f) for f in (content["region"] if "region" in content else content)]
+
+
+def each_file(paths: Iterable[str | Path]) -> list[Path]:
+    """Files of a rule's paths, those in its folders one by one."""
+    found = []
+    for path in map(Path, paths):
+        found += sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
+    return found
+
+
+def further_files(config: Config, output: NamedFiles) -> Iterable[tuple[Target, str, str]]:
+    """(target, file, figure) of each further target; nothing with one target."""
+    if not config.further_targets:
+        return ()
+    return zip(config.further_targets, output.further, output.further_figures, strict=True)

@@ -22,7 +22,7 @@ from calibration.figures import response_of
 from calibration.intake.guard import in_study
 from calibration.runs.snakemake_command import LOGGER, call, snakemake_command
 from calibration.study.config import overlay, stands_alone
-from calibration.study.config.resolution import parse_resolved
+from calibration.study.config.parse import parse_resolved
 from calibration.study.stage import load_stages
 from calibration.telling.answer.schema import Answer, answer_of
 from calibration.telling.answer.words import lines
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     import numpy as np
     import pandas as pd
 
-    from calibration.statistics.stated import Stated
+    from calibration.statistics.validate import Stated
     from calibration.study.config.schema import Target
     from calibration.study.factors import Choice, Factor
 

@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from calibration.chain.files import read_region
 from calibration.chain.responses import with_value
+from calibration.chain.study import read_region
 from calibration.files import read_json
 from calibration.intake.tables import read_written
 from calibration.stages.joint import free_factors

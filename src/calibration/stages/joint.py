@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from calibration import figures
-from calibration.chain.files import read_region
+from calibration.chain.study import read_region
 from calibration.errors import CalibrationError
 from calibration.files import write_table
 from calibration.intake.tables import read_written
@@ -155,8 +155,8 @@ better than its outskirts."""
 def joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """The posterior of all tests, from runs over the whole levels. Writes the outputs that the rule
     declares."""
+    from calibration.chain.joint.analysis import metrics_of
     from calibration.chain.joint.emulators import Emulators
-    from calibration.chain.joint.next_tests import metrics_of
 
     config, factors = study.config, free_factors(study)
     measured = measured_of(config, joint_targets(config))

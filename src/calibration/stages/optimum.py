@@ -12,8 +12,8 @@ import numpy as np
 import pandas as pd
 
 from calibration import figures
-from calibration.chain.files import read_region
 from calibration.chain.responses import columns, with_responses, with_value
+from calibration.chain.study import read_region
 from calibration.figures import pairs_of, plane
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written

@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
-from calibration.chain.files import each_file
+from calibration.chain.study import each_file
 from calibration.errors import CalibrationError
 from calibration.files import replacing, write_text
 from calibration.runs.all_runs import CRATE, finished, runs_table, write_netcdf
 from calibration.study.stage import Stage
 from calibration.telling.export.parameters import to_yaml
-from calibration.telling.optional_packages import extra, program
+from calibration.telling.report.carried import PACKAGE, program
 from dem.io.files import write_json
 
 if TYPE_CHECKING:
@@ -76,9 +76,14 @@ def metadata(
 ) -> dict[str, Any]:
     """Content of ro-crate-metadata.json. inputs, results: files of the crate's folder; software:
     {identifier: properties} of the programs."""
-    with extra("provenance", "The stage provenance"):
+    try:
         from rocrate.model.contextentity import ContextEntity
         from rocrate.rocrate import ROCrate
+    except ModuleNotFoundError as error:
+        raise CalibrationError(
+            f"The stage provenance needs the package {error.name}, which a plain install leaves "
+            f"out: pip install '{PACKAGE}[provenance]'"
+        ) from None
     today = datetime.now(UTC).date().isoformat()
     crate = ROCrate(version="1.1")
     crate.name = f"Calibration {study.name}"

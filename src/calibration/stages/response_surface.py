@@ -11,8 +11,8 @@ import numpy as np
 import scipy
 
 from calibration import figures
-from calibration.chain.files import further_files, read_region
 from calibration.chain.responses import naming_left_out, told, with_responses, with_value
+from calibration.chain.study import further_files, read_region
 from calibration.errors import CalibrationError
 from calibration.figures import label_3d, pairs_of, plane
 from calibration.files import read_json, write_table

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from calibration import figures
-from calibration.chain.files import further_files
 from calibration.chain.responses import (
     columns,
     naming_left_out,
@@ -19,6 +18,7 @@ from calibration.chain.responses import (
     with_responses,
     with_value,
 )
+from calibration.chain.study import further_files
 from calibration.files import write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan

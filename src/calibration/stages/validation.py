@@ -14,8 +14,7 @@ from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
 from calibration.stages import worded
-from calibration.statistics.stated import Stated
-from calibration.statistics.validate import compare
+from calibration.statistics.validate import Stated, compare
 from calibration.study.config import is_measured, read_target
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json

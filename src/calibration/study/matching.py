@@ -9,7 +9,7 @@ import numpy as np
 from calibration.errors import ConfigError
 from calibration.intake.measurements import Measurement, Measurements
 from calibration.intake.quantities import LEVERS
-from calibration.statistics.stated import Stated
+from calibration.statistics.validate import Stated
 from dem.spec import RunSpec
 
 

@@ -1,15 +1,16 @@
-"""The tests of a laboratory as a study simulates them, and the run spec of each at the setting of
-a measured row."""
+"""The tests of a laboratory as a study simulates them, the run spec of each at the setting of a
+measured row, and what of a level holds in rigs whose grains differ in size."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from calibration.intake.quantities import LEVERS, measurable
-from calibration.study.config.specs import point_spec, with_levels
+from calibration.study.config.specs import point_spec, states, with_levels
 from calibration.study.matching import apart
+from dem.grains.sizes import grain_volume
 from dem.spec import parse_spec
 
 if TYPE_CHECKING:
@@ -67,3 +68,40 @@ def at_setting(test: SimulatedTest, row: Measurement) -> SimulatedTest:
     levels = {".".join(place): value for place, value in places.items() if place is not None}
     run = with_levels(test.run, levels)
     return replace(test, run=run)
+
+
+LAW = "law_parameters"
+WITH_SIZE = tuple(
+    f"{LAW}.{key}"
+    for key in (
+        "surface_energy_J_m2", "wall_surface_energy_J_m2",
+        "adhesion_energy_J_m2", "wall_adhesion_energy_J_m2", "surface_tension_N_m",
+    )
+)  # fmt: skip
+"""Keys of a run whose force goes with a grain's size, and not with its square: pull-off of JKR and
+of EEPA, and a liquid bridge's."""
+
+
+def ratios(config: Config, test: SimulatedTest, keys: Iterable[str]) -> dict[str, float]:
+    """{key: by what a level of the study is multiplied in a test} of those among `keys` of factors
+    and of the study's run that go with the size of grains; none where the test's grains are as
+    large as the study's. A level that the test states itself stays. Raises SpecError."""
+    keys = set(keys)
+    shared = {k for k in WITH_SIZE if states(config.own_run, k) and not states(test.own, k)}
+    found = [k for k in WITH_SIZE if k in keys | shared]
+    if not found:
+        return {}
+    whole = parse_spec(point_spec(config.own_run, config.experiment, {}, 1))
+    spec = parse_spec(point_spec(test.run, test.experiment, {}, 1))
+    ratio = (grain_volume(spec) / grain_volume(whole)) ** (1 / 3)
+    return {} if abs(ratio - 1.0) < 1e-6 else dict.fromkeys(found, float(f"{ratio:.9g}"))
+
+
+def sized(run: Mapping[str, Any], ratio: Mapping[str, float]) -> dict[str, Any]:
+    """A run spec (a mapping) with its own levels of these keys multiplied."""
+    law = {
+        key.partition(".")[2]: run[LAW][key.partition(".")[2]] * by
+        for key, by in ratio.items()
+        if states(run, key)
+    }
+    return {**run, LAW: {**run[LAW], **law}} if law else dict(run)

@@ -10,7 +10,7 @@ from calibration.errors import CalibrationError, ConfigError
 from calibration.intake.measurements import read_measured
 from calibration.intake.tables import summary
 from calibration.statistics.goals import Goal
-from calibration.statistics.stated import Stated
+from calibration.statistics.validate import Stated
 from calibration.study.config.tests import spec_of
 from calibration.study.matching import NotComparableError, agreeing, sample
 from dem.units import behind, unit_of, without_unit

@@ -17,6 +17,7 @@ from calibration.intake.numbers_with_units import check_plausible, in_key_units
 from calibration.study.config.joint import check_joint
 from calibration.study.config.measured import goals, is_measured, read_target
 from calibration.study.config.schema import (
+    COARSER,
     Config,
     named_section_of,
     section_of,
@@ -32,6 +33,8 @@ from dem.spec import parse_spec
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from calibration.study.config.schema import Config
 
 
 REPLACED = {
@@ -77,14 +80,7 @@ def parse_config(
         if not (place or files):
             raise
         path, line = place or (files[-1], None)  # a key that none of them has
-        raise ConfigError(
-            error.reason,
-            path=path,
-            line=line,
-            key=error.key,
-            value=error.value,
-            allowed=error.allowed,
-        ) from None
+        raise ConfigError(**vars(error) | {"path": path, "line": line}) from None
 
 
 def _check_supplements(config, file, stages):
@@ -299,9 +295,7 @@ def with_engine(config: Config, file: str = "configuration") -> Config:
     try:
         entry = engines.entry_of(config.engine)
     except ConfigError as error:
-        raise ConfigError(
-            error.reason, path=file, key=error.key, value=error.value, allowed=error.allowed
-        ) from None
+        raise ConfigError(**vars(error) | {"path": file}) from None
     if entry is None:
         if "engine" in config.run:
             raise ConfigError(
@@ -342,3 +336,48 @@ def _check_run(config, factors, file):
             except SpecError as error:
                 text = f"{f.name} cannot be {value}: {error}"
                 raise ConfigError(text, path=config.factors, column=column) from None
+
+
+FULL = "full"
+
+
+def parse_resolved(
+    data: Mapping[str, Any],
+    files: Sequence[str | Path] = (),
+    stages: Collection[str] | None = None,
+) -> Config:
+    """`parse_config`. Raises ConfigError of the resolution where a finer one makes a study of the
+    same files, and as `parse_config` does elsewhere."""
+    asked = str(data.get("resolution"))
+    try:
+        return parse_config(data, files=files, stages=stages)
+    except ConfigError as error:
+        # the coarsest first
+        ways = [*sorted(COARSER, key=COARSER.__getitem__, reverse=True), FULL]
+        finer = ways[ways.index(asked) + 1 :] if asked in COARSER else []
+        good = [way for way in finer if _parses(dict(data) | {"resolution": way}, files, stages)]
+        if not good:
+            raise
+        raise ConfigError(
+            f"its grains are {COARSER[asked] ** (1 / 3):.3g} times as wide as the study's, and do "
+            f"not fit: {_told(error)}",
+            key="resolution",
+            value=asked,
+            allowed=f"{' or '.join(good)} ({FULL}: without --config resolution)",
+        ) from None
+
+
+def _parses(data, files, stages):
+    try:
+        parse_config(data, files=files, stages=stages)
+    except ConfigError:
+        return False
+    return True
+
+
+def _told(error):
+    """What a fault says behind its file and line."""
+    key = str(error.key or "").removeprefix("run.")
+    value = f" {error.value}" if error.value is not None else ""
+    needed = f", where it has to be {error.allowed}" if error.allowed else ""
+    return f"{key}{value}{needed}" if key else str(error)

@@ -1,21 +1,22 @@
 """A study of all that a laboratory measured: which rigs, targets, laws and ranges its answers
 become, and where each of them went."""
 
+import difflib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from importlib.resources import files
 from pathlib import Path
 from statistics import fmean
 
 from calibration.errors import CalibrationError
-from calibration.intake.tables import summary
+from calibration.intake.tables import summary, table_of
 from calibration.study.factors import Factor, factor_of
 from calibration.study.new.answers import Faults, far_apart
 from calibration.study.new.grains import Grains, clump_of_axes, mean_axes, short, volume_mm3
 from calibration.study.new.heap import FEWEST, MOST, RAYLEIGH
 from calibration.study.new.methods import Entry, LaboratoryTest
 from calibration.study.new.methods.shear import EXPERIMENT as SLID_ON_A_WALL
-from calibration.study.new.ranges import factors_of
 from calibration.study.new.sizes import mean_diameter, sieve_curve, size_distribution
 from dem.advice import TREMBLES, bed_pressure, pressed_step
 from dem.constants import GRAVITY
@@ -460,3 +461,69 @@ def _places(entry, tests, tested, shape):
         "material": "the ranges of factors.tsv that no test measured",
     }
     return shared | own | shape
+
+
+WIDE = {
+    "contacts.particle_wall.restitution": (0.2, 0.8),
+    "contacts.particle_wall.static_friction": (0.2, 0.8),
+    "contacts.particle_wall.rolling_friction": (0.02, 0.4),
+    "contacts.particle_particle.restitution": (0.2, 0.8),
+    "contacts.particle_particle.static_friction": (0.2, 0.8),
+    "contacts.particle_particle.rolling_friction": (0.02, 0.4),
+    "materials.particle.poisson_ratio": (0.2, 0.4),
+}
+"""Key of a run spec -> range that holds most dry grains: a choice of this project, no source."""
+NAMES = (
+    "grain_wall_restitution",
+    "grain_wall_static_friction",
+    "grain_wall_rolling_friction",
+    "grain_grain_restitution",
+    "grain_grain_static_friction",
+    "grain_grain_rolling_friction",
+    "grain_poisson_ratio",
+)
+BAND = 0.3  # of a single published value, to either side
+UNPUBLISHED = "wide: holds most dry grains"
+
+
+def materials() -> list[str]:
+    """Names of the materials with published ranges."""
+    return sorted({row["material"] for _, row in _published().rows})
+
+
+def factors_of(material: str | None = None) -> list[Factor]:
+    """Factors A to G with their ranges; the description names the source.
+
+    Raises CalibrationError for a material that the table does not have; None takes wide ranges.
+    """
+    known = materials()
+    written = {name.casefold(): name for name in known}
+    material = material and written.get(material.casefold(), material)
+    if material is not None and material not in known:
+        near = difflib.get_close_matches(material, known, n=1)
+        hint = f" (did you mean {near[0]}?)" if near else ""
+        raise CalibrationError(
+            f"no values of {material!r}{hint}; allowed: {', '.join(known)}, or none"
+        )
+    table = _published()
+    found = {
+        row["key"]: (table, line, row) for line, row in table.rows if row["material"] == material
+    }
+    return [
+        _factor(code, name, key, found.get(key))
+        for code, name, key in zip("ABCDEFG", NAMES, WIDE, strict=True)
+    ]
+
+
+def _factor(code, name, key, known):
+    if known is None:
+        return Factor(code, name, key, *WIDE[key], UNPUBLISHED)
+    table, line, row = known
+    low, high = (table.number(line, c, row[c]) for c in ("low", "high"))
+    if low == high:
+        low, high = round((1 - BAND) * low, 4), round((1 + BAND) * high, 4)
+    return Factor(code, name, key, low, high, row["source"])
+
+
+def _published():
+    return table_of(files("calibration.study.new").joinpath("published.csv").read_text("utf-8"))

@@ -25,8 +25,7 @@ from calibration.statistics.screening_design import screening_design
 from calibration.study.config import overlay, parse_config, point_spec, read_target
 from calibration.study.config.joint import joint_targets, read_joint_target
 from calibration.study.new.study import configuration, write_settings
-from calibration.study.parcels import WITH_SIZE, ratios
-from calibration.study.simulated_tests import simulated
+from calibration.study.simulated_tests import WITH_SIZE, ratios, simulated
 from dem.errors import DemError, MeasureError, StoppedError
 from dem.spec import parse_spec
 from dem.units import behind, unit_of, without_unit

@@ -12,15 +12,13 @@ from jinja2 import Environment, PackageLoader
 
 from calibration.figures import response_of
 from calibration.files import write_text
-from calibration.telling.report.answer import answer
-from calibration.telling.report.carried import carried, citation
-from calibration.telling.report.embed import download, downloads_of
-from calibration.telling.report.findings import findings
-from calibration.telling.report.heaps import viewer
+from calibration.telling.report.answer import answer, findings
+from calibration.telling.report.carried import citation, workbook
+from calibration.telling.report.embed import download, downloads_of, packed
 from calibration.telling.report.parts import section
 from calibration.telling.report.profiler import profiler
 from calibration.telling.report.runs import runs_section
-from calibration.telling.report.sheet import sheet
+from calibration.telling.report.sheet import sheet, viewer
 
 if TYPE_CHECKING:
     from calibration.study.stage import Stage
@@ -69,7 +67,7 @@ def build(
     )
     parts, exports = _parts(study, stages, response), _exports(study)
     said, found = answer(study, response), findings(study, response)
-    carry = carried(study.name, said, found) if said else []
+    carry = [packed(f"{study.name}.xlsx", workbook(study.name, said, found))] if said else []
     page = environment.get_template("page.html.j2").render(
         name=study.name,
         answer=said,

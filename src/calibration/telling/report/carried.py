@@ -6,14 +6,19 @@ import io
 import re
 import zipfile
 from collections.abc import Mapping, Sequence
+from importlib import metadata
 from typing import Any
 
-from calibration.telling.optional_packages import program
-from calibration.telling.report.embed import packed
 from dem.fingerprint import engine_fingerprint
 
+PACKAGE = "granular-calibration"
 WRITTEN = (1980, 1, 1, 0, 0, 0)
 """Time of a file within these: the same study makes the same bytes."""
+
+
+def program() -> str:
+    """This package and its version, as a citation names it."""
+    return f"{PACKAGE} {metadata.version(PACKAGE)}"
 
 
 def citation(name: str) -> str:
@@ -24,26 +29,13 @@ def citation(name: str) -> str:
     )
 
 
-def carried(
-    name: str,
-    answer: Mapping[str, Any],
-    findings: Sequence[tuple[str, str]],
-) -> list[dict[str, str]]:
-    """Downloads of the page: the answer as a workbook.
-
-    answer: as the page has it; findings: (heading, text).
-    """
-    return [packed(f"{name}.xlsx", workbook(name, answer, findings))]
-
-
 def workbook(
     name: str,
     answer: Mapping[str, Any],
     findings: Sequence[tuple[str, str]],
 ) -> bytes:
-    """A workbook: a sheet of every parameter, one of every measured value, one of words.
-
-    Values that are numbers stand as numbers."""
+    """A workbook: a sheet of every parameter, one of every measured value, one of words; answer: as
+    the page has it; findings: (heading, text). Values that are numbers stand as numbers."""
     import openpyxl  # takes a quarter of a second
 
     book = openpyxl.Workbook()
