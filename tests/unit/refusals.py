@@ -465,6 +465,8 @@ HANDED_IN = {
     "less.csv": "Siebweite [mm];Rückstand [g]\n16;0\n8;-5\n4;20\n2;2\n",
     "cumulative.csv": "Siebweite [mm];Rückstand [%]\n16;0\n8;40\n4;80\n2;100\n",
     "open.csv": "Siebweite [mm];Rückstand [%]\n8;50\n4;30\n2;20\n",
+    "falls.csv": "Siebweite [mm];Durchgang [%]\n1;0\n2;60\n4;20\n",
+    "begun.csv": "Siebweite [mm];Durchgang [%]\n1;10\n2;60\n4;100\n",
     "high.csv": "rebound [mm];height [mm]\n78;300\n0,3;300\n",
     "bare.csv": "rebound;height [mm]\n78;300\n79;\n",
     "twice.csv": "rebound [mm];Rückprallhöhe [mm]\n78;78\n",
@@ -514,6 +516,8 @@ OPTIONS = [
      "less.csv, line 3", "-5", "0 or more"),
     ("a sieve curve for what stays on sieves",
      f"w --density 2.65g/cm3 --sieve cumulative.csv {ANGLE}", "220 %", "coarser sieves"),
+    ("a passing that falls", f"w --density 2.65g/cm3 --sieve falls.csv {ANGLE}", "falls.csv"),
+    ("no narrowest sieve", f"w --density 2.65g/cm3 --sieve begun.csv {ANGLE}", "10 %", "1 mm"),
     ("no widest sieve", f"w --density 2.65g/cm3 --sieve open.csv {ANGLE}", "50 %", "8 mm"),
     # readings
     ("a mean with its spread", f"{CYLINDER} '26.1±0.8'", "26.1±0.8", "sd=0.8", "n"),

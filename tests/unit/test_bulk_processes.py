@@ -7,10 +7,9 @@ import pytest
 
 from benchmarks.bulk import __main__ as command
 from benchmarks.bulk import codes
-from benchmarks.bulk.cases import CASES, penetration, read_numbers
+from benchmarks.bulk.cases import CASES, penetration
 from benchmarks.speed.peers import available
 from dem.constants import GRAVITY
-from dem.errors import DemError
 
 SIDE, BOTTOM = 0.02, -0.08
 THICK = 2e-3
@@ -99,15 +98,6 @@ def test_the_drum_counts_each_material_in_both_zones(files):
         "upper_M1": 1, "upper_M2": 1, "lower_M1": 0, "lower_M2": 1,
     }  # fmt: skip
     assert [group.material for group in case.groups] == ["M1", "M2"]
-
-
-@pytest.mark.parametrize("row", ["0.001 0 0", "0.001 0 0 zero"])
-def test_a_row_that_is_no_four_numbers_is_named(files, row):
-    path = files / "Drum" / "PartCoordinates.txt"
-    lines = path.read_text().splitlines()
-    path.write_text("\n".join([lines[0], row, *lines[1:]]))
-    with pytest.raises(DemError, match=r"PartCoordinates\.txt, line 2"):
-        read_numbers(path, 4)
 
 
 def test_a_file_that_is_not_there_is_named(files, capsys):

@@ -1,7 +1,6 @@
 """The paper's tables are read as another code's runs; what may differ is switched on at each."""
 
 import shutil
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -17,10 +16,6 @@ from calibration.intake.tables import read_written
 from calibration.runs.plans import run_id
 from calibration.stages.bench_tests import plan_sweep
 from calibration.stages.screening import plan_screening
-from calibration.study.config import overlay, parse_config
-from calibration.telling.start_and_end import opening
-from dem.advice import warnings_of
-from dem.spec import parse_spec
 from diagnosis import switched_causes
 from diagnosis.compared import in_part
 from diagnosis.other_code import read_runs
@@ -126,23 +121,6 @@ def test_each_shipped_cause_changes_every_run_it_is_tried_on(study, tables, path
             # values that are equal change nothing when they change places; a reading changes no run
             assert not same or cause.metric or (cause.exchange and len(same) < len(runs))
             assert set(specs) == {r["run"] for r in rows}
-
-
-def test_no_grain_trembles_behind_the_gate_of_an_opened_funnel(study, tables):
-    """It opens when its grains rest: one that never opened counted as clogged."""
-    cause = {"opened": read_switched(CAUSES)["heap"]["funnel filled, then opened"]}
-    made, seen = own.spec_of(study), 0
-    for name in cause["opened"].tables:
-        _, specs = switched_causes.plan(name, tables[name], cause, made)
-        for spec in specs.values():
-            assert not any("tremble" in text for text in warnings_of(parse_spec(spec)))
-            seen += 1
-    assert seen >= 5
-    laid = [yaml.safe_load(Path("config", *p).read_text())
-            for p in (("config.yaml",), ("rigs", "opened.yaml"))]  # fmt: skip
-    said = opening(parse_config(overlay(*laid)))
-    assert not any("tremble" in text for text in said)
-    assert any("tremble" in text for text in opening(parse_config(laid[0])))
 
 
 def test_a_cause_is_judged_by_the_scatter_of_its_own_runs(tables):

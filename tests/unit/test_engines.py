@@ -95,20 +95,6 @@ def test_a_command_is_started_by_the_name_of_its_link(tmp_path, monkeypatch):
     assert metrics == {"linked": 1}
 
 
-@pytest.mark.parametrize(
-    ("text", "settings", "words"),
-    [
-        ("import sys; print('no licence'); sys.exit(3)", {}, ["status 3", "no licence"]),
-        ("import time; time.sleep(60)", {"timeout_s": 0.5}, ["0.5 s"]),
-        ("pass", {}, ["metrics.json"]),
-    ],
-)
-def test_a_program_that_goes_wrong_gives_a_sentence(tmp_path, text, settings, words):
-    entry, _ = program(tmp_path, text, **settings)
-    with refused(engines.EngineError, *words):
-        simulate(entry, tmp_path / "run")
-
-
 def test_engines_versions_and_files_never_share_a_run(tmp_path):
     entry, path = program(tmp_path, CLOSED_FORM)
     specs = [OWN, OWN | {"engine": entry}]

@@ -361,14 +361,6 @@ def test_edem_states_the_whole_rig(mapping):
     assert tells(text, "3 mm: 0.5", "4 mm: 0.5", "mass")
 
 
-def test_another_rig_is_told_key_by_key():
-    spec = parse_spec({"experiment": "lifted_cylinder", "particles": {"count": 300}})
-    text = by_hand.block("edem", granulate(spec), Conversion(spec), [])
-    for key in type(spec.geometry).model_fields:
-        if getattr(spec.geometry, key) is not None:
-            assert tells(text, f"`{key}`")
-
-
 def test_rocky_says_what_it_cannot_take(mapping):
     """Its manual has one rolling resistance for a particle, and no type C with a dashpot."""
     for law, lost in (("none", 0), ("constant_torque", 1), ("elastic_plastic", 2)):
@@ -465,23 +457,6 @@ def test_grains_that_do_not_turn_are_held_in_every_code(material, mapping, code,
     for word in ("epsd3", "rolling sds", "krot", "wallRolling"):
         body = [x for x in text.splitlines() if not x.startswith(("#", "//"))]
         assert word not in "\n".join(body)
-
-
-def test_an_export_says_which_laws_it_leaves_out(mapping):
-    spec = parse_spec(
-        overlay(
-            mapping,
-            {
-                "laws": {"cohesion": "sjkr", "drag": "schiller_naumann"},
-                "law_parameters": {"cohesion_energy_density_J_m3": 1e4},
-                "particles": {"elongation": 1.3},
-            },
-        )
-    )
-    told = " ".join(written.left_out(spec))
-    assert "cohesion sjkr" in told
-    assert "drag" in told
-    assert tells(told, "1.3", "long", "wide")
 
 
 def test_an_export_says_that_clumps_become_spheres(mapping):

@@ -8,12 +8,9 @@ import zipfile
 import zlib
 from pathlib import Path
 
-import numpy as np
 import openpyxl
-import pytest
-from PIL import Image
 
-from calibration.errors import CalibrationError, ConfigError
+from calibration.errors import ConfigError
 from calibration.intake.guard import decoding
 from calibration.intake.photo import measure_photo
 from calibration.intake.tables import read_table
@@ -83,22 +80,6 @@ def test_a_picture_of_more_pixels_than_are_read_is_not_decoded(tmp_path):
         (tmp_path / name).write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(chunks))
         with refused(ConfigError, "64 million", path=name):
             measure_photo(tmp_path / name)
-
-
-@pytest.mark.parametrize(("angle", "roll"), [(3.0, 8.0), (12.0, 9.0)])
-def test_a_flat_heap_on_a_rolled_photograph_is_read_or_refused_in_a_sentence(tmp_path, angle, roll):
-    y, x = np.mgrid[0:600, 0:900].astype(float)
-    t = np.radians(roll)
-    u = (x - 450) * np.cos(t) + (y - 450) * np.sin(t)
-    v = (y - 450) * np.cos(t) - (x - 450) * np.sin(t)
-    inside = (np.abs(u) < 300) & (v <= 0) & (-v < np.tan(np.radians(angle)) * (300 - np.abs(u)))
-    image = np.where(inside[..., None], [180, 60, 30], [225, 225, 230]).astype(np.uint8)
-    Image.fromarray(image).save(tmp_path / "a.png")
-    if angle < 5.0:
-        with refused(CalibrationError, "pixels", "20"):
-            measure_photo(tmp_path / "a.png")
-    else:
-        assert measure_photo(tmp_path / "a.png").angle_deg == pytest.approx(angle, abs=0.3)
 
 
 def test_a_file_that_may_not_be_read_is_not_told_to_be_damaged():

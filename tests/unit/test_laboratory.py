@@ -74,20 +74,6 @@ def test_a_square_lattice_is_compressed_as_hertz_says(tmp_path):
     assert found["wall_stress_ratio"] == pytest.approx(0.0, abs=0.01)
 
 
-@pytest.mark.slow
-def test_a_lifted_cylinder_leaves_a_heap_of_all_grains(tmp_path):
-    found = measure(
-        tmp_path,
-        "lifted_cylinder",
-        particles={"count": 500},
-        geometry={"cylinder_diameter_mm": 16, "plate_diameter_mm": 80},
-    )
-    assert 20.0 < found["angle_of_repose_deg"] < 55.0
-    assert found["on_plate"] + found["spilled"] == 500
-    assert found["height_mm"] < found["column_depth_mm"]
-    assert found["base_radius_mm"] > 8.0
-
-
 def test_tapping_densifies_a_loose_bed(tmp_path):
     found = measure(
         tmp_path,
@@ -169,9 +155,6 @@ def test_the_bed_below_the_flowing_layer_turns_with_the_drum(tmp_path):
     assert found["centre_angle_deg"] == pytest.approx(found["dynamic_angle_deg"], abs=10.0)
 
 
-ROLLING_FREELY = {"restitution": 0.9, "static_friction": 0.2, "rolling_friction": 0.0}
-
-
 @pytest.mark.slow
 def test_a_silo_drains_as_beverloo_says(tmp_path):
     """Flows of glass through two orifices: C between the published 0.55 and 0.65, give or take the
@@ -204,11 +187,3 @@ def test_what_stays_in_the_draw_down_box_is_steeper_than_what_fell(tmp_path):
     found = measure(tmp_path, "draw_down")
     assert found["shear_angle_deg"] > found["angle_of_repose_deg"] > 15.0
     assert 0.2 < found["discharged_share"] < 0.95
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_spheres_that_roll_freely_leave_the_upper_floor_bare(tmp_path):
-    found = measure(tmp_path, "draw_down", particles={"count": 2000}, contacts=both(ROLLING_FREELY))
-    assert found["discharged_share"] > 0.98
-    assert found["shear_angle_deg"] == 0.0

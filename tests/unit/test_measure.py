@@ -47,14 +47,6 @@ def test_a_cone_has_its_angle(angle, radius):
     assert result["radial_angle_deg"] == pytest.approx(angle, abs=0.1)
 
 
-@pytest.mark.parametrize("angle", [15, 25, 45, 60])
-def test_a_truncated_cone_has_its_flanks_angle(angle):
-    top = 0.7 * PLATE * np.tan(np.radians(angle))
-    result = measure_heap(*cone(angle, top=top), PLATE)
-    assert result["angle_of_repose_deg"] == pytest.approx(angle, abs=0.2)
-    assert result["radial_angle_deg"] == pytest.approx(angle, abs=0.2)
-
-
 def test_a_rounded_cone_reads_a_little_flat():
     """The fit leaves the top fifth out; what is left is the mean slope of the rounded flank between
     20 and 80 %."""
@@ -102,10 +94,3 @@ def test_the_angle_does_not_depend_on_how_the_heap_is_turned():
 def test_a_few_grains_are_no_heap(count):
     with pytest.raises(MeasureError, match="no heap"):
         measure_heap(np.full((count, 3), 1e-3), np.full(count, 1e-3), np.zeros((count, 3)), PLATE)
-
-
-def test_a_single_layer_is_no_heap():
-    position, radius, velocity = cone(40)
-    position[:, 2] = 1e-3
-    with pytest.raises(MeasureError, match="no heap"):
-        measure_heap(position, radius, velocity, PLATE)

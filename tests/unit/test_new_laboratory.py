@@ -161,13 +161,6 @@ def test_the_pilot_says_whether_the_ranges_reach_what_was_measured(
     assert tells(said, "cylinder", *facts)
 
 
-def test_a_density_that_no_run_reaches_is_told_with_both_numbers(here, monkeypatch, capsys):
-    density = {"poured_density_kg_m3": 697.0}
-    piloted(monkeypatch, lambda spec: density if spec.experiment == "bulk_density" else {})
-    assert main(["new", "wheat", *OF_TWO]) == 0
-    assert tells(capsys.readouterr().out, "vessel", "697 kg/m³", "765 kg/m³", "may not reach")
-
-
 def test_a_rig_whose_grains_do_not_rest_is_changed_until_they_do(here, monkeypatch, capsys):
     def metrics(spec):
         smooth = spec.contacts.particle_particle.static_friction < 0.3
@@ -292,14 +285,6 @@ def test_axes_become_a_clump_of_their_length_and_thickness(axes, spheres):
             assert 2 * shape_of(found).scale == pytest.approx(math.prod(axes) ** (1 / 3), rel=2e-2)
         assert extent[0] == pytest.approx(axes[0], rel=2e-2)
         assert axes[2] <= extent[2] * 1.001 <= axes[1] * 1.002
-
-
-def test_all_faults_are_told_at_once(here, capsys):
-    bad = ["--drop", "78mm", "--tilted-plane", "21", "--bulk-density", "765", "--density", "1.32"]
-    assert main(["new", "wheat", *bad, "--lifted-cylinder", "26.1"]) == 2
-    lines = capsys.readouterr().err.splitlines()
-    for words in ("--drop", "--tilted-plane", "--bulk-density", "--density", "--lifted-cylinder"):
-        assert any(words in line for line in lines), words
 
 
 def of_vessel(name, *told):

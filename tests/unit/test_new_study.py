@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import yaml
 
-from calibration.errors import CalibrationError
 from calibration.intake.measurements import read_measured
 from calibration.interface.commands import main
 from calibration.study.config import parse_config
@@ -23,7 +22,7 @@ from calibration.study.new.study import study_name
 from calibration.telling.start_and_end import opening
 from dem.errors import StoppedError
 from dem.spec import parse_spec
-from facts import refused, tells
+from facts import tells
 
 RIG = "--density 1.35g/cm3 --grain 4mm --orifice 25mm --plate 10cm --height 75mm --no-pilot".split()
 ANGLES = ["--measured", "26.1", "28.4", "27.0°"]
@@ -152,12 +151,6 @@ def test_what_passes_each_sieve_makes_classes_between_them(tmp_path):
     sizes = sieve_curve(path)
     assert sizes["fractions"] == [0.6, 0.4]
     assert sizes["diameters_mm"] == pytest.approx([math.sqrt(2), math.sqrt(8)], rel=1e-4)
-    path.write_text("diameter_mm,passing_percent\n1,0\n2,60\n4,20\n")
-    with refused(CalibrationError, "passing_percent", "diameter_mm"):
-        sieve_curve(path)
-    path.write_text("diameter_mm,passing_percent\n1,10\n2,60\n4,100\n")
-    with refused(CalibrationError, "10 %", "1 mm"):
-        sieve_curve(path)
 
 
 @pytest.mark.parametrize("name", ["peas", "Weizen Prüfung 1", "x-1.2", "Éte", "小麦"])

@@ -62,15 +62,6 @@ def simulation(walls, **more):
     return Simulation({"g": salt, "w": steel}, pairs, time_step=1e-5, walls=walls, **more)
 
 
-def test_rest_ends_when_the_plate_carries_the_weight():
-    spec = spec_of("bulk_density", 1.0, vessel_diameter_mm=14, taps=0)
-    sim = simulation(WallSet().body("plate", material="w").plane((0, 0, 0), (0, 0, 1)))
-    sim.add_particles([[0.0, 0.0, 1.5 * RADIUS]], RADIUS)
-    phases.rest(sim, spec, 1.0, "falling")
-    assert sim.wall_force("plate")[2] == pytest.approx(-float(sim.mass[0]) * G, rel=0.01)
-    assert sim.time < 0.5
-
-
 def test_pressed_grains_move_against_their_weight_and_the_load_on_them():
     """By hand: half a squared speed over g r and, under a free lid that weighs as much as the grain
     and carries four times its weight more, over six times that. A lid that hangs presses nothing;

@@ -154,14 +154,9 @@ GERMAN = FOUR.replace(",", ";").replace(".", ",").replace("unit", "unit;note")
 GERMAN = GERMAN.replace("deg", "deg;Schüttung")
 READ_RIGHTLY = {
     "semicolons and decimal commas": (GERMAN, "semicolon-separated, decimal commas"),
-    "tabs": (GERMAN.replace(";", "\t"), "tab-separated, decimal commas"),
-    "Windows line ends": (GERMAN.replace("\n", "\r\n"), "semicolon"),
+    "letters of cp1252": (GERMAN.encode("cp1252"), "cp1252"),
     "a unit in the heading": (
         readings("26.1", "28.4", "27.0", "28.1", unit="").replace("ue", "ue [deg]"), ""),
-    "UTF-16 of a spreadsheet": (GERMAN.encode("utf-16"), "utf-16"),
-    "a byte order mark": (b"\xef\xbb\xbf" + GERMAN.encode(), "semicolon"),
-    "letters of cp1252": (GERMAN.encode("cp1252"), "cp1252"),
-    "a comment in front": ("# gemessen\n" + FOUR, ""),
     "degrees behind the values": (readings("26.1°", "28.4 deg", "27.0°", "28.1"), ""),
 }  # fmt: skip
 

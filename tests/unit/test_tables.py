@@ -3,14 +3,12 @@ misread."""
 
 from contextlib import suppress
 
-import numpy as np
-import openpyxl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from calibration.errors import ConfigError
-from calibration.intake.tables import read_table, summary, table_of
+from calibration.intake.tables import read_table, table_of
 
 VALUES = [26.1, 28.4, 27.0, 27.85]
 
@@ -35,18 +33,6 @@ def test_every_dialect_gives_the_same_numbers(tmp_path, encoding, separator, dec
     table = read_table(path)
     assert table.numbers("Böschungswinkel") == VALUES
     assert [line for line, _ in table.rows] == [3, 4, 5, 6]
-
-
-def test_a_workbook_gives_the_same_numbers(tmp_path):
-    book = openpyxl.Workbook()
-    for row in [["# a comment"], ["group", "angle [°]"], *enumerate(VALUES, 1)]:
-        book.active.append(list(row))
-    book.create_sheet("empty")
-    book.save(tmp_path / "a.xlsx")
-    table = read_table(tmp_path / "a.xlsx")
-    assert table.numbers("angle") == VALUES
-    assert table.units == {"angle": "°"}
-    assert table.rows[0][0] == 3
 
 
 @pytest.mark.parametrize(
@@ -94,9 +80,3 @@ def test_no_decimal_mark_changes_a_number(values, separator):
             assert table_of(f"n{separator}v\n{rows}").numbers("v") == values
     decisive = f"n{separator}v\n1{separator}0,5\n{rows}"
     assert table_of(decisive).numbers("v") == [0.5, *values]
-
-
-def test_what_was_read_is_said_back():
-    values = [26.1, 28.4, *np.linspace(26.8, 28.0, 8)]
-    assert summary(values, "°").startswith("10 values, 26.1° to 28.4°, mean 27.37° ± 0.6")
-    assert summary([3.0], " mm", "tab") == "1 value, 3 mm (tab)"

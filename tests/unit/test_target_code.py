@@ -134,26 +134,6 @@ def test_no_miss_is_told_of_a_law_that_holds_or_was_not_tried(tmp_path, monkeypa
     assert "constant_torque" in untried
 
 
-def test_a_converted_deck_says_what_its_numbers_gave_at_the_studys_own_grains(tmp_path):
-    ranges = {"elastic_plastic": [21.0, 32.0], "no_rotation": [24.0, 52.0]}
-    check = {
-        "mean": 41.8, "sd": 0.4, "runs": 5, "calibrated_law_mean": 45.5, "calibrated_law_sd": 0.6,
-        "calibrated_law_runs": 35, "difference": -3.7, "difference_interval_95": [-4.2, -3.2],
-    }  # fmt: skip
-    found = NO_ROTATION | {
-        "law": "constant_torque", "unit": "deg", "reached": True, "with_the_same_number": 21.0,
-        "ranges": ranges, "runs": 41, "without_value": 0, "coarse": check | {"difference": -1.4},
-    }  # fmt: skip
-    said = {}
-    for name, more in (("coarse", {}), ("full", {"full": check})):
-        folder = tmp_path / name
-        folder.mkdir()
-        said[name] = first_line(folder, "liggghts", "constant_torque", found=found | more)
-    assert "-1.40" in said["coarse"]
-    assert "-3.70" in said["full"]
-    assert "-1.40" not in said["full"]
-
-
 @pytest.mark.parametrize(
     ("changes", "found", "expected"),
     [

@@ -21,7 +21,6 @@ from calibration.study.stage import load_stages
 from dem.run import run
 from dem.spec import parse_spec
 from diagnosis.declared import WAVES
-from diagnosis.verdict import validate
 from facts import tells
 from stage_files import Files, PlanFiles
 from workflow_rules import ROOT, dry_run, planned_jobs, read_workflow, rules_of
@@ -92,22 +91,6 @@ def test_screening_waits_for_the_bench_tests_when_told_to(clone):
 def test_what_the_paper_claims_beyond_its_calibration_is_asked_for(clone):
     jobs = planned_jobs(clone, "--configfile", "config/config.yaml", "config/reference.yaml")
     assert {"plan_scaling", "scaling", "reproduction"} <= jobs.keys()
-
-
-@pytest.mark.slow
-def test_every_study_of_the_reference_is_one(clone):
-    """Each is a list of files that are laid over the configuration; the last that names the study
-    counts."""
-    lists = re.findall(r"^ +\[(.+)\],$", (ROOT / "Snakefile").read_text(), re.M)
-    studies = [re.findall(r'"(config/[\w/]+\.yaml)"', files) for files in lists]
-    assert len(studies) == 3
-    assert ["config/reference.yaml", "config/rigs/printed.yaml"] in studies
-    for study in studies:
-        code, said = snakemake(clone, "-n", "--configfile", "config/config.yaml", *study)
-        assert code == 0, said
-        names = [yaml.safe_load((ROOT / f).read_text()).get("name") for f in study]
-        name = next((n for n in reversed(names) if n), "salt")
-        assert f"results/{name}/" in said
 
 
 @pytest.mark.parametrize("profile", ["default", "quick", "test"])
@@ -202,33 +185,6 @@ def test_a_plan_says_which_measurement_a_diagnosis_lacks(clone):
     code, said = snakemake(clone, "-n", *MINE)
     assert code != 0
     assert tells(said, "mine.csv", "drop_height_mm")
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_the_shipped_case_runs_through_and_another_one_re_uses_its_runs(clone):
-    test_profile = ("--profile", "profiles/test", "diagnose")
-    code, said = snakemake(clone, *test_profile)
-    assert code == 0, said
-    folder = clone / "results" / "salt-test" / "diagnosis"
-    verdict = json.loads((folder / "verdict.json").read_text())
-    validate(verdict)
-    assert len(verdict["residuals"]) == 7
-    assert {r["experiment"] for r in verdict["residuals"]} == {"heap", *BENCH}
-    trained = set(json.loads((folder / "plan.json").read_text()))
-    # a heap that clogs the funnel has no result; the emulator does without it
-    results = {name: clone / "results/runs" / name / "result.json" for name in trained}
-    stamps = {path: path.stat().st_mtime_ns for path in results.values() if path.exists()}
-    assert len(stamps) > 0.8 * len(trained)
-    lines = (ROOT / "data/paper/measurements.csv").read_text().splitlines()
-    (clone / "mine.csv").write_text("\n".join(lines[:-1]) + "\n")
-    changed = ("--config", "measurements=mine.csv", "name=other")
-    code, said = snakemake(clone, *test_profile, *changed)
-    assert code == 0, said
-    again = clone / "results" / "other-test" / "diagnosis"
-    assert set(json.loads((again / "plan.json").read_text())) == trained
-    assert len(json.loads((again / "verdict.json").read_text())["residuals"]) == 6
-    assert {path: path.stat().st_mtime_ns for path in stamps} == stamps
 
 
 # --- further materials -------------------------------------------------------------------------
