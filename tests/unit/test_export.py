@@ -31,8 +31,9 @@ from dem.contact.rolling.elastic_plastic import dashpot_of, spring_of
 from dem.io.mapping import read_mapping
 from dem.spec import ContactSpec, load_spec, parse_spec
 from dem.units import in_ascii, unit_of
-from facts import refused, tells
+from facts import refused, rows_in, tells
 from frozen import FROZEN
+from other_codes import FOUND
 from stage_files import Files, PlanFiles
 
 REFERENCE = FROZEN / "salt"
@@ -65,21 +66,8 @@ def agreement(mean):
 
 
 def found(**changes):
-    return {
-        "law": "constant_torque",
-        "unit": "deg",
-        "path": "elastic_plastic",
-        "rolling_friction": MU_R,
-        "static_friction": MU_S,
-        "stiffness_factor": 2.25,
-        "damping_ratio": 0.3,
-        "reached": True,
-        "with_the_same_number": 31.0,
-        "ranges": {"elastic_plastic": [25.0, 52.0], "no_rotation": [27.0, 61.0]},
-        "runs": 46,
-        "without_value": 0,
-        "coarse": agreement(45.2),
-    } | changes
+    numbers = {"rolling_friction": MU_R, "static_friction": MU_S, "coarse": agreement(45.2)}
+    return FOUND | numbers | changes
 
 
 MU_HELD = 0.35
@@ -326,12 +314,6 @@ KNOWN = {
 HEAP = by_hand.Expected("angle_of_repose_deg", "deg", 45.14, 1.2, 10, 42.3, 48.0)
 
 
-def rows_of(text):
-    """{parameter: cells behind it} of all tables of a page."""
-    lines = [line.strip("| ").split(" | ") for line in text.splitlines() if line.startswith("|")]
-    return {line[0]: line[1:] for line in lines}
-
-
 @pytest.mark.parametrize(
     ("code", "name"),
     [("edem", "Coefficient of rolling friction"), ("rocky", "Rolling resistance")],
@@ -351,7 +333,7 @@ def test_edem_states_the_whole_rig(mapping):
                              "geometry": {"funnel_half_angle_deg": 45}})  # fmt: skip
     spec = parse_spec(spec)
     text = by_hand.block("edem", granulate(spec), Conversion(spec), [])
-    rows, g = rows_of(text), spec.geometry
+    rows, g = rows_in(text), spec.geometry
     up = 0.5 * (g.funnel_top_diameter_mm - g.orifice_diameter_mm)
     assert float(rows["Funnel: mouth, z"][0]) == pytest.approx(g.discharge_height_mm + up)
     assert float(rows["Total number"][0]) == 500

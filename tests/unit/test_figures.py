@@ -80,18 +80,6 @@ def overlapping(figure):
     return pairs
 
 
-def cut_off(figure):
-    """Texts that reach over the figure's edge, numbers at ticks aside."""
-    figure.canvas.draw()
-    found = [t for legend in figure.legends for t in legend.get_texts()]
-    for ax in figure.axes:
-        found += [*ax.texts, ax.title, ax.xaxis.label, ax.yaxis.label]
-        found += [t for t in ax.get_yticklabels() if t.get_text().strip("−.0123456789")]
-    boxes = [(t.get_text(), t.get_window_extent()) for t in found if t.get_text()]
-    page = figure.bbox
-    return [t for t, box in boxes if not page.x0 <= box.x0 <= box.x1 <= page.x1]
-
-
 def test_half_normal_names_what_goes_on(screening):
     figure = half_normal(screening.table, significant(screening, 0.05))
     texts = [t.get_text() for t in figure.axes[0].texts]
@@ -113,16 +101,6 @@ def test_pareto_is_sorted_with_its_limits(screening):
     ]
     assert "t limit 1 %" in [t.get_text() for t in ax.texts]
     assert not overlapping(figure)
-
-
-@pytest.mark.parametrize("metric", ["angle_of_repose_deg", "steady_shear_stress_sd_kPa"])
-def test_no_text_of_the_effects_is_cut_off(screening, metric):
-    response = figures.response_of(metric)
-    figure = pareto(screening.table, 1.0, 2.0, response=response)
-    drawn = [t.get_text() for t in figure.legends[0].get_texts()]
-    assert any(response.name in text for text in drawn)
-    assert not cut_off(figure)
-    assert not cut_off(half_normal(screening.table, list("ABCDEFG"), response))
 
 
 def test_contours_draw_the_solution_set_through_the_chosen_point(surface, region):

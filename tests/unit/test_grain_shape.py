@@ -122,20 +122,6 @@ def test_two_free_grains_keep_momentum_and_create_no_energy(rolling, angle):
     assert after[2] < before[2]
 
 
-@pytest.mark.slow
-def test_without_dissipation_the_error_in_energy_falls_as_the_square_of_the_time_step():
-    def error(rayleigh_fraction):
-        lost = []
-        for angle in (0.3, 1.9, 4.1):
-            before, after, _ = collision(1.0, 0.0, {"rolling": "none"}, angle, rayleigh_fraction)
-            lost.append(abs(after[2] / before[2] - 1.0))
-        return max(lost)
-
-    coarse, fine = error(0.1), error(0.025)
-    assert fine < 1e-5
-    assert fine < coarse / 8.0  # sixteenth, but for where in a step the grains meet
-
-
 def cloud(precision="mixed"):
     """Eight elongated grains and three spheres that fly at each other."""
     spec = parse_spec(

@@ -10,6 +10,7 @@ import sys
 
 import pytest
 import small_rigs
+from test_enlarged import TYPE_A, spec_of
 
 from dem.fingerprint import ROOT, engine_sources
 
@@ -61,38 +62,18 @@ def test_nothing_in_the_engine_calls_blas():
     assert not found, "\n".join(found)
 
 
-WIDE = {"orifice_diameter_mm": 30.0}  # nothing clogs
-RIGS = {
-    "drop": ({}, {}),
-    "tilt": ({}, {"trials": 1}),
-    "heap": (
-        {"count": 400},
-        {"orifice_diameter_mm": 15, "generation_rate_per_s": 2500, "plate_diameter_mm": 40},
-    ),
-    "shear": (
-        {"count": 200, "diameter_mm": 3.0},
-        {"preshear_displacement_mm": 0.5, "shear_displacement_mm": 0.5},
-    ),
-}
-"""Experiment -> grains, geometry of a run that takes seconds."""
-OWN_SPIN = {"rolling": "constant_torque"}  # so few grains make no heap under the default laws
 RUNS = {
-    name: {
-        "experiment": name,
-        "particles": {"diameter_mm": 1.6} | particles,
-        "geometry": geometry,
-        "contacts": small_rigs.ROUGH,
-        "laws": OWN_SPIN,
-    }
-    for name, (particles, geometry) in RIGS.items()
+    name: spec_of(name, TYPE_A, "mixed").model_dump(mode="json", exclude_none=True)
+    for name in ("drop", "tilt", "heap", "shear")
 } | {
     "elongated grains": {
         "experiment": "heap",
         "particles": {"count": 150, "diameter_mm": 4.0, "elongation": 1.5},
-        "geometry": WIDE,
+        "geometry": {"orifice_diameter_mm": 30.0},  # nothing clogs
         "contacts": small_rigs.ROUGH,
     },
 }
+"""Runs that take seconds."""
 RUN_ALL = """
 import hashlib, json, sys, tempfile
 import numpy as np

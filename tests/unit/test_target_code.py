@@ -12,7 +12,7 @@ from calibration.engines import lammps, program
 from calibration.engines.conversion import Conversion
 from calibration.interface.cli import main
 from calibration.study.config import overlay
-from calibration.telling.export import decks, trials
+from calibration.telling.export import trials
 from calibration.telling.export.decks import Deck, heaps_there, judge, write_decks
 from calibration.telling.export.heap_comparison import READERS, margins_of, profile
 from dem.errors import InputError
@@ -152,21 +152,6 @@ def test_no_miss_is_told_of_a_law_that_holds_or_was_not_tried(tmp_path, monkeypa
 def test_a_deck_is_told_what_heaps_of_its_own_law_gave(changes, found, expected):
     spec = parse_spec(overlay(SPEC, changes))
     assert trials.trial_like("liggghts", Conversion(spec, found)) == expected
-
-
-def test_the_kept_trials_are_of_eight_heaps_a_trial_and_code():
-    """A heap of YADE without a flank is left out."""
-    kept = trials.trials()
-    assert list(kept["trials"]) == list(trial_heaps.KINDS)
-    for name, kind in trial_heaps.KINDS.items():
-        found = kept["trials"][name]
-        assert found["changes"] == kind.changes
-        assert bool(found["rolling"]) == kind.converted
-        assert set(found["heaps"]) == {*kind.codes, trials.OWN} <= set(kept["poured_by"])
-        for code, profiles in found["heaps"].items():
-            least = decks.FEWEST if code == "yade" else decks.SEEDS
-            assert least <= len(profiles) <= decks.SEEDS
-            assert all(set(profile) == set(READERS) for profile in profiles)
 
 
 def test_a_missing_program_and_a_folder_without_a_deck_are_a_sentence(

@@ -1,14 +1,11 @@
 """The page says what was recorded, and says so where nothing was."""
 
-import json
-
-import matplotlib.pyplot as plt
 import page
 import page_figures
 import pandas as pd
 
 from calibration.stages.numerics import compare_variants
-from facts import rows_in, tells
+from facts import rows_in
 from frozen import FROZEN
 
 
@@ -35,15 +32,3 @@ def test_the_correction_for_softened_grains_is_welch_s_interval():
     row = one[one["variant"] == page.STIFFER].iloc[0]
     of_one = f"{row.difference:+.2f}° ({row.low:+.2f} to {row.high:+.2f})"
     assert page.softening(one).count(of_one) == 2
-
-
-def test_the_engine_stands_once_or_beside_its_topics(monkeypatch):
-    one = [{"engine": "ab", "topic": "drag"}]
-    both = page.engines_of([*one, {"engine": "cd", "topic": "heaps"}])
-    assert tells(both, "ab", "drag")
-    assert tells(both, "cd", "heaps")
-    records = json.loads((page.DOCS / "verification.json").read_text())
-    monkeypatch.setattr(page_figures, "save", lambda fig, path: plt.close(fig))
-    text = page.text()
-    for engine in {r["engine"] for r in records}:
-        assert text.count(f"`{engine}`") == 1

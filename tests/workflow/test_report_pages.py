@@ -2,7 +2,6 @@
 has just run."""
 
 import base64
-import json
 import re
 import subprocess
 import sys
@@ -28,25 +27,6 @@ pytestmark = [
 @pytest.fixture(scope="module")
 def page():
     return (STUDY / "report.html").read_text()
-
-
-def test_every_stage_and_every_heap_is_on_the_page(page):
-    for key in (
-        "heap",
-        "screening",
-        "ascent",
-        "response_surface",
-        "optimise",
-        "validation",
-        "runs",
-    ):
-        assert f'<section id="{key}"' in page
-    planned = sum(
-        len(json.loads((STUDY / stage / "plan.json").read_text()))
-        for stage in ("screening", "ascent", "response_surface", "candidate", "validation")
-    )
-    assert len(re.findall(r'<button type="button" class="heap[ "]', page)) >= planned
-    assert len(re.findall("data:image/webp", page)) == 1
 
 
 @pytest.fixture(scope="module")
