@@ -391,22 +391,19 @@ def _wrong(study, source, tests, instead, beside):
     count = [t for t in tests if t.p is not None]
     verdict = "missed" if missed else "met" if count else "not judged"
     p, laws = min((t.p for t in count), default=None), []  # type: ignore[type-var]
-    said = [words.missed(t) for t in missed]
-    said += [words.instead(i, _origin(study, i.parameter)) for i in instead]
-    found = read_json(source.validation)
-    if not found["equivalent"]:
-        response, by = response_of(study.config.target.metric), handed_out_by(study.config)
-        said.append(words.not_equivalent(found, response, by))
-    if file := _only(source.joint):
-        said += against(read_json(file))
-    said += words.outside(beside)
-    if file := _only(source.verdict):
-        found = read_json(file)
-        if found["verdict"] != "adequate":
-            verdict, laws = found["verdict"], list(found["causes"])
-            said += words.said_by_diagnosis(found)
+    joint, diagnosed = _only(source.joint), _only(source.verdict)
+    diagnosed = diagnosed and read_json(diagnosed)
+    if diagnosed and diagnosed["verdict"] == "adequate":
+        diagnosed = None
+    if diagnosed:
+        verdict, laws = diagnosed["verdict"], list(diagnosed["causes"])
+    said = words.said(
+        "objections", tests, instead, {i.parameter: _origin(study, i.parameter) for i in instead},
+        read_json(source.validation), response_of(study.config.target.metric),
+        handed_out_by(study.config), against(read_json(joint)) if joint else [], beside, diagnosed,
+    )  # fmt: skip
     rows = [words.title(t) for t in missed]
-    sentence = " ".join(said) or words.nothing_wrong(tests)
+    sentence = " ".join(said or words.said("nothing_wrong", tests))
     return Wrong(verdict=verdict, p=p, laws=laws, rows=rows, instead=instead, sentence=sentence)
 
 

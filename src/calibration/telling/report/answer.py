@@ -4,17 +4,14 @@ of them."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from calibration.chain.study import Results
 from calibration.figures import PLACES, label
 from calibration.intake.tables import read_written
-from calibration.statistics.numbers import fixed, signed
 from calibration.telling.answer import words
 from calibration.telling.answer.schema import answer_of
-from calibration.telling.answer.words import given_nowhere, out_of_reach
+from calibration.telling.answer.words import given_nowhere, said
 from dem.advice import limits_of
 from dem.errors import DemError
 from dem.spec import load_spec
@@ -22,8 +19,6 @@ from dem.units import unit_of, without_unit
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    import pandas as pd
 
     from calibration.figures import Response
 
@@ -41,16 +36,17 @@ def answer(study: Path, response: Response) -> dict[str, Any] | None:
         "by": "all tests together" if answered.by == "joint" else f"the {response.name} alone",
         "first": [
             {"name": p.name, "value": words.value(p), "known": words.known(p)}
-            for p in words.calibrated(answered)
+            for p in answered.parameters
+            if p.source == "calibrated"
         ],
         "tests": [words.compared(t) | {"state": t.state} for t in answered.tests],
         "wrong": answered.wrong.sentence,
         "right": answered.wrong.verdict in ("met", "adequate") and predicts(Results(study)),
         "beside": [words.beside(b) for b in answered.beside],
-        "next": words.following(answered),
+        "next": " ".join(said("next", answered.next)) if answered.next else "",
         "block": [*_block(answered), *_time_step(study)],
         "solution": _solution(study, optimum) if optimum and answered.by == "chain" else [],
-        "notes": [*(_notes(optimum, response) if optimum else []), *_limits(study)],
+        "notes": [*(said("optimum", optimum, response) if optimum else []), *_limits(study)],
     }
 
 
@@ -116,25 +112,6 @@ def _limits(study):
     return [f"{text}." for text in limits_of(load_spec(run))] if run.is_file() else []
 
 
-def _notes(optimum, response):
-    if given_nowhere(optimum):
-        return [out_of_reach(optimum, response)]
-    if "desirability" in optimum:
-        return [
-            f"The point above is the most desirable compromise of several targets (desirability "
-            f"{optimum['desirability']:.2f})."
-        ]
-    low, high = optimum["confirmation_interval"]
-    return [
-        f"The {response.name} alone does not fix the parameters: every point of the solution set "
-        f"gives "
-        f"{response.value(optimum['target'])}; the point above is the one that the rule "
-        f"“{label(optimum['rule'])}” chose. The mean of {optimum['confirmation_runs']} runs there "
-        f"was expected between "
-        f"{response.value(low)} and {response.value(high)} (95 %)."
-    ]
-
-
 POOR = 0.5  # predicted R2 below which a surface predicts little
 
 
@@ -152,8 +129,11 @@ def findings(study: Path, response: Response) -> list[tuple[str, str]]:
     found = []
     effects = _effects(study)
     if screening and effects is not None:
-        found.append(("What decides", decides(effects, screening, response)))
-    odd = [*_screened(screening, response), *_fitted(study)]
+        decides = said("decides", effects.to_dict("records"), screening, response)
+        found.append(("What decides", " ".join(decides)))
+    odd = _left_out(screening, response) if screening else []
+    if surface := Results(study).summary("response_surface", "response_surface"):
+        odd += said("surface", surface, POOR)
     if odd:
         found.append(("What to know of the runs", " ".join(odd)))
     return found
@@ -168,84 +148,11 @@ def _effects(study):
     return table.sort_values("effect", key=abs, ascending=False)
 
 
-def decides(effects: pd.DataFrame, screening: Mapping[str, Any], response: Response) -> str:
-    """The largest effect with its share of the screening's scatter, and the other significant
-    ones."""
-    first = effects.iloc[0]
-    share = (
-        f", {first['contribution_percent']:.0f} % of what the screening's heaps differ by"
-        if "contribution_percent" in effects
-        else ""
-    )
-    text = (
-        f"{_name(first['name'])} decides: {_effect(first['effect'], response)} over its "
-        f"range{share}."
-    )
-    others = [n for n in screening["significant"] if n != first["name"]]
-    sizes = dict(zip(effects["name"], effects["effect"], strict=True))
-    if others:
-        named = ", ".join(f"{_between(n)} ({_effect(sizes[n], response)})" for n in others)
-        return f"{text} Also significant: {named}."
-    return f"{text} No other effect is significant at p < {screening['alpha']:g}."
-
-
-def _screened(screening, response):
-    """The largest effect that was left out, where others went on that are smaller."""
-    if not screening:
-        return []
+def _left_out(screening, response):
+    """A sentence on the largest effect that was left out, where others went on that are smaller."""
     effects, on = screening.get("effects", {}), screening["factors"]
-    left = {n: e for n, e in effects.items() if n not in on}
-    if not left:
-        return []
-    largest = max(left, key=lambda n: abs(left[n]))
-    smaller = [n for n in on if n in effects and abs(effects[n]) < abs(left[largest])]
-    if not smaller:
-        return []
-    than = " and ".join(f"{_between(n)} ({_effect(effects[n], response)})" for n in smaller)
-    return [
-        f"{_name(largest)} ({_effect(left[largest], response)}) is not calibrated, though it moves "
-        f"the response more than {than}: {_why(screening, smaller)}."
-    ]
-
-
-def _why(screening, names):
-    """Why these went on, each reason once."""
+    largest = max((n for n in effects if n not in on), key=lambda n: abs(effects[n]), default=None)
+    smaller = [n for n in on if n in effects and abs(effects[n]) < abs(effects.get(largest, 0.0))]
     why = screening.get("why", {})
-    reasons = dict.fromkeys(why.get(n, "the configured path prefers it") for n in names)
-    return ", ".join(NAMED if reason.startswith("named by") else reason for reason in reasons)
-
-
-NAMED = "the configuration names what is calibrated (screening.go_on)"
-
-
-def _fitted(study):
-    """Odd points, lack of fit, and a surface that predicts little."""
-    surface = Results(study).summary("response_surface", "response_surface")
-    if not surface:
-        return []
-    found = []
-    for odd in surface.get("outliers", []):
-        found.append(
-            f"Run {odd['run']} of the response surface lies {odd['studentised']:.1f} standard "
-            f"deviations off the surface; up to {surface['outlier_limit']:.1f} is expected."
-        )
-    s = surface["statistics"]
-    lack, predicted = s.get("lack_of_fit_p"), s.get("R2_pred")
-    if lack is not None and lack < 0.05:
-        found.append(f"The surface does not follow the heaps (lack of fit p = {lack:.2g}).")
-    if predicted is not None and predicted < POOR:
-        found.append(f"The surface predicts little (predicted R² {fixed(predicted, 2)}).")
-    return found
-
-
-def _between(name):
-    """A factor's name in a sentence: what two grains do is `between grains`."""
-    return re.sub(r" of (\w+) on \1$", " between grains", label(name))
-
-
-def _name(name):
-    return _between(name)[0].upper() + _between(name)[1:]
-
-
-def _effect(value, response):
-    return f"{signed(value)}{response.unit}"
+    reasons = dict.fromkeys(why.get(n, "the configured path prefers it") for n in smaller)
+    return said("left_out", screening, largest, smaller, reasons, response) if smaller else []

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from calibration.chain.study import Results
 from calibration.figures import label, response_of
 from calibration.intake.tables import read_written
-from calibration.telling.answer.words import said_by_diagnosis
+from calibration.telling.answer.words import said
 from calibration.telling.kept_results import sentences_of
 from calibration.telling.report.embed import caption, download, figure, table
 
@@ -133,7 +133,7 @@ def diagnosis(study: Path) -> dict[str, Any] | None:
     verdict = Results(study).summary("diagnosis", "verdict")
     if not verdict:
         return None
-    texts = [*said_by_diagnosis(verdict)]
+    texts = said("diagnosis", verdict)
     texts += [p["sentence"] if isinstance(p, dict) else str(p) for p in verdict.get("patterns", [])]
     following = verdict.get("next_measurement")
     if following:
