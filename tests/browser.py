@@ -1,6 +1,5 @@
 """A headless Chromium, driven over its debugging pipe: no further package, no port, no network."""
 
-import base64
 import json
 import os
 import select
@@ -78,14 +77,14 @@ class Page:
                 self._buffer += chunk
         raise TimeoutError(f"no answer to {what}")
 
-    def open(self, address, width, height, scheme="light", scale=1):
+    def open(self, address, width, height, scheme="light"):
         """Load an address at a size [px] and a colour scheme."""
         self.events.clear()
         self.call(
             "Emulation.setDeviceMetricsOverride",
             width=width,
             height=height,
-            deviceScaleFactor=scale,
+            deviceScaleFactor=1,
             mobile=width < 600,
         )
         feature = {"name": "prefers-color-scheme", "value": scheme}
@@ -107,11 +106,6 @@ class Page:
         )
         assert "exceptionDetails" not in answer, answer["exceptionDetails"]
         return answer["result"].get("value")
-
-    def screenshot(self, whole=False):
-        """PNG of what is seen, or of the whole page."""
-        picture = self.call("Page.captureScreenshot", captureBeyondViewport=whole)
-        return base64.b64decode(picture["data"])
 
     def complaints(self):
         """Messages of errors and warnings on the console, and uncaught exceptions."""

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from browser import browse, find_browser
 from recording import Recorder
 
 # one thread of linear algebra a process, as snakemake gives a job: pytest has a process a core, and
@@ -78,3 +79,12 @@ def _own_settings(tmp_path_factory):
     os.environ.pop("XDG_CONFIG_HOME")
     if before is not None:
         os.environ["XDG_CONFIG_HOME"] = before
+
+
+@pytest.fixture(scope="module")
+def tab(tmp_path_factory):
+    """A tab of a browser; skips the test where there is none."""
+    if find_browser() is None:
+        pytest.skip("no Chromium on this machine: the page's look is not checked")
+    with browse(find_browser(), tmp_path_factory.mktemp("browser")) as page:
+        yield page

@@ -239,14 +239,3 @@ def test_written_files_hold_every_claim(shipped, tmp_path):
         "audit.csv",
         "audit.html",
     ]
-
-
-def test_levels_restored_from_the_print_are_those_of_the_copied_table():
-    from paper.audit.paper import Paper
-    from paper.audit.surface import restored_levels
-
-    with open(SHIPPED / "table11_box_behnken.csv", encoding="utf-8") as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
-    assert restored_levels(Paper(SHIPPED)).tolist() == [
-        [float(r[axis]) for axis in "XYZ"] for r in rows
-    ]

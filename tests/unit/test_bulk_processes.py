@@ -87,10 +87,6 @@ def test_a_moved_start_moves_the_sphere_alone(files):
     assert moved[-1] - here[-1] == pytest.approx([3e-6, 0.0, 0.0], abs=1e-15)
 
 
-def test_the_box_within_walls_with_a_thickness_is_the_inner_one(files):
-    assert penetration(files).box == pytest.approx((SIDE, SIDE, BOTTOM))
-
-
 def test_the_drum_counts_each_material_in_both_zones(files):
     case = CASES["drum"](files)
     position = np.concatenate([group.position for group in case.groups])

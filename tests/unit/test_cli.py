@@ -58,15 +58,6 @@ def test_bad_input_is_one_line_and_status_2(tmp_path, heap, capsys, arguments, w
     assert not (tmp_path / "o").exists()
 
 
-def test_a_risky_spec_is_warned_of(tmp_path, capsys):
-    path = tmp_path / "narrow.yaml"
-    mapping = yaml.safe_load(template("heap"))
-    mapping["particles"] |= {"count": 1000, "diameter_mm": 5.0}
-    path.write_text(yaml.safe_dump(mapping))
-    assert main(["check", str(path)]) == 0
-    assert "warning: geometry.orifice_diameter_mm" in capsys.readouterr().err
-
-
 def test_a_drop_runs_and_draws_frames(tmp_path, capsys):
     path = tmp_path / "drop.yaml"
     mapping = yaml.safe_load(template("drop"))

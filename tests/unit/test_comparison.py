@@ -1,13 +1,10 @@
 """The comparison of ways to calibrate: same studies for all, right intervals, what was found."""
 
-import sys
-
 import numpy as np
 import pandas as pd
 import pytest
 
 from benchmarks.ways.__main__ import summary, trials
-from benchmarks.ways.grain_learning import GrainLearning
 from benchmarks.ways.truths import (
     INSIDE,
     SEED_SD,
@@ -84,32 +81,3 @@ def test_history_matching_rules_out_what_misses_and_keeps_what_meets():
     _, low, high = answer("history matching", bench, 47)
     assert (low <= bench.truth).all()
     assert (bench.truth <= high).all()
-
-
-STAND_IN = """
-import json, sys
-for line in sys.stdin:
-    task = json.loads(line)
-    if task["iterations"] == 8:
-        print(json.dumps({"error": "a singular matrix"}), flush=True)
-        continue
-    samples = [[0.5, 0.5, 0.0], [0.5, 0.5, 1.0]]
-    for _ in range(task["iterations"]):
-        print(json.dumps({"ask": samples}), flush=True)
-        assert len(json.loads(sys.stdin.readline())["values"]) == 2
-    print(json.dumps({"samples": samples, "weight": [0.25, 0.75]}), flush=True)
-"""
-
-
-def test_another_program_answers_through_its_own_python(tmp_path, monkeypatch):
-    client = tmp_path / "client.py"
-    client.write_text(STAND_IN)
-    monkeypatch.setattr("benchmarks.ways.grain_learning.CLIENT", client)
-    bench = Bench.drawn(TRUTHS["quadratic"], 3)
-    with GrainLearning(sys.executable) as other:
-        point, low, high = other.answer(bench, 22)
-        assert other.answer(bench, 92) is None
-    assert point.tolist() == [0.0, 0.0, 0.5]
-    # sd of -1 and 1 at weights of 1/4 and 3/4: sqrt(3)/2
-    assert low[2] == pytest.approx(max(-1.0, 0.5 - 1.96 * np.sqrt(0.75)), abs=1e-3)
-    assert high.tolist() == [0.0, 0.0, 1.0]

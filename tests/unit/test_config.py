@@ -12,7 +12,7 @@ from calibration.runs.plans import plan
 from calibration.statistics.design import box_behnken, steepest_path
 from calibration.study.config import given, parse_config
 from calibration.study.config.tests import swept_test
-from calibration.study.factors import factor_of, read_factors
+from calibration.study.factors import read_factors
 from facts import refused
 
 ROOT = Path(__file__).parents[2]
@@ -38,18 +38,6 @@ def test_a_stage_without_its_section_names_stage_and_key(monkeypatch):
         given(config, "scaling", "scaling")
     with refused(ConfigError, "tilt", key="tests", value=None):
         swept_test(config, "tilt")
-
-
-def test_a_factor_is_found_by_the_key_it_sets():
-    factors = read_factors(ROOT / "examples" / "soybean" / "factors.tsv")
-    key = "contacts.particle_wall.static_friction"
-    assert factor_of(factors, key).name == "bean_steel_static_friction"
-    with refused(
-        ConfigError,
-        key="contacts.particle_wall.restitution",
-        allowed="contacts.particle_wall.static_friction",
-    ):
-        factor_of(factors[1:2], "contacts.particle_wall.restitution")
 
 
 def test_equal_points_share_a_run_and_replicates_do_not(data):

@@ -51,6 +51,13 @@ def test_natural_levels_stand_beside_coded_ones():
         assert f.coded(table[f.name]).to_numpy() == pytest.approx(table[f.code].to_numpy())
 
 
+def test_shipped_factors_are_table_5():
+    printed = pd.read_csv(PAPER / "table05_contact_parameter_ranges.csv", comment="#")
+    factors = read_factors(ROOT / "config" / "factors.tsv")
+    found = [(f.code, f.name, f.low, f.high) for f in factors]
+    assert found == [tuple(row) for row in printed.itertuples(index=False)]
+
+
 def test_the_papers_design_is_read_with_its_natural_levels():
     table_5 = read_factors(ROOT / "config" / "factors.tsv")
     table = read_two_level(PAPER / "table06_plackett_burman.csv", table_5)

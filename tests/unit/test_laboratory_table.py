@@ -139,12 +139,3 @@ def test_decimal_commas_stand_beside_the_words_of_an_empty_table(here):
     assert config["run"]["materials"]["particle"]["density_kg_m3"] == 1320
     assert config["tests"]["cylinder"]["run"]["geometry"]["cylinder_diameter_mm"] == 60.5
     assert pd.read_csv("x/measured.csv")["value"].tolist() == [26.1, 27.4]
-
-
-def test_another_unit_counts(here):
-    filled(WHEAT, "w.csv")
-    text = Path("w.csv").read_text()
-    Path("w.csv").write_text(text.replace("drop,height,300,mm", "drop,height,30,cm"))
-    assert main(["new", "x", "--from", "w.csv", "--no-pilot"]) == 0
-    config = yaml.safe_load(Path("x/config.yaml").read_text())
-    assert config["tests"]["drop_300_mm"]["run"]["geometry"]["drop_height_mm"] == 300

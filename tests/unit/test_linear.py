@@ -64,11 +64,6 @@ def test_axes_of_a_body_of_revolution_do_not_turn_with_the_last_bits(alike, axis
     assert np.linalg.det(turned[1]) == pytest.approx(1.0, abs=1e-12)
 
 
-def test_a_sphere_keeps_the_axes_of_space():
-    _, axes = principal_axes(2.5 * np.eye(3)[None])
-    assert np.array_equal(axes[0], np.eye(3))
-
-
 @SETTINGS
 @given(vectors=st.lists(st.tuples(unit, unit, unit), min_size=1, max_size=5))
 def test_length_and_components_are_those_of_numpy(vectors):

@@ -61,14 +61,6 @@ def test_a_rounded_cone_reads_a_little_flat():
     assert result["radial_angle_deg"] == pytest.approx(exact, abs=0.2)
 
 
-def test_noise_spreads_the_angle_without_moving_it_far():
-    """The outline is the largest of many noisy points, so noise lifts it; on a flank it lifts all
-    of it alike."""
-    clean, noisy = measure_heap(*cone(40), PLATE), measure_heap(*cone(40, noise=3e-4), PLATE)
-    assert noisy["angle_of_repose_deg"] == pytest.approx(40, abs=0.5)
-    assert noisy["angle_of_repose_sd_deg"] > clean["angle_of_repose_sd_deg"]
-
-
 def test_flying_and_hanging_grains_do_not_count():
     position, radius, velocity = cone(35)
     extra = np.array([(0.0, 0.0, 0.12), (0.01, 0.0, 0.05)])

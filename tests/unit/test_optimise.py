@@ -55,12 +55,6 @@ def test_extent_agrees_with_a_search_of_the_whole_cube(surface):
         assert high == pytest.approx(line[min(max(crossed) + 1, n - 1)], abs=5 / n)
 
 
-def test_both_sides_of_a_curved_response_are_found():
-    solution = solve(Known("A", lambda a: a**2), 0.25)
-    assert solution.low[0] == pytest.approx(-0.5, abs=1e-6)
-    assert solution.high[0] == pytest.approx(0.5, abs=1e-6)
-
-
 def test_the_closest_point_of_a_plane_is_the_foot_of_its_normal():
     # distance of the line a + b/2 = 0.2 from the centre, along (1, 1/2)
     solution = solve(PLANE, 1.2)

@@ -59,11 +59,3 @@ def test_where_all_move_the_slower_pour_is_taken_at_the_speed_that_moves_it_leas
     # 10,000 moves less and is not well-posed all the same; the last speed has no next one
     assert chosen(rigs) == (6500, 0.3)
     assert rigs.set_index(["rate", "speed"]).loc[(6500, 0.3), "moves"] == pytest.approx(4.2)
-
-
-def test_of_the_slower_pour_only_speeds_with_one_kind_of_heap_are_taken():
-    def packs(point, rate, speed):
-        return 1500 if (point, rate, speed) == ("high", 6500, 0.3) else 700
-
-    rigs = judged(heaps(lambda point, rate, speed: 45.0 - speed, packs))
-    assert chosen(rigs) == (6500, 1.0)

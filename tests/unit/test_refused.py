@@ -112,16 +112,6 @@ def test_a_note_of_a_run_is_in_the_stages_table_and_sentences(tmp_path, monkeypa
     assert tells(said, "Run 2", "still spin")
 
 
-def test_notes_that_differ_in_their_numbers_are_told_once():
-    notes = ["26.9 degrees apart", "still spin", "3.1 degrees apart", "4 degrees apart"]
-    summary = {"noted": [{"run": k, "note": note} for k, note in enumerate(notes, 1)]}
-    quiet = replace(STAGES[0], sentences=None)
-    first, same, other = kept_results.sentences_of(quiet, summary, None)
-    assert tells(first, "Run 1", "26.9 degrees apart")
-    assert "3, 4" in same
-    assert tells(other, "Run 2", "still spin")
-
-
 def test_a_design_with_too_few_values_says_why(runs):
     with refused(CalibrationError, "1 of 3", "run 2, 3", "5 grains"):
         with responses.naming_left_out(runs):

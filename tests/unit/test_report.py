@@ -15,7 +15,6 @@ import pytest
 from PIL import Image
 
 from answers import ANSWER
-from browser import browse, find_browser
 from calibration import figures
 from calibration.stages.screening import half_normal, pareto
 from calibration.study.stage import load_stages
@@ -286,17 +285,6 @@ def test_stages_that_have_not_run_are_left_out(tmp_path):
     empty.mkdir()
     build(empty, empty / "report.html", STAGES)
     assert re.findall(r'<section[^>]*id="(\w+)"', (empty / "report.html").read_text()) == ["answer"]
-
-
-BROWSER = find_browser()
-
-
-@pytest.fixture(scope="module")
-def tab(tmp_path_factory):
-    if BROWSER is None:
-        pytest.skip("no Chromium on this machine: the page's look is not checked")
-    with browse(BROWSER, tmp_path_factory.mktemp("browser")) as page:
-        yield page
 
 
 GROUND = "getComputedStyle(document.body).backgroundColor.match(/\\d+/g).map(Number)"

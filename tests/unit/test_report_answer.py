@@ -12,7 +12,6 @@ import pytest
 from scipy.optimize import minimize
 
 from answers import ANSWER
-from browser import browse, find_browser
 from calibration.figures import response_of
 from calibration.statistics.design import box_behnken
 from calibration.statistics.surface import fit_surface
@@ -127,36 +126,34 @@ def test_a_name_cannot_leave_the_profilers_script(study):
     assert "<" not in profiler(study, ANGLE)
 
 
-@pytest.mark.skipif(find_browser() is None, reason="no Chromium on this machine")
-def test_the_profiler_shows_the_fitted_surface(study, tmp_path):
+def test_the_profiler_shows_the_fitted_surface(study, tab):
     """The page's own arithmetic at a point of the reader's choice beside the library's."""
     build(study, study / "report.html", load_stages())
     runs = pd.read_csv(study / "response_surface" / "runs.csv")
     surface = fit_surface(runs, list("ABC"), runs["response"])
-    with browse(find_browser(), tmp_path / "browser") as tab:
-        for width in (390, 1280):
-            tab.open((study / "report.html").as_uri(), width, 844)
-            shown = []
-            for place, share in ((0, 0.5), (0, 0.9), (2, 0.1)):
-                tab.evaluate(
-                    f"(() => {{ const i = document.getElementById('lever{place}'); "
-                    f"i.value = {1000 * share}; i.dispatchEvent(new Event('input')); }})()"
-                )
-                shown.append(tab.evaluate("document.querySelector('.profiler output').textContent"))
-            assert tab.evaluate("document.documentElement.scrollWidth") <= width
-            assert tab.complaints() == []
-            point = [[0.8, 0.0, -0.8]]
-            mean, (low, high) = (
-                surface.predict(point)[0],
-                surface.confirmation_interval(point, np.inf),
+    for width in (390, 1280):
+        tab.open((study / "report.html").as_uri(), width, 844)
+        shown = []
+        for place, share in ((0, 0.5), (0, 0.9), (2, 0.1)):
+            tab.evaluate(
+                f"(() => {{ const i = document.getElementById('lever{place}'); "
+                f"i.value = {1000 * share}; i.dispatchEvent(new Event('input')); }})()"
             )
-            numbers = [float(x) for x in re.findall(r"\d+\.?\d*", shown[-1])]
-            wanted = [mean, 95, low[0], high[0], TARGET, abs(mean - TARGET)]
-            assert numbers == pytest.approx(wanted, rel=1e-3)
-            assert "solution set" in shown[0]
-            assert "too high" in shown[-1]
-            lines = tab.evaluate("document.querySelector('.profiler pre').textContent").splitlines()
-            assert lines == ["k.A: 1.8", "k.B: 1", "k.C: 0.2"]
+            shown.append(tab.evaluate("document.querySelector('.profiler output').textContent"))
+        assert tab.evaluate("document.documentElement.scrollWidth") <= width
+        assert tab.complaints() == []
+        point = [[0.8, 0.0, -0.8]]
+        mean, (low, high) = (
+            surface.predict(point)[0],
+            surface.confirmation_interval(point, np.inf),
+        )
+        numbers = [float(x) for x in re.findall(r"\d+\.?\d*", shown[-1])]
+        wanted = [mean, 95, low[0], high[0], TARGET, abs(mean - TARGET)]
+        assert numbers == pytest.approx(wanted, rel=1e-3)
+        assert "solution set" in shown[0]
+        assert "too high" in shown[-1]
+        lines = tab.evaluate("document.querySelector('.profiler pre').textContent").splitlines()
+        assert lines == ["k.A: 1.8", "k.B: 1", "k.C: 0.2"]
 
 
 POINT = "document.querySelector('.profiler pre').textContent"
@@ -170,8 +167,7 @@ def type_value(tab, place, value):
     )
 
 
-@pytest.mark.skipif(find_browser() is None, reason="no Chromium on this machine")
-def test_the_distance_to_the_solution_set_is_the_shortest(study, tmp_path):
+def test_the_distance_to_the_solution_set_is_the_shortest(study, tab):
     build(study, study / "report.html", load_stages())
     runs = pd.read_csv(study / "response_surface" / "runs.csv")
     surface = fit_surface(runs, list("ABC"), runs["response"])
@@ -186,29 +182,25 @@ def test_the_distance_to_the_solution_set_is_the_shortest(study, tmp_path):
         assert found.success
         return np.sqrt(found.fun) / 2
 
-    with browse(find_browser(), tmp_path / "browser") as tab:
-        tab.open((study / "report.html").as_uri(), 390, 844)
-        slide = (
-            "(() => {{ const i = document.getElementById('lever{}'); i.value = {};"
-            " i.dispatchEvent(new Event('input')); }})()"
-        )
-        for place, share in enumerate((900, 700, 300)):
-            tab.evaluate(slide.format(place, share))
-        start = np.array([0.8, 0.4, -0.4])
-        told = float(re.search(r"(\d\S*) of the ranges", tab.evaluate(DISTANCE))[1])
-        assert told == pytest.approx(shortest(start, (0, 1, 2)), rel=0.01)
-        type_value(tab, 2, 0.6)  # held from now on
-        told = float(re.search(r"staying: (\d\S*) of the ranges", tab.evaluate(DISTANCE))[1])
-        assert told == pytest.approx(shortest(start, (0, 1)), rel=0.01)
-        tab.evaluate("document.querySelector('.profiler .onto').click()")
-        assert "solution set" in tab.evaluate(
-            "document.querySelector('.profiler output').textContent"
-        )
-        assert tab.evaluate(POINT).splitlines()[2] == "k.C: 0.6"
+    tab.open((study / "report.html").as_uri(), 390, 844)
+    slide = (
+        "(() => {{ const i = document.getElementById('lever{}'); i.value = {};"
+        " i.dispatchEvent(new Event('input')); }})()"
+    )
+    for place, share in enumerate((900, 700, 300)):
+        tab.evaluate(slide.format(place, share))
+    start = np.array([0.8, 0.4, -0.4])
+    told = float(re.search(r"(\d\S*) of the ranges", tab.evaluate(DISTANCE))[1])
+    assert told == pytest.approx(shortest(start, (0, 1, 2)), rel=0.01)
+    type_value(tab, 2, 0.6)  # held from now on
+    told = float(re.search(r"staying: (\d\S*) of the ranges", tab.evaluate(DISTANCE))[1])
+    assert told == pytest.approx(shortest(start, (0, 1)), rel=0.01)
+    tab.evaluate("document.querySelector('.profiler .onto').click()")
+    assert "solution set" in tab.evaluate("document.querySelector('.profiler output').textContent")
+    assert tab.evaluate(POINT).splitlines()[2] == "k.C: 0.6"
 
 
-@pytest.mark.skipif(find_browser() is None, reason="no Chromium on this machine")
-def test_further_targets_stand_below_the_calibrated_one(study, tmp_path):
+def test_further_targets_stand_below_the_calibrated_one(study, tab):
     runs = pd.read_csv(study / "response_surface" / "runs.csv")
     scatter = np.random.default_rng(2).normal(0, 1.0, len(runs))
     runs["bulk_density_kg_m3"] = 800 + 20 * runs["B"] + scatter
@@ -222,8 +214,7 @@ def test_further_targets_stand_below_the_calibrated_one(study, tmp_path):
     further = {"bulk_density_kg_m3": found | {"measured_mean": 850.0}}
     write(study / "validation" / "validation.json", found | {"further": further})
     build(study, study / "report.html", load_stages())
-    with browse(find_browser(), tmp_path / "browser") as tab:
-        tab.open((study / "report.html").as_uri(), 390, 844)
-        said_of = "document.querySelector('.profiler .further').textContent"
-        assert "measured 850 kg/m³" in tab.evaluate(said_of)
-        assert "too low" in tab.evaluate(said_of)
+    tab.open((study / "report.html").as_uri(), 390, 844)
+    said_of = "document.querySelector('.profiler .further').textContent"
+    assert "measured 850 kg/m³" in tab.evaluate(said_of)
+    assert "too low" in tab.evaluate(said_of)

@@ -154,15 +154,6 @@ def test_a_run_without_a_value_is_a_row_without_a_number(
         assert wide > narrow
 
 
-@pytest.mark.parametrize(
-    ("ours", "agreement"), [(45.6, EQUIVALENT), (46.4, UNDECIDABLE), (47.5, DIFFERENT)]
-)
-def test_means_are_judged_by_the_interval_of_their_difference_and_the_margin(ours, agreement):
-    row = r.means(PLACE, r.printed_of("45.55"), ours, 0.7, 25, 0.9, 25)
-    assert row["agreement"] == agreement
-    assert row["low"] < row["difference"] < row["high"]
-
-
 def test_scatter_earns_no_verdict_and_exactness_is_not_punished():
     close, far = r.printed_of("33.43"), r.printed_of("45.0")
     assert r.means(PLACE, close, 33.36, 0.0, 2, paper_n=5)["agreement"] == EQUIVALENT

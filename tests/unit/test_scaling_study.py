@@ -52,23 +52,6 @@ def test_the_table_has_means_and_differences_from_the_first_scale():
     assert set(table["change"].iloc[1:]) == {CHANGED}
 
 
-def test_heaps_without_a_value_are_left_out_and_told():
-    """A funnel clogs: the rest of the runs are judged as if it had not been planned."""
-    runs = heaps(3.0)
-    lost = runs["scale"].eq(2) & (runs.groupby("scale").cumcount() < 3)
-    without = runs.assign(response=runs["response"].mask(lost))
-    (statement,) = response_statements(without, MARGINS)
-    (rest,) = response_statements(runs[~lost], MARGINS)
-    assert statement.found == rest.found
-    assert statement.sentence.startswith(rest.sentence)
-    assert tells(statement.sentence.removeprefix(rest.sentence), "3 of 24", "no value")
-    table = response_table(without, without["response"], MARGINS)
-    pd.testing.assert_frame_equal(
-        table, response_table(runs[~lost], runs["response"][~lost], MARGINS)
-    )
-    assert table["n"].tolist() == [8, 5, 8]
-
-
 @pytest.mark.parametrize("scales", [(1,), (2,), (2, 4), (1, 2, 4)])
 def test_an_end_at_which_every_heap_clogs_leaves_it_undecided(scales):
     runs = heaps(3.0)

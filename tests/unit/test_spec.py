@@ -40,11 +40,6 @@ def test_the_hash_of_a_mesh_is_that_of_its_content(tmp_path):
     assert content_hash(parse_spec({"experiment": "heap", "geometry": geometry})) != hashes[2]
 
 
-def test_defaults_are_not_warned_of():
-    for experiment in GEOMETRY:
-        assert warnings_of(parse_spec({"experiment": experiment})) == []
-
-
 @pytest.mark.parametrize(
     ("geometry", "warned"),
     [

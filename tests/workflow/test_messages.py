@@ -3,12 +3,11 @@
 from dataclasses import replace
 from pathlib import Path
 
-import pandas as pd
 import pytest
 import yaml
 
 from calibration import engines
-from calibration.runs.plans import plan, points_of, result_path, write_plan
+from calibration.runs.plans import plan, result_path, write_plan
 from calibration.runs.progress import Plan, Progress
 from calibration.runs.runner import report, run_logged
 from calibration.statistics.screening_design import plackett_burman
@@ -113,17 +112,3 @@ def test_a_stage_above_that_is_under_way_has_a_time_of_its_own():
     assert tells(said, "1 of 11", "8 min", "that")
     assert not tells(said, "estimated")
     assert Progress((replace(above, done=11), chain), None, None).left_s(2) == 12 * 60.0
-
-
-def test_short_runs_beside_the_chain_are_told_but_not_counted():
-    plans = Plan("drop", 3, 10, short=True), Plan("screening", 0, 12, planned=False)
-    found = Progress(plans, None, 30.0)
-    told = ("0 of 12", "none failed", "drop", "3 of 10", "3 min", "2 cores")
-    assert tells(found.sentence(2), *told)
-
-
-def test_a_point_that_two_stages_share_is_named_for_both(campaign):
-    settings, table, specs = campaign
-    write_plan("results/few/validation", pd.DataFrame([table.iloc[0]]), specs)
-    found = points_of(table["run_id"][0], parse_config(settings))
-    assert [text.split(",")[0] for text in found] == ["screening", "validation"]

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from browser import browse, find_browser
 from calibration.telling.report.embed import READABLE
 
 ROOT = Path(__file__).parents[2]
@@ -27,14 +26,6 @@ pytestmark = [
 @pytest.fixture(scope="module")
 def page():
     return (STUDY / "report.html").read_text()
-
-
-@pytest.fixture(scope="module")
-def tab(tmp_path_factory):
-    if find_browser() is None:
-        pytest.skip("no Chromium on this machine: the page's look is not checked")
-    with browse(find_browser(), tmp_path_factory.mktemp("browser")) as tab:
-        yield tab
 
 
 LETTERS = """[...document.querySelectorAll('figure.chart svg text')].map(t => {
