@@ -34,9 +34,21 @@ def make(contact, *, laws=None, grain=SALT, wall=STEEL, walls=None, dt=1e-6, gra
     )
 
 
+def body(name="w", **motion):
+    """Walls of one body that is begun."""
+    return WallSet().body(name, material="wall", **motion)
+
+
 def floor():
     """A plane at z = 0."""
-    return WallSet().body("floor", material="wall").plane((0, 0, 0), (0, 0, 1))
+    return body("floor").plane((0, 0, 0), (0, 0, 1))
+
+
+def rotation(angle, axis):
+    """Matrix (3, 3) of a turn by an angle [rad] about an axis."""
+    a = np.asarray(axis) / np.linalg.norm(axis)
+    k = np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
+    return np.eye(3) + math.sin(angle) * k + (1 - math.cos(angle)) * k @ k
 
 
 def effective(grain, other=None):

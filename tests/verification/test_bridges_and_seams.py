@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from scenes import SALT, ContactParameters, Laws, WallSet, floor, make, mass_of
+from scenes import SALT, ContactParameters, Laws, body, floor, make, mass_of
 from scipy.integrate import solve_ivp
 
 R = 1e-3
@@ -64,10 +64,6 @@ def test_a_wet_grain_on_a_linear_spring_rebounds_as_its_equation_says(
         0.02 * expected / speed,
         source="equation of motion",
     )
-
-
-def body():
-    return WallSet().body("w", material="wall")
 
 
 def undivided():

@@ -20,6 +20,7 @@ from scenes import (
     led,
     make,
     mass_of,
+    rotation,
 )
 
 from dem.contact.registry import attraction_reach, pair_properties
@@ -93,12 +94,6 @@ STICKY = {
     ),
 }
 unit = st.floats(-1, 1)
-
-
-def rotation(angle, axis):
-    a = np.asarray(axis) / np.linalg.norm(axis)
-    k = np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
-    return np.eye(3) + math.sin(angle) * k + (1 - math.cos(angle)) * k @ k
 
 
 def sticky_hit(law, *, turn=None, boost=(0, 0, 0), base=0.05):

@@ -8,18 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scenes import GRAVITY, ContactParameters, Laws, make
+from scenes import GRAVITY, ContactParameters, Laws, body, make
 
-from dem.walls.builder import WallSet
 from facts import refused
 
 R = 1e-3
 DT = 2e-6
 SETTINGS = settings(max_examples=12, deadline=None, derandomize=True)
-
-
-def body(**motion):
-    return WallSet().body("w", material="wall", **motion)
 
 
 def seam():

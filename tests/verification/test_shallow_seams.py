@@ -15,7 +15,7 @@ from scenes import (
     STEEL,
     ContactParameters,
     Laws,
-    WallSet,
+    body,
     contact_time,
     effective,
     make,
@@ -31,10 +31,6 @@ APART = 3 * R  # between grains that do not meet
 CONSERVED = 0.02
 LIKE_THE_CYLINDER = 0.01  # of e
 VALLEYS = (0.1, 1.0, 4.0)  # degrees, of each face
-
-
-def body(name="w"):
-    return WallSet().body(name, material="wall")
 
 
 def step(speed, parts):

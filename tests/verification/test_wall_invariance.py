@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scenes import SALT, STEEL, ContactParameters, Laws
+from scenes import SALT, STEEL, ContactParameters, Laws, rotation
 
 from dem.simulation import Simulation, SkinPolicy
 from dem.walls.builder import WallSet
@@ -133,12 +133,6 @@ def throw(
     return (position - moved) @ q, (velocity - boost) @ q
 
 
-def turned(angle, axis):
-    a, c, s = np.asarray(axis) / np.linalg.norm(axis), math.cos(angle), math.sin(angle)
-    k = np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
-    return np.eye(3) + s * k + (1 - c) * k @ k
-
-
 unit = st.floats(-1, 1)
 vector = st.tuples(unit, unit, unit)
 angle = st.floats(-math.pi, math.pi)
@@ -146,9 +140,9 @@ axis = vector.filter(lambda v: np.linalg.norm(v) > 0.1)
 far = st.floats(-0.5, -0.03)
 CHANGES = {
     "translation": st.builds(lambda v: {"shift": v}, vector),
-    "rotation": st.builds(lambda a, v: {"transform": turned(a, v)}, angle, axis),
+    "rotation": st.builds(lambda a, v: {"transform": rotation(a, v)}, angle, axis),
     "reflection": st.builds(
-        lambda a, v: {"transform": turned(a, v) @ np.diag([1.0, -1.0, 1.0])}, angle, axis
+        lambda a, v: {"transform": rotation(a, v) @ np.diag([1.0, -1.0, 1.0])}, angle, axis
     ),
     "relabelling": st.builds(lambda k: {"labels": k}, st.permutations(range(6))),
     "a Galilean boost": st.builds(lambda v: {"boost": tuple(4.0 * x for x in v)}, vector),
