@@ -1,6 +1,7 @@
 """Laws declare themselves: tables, schema, dispatch, documentation and exports are made of what
 their files say."""
 
+import inspect
 import os
 import re
 import shutil
@@ -12,6 +13,7 @@ import pytest
 
 from dem.contact.catalogue import CODES, LAWS, SLOTS, every_law, table
 from dem.contact.law import ROLES
+from dem.contact.properties import BASE, PairProperties
 from dem.contact.registry import DEFAULTS, Laws
 from dem.errors import SpecError
 from dem.spec import LawParameters, LawsSpec, parse_spec
@@ -140,3 +142,20 @@ def test_a_law_added_as_the_page_says_is_exported(with_the_law):
     assert "NOT CONVERTED" not in lammps.replace("NOT CONVERTED: rolling", "")
     assert "coefficientFriction" in liggghts
     assert tells(liggghts, "NOT CONVERTED", "friction rate_free")
+
+
+# --- constants ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("law", every_law(), ids=ids)
+def test_a_law_declares_the_constants_that_its_kernels_read_and_gives_no_others(law):
+    module = inspect.getmodule(law.kernels[next(iter(law.kernels))].py_func) if law.kernels else law
+    read = set(re.findall(r"\bp\.(\w+)", inspect.getsource(module))) if law.kernels else set()
+    assert set(law.constants) <= read
+    assert read - set(BASE) <= set(law.constants)
+
+
+def test_every_constant_of_a_pair_is_read_by_some_law():
+    declared = {c for law in every_law() for c in law.constants}
+    assert set(PairProperties._fields) == {*BASE, *declared}
+    assert all(law.slot == slot for slot, laws in LAWS.items() for law in laws.values())

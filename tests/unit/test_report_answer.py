@@ -21,6 +21,8 @@ from calibration.telling.report import build
 from calibration.telling.report.answer import answer, findings
 from calibration.telling.report.carried import workbook
 from calibration.telling.report.profiler import profiler
+from dem.advice import limits_of
+from dem.spec import parse_spec
 from facts import tells
 
 ANGLE = response_of("angle_of_repose_deg")
@@ -218,3 +220,30 @@ def test_further_targets_stand_below_the_calibrated_one(study, tab):
     said_of = "document.querySelector('.profiler .further').textContent"
     assert "measured 850 kg/m³" in tab.evaluate(said_of)
     assert "too low" in tab.evaluate(said_of)
+
+
+@pytest.mark.parametrize(
+    ("laws", "mu_r", "limited"),
+    [
+        ({"rolling": "constant_torque"}, 0.2, True),
+        ({"rolling": "constant_torque"}, 0.0, False),
+        ({"rolling": "constant_torque_relative"}, 0.2, False),
+        ({"rolling": "elastic_plastic", "torsion": "marshall"}, 0.2, False),
+    ],
+)
+def test_the_own_spin_torque_holds_at_rest_alone(tmp_path, laws, mu_r, limited):
+    pair = f"{{restitution: 0.5, static_friction: 0.5, rolling_friction: {mu_r}}}"
+    chosen = ", ".join(f"{k}: {v}" for k, v in laws.items())
+    text = (
+        f"experiment: heap\nlaws: {{{chosen}}}\n"
+        f"contacts: {{particle_particle: {pair}, particle_wall: {pair}}}\n"
+    )
+    (tmp_path / "exports").mkdir()
+    (tmp_path / "exports" / "dem.yaml").write_text(text)
+    (tmp_path / "answer").mkdir()
+    (tmp_path / "answer" / "answer.json").write_text(ANSWER.model_dump_json())
+    notes = answer(tmp_path, response_of("angle_of_repose_deg"))["notes"]
+    assert any(tells(n, "constant_torque", "drum") for n in notes) == limited
+    spec = {"experiment": "heap", "laws": laws}
+    spec["contacts"] = {"particle_particle": {"rolling_friction": mu_r}}
+    assert bool(limits_of(parse_spec(spec))) == limited

@@ -1,9 +1,10 @@
 """The tutorial's commands run as they stand: a study of one's own from the measured tests to the
-report, and a heap."""
+report, and a heap; and the notebook runs as it stands."""
 
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -43,3 +44,22 @@ def test_the_tutorial_runs_from_top_to_bottom(tmp_path):
     assert optimum["interval_95_others_held"]
     screening = json.loads((study / "screening" / "screening.json").read_text())
     assert len(screening["factors"]) == 5  # after the change
+
+
+NOTEBOOK = ROOT / "examples" / "soybean.ipynb"
+
+
+def cells():
+    found = json.loads(NOTEBOOK.read_text())["cells"]
+    return ["".join(c["source"]) for c in found if c["cell_type"] == "code"]
+
+
+@pytest.mark.slow
+def test_the_notebook_runs_from_top_to_bottom(tmp_path):
+    for name in ("Snakefile", "workflow", "config", "profiles", "src", "data"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    folder = shutil.copytree(ROOT / "examples", tmp_path / "examples")  # a notebook begins in it
+    command = [sys.executable, "-c", "\n".join(cells())]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "results/soybean/screening/effects.csv").is_file()
