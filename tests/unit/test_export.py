@@ -311,7 +311,8 @@ KNOWN = {
         "value": 3e6, "source": "the configuration's run spec", "paper": "1.1: 1.9e+09"
     },
 }  # fmt: skip
-HEAP = by_hand.Expected("angle_of_repose_deg", "deg", 45.14, 1.2, 10, 42.3, 48.0)
+HEAP = {"metric": "angle_of_repose_deg", "unit": "deg", "mean": 45.14, "sd": 1.2, "runs": 10,
+        "low": 42.3, "high": 48.0}  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,6 @@ spring and a limit without a dashpot, so it is not type C of here.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from calibration.engines.conversion import Conversion, Granulate, dispensed
@@ -42,39 +41,24 @@ OPEN = "NOT BOUNDED BY THE DATA"
 SIDES = {"low": "below", "high": "above"}
 
 
-@dataclass(frozen=True)
-class Expected:
-    """What the calibrated model gives in the runs that validated it, in the unit of the metric.
-
-    low, high : ends between which 95 % of single heaps lie
-    """
-
-    metric: str
-    unit: str
-    mean: float
-    sd: float
-    runs: int
-    low: float
-    high: float
-
-
 def block(
     code: str,
     material: Granulate,
     conversion: Conversion,
     about: Sequence[str],
     known: Mapping[str, Mapping] | None = None,
-    expected: Expected | None = None,
+    expected: Mapping[str, Any] | None = None,
 ) -> str:
     """Markdown for `edem` or `rocky`. about: lines of provenance; known: {key of the run spec:
-    entry of calibrated.yaml} and what the calibrated model gives, or None at a point that no study
-    has calibrated."""
+    entry of calibrated.yaml}; expected: what the calibrated model gives in the runs that validated
+    it (metric, unit, mean, sd, runs, and low and high, between which 95 % of single heaps lie), or
+    None at a point that no study has calibrated."""
     spec, known, grain = material.spec, known or {}, material.grain
     law, own_law = conversion.export("rolling", code), LAWS["rolling"][spec.laws.rolling]  # type: ignore[attr-defined]  # a field for each law
     sizes, clump = spec.particles.sizes, spec.particles.clump
     point = {
         "spec": spec, "material": material, "about": about, "expected": expected,
-        "metric": without_unit(expected.metric).replace("_", " ") if expected else "",
+        "metric": without_unit(expected["metric"]).replace("_", " ") if expected else "",
         "law": law, "law_notes": list(law.notes(material.grain_grain)),
         "law_numbers": [(k, v, "") for k, v in law.numbers(material.grain_grain).items()],
         "own_law": own_law, "has_law": code in own_law.exports,

@@ -286,40 +286,9 @@ def check(folder: str | Path, seeds: int = SEEDS, timeout_s: float = 1e6) -> int
     deck = Deck.read(folder)
     there = heaps_there(deck, _seeds(deck, seeds), timeout_s)
     rows = judge(deck, there, heaps_here(deck, _seeds(deck, seeds)))
-    print(_table(deck, rows), end="")
-    print(_verdict(deck, rows, len(there)))
+    print(_words().checked(deck.name, rows, len(there), READERS), end="")
     return int(any(row.verdict != "holds" for row in rows))
 
 
 def _seeds(deck, count):
     return range(deck.spec.seed, deck.spec.seed + count)
-
-
-def _verdict(deck, rows, heaps):
-    """The first line of a deck that was checked."""
-    head = deck.name
-    missed = [row for row in rows if row.verdict == "misses"]
-    still = [row for row in rows if row.verdict == "open"]
-    if missed:
-        return f"{head}. IT MISSES: {'; '.join(row.told for row in missed + still)}. {heaps} heaps."
-    if still:
-        return (
-            f"{head}. NOT SHOWN TO HOLD with {heaps} heaps: {'; '.join(r.told for r in still)}. "
-            "More seeds (--seeds) tell."
-        )
-    return f"{head}. It holds: each quantity of {heaps} heaps is within its margin."
-
-
-def _table(deck, rows):
-    lines = [
-        f"| read from | here | {deck.name} | difference (90 %) | margin | |",
-        "|---|---|---|---|---|---|",
-    ]
-    for r in rows:
-        unit = f" [{r.unit}]" if r.unit else ""
-        lines.append(
-            f"| {READERS[r.quantity]}{unit} | {r.here:.2f} (sd {r.here_sd:.2f}) | {r.there:.2f} "
-            f"(sd {r.there_sd:.2f}) | {r.difference:+.2f} ({r.low:+.2f} to {r.high:+.2f}) | "
-            f"{r.margin:.2f} | {r.verdict} |"
-        )
-    return "\n".join(lines) + "\n"

@@ -14,7 +14,6 @@ from calibration.runs.store import RunStore
 from calibration.telling.answer.schema import answer_of
 from calibration.telling.answer.words import head
 from calibration.telling.export import by_hand, mercurydpm
-from calibration.telling.export.by_hand import Expected
 from calibration.telling.export.decks import scatter_of_one, write_decks
 from calibration.telling.export.heap_comparison import profile
 from calibration.telling.export.parameters import (
@@ -129,7 +128,7 @@ def write_set(
     lines: Sequence[str],
     folder: Path,
     parameters: str | Path,
-    expected: Expected | None = None,
+    expected: Mapping[str, Any] | None = None,
 ) -> None:
     """Write one set of parameters: the blocks of all codes and dem.yaml into a folder, and
     `parameters`, calibrated.yaml.
@@ -176,8 +175,7 @@ def _validated_heap(study):
 def _expected(study):
     heap = _validated_heap(study)
     mean, spread = heap["mean"], scatter_of_one(heap)
-    del heap["margin"]
-    return Expected(**heap, low=mean - spread, high=mean + spread)
+    return heap | {"low": mean - spread, "high": mean + spread}
 
 
 def _write_decks(study, mapping, conversion, lines, folder):

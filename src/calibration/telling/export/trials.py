@@ -11,6 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from calibration.engines.templates import macros
 from calibration.files import read_json
 from calibration.study.config import overlay
 from calibration.telling.export.heap_comparison import Row, rows_of
@@ -69,33 +70,10 @@ def told(code: str, name: str, conversion: Conversion, expected: Mapping[str, An
     """Sentences for the head of a deck that was not corrected: by how much its angle is off in its
     code, as far as heaps of the same law tell. name: of the code, in words; expected: what the
     calibrated model gives."""
-    law, upper = _words(conversion.spec), name.upper()
-    numbers = "numbers found by a search" if conversion.found else "the same numbers"
-    like = trial_like(code, conversion)
+    like, words = trial_like(code, conversion), macros("calibration.telling.export", "decks")
     if like is None:
-        return f"NOT CORRECTED IN {upper}. No heaps of {law} with {numbers} were tried there."
-    heaps, spec = trials()["trials"][like]["heaps"], spec_of(like)
-    rows = rows_in(code, like, expected["margin"])
-    which = (
-        f"{len(heaps[code])} heaps there and {len(heaps[OWN])} here of {spec.particles.count} "
-        f"grains, {law} and {numbers}"
-    )
-    missed = [row for row in rows if row.quantity in ANGLES and row.verdict == "misses"]
-    if missed:
-        own = [row for row in missed if row.quantity == expected["metric"]]
-        first = (own or missed)[0]
-        others = "; ".join(row.told for row in missed if row is not first)
-        return (
-            f"NOT CORRECTED IN {upper}, AND IT MISSES ITS ANGLE THERE, as heaps tell that were "
-            f"tried: {first.told}{'; ' if others else ''}{others} ({which})."
-        )
-    angles = "; ".join(row.told for row in rows if row.quantity in ANGLES)
-    tried = f"NOT CORRECTED IN {upper}. Heaps that were tried miss no angle: {angles} ({which})."
-    if not conversion.checked:
-        return tried
-    return f"{tried} This study's heap in this engine, with these numbers: {conversion.checked}."
-
-
-def _words(spec):
-    cohesion = "" if spec.laws.cohesion == "none" else f" with the cohesion {spec.laws.cohesion}"
-    return f"the law {spec.laws.rolling}{cohesion}"
+        return words.told(name, conversion, 0, 0, None, [], "")
+    heaps = trials()["trials"][like]["heaps"]
+    rows = [r for r in rows_in(code, like, expected["margin"]) if r.quantity in ANGLES]
+    there, here = len(heaps[code]), len(heaps[OWN])
+    return words.told(name, conversion, there, here, spec_of(like), rows, expected["metric"])
