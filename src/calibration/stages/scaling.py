@@ -12,7 +12,7 @@ out zero and part of it lies beyond the margin. Otherwise it is undecided.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from itertools import product
 from pathlib import Path
@@ -236,6 +236,7 @@ HOLDS, FAILS, UNDECIDED = "holds", "fails", "undecided"
 KEPT, CHANGED = "kept", "changed"
 VERDICT = {KEPT: HOLDS, CHANGED: FAILS, UNDECIDED: UNDECIDED}
 DIFFERENCE = ("difference", "difference_low", "difference_high")
+ALPHA = 0.05
 EXACT = 0.01  # exponents measured on one contact carry rounding alone
 
 
@@ -255,7 +256,7 @@ class Statement:
 
 
 def response_table(
-    design: pd.DataFrame, metrics: np.ndarray, margins: Mapping[str, float], alpha: float = 0.05
+    design: pd.DataFrame, metrics: np.ndarray, margins: Mapping[str, float]
 ) -> pd.DataFrame:
     """Table, a row a case and scale: mean, sd, interval, difference from the first scale with
     interval, change. n counts the runs with a value; what fewer than two tell is NaN.
@@ -272,29 +273,27 @@ def response_table(
         for scale, group in case.groupby("scale", sort=False):
             values = group["response"].dropna().to_numpy()
             row = {"experiment": experiment, "rule": rule, "cohesive": bool(cohesive)}
-            row |= {"scale": float(scale), "n": len(values)} | mean_interval(values, alpha)
+            row |= {"scale": float(scale), "n": len(values)} | mean_interval(values)
             row |= {"unit": in_ascii(unit_of(RESPONSE[experiment]))}
             row |= {"left_in_funnel": group["left_in_funnel"].mean()}
             if scale != case["scale"].iloc[0]:
-                row |= difference(first, values, margins[experiment], alpha)
+                row |= difference(first, values, margins[experiment])
             rows.append(row)
     return pd.DataFrame(rows)
 
 
-def mean_interval(values: np.ndarray, alpha: float = 0.05) -> dict[str, float]:
+def mean_interval(values: np.ndarray) -> dict[str, float]:
     """Mean, sd and the interval of the mean of values (n,), as columns of `response_table`; NaN of
     fewer than two."""
     columns = "mean", "sd", "low", "high"
     if len(values) < 2:
         return dict.fromkeys(columns, np.nan)
-    mean, quantile = values.mean(), scipy.stats.t.ppf(1 - alpha / 2, len(values) - 1)
+    mean, quantile = values.mean(), scipy.stats.t.ppf(1 - ALPHA / 2, len(values) - 1)
     half = quantile * scipy.stats.sem(values)
     return dict(zip(columns, (mean, values.std(ddof=1), mean - half, mean + half), strict=True))
 
 
-def difference(
-    first: np.ndarray, values: np.ndarray, margin: float, alpha: float = 0.05
-) -> dict[str, Any]:
+def difference(first: np.ndarray, values: np.ndarray, margin: float) -> dict[str, Any]:
     """Difference of the samples values (n,) and first (m,) with its Welch interval, and whether it
     is kept, changed or undecided, as columns of `response_table`. With fewer than two values in
     one of them it is undecided."""
@@ -305,7 +304,7 @@ def difference(
         low = high = apart
     else:
         found = scipy.stats.ttest_ind(values, first, equal_var=False)
-        low, high = found.confidence_interval(1 - alpha)
+        low, high = found.confidence_interval(1 - ALPHA)
     change = judge(low, high, margin)
     return dict(zip(DIFFERENCE, (apart, low, high), strict=True)) | {"change": change}
 
@@ -317,19 +316,26 @@ def judge(low: float, high: float, margin: float) -> str:
     return CHANGED if low > 0.0 or high < 0.0 else UNDECIDED
 
 
-def trend(scale: ArrayLike, response: ArrayLike, alpha: float = 0.05) -> tuple[float, float, float]:
+def trend(scale: ArrayLike, response: ArrayLike) -> tuple[float, float, float]:
     """(change, low, high) of the responses (n,) from the smallest to the largest scale (n,), by a
     line over log2 of the scale through all runs with a value; NaN with fewer than three of them, or
     none at one of both ends."""
     scale, has = np.asarray(scale, float), np.isfinite(response)
     if has.sum() < 3 or np.ptp(scale[has]) < np.ptp(scale):
         return np.nan, np.nan, np.nan
-    scale, response = scale[has], np.asarray(response)[has]
-    octaves = np.log2(scale)
-    fit, span = scipy.stats.linregress(octaves, response), float(np.ptp(octaves))
-    half = float(scipy.stats.t.ppf(1 - alpha / 2, len(octaves) - 2) * fit.stderr) * span
-    change = float(fit.slope) * span
-    return change, change - half, change + half
+    octaves = np.log2(scale[has])
+    change, half = np.ptp(octaves) * _line(octaves, np.asarray(response)[has])
+    return float(change), float(change - half), float(change + half)
+
+
+def _line(x, y):
+    """(slope, half of its 95 % interval) of the straight line through points x (n,), y (n,)."""
+    fit = scipy.stats.linregress(x, y)
+    return np.array([fit.slope, scipy.stats.t.ppf(1 - ALPHA / 2, len(x) - 2) * fit.stderr])
+
+
+SAID = {"heap": ("angle of repose", "°", 1), "drop": ("restitution on steel", "", 3)}
+"""Experiment -> its response in words, the unit behind a value, and decimals."""
 
 
 def response_statements(runs: pd.DataFrame, margins: Mapping[str, float]) -> list[Statement]:
@@ -345,20 +351,14 @@ def response_statements(runs: pd.DataFrame, margins: Mapping[str, float]) -> lis
         told = case.dropna(subset="response")
         found, low, high = trend(case["scale"], case["response"])
         change = judge(low, high, margins[experiment])
-        what = {"heap": "angle of repose", "drop": "restitution on steel"}[experiment]
+        (what, unit, digits), margin = SAID[experiment], margins[experiment]
         how = "with cohesion" if cohesive else "without cohesion"
-        unit, digits = {"heap": ("°", 1), "drop": ("", 3)}[experiment]
-        means = [
-            f"{values.mean():.{digits}f}{unit} at scale {h:g}"
-            for h, values in told.groupby("scale")["response"]
-        ]
-        known = np.isfinite(low)
-        over = (
-            f"over the range {fixed(found, digits, '+')}{unit} (95 %: {fixed(low, digits, '+')} to "
-            f"{fixed(high, digits, '+')}, margin {margins[experiment]:g})"
-            if known
-            else "too few runs for a trend over the range"
-        )
+        by_scale = told.groupby("scale")["response"]
+        means = [f"{v.mean():.{digits}f}{unit} at scale {h:g}" for h, v in by_scale]
+        known, over = bool(np.isfinite(low)), "too few runs for a trend over the range"
+        if known:
+            moved, least, most = (fixed(x, digits, "+") for x in (found, low, high))
+            over = f"over the range {moved}{unit} (95 %: {least} to {most}, margin {margin:g})"
         sentence = (
             f"Enlarged by the {rule} rule, {how}, the {what} is "
             f"{', '.join(means) or 'unknown'}: {over}, {change}."
@@ -393,17 +393,22 @@ def exponent_statements(measured: Mapping[str, float]) -> list[Statement]:
         ("section122.stiffness", "1.2.2", "k_n over R^2 is constant", 2, "stiffness"),
         ("section122.damping", "1.2.2", "c_n over R^2 is constant", 2, "damping_coefficient"),
     )  # fmt: skip
-    out = []
-    for name, where, text, printed, quantity in claims:
-        found = measured[quantity]
-        holds = abs(found - printed) < EXACT
-        said = (
-            f"The {quantity.replace('_', ' ')} measured in the engine goes as h^{fixed(found, 2)}"
-        )
-        verdict = HOLDS if holds else FAILS
-        sentence = f"{said}; printed h^{printed}: the statement {verdict}."
-        out.append(Statement(name, where, text, printed, found, found, found, verdict, sentence))
-    return out
+    return [
+        _power(name, where, text, printed, f"{quantity.replace('_', ' ')} measured in the engine",
+               *[measured[quantity]] * 3)
+        for name, where, text, printed, quantity in claims
+    ]  # fmt: skip
+
+
+def _power(name, where, text, printed, what, found, low, high):
+    """`Statement` on the exponent of a quantity, known exactly where its ends are one."""
+    verdict = HOLDS if low - EXACT <= printed <= high + EXACT else FAILS
+    ends = f" (95 %: {fixed(low, 2)} to {fixed(high, 2)})" if low < high else ""
+    return Statement(
+        name, where, text, printed, found, low, high, verdict,
+        f"The {what} goes as h^{fixed(found, 2)}{ends}; printed h^{printed}: the statement "
+        f"{verdict}.",
+    )  # fmt: skip
 
 
 def theory_statements() -> list[Statement]:
@@ -414,32 +419,21 @@ def theory_statements() -> list[Statement]:
         contradiction = None
     except OverdeterminedError as error:
         contradiction = str(error)
-    kept = int(exponent("modulus", PAPER_RULE.held))
-    needed = int(exponent("modulus", GRAVITY_RULE.held))
+    kept, needed = (int(exponent("modulus", r.held)) for r in (PAPER_RULE, GRAVITY_RULE))
     table = group_exponents(settings_of(PAPER_RULE, ("acceleration",)))
-    broken = "; ".join(table.group[~table.kept])
+    moduli = (
+        ("eq8.modulus", "(velocity kept)", kept,
+         f"With velocity and density kept, Young's modulus goes as h^{kept}."),
+        ("eq8.modulus.gravity", "where gravity acts", needed,
+         f"Where gravity is the Earth's at every scale, Young's modulus must go as h^{needed}; "
+         f"unchanged it breaks {'; '.join(table.group[~table.kept])}."),
+    )  # fmt: skip
+    told = f"contradicts itself: {contradiction}" if contradiction else "is consistent"
     return [
-        Statement(
-            "eq4.consistent", "Eq. 4", "Length, mass and density scale as h, h and 1", None, None,
-            None, None,
-            FAILS if contradiction else HOLDS,
-            f"Eq. 4 "
-            f"{'contradicts itself: ' + contradiction if contradiction else 'is consistent'}.",
-        ),
-        Statement(
-            "eq8.modulus", "Eq. 8", "Young's modulus is unchanged (velocity kept)", 0, kept, kept,
-            kept,
-            HOLDS if kept == 0 else FAILS,
-            f"With velocity and density kept, Young's modulus goes as h^{kept}.",
-        ),
-        Statement(
-            "eq8.modulus.gravity", "Eq. 8", "Young's modulus is unchanged where gravity acts", 0,
-            needed, needed,
-            needed, HOLDS if needed == 0 else FAILS,
-            f"Where gravity is the Earth's at every scale, Young's modulus must go as h^{needed}; "
-            f"unchanged it breaks "
-            f"{broken}.",
-        ),
+        Statement("eq4.consistent", "Eq. 4", "Length, mass and density scale as h, h and 1", None,
+                  None, None, None, FAILS if contradiction else HOLDS, f"Eq. 4 {told}."),
+        *(Statement(name, "Eq. 8", f"Young's modulus is unchanged {when}", 0, n, n, n,
+                    HOLDS if n == 0 else FAILS, said) for name, when, n, said in moduli),
     ]  # fmt: skip
 
 
@@ -453,26 +447,20 @@ def drop_statements(design: pd.DataFrame, config: Config) -> list[Statement]:
         ("section122.velocity", "Velocity is invariant", 0, "impact_speed_m_s"),
         ("section122.restitution", "The restitution goes as R^2", 2, "effective_restitution"),
     ):
-        found, low, high = log_slope(drops["scale"], read_metric(drops["run_id"], metric))
-        verdict = HOLDS if low - EXACT <= printed <= high + EXACT else FAILS
-        sentence = (
-            f"The {metric.rsplit('_m_s', 1)[0].replace('_', ' ')} of the drop, its rig enlarged "
-            f"alike, goes as "
-            f"h^{fixed(found, 2)} (95 %: {fixed(low, 2)} to {fixed(high, 2)}); printed "
-            f"h^{printed}: the statement {verdict}."
+        what = (
+            f"{metric.removesuffix('_m_s').replace('_', ' ')} of the drop, its rig enlarged alike,"
         )
-        out.append(Statement(name, "1.2.2", text, printed, found, low, high, verdict, sentence))
+        slope = log_slope(drops["scale"], read_metric(drops["run_id"], metric))
+        out.append(_power(name, "1.2.2", text, printed, f"{named} of the drop, its rig enlarged alike,",
+                          *slope))  # fmt: skip
     return out
 
 
-def log_slope(
-    scale: Sequence[float] | np.ndarray | pd.Series, value: ArrayLike, alpha: float = 0.05
-) -> tuple[float, float, float]:
+def log_slope(scale: ArrayLike, value: ArrayLike) -> tuple[float, float, float]:
     """(exponent, low, high) of a power law through values (n,) > 0 at scales (n,), by a line
     through the logarithms."""
-    fit = scipy.stats.linregress(np.log(np.asarray(scale, float)), np.log(np.asarray(value, float)))
-    half = float(scipy.stats.t.ppf(1 - alpha / 2, len(scale) - 2) * fit.stderr)
-    return float(fit.slope), float(fit.slope) - half, float(fit.slope) + half
+    slope, half = _line(np.log(np.asarray(scale, float)), np.log(np.asarray(value, float)))
+    return float(slope), float(slope - half), float(slope + half)
 
 
 def scaling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
