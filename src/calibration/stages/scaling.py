@@ -447,12 +447,10 @@ def drop_statements(design: pd.DataFrame, config: Config) -> list[Statement]:
         ("section122.velocity", "Velocity is invariant", 0, "impact_speed_m_s"),
         ("section122.restitution", "The restitution goes as R^2", 2, "effective_restitution"),
     ):
-        what = (
-            f"{metric.removesuffix('_m_s').replace('_', ' ')} of the drop, its rig enlarged alike,"
-        )
+        what = metric.removesuffix("_m_s").replace("_", " ")
         slope = log_slope(drops["scale"], read_metric(drops["run_id"], metric))
-        out.append(_power(name, "1.2.2", text, printed, f"{named} of the drop, its rig enlarged alike,",
-                          *slope))  # fmt: skip
+        what = f"{what} of the drop, its rig enlarged alike,"
+        out.append(_power(name, "1.2.2", text, printed, what, *slope))
     return out
 
 
