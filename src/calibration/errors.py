@@ -40,6 +40,15 @@ class ConfigError(CalibrationError, InputError):
         InputError.__init__(self, reason, **named)
 
 
+CONFIGURATION = "configuration"
+"""What stands for the files of a configuration until `parse_config` has found the one."""
+
+
+def at_key(key: str, reason: str, value: Any = None, allowed: Any = None) -> ConfigError:
+    """The error of a dotted key of the configuration, whose file and line `parse_config` finds."""
+    return ConfigError(reason, path=CONFIGURATION, key=key, value=value, allowed=allowed)
+
+
 def first_fault(error: ValidationError, *above: str) -> dict[str, Any]:
     """{key, value, allowed}, for a ConfigError, of the first thing that a schema refuses; above:
     keys that lead to what was read."""

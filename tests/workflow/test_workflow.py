@@ -203,7 +203,7 @@ def test_a_study_begun_from_published_values_is_whole_and_names_their_sources(
 ):
     monkeypatch.chdir(ROOT)
     path = f"examples/{name}/config.yaml"
-    config = parse_config(yaml.safe_load(Path(path).read_text()), file=path)
+    config = parse_config(yaml.safe_load(Path(path).read_text()), files=[path])
     check_ahead(config)
     assert list(read_target(config)) == measured
     told = [f.description for f in read_factors(config.factors)]

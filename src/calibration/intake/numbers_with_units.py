@@ -3,10 +3,9 @@
 import re
 from collections.abc import Mapping
 from functools import partial
-from pathlib import Path
 from typing import Any
 
-from calibration.errors import ConfigError
+from calibration.errors import ConfigError, at_key
 from dem.tables import Table
 from dem.units import UnitError, converted, has_unit, in_unit, question, unit_of
 
@@ -49,32 +48,29 @@ def plausible_number(table: Table, line: int, column: str, text: str, key: str) 
     return value
 
 
-def check_plausible(data: Mapping[str, Any], file: str | Path, prefix: str = "") -> None:
+def check_plausible(data: Mapping[str, Any], prefix: str = "") -> None:
     """Raise ConfigError for the first bare number of a nested mapping that no material or rig
     has."""
     for key, value in data.items():
         name = f"{prefix}{key}"
         if isinstance(value, dict) and key not in DIFFERENCES:
-            check_plausible(value, file, f"{name}.")
+            check_plausible(value, f"{name}.")
         for item in value if isinstance(value, list) else [value]:
             if isinstance(item, int) and abs(item) > LARGEST:
-                allowed = f"at most {LARGEST:g}"
-                raise ConfigError("is no number", path=file, key=name, value=item, allowed=allowed)
+                raise at_key(name, "is no number", item, f"at most {LARGEST:g}")
             asked = question(name, item)
             if asked:
-                raise ConfigError(
-                    f"is doubtful: {asked}", path=file, key=name, value=item, allowed=AT_ITS_WORD
-                )
+                raise at_key(name, f"is doubtful: {asked}", item, AT_ITS_WORD)
 
 
-def in_key_units(data: dict[str, Any], file: str | Path) -> dict[str, Any]:
+def in_key_units(data: dict[str, Any]) -> dict[str, Any]:
     """A configuration with each value that carries a unit as a number in its key's unit. Raises
     ConfigError."""
     try:
         return converted(data)
     except UnitError as error:
         where = vars(error)  # `converted` notes the key and its value
-        raise ConfigError(str(error), path=file, key=where["key"], value=where["value"]) from None
+        raise at_key(where["key"], str(error), where["value"]) from None
 
 
 _LEADING_COMMA = re.compile(r"([+-]?\d*),(\d+(?:[eE][+-]?\d+)?)(?!\d)")

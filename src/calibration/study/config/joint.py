@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from calibration.errors import ConfigError
+from calibration.errors import ConfigError, at_key
 from calibration.intake.curves import SHAPES, read_curves
 from calibration.intake.measurements import read_measured
 from calibration.study.config.measured import is_measured, rows_of
@@ -234,15 +234,14 @@ def _pooled(target, rows, reading_sd):
     )  # fmt: skip
 
 
-def check_joint(config: Config, factors: Sequence[Factor | Choice], file: str) -> None:
+def check_joint(config: Config, factors: Sequence[Factor | Choice]) -> None:
     """Raise ConfigError for what a joint study cannot be made of."""
-    _check_names(config, factors, file)
+    _check_names(config, factors)
     if _waits_for_all(config):
         check_targets(config)
     elif config.calibrate.by == "joint":
         allowed = "chain, or joint among the supplements"
-        key = "calibrate.by"
-        raise ConfigError("has no stage", path=file, key=key, value="joint", allowed=allowed)
+        raise at_key("calibrate.by", "has no stage", "joint", allowed)
 
 
 def check_targets(config: Config) -> None:
@@ -258,7 +257,7 @@ def check_targets(config: Config) -> None:
         read_joint_target(config, target)
 
 
-def _check_names(config, factors, file):
+def _check_names(config, factors):
     """Names of factors are known; a prior lies in its factor's levels."""
     names, joint, priors = [f.name for f in factors], config.joint, config.posterior.priors
     numbers = [f for f in factors if not isinstance(f, Choice)]
@@ -268,24 +267,18 @@ def _check_names(config, factors, file):
     ):
         for name in given:
             if name not in known:
-                allowed = ", ".join(known)
-                raise ConfigError("is not known", path=file, key=key, value=name, allowed=allowed)
+                raise at_key(key, "is not known", name, ", ".join(known))
     refuse_choices([f for f in factors if f.name in joint.factors], "the stage joint")
     for factor in (f for f in numbers if f.name in priors):
         mean = priors[factor.name].mean
         if not factor.low <= mean <= factor.high:
             key = f"posterior.priors.{factor.name}.mean"
-            raise ConfigError(
-                "lies outside its levels", path=file, key=key, value=mean, allowed=factor.levels
-            )
+            raise at_key(key, "lies outside its levels", mean, factor.levels)
     planned = joint.runs + joint.repeated + joint.second_wave
     if planned > SEEDS_A_STAGE:
-        raise ConfigError(
-            "asks for more runs of a test than there are seeds", path=file, key="joint.runs",
-            value=joint.runs, allowed=f"runs, repeated and second_wave of {SEEDS_A_STAGE} at most",
-        )  # fmt: skip
+        allowed = f"runs, repeated and second_wave of {SEEDS_A_STAGE} at most"
+        reason = "asks for more runs of a test than there are seeds"
+        raise at_key("joint.runs", reason, joint.runs, allowed)
     if joint.repeated > joint.runs:
-        raise ConfigError(
-            "is more than the points", path=file, key="joint.repeated", value=joint.repeated,
-            allowed=f"at most {joint.runs} (runs)",
-        )  # fmt: skip
+        allowed = f"at most {joint.runs} (runs)"
+        raise at_key("joint.repeated", "is more than the points", joint.repeated, allowed)

@@ -6,7 +6,7 @@ from collections.abc import Collection
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from calibration.errors import CalibrationError, ConfigError
+from calibration.errors import CalibrationError, at_key
 from calibration.intake.measurements import read_measured
 from calibration.intake.tables import summary
 from calibration.statistics.goals import Goal
@@ -77,16 +77,15 @@ def _said(values, unit, how):
     return f"{said} ({how})"
 
 
-def goals(config: Config, file: str = "config") -> list[Goal]:
+def goals(config: Config) -> list[Goal]:
     """`Goal`s of the target and the further targets, in this order. Raises ConfigError."""
     found = []
     for n, target in enumerate((config.target, *config.further_targets)):
         key = f"calibrate.to.{target.metric}"
         if target.low is None or target.high is None:
-            raise ConfigError(
+            raise at_key(
+                f"{key}.low" if target.low is None else f"{key}.high",
                 "must be given where there are several targets",
-                path=file,
-                key=f"{key}.low" if target.low is None else f"{key}.high",
                 allowed="the value at which the desirability falls to 0",
             )
         kind = "target" if n == 0 else target.goal
@@ -96,5 +95,5 @@ def goals(config: Config, file: str = "config") -> list[Goal]:
                 Goal(kind, target.low, target.high, wanted, target.weight, target.importance)
             )
         except CalibrationError as error:
-            raise ConfigError(str(error), path=file, key=key) from None
+            raise at_key(key, str(error)) from None
     return found

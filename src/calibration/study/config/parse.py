@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from calibration import engines
-from calibration.errors import ConfigError, first_fault
+from calibration.errors import CONFIGURATION, ConfigError, at_key, first_fault
 from calibration.intake.measurements import read_measured
 from calibration.intake.numbers_with_units import check_plausible, in_key_units
 from calibration.study.config.joint import check_joint
@@ -57,24 +57,23 @@ REPLACED = {
 
 def parse_config(
     data: Any,
-    file: str = "configuration",
     files: Sequence[str | Path] = (),
     stages: Collection[str] | None = None,
 ) -> Config:
     """`Config` from a mapping that was merged from YAML `files`, later ones over earlier ones.
 
-    Raises ConfigError naming file and line, key, value and what is allowed. `file` stands for the
-    files if there are none. stages: names that `supplements` may have, any unless given.
+    Raises ConfigError naming file and line, key, value and what is allowed. stages: names that
+    `supplements` may have, any unless given.
     """
     if not isinstance(data, Mapping):
-        where = {"path": files[-1] if files else file, "allowed": "a YAML mapping of keys"}
+        where = {"path": files[-1] if files else CONFIGURATION, "allowed": "a YAML mapping of keys"}
         raise ConfigError("is no mapping", **where)
     try:
-        config = _parse(data, file)
-        _check_supplements(config, file, stages)
+        config = _parse(data)
+        _check_supplements(config, stages)
         return config
     except ConfigError as error:
-        if not error.key or str(error.path) != file:
+        if not error.key or error.path != CONFIGURATION:
             raise
         place = _place(error.key, error.value, files)
         if not (place or files):
@@ -83,11 +82,10 @@ def parse_config(
         raise ConfigError(**vars(error) | {"path": path, "line": line}) from None
 
 
-def _check_supplements(config, file, stages):
+def _check_supplements(config, stages):
     for n, name in enumerate(config.supplements if stages is not None else ()):
         if name not in stages:
-            key, allowed = f"supplements.{n}", ", ".join(stages)
-            raise ConfigError("is no stage", path=file, key=key, value=name, allowed=allowed)
+            raise at_key(f"supplements.{n}", "is no stage", name, ", ".join(stages))
 
 
 def given(config: Config, key: str, stage: str) -> Any:
@@ -141,12 +139,12 @@ def _place(key, value, files):
     return best
 
 
-def _parse(data, file):
+def _parse(data):
     for key, instead in REPLACED.items():
         if states(data, key):
-            raise ConfigError("is a key no more", path=file, key=key, allowed=instead)
-    check_plausible(data, file)
-    data = in_key_units(data, file)
+            raise at_key(key, "is a key no more", allowed=instead)
+    check_plausible(data)
+    data = in_key_units(data)
     try:
         config = Config.model_validate(data)
     except ValidationError as error:
@@ -154,12 +152,12 @@ def _parse(data, file):
         found = first_fault(error)
         if first["type"] == "missing":
             found |= {"value": None, "allowed": _field(first["loc"]).description}
-            raise ConfigError("must be given", path=file, **found) from None
+            raise at_key(**found, reason="must be given") from None
         if first["type"] == "extra_forbidden":
             found["allowed"] = _known_keys(first["loc"])
         elif first["type"] == "string_pattern_mismatch":
             found["allowed"] = _field(first["loc"]).description
-        raise ConfigError("is not valid", path=file, **found) from None
+        raise at_key(**found, reason="is not valid") from None
     factors = read_factors(config.factors)
     names = [f.name for f in factors]
     for section, mapping in (
@@ -175,29 +173,25 @@ def _parse(data, file):
     ):
         for name in mapping:
             if name not in names:
-                raise ConfigError(
-                    "is no factor", path=file, key=f"{section}.{name}", allowed=", ".join(names)
-                )
-    _check_choices(config, factors, file)
+                raise at_key(f"{section}.{name}", "is no factor", allowed=", ".join(names))
+    _check_choices(config, factors)
     if (config.optimise.rule == "closest_to_point") != bool(config.optimise.point):
-        raise ConfigError(
-            "goes with the rule closest_to_point and only with it",
-            path=file,
-            key="optimise.point",
-            value=config.optimise.point,
-            allowed="a level for one factor or more, or no point with another rule",
-        )
-    _check_candidate(config, file)
-    config = with_engine(config, file)
-    check_tests(config, file)
-    _check_pour_rate(config, file)
-    _check_run(config, factors, file)
-    _check_measured(config, file)
-    check_joint(config, factors, file)
+        raise at_key(
+            "optimise.point", "goes with the rule closest_to_point and only with it",
+            config.optimise.point, "a level for one factor or more, or no point with another rule",
+        )  # fmt: skip
+    _check_candidate(config)
+    config = with_engine(config)
+    check_tests(config)
+    if config.pour_rate and config.experiment != "heap":
+        raise at_key("pour_rate", "goes with a heap", allowed="a study of the experiment heap")
+    _check_run(config, factors)
+    _check_measured(config)
+    check_joint(config, factors)
     return config
 
 
-def _check_choices(config, factors, file):
+def _check_choices(config, factors):
     """Levels in `fixed` are words for choices and numbers for others; after the screening no choice
     is varied."""
     for factor in (f for f in factors if f.name in config.fixed):
@@ -207,26 +201,23 @@ def _check_choices(config, factors, file):
         else:
             good, allowed = not isinstance(level, str), "a number"
         if not good:
-            key = f"fixed.{factor.name}"
-            raise ConfigError("is no level", path=file, key=key, value=level, allowed=allowed)
+            raise at_key(f"fixed.{factor.name}", "is no level", level, allowed)
     surface = config.response_surface
     varied = {*config.ascent.start, *config.ascent.step, *(config.screening.go_on or ())}
     varied |= {*surface.centre, *surface.half_width, *config.optimise.point}
     refuse_choices([f for f in factors if f.name in varied], "a stage after the screening")
 
 
-def _check_candidate(config, file):
+def _check_candidate(config):
     """The first runs at the candidate tell their scatter, where it counts, and are no more than
     the most."""
     rules = config.optimise
     if rules.candidate_half_width and not 2 <= rules.candidate_runs <= rules.candidate_at_most:
-        raise ConfigError(
+        raise at_key(
+            "optimise.candidate_runs",
             "cannot be the first runs, whose scatter tells how many there are",
-            path=file,
-            key="optimise.candidate_runs",
-            value=rules.candidate_runs,
-            allowed=f"2 to {rules.candidate_at_most} (candidate_at_most)",
-        )
+            rules.candidate_runs, f"2 to {rules.candidate_at_most} (candidate_at_most)",
+        )  # fmt: skip
 
 
 def _section(loc):
@@ -251,14 +242,7 @@ def _known_keys(loc):
     return f"{near[0]}, the nearest key" if near else f"one of the keys {', '.join(known)}"
 
 
-def _check_pour_rate(config, file):
-    """Only a heap is poured."""
-    if config.pour_rate and config.experiment != "heap":
-        allowed = "a study of the experiment heap"
-        raise ConfigError("goes with a heap", path=file, key="pour_rate", allowed=allowed)
-
-
-def _check_measured(config, file):
+def _check_measured(config):
     """Measured values can be read, and goals make sense. A target that was not measured, or not at
     the setting that is simulated, is refused by the stages that use it: a study may have a table
     for its diagnosis alone."""
@@ -278,36 +262,31 @@ def _check_measured(config, file):
         with suppress(NotComparableError):
             read_target(config, target)
         if n and target.margin is None:
-            raise ConfigError(
+            raise at_key(
+                f"calibrate.to.{target.metric}.margin",
                 f"must be given, as {target.metric} was measured",
-                path=file,
-                key=f"calibrate.to.{target.metric}.margin",
                 allowed="a difference that does not matter, in the metric's unit",
             )
     if config.further_targets:
         with suppress(NotComparableError):
-            goals(config, file)
+            goals(config)
 
 
-def with_engine(config: Config, file: str = "configuration") -> Config:
+def with_engine(config: Config) -> Config:
     """The configuration with its engine, program and version, in the run spec that all runs
     share. Raises ConfigError."""
     try:
         entry = engines.entry_of(config.engine)
     except ConfigError as error:
-        raise ConfigError(**vars(error) | {"path": file}) from None
+        raise ConfigError(**vars(error) | {"path": CONFIGURATION}) from None
     if entry is None:
         if "engine" in config.run:
-            raise ConfigError(
-                "is no key of a run; the study's own key engine names it",
-                path=file,
-                key="run.engine",
-            )
+            raise at_key("run.engine", "is no key of a run; the study's own key engine names it")
         return config
     return config.model_copy(update={"run": config.run | {"engine": entry}})
 
 
-def _check_run(config, factors, file):
+def _check_run(config, factors):
     """Refuse a run spec that no run could be made of, and factors that set no number of it or leave
     its ranges."""
     try:
@@ -315,15 +294,10 @@ def _check_run(config, factors, file):
         engines.check(spec)
         check_meshes_of(spec)
     except engines.EngineError as error:
-        raise ConfigError(str(error), path=file, key="engine") from None
+        raise at_key("engine", str(error)) from None
     except SpecError as error:
-        raise ConfigError(
-            "is not valid",
-            path=file,
-            key=key_in(config, config.own, error.key),
-            value=error.value,
-            allowed=error.allowed,
-        ) from None
+        key = key_in(config, config.own, error.key)
+        raise at_key(key, "is not valid", error.value, error.allowed) from None
     except InputError as error:
         key = key_in(config, config.own, error.key)
         raise ConfigError(**vars(error) | {"key": key}) from None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from calibration.errors import CalibrationError, ConfigError
+from calibration.errors import CalibrationError, ConfigError, at_key
 from calibration.intake.curves import SHAPES
 from calibration.study.config.schema import METRICS
 from calibration.study.config.specs import SEEDS_A_STAGE, point_spec, states
@@ -81,14 +81,14 @@ def key_in(config: Config, name: str, key: str) -> str:
     return f"run.{key}" if shared else f"tests.{name}.run.{key}"
 
 
-def check_tests(config: Config, file: str) -> None:
+def check_tests(config: Config) -> None:
     """Raise ConfigError for tests that cannot be simulated as they are described, and for names
     that are none of them."""
     for name, test in config.tests.items():
-        _check_name(name, file)
-        _check_metrics(f"tests.{name}.metrics", test.experiment, test.metrics, file)
-        _check_sweep(test, f"tests.{name}.sweep", file)
-        _check_curves(test, f"tests.{name}", file)
+        _check_name(name)
+        _check_metrics(f"tests.{name}.metrics", test.experiment, test.metrics)
+        _check_sweep(test, f"tests.{name}.sweep")
+        _check_curves(test, f"tests.{name}")
     for key, names in (
         ("calibrate.test", [config.own]),
         ("predict.tests", config.predict.tests),
@@ -99,88 +99,80 @@ def check_tests(config: Config, file: str) -> None:
     ):
         for name in names:
             if name not in config.tests:
-                _refuse("is no test", key, name, ", ".join(config.tests), file)
-    _check_metrics("calibrate.to", config.experiment, list(config.calibrate.to), file)
-    _check_bench(config, file)
-    _check_runs(config, file)
+                raise at_key(key, "is no test", name, ", ".join(config.tests))
+    _check_metrics("calibrate.to", config.experiment, list(config.calibrate.to))
+    _check_bench(config)
+    _check_runs(config)
     runs = config.predict.draws * config.predict.replicates
     if runs > SEEDS_A_STAGE:
         allowed = f"draws times replicates of at most {SEEDS_A_STAGE}, not {runs}"
         reason = "asks for more runs than there are seeds"
-        _refuse(reason, "predict.draws", config.predict.draws, allowed, file)
+        raise at_key("predict.draws", reason, config.predict.draws, allowed)
 
 
-def _refuse(reason, key, value, allowed, file):
-    raise ConfigError(reason, path=file, key=key, value=value, allowed=allowed)
-
-
-def _check_name(name, file):
+def _check_name(name):
     # a table of runs has these names: none may read as a number or as nothing
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", name) or name.lower() in NO_WORD:
         allowed = "letters, digits, _ and -, a letter first; not nan or none"
-        _refuse("is no name", f"tests.{name}", None, allowed, file)
+        raise at_key(f"tests.{name}", "is no name", allowed=allowed)
 
 
-def _check_metrics(key, experiment, metrics, file):
+def _check_metrics(key, experiment, metrics):
     for metric in metrics:
         if metric not in METRICS[experiment]:
             allowed = f"for the experiment {experiment}: " + ", ".join(METRICS[experiment])
-            _refuse(f"has {metric}, which is no metric of it", key, None, allowed, file)
+            raise at_key(key, f"has {metric}, which is no metric of it", allowed=allowed)
 
 
-def _check_sweep(test, key, file):
+def _check_sweep(test, key):
     """A shear test is swept under three loads or more, tilted plane and drop under none."""
     if test.sweep is None:
         return
     if test.experiment not in SWEPT:
-        _refuse(f"does not go with {test.experiment}", key, None, ", ".join(SWEPT), file)
+        raise at_key(key, f"does not go with {test.experiment}", allowed=", ".join(SWEPT))
     least = LEAST_LEVELS.get(test.experiment, 4)
     if len(test.sweep.levels) < least:
         allowed = f"{least} levels or more"
-        _refuse("are too few", f"{key}.levels", test.sweep.levels, allowed, file)
+        raise at_key(f"{key}.levels", "are too few", test.sweep.levels, allowed)
     loads = test.sweep.normal_stresses_kPa
     if (len(loads) < LEAST_LOADS) if test.experiment == SHEAR else loads:
         allowed = f"{LEAST_LOADS} loads or more of a shear test, none of another"
-        _refuse("does not go", f"{key}.normal_stresses_kPa", loads, allowed, file)
+        raise at_key(f"{key}.normal_stresses_kPa", "does not go", loads, allowed)
 
 
-def _check_curves(test, key, file):
+def _check_curves(test, key):
     known = [n for n, s in SHAPES.items() if set(s.metrics) <= set(METRICS[test.experiment])]
     if test.curves and test.curves.shape not in known:
         allowed = f"for the experiment {test.experiment}: " + (", ".join(known) or "no shape")
-        _refuse("is no shape of it", f"{key}.curves.shape", test.curves.shape, allowed, file)
+        raise at_key(f"{key}.curves.shape", "is no shape of it", test.curves.shape, allowed)
     own = [*METRICS[test.experiment], *([test.curves.shape] if test.curves else [])]
     for metric in test.discrepancy:
         if metric not in own:
-            _refuse("is no metric of it", f"{key}.discrepancy", metric, ", ".join(own), file)
+            raise at_key(f"{key}.discrepancy", "is no metric of it", metric, ", ".join(own))
 
 
-def _check_bench(config, file):
+def _check_bench(config):
     """One sweep of an experiment, and all of them where their levels are taken."""
     if config.tests[config.own].fixed:
         key = f"tests.{config.own}.fixed"
         allowed = "none: the study's own `fixed` holds for the test that it is calibrated on"
-        raise ConfigError("does not go", path=file, key=key, allowed=allowed)
+        raise at_key(key, "does not go", allowed=allowed)
     for kind in SWEPT:
         own = [n for n, t in config.tests.items() if t.experiment == kind and t.sweep]
         if len(own) > 1:
             allowed = f"one sweep of {kind}, not {', '.join(own)}"
-            raise ConfigError(
-                "is one too many", path=file, key=f"tests.{own[1]}.sweep", allowed=allowed
-            )
+            raise at_key(f"tests.{own[1]}.sweep", "is one too many", allowed=allowed)
         if not own and config.fixed_from == "bench":
             why = f"must be given where fixed_from is bench: a test of {kind} with a sweep"
-            raise ConfigError(why, path=file, key="tests")
+            raise at_key("tests", why)
 
 
-def _check_runs(config, file):
+def _check_runs(config):
     for name in (n for n in config.tests if n != config.own):  # that one is tried with its factors
         try:
             spec_of(config, name)
         except SpecError as error:
             key = key_in(config, name, error.key) if error.key else f"tests.{name}.run"
-            raise ConfigError(
-                "is not valid", path=file, key=key, value=error.value, allowed=error.allowed
-            ) from None
+            raise at_key(key, "is not valid", error.value, error.allowed) from None
         except CalibrationError as error:
-            raise ConfigError(str(error), path=file, key=f"tests.{name}.run") from None
+            raise at_key(f"tests.{name}.run", str(error)) from None
