@@ -157,11 +157,8 @@ def _factor(table, column, unit):
     try:
         return in_unit(f"1 {stated}", None if unit == "1" else unit) if stated else 1.0
     except UnitError:
-        raise ConfigError(
-            "does not go with this shape",
-            path=table.path, line=table.header_line, column=column, value=stated,
-            allowed=f"{unit}, or what converts to it",
-        ) from None  # fmt: skip
+        reason, allowed = "does not go with this shape", f"{unit}, or what converts to it"
+        raise table.fault(table.header_line, column, reason, stated, allowed) from None
 
 
 def _coefficients(shape, name, rows, path, settings):

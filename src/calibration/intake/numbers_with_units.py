@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from calibration.errors import ConfigError, at_key
-from dem.tables import Table
+from calibration.errors import at_key
+from calibration.intake.tables import Table
 from dem.units import UnitError, converted, has_unit, in_unit, question, unit_of
 
 DIFFERENCES = ("discrepancy",)
@@ -37,14 +37,7 @@ def plausible_number(table: Table, line: int, column: str, text: str, key: str) 
     value = table.number(line, column, text, partial(in_unit, unit=unit))
     asked = question(key, value) if bare else None
     if asked:
-        raise ConfigError(
-            f"is doubtful: {asked}",
-            path=table.path,
-            line=line,
-            column=column,
-            value=text,
-            allowed=AT_ITS_WORD,
-        )
+        raise table.fault(line, column, f"is doubtful: {asked}", text, AT_ITS_WORD)
     return value
 
 

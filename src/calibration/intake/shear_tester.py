@@ -102,15 +102,13 @@ def _stress(table, line, column, row):
     """Stress [kPa] of a cell. Raises ConfigError where neither cell nor heading has a unit."""
     own = table.units.get(column) or unit_of(column)
     if not own and not has_unit(row[column].replace(",", ".")):
-        raise ConfigError("has no unit", path=table.path, line=line, column=column,
-                          value=row[column],
-                          allowed=f"{column} [kPa], or another unit of stress")  # fmt: skip
+        allowed = f"{column} [kPa], or another unit of stress"
+        raise table.fault(line, column, "has no unit", row[column], allowed)
 
     def in_kpa(text):
         return in_unit(text if has_unit(text) else f"{text} {own}", "kPa")
 
     found = table.number(line, column, row[column], in_kpa)
     if found < 0:
-        raise ConfigError("is below zero", path=table.path, line=line, column=column,
-                          value=row[column], allowed="the size of a stress")  # fmt: skip
+        raise table.fault(line, column, "is below zero", row[column], "the size of a stress")
     return found

@@ -27,6 +27,15 @@ class Table(tables.Table):
         with in_study():
             return super().number(*cell, **options)
 
+    def fault(
+        self, line: int | None, column: str | None, reason: str, value: Any = None,
+        allowed: str | None = None,
+    ) -> ConfigError:  # fmt: skip
+        """The error of a cell."""
+        return ConfigError(
+            reason, path=self.path, line=line, column=column, value=value, allowed=allowed
+        )
+
 
 def read_table(
     path: str | Path, check: Callable[..., None] | None = None, sheet: str | None = None

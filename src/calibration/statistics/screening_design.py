@@ -236,11 +236,5 @@ def _level(table, k, code):
     try:
         return {-1.0: -1.0, 1.0: 1.0}[float(row[code])]
     except (ValueError, KeyError):
-        raise ConfigError(
-            f"run {k + 1} has no level of a two-level design",
-            path=table.path,
-            line=line,
-            column=code,
-            value=row[code],
-            allowed="-1 and 1",
-        ) from None
+        reason = f"run {k + 1} has no level of a two-level design"
+        raise table.fault(line, code, reason, row[code], "-1 and 1") from None

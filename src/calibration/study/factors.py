@@ -140,19 +140,14 @@ def _check_names(factors, table):
         for k, v in enumerate(values):
             if v in values[:k]:
                 line = table.rows[k][0]
-                raise ConfigError("stands twice", path=table.path, line=line, column=field, value=v)
+                raise table.fault(line, field, "stands twice", v)
     # codes and names are the columns of the design tables
     taken = {f.code for f in factors} | RESERVED
     for f, (line, _) in zip(factors, table.rows, strict=True):
         for field, used in (("code", RESERVED), ("name", taken)):
             if getattr(f, field) in used:
-                raise ConfigError(
-                    "is the name of another column of the design tables",
-                    path=table.path,
-                    line=line,
-                    column=field,
-                    value=getattr(f, field),
-                )
+                reason = "is the name of another column of the design tables"
+                raise table.fault(line, field, reason, getattr(f, field))
 
 
 def factor_of(factors: Sequence[Factor], key: str) -> Factor:
@@ -166,29 +161,16 @@ def factor_of(factors: Sequence[Factor], key: str) -> Factor:
 def _factor(table, line, row):
     for column in ("code", "name", "key"):
         if not row[column]:
-            raise ConfigError("is empty", path=table.path, line=line, column=column)
+            raise table.fault(line, column, "is empty")
     for column in ("code", "name"):
         if not re.fullmatch(NAME, row[column]):
-            raise ConfigError(
-                f"is no {column} of a factor",
-                path=table.path,
-                line=line,
-                column=column,
-                value=row[column],
-                allowed="a letter, then letters, digits, blanks, _, -, . and brackets",
-            )
+            allowed = "a letter, then letters, digits, blanks, _, -, . and brackets"
+            raise table.fault(line, column, f"is no {column} of a factor", row[column], allowed)
     given = row["code"], row["name"], row["key"]
     words = tuple(row[c].strip() for c in ("low", "high"))
     if all(re.fullmatch(WORD, word) for word in words) and words[0] != words[1]:
         return Choice(*given, -1.0, 1.0, row.get("description", ""), words)
     low, high = (plausible_number(table, line, c, row[c], row["key"]) for c in ("low", "high"))
     if low >= high:
-        raise ConfigError(
-            "must be above low",
-            path=table.path,
-            line=line,
-            column="high",
-            value=high,
-            allowed=f"more than {low:g}",
-        )
+        raise table.fault(line, "high", "must be above low", high, f"more than {low:g}")
     return Factor(*given, low, high, row.get("description", ""))

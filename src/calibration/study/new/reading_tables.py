@@ -40,11 +40,8 @@ def _pointed(table, line, row):
     found = {heading: _COMMA.fullmatch(cell.strip()) for heading, cell in row.items()}
     for heading, comma in found.items():
         if comma and len(comma[2]) == 3:
-            raise ConfigError(
-                f"can be read in two ways, {comma[1]}.{comma[2]} or {comma[1]}{comma[2]}",
-                path=table.path, line=line, column=heading, value=row[heading],
-                allowed="one of these, best as a number",
-            )  # fmt: skip
+            reason = f"can be read in two ways, {comma[1]}.{comma[2]} or {comma[1]}{comma[2]}"
+            raise table.fault(line, heading, reason, row[heading], "one of these, best as a number")
     return row | {h: f"{m[1]}.{m[2]}{m[3] or ''}" for h, m in found.items() if m}
 
 
@@ -112,8 +109,8 @@ def _columns(method: Method, table: Table) -> dict[str, Question]:
         q = next((q for q in method.asked if _named(heading) in _names(q)), None)
         if q in columns.values():
             first = next(h for h, other in columns.items() if other == q)
-            raise ConfigError(f"means the same as {first}", path=table.path, column=heading,
-                              line=table.header_line, allowed="one of them")  # fmt: skip
+            reason = f"means the same as {first}"
+            raise table.fault(table.header_line, heading, reason, allowed="one of them")
         columns |= {heading: q} if q else {}
     if not columns and len(table.header) == 1:
         return {table.header[0]: method.readings[0]}

@@ -100,8 +100,7 @@ def _passing(table, heading, sieves, retained):
     total, unit = sum(retained), table.units[heading]
     for (line, row), mass in zip(table.rows, retained, strict=True):
         if mass < 0:
-            raise ConfigError("is no mass", path=table.path, line=line, column=heading,
-                              value=row[heading], allowed="0 or more")  # fmt: skip
+            raise table.fault(line, heading, "is no mass", row[heading], "0 or more")
     if not total > 0 or (unit == "%" and abs(total - 100) > 1):
         hint = "; is it the sum over the coarser sieves?" if total > 101 and unit == "%" else ""
         raise ConfigError(
