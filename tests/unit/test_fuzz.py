@@ -36,8 +36,8 @@ from calibration.study.config.as_data import data_of
 from calibration.study.config.parse import parse_resolved
 from calibration.study.factors import read_factors
 from calibration.study.new.answers import read_entries
-from calibration.study.new.laboratory_table import read_filled, write_empty
 from calibration.study.new.methods import methods
+from calibration.study.new.reading_tables import read_filled, write_empty
 from dem.errors import DemError
 from dem.io.stl import read_stl, write_stl
 from diagnosis.settings import study_settings

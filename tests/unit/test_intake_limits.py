@@ -17,9 +17,9 @@ from calibration.intake.tables import read_table
 from calibration.interface.commands import main
 from calibration.study.config.as_data import data_of
 from calibration.study.new.answers import read_entries, words_of
+from calibration.study.new.grains import sieve_curve
 from calibration.study.new.methods import methods
 from calibration.study.new.reading_tables import raws_of_tables
-from calibration.study.new.sizes import sieve_curve
 from dem.tables.limits import (
     KINDS,
     MOST_CELLS,

@@ -14,10 +14,10 @@ from calibration.interface.commands import main
 from calibration.study.config import parse_config
 from calibration.study.config.joint import joint_targets
 from calibration.study.factors import Factor, read_factors
+from calibration.study.new.grains import mean_diameter, sieve_curve
 from calibration.study.new.heap import Heap
 from calibration.study.new.laboratory import WIDE, factors_of, materials
 from calibration.study.new.pilot import Trial, beyond, one_run, shrunk
-from calibration.study.new.sizes import mean_diameter, sieve_curve
 from calibration.study.new.study import study_name
 from calibration.telling.start_and_end import opening
 from dem.errors import StoppedError

@@ -34,7 +34,7 @@ from calibration.study.config import overlay, parse_config, read_back
 from calibration.study.config.as_data import data_of
 from calibration.study.config.schema import ScreeningConfig
 from calibration.study.factors import read_factors
-from calibration.study.new.sizes import sieve_curve
+from calibration.study.new.grains import sieve_curve
 from dem.errors import DemError
 from dem.io.clump import read_clump
 from dem.io.sieve import read_sizes

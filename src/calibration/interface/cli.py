@@ -138,7 +138,7 @@ def _deck(args):
 
 
 def _copy(args):
-    from calibration.study.new.copy import copy_study  # loads pandas
+    from calibration.study.new.study import copy_study  # loads pandas
 
     for sentence in copy_study(args.study, args.folder):
         print(sentence)

@@ -13,11 +13,19 @@ from calibration.errors import CalibrationError
 from calibration.intake.tables import summary, table_of
 from calibration.study.factors import Factor, factor_of
 from calibration.study.new.answers import Faults, far_apart
-from calibration.study.new.grains import Grains, clump_of_axes, mean_axes, short, volume_mm3
+from calibration.study.new.grains import (
+    Grains,
+    clump_of_axes,
+    mean_axes,
+    mean_diameter,
+    short,
+    sieve_curve,
+    size_distribution,
+    volume_mm3,
+)
 from calibration.study.new.heap import FEWEST, MOST, RAYLEIGH
 from calibration.study.new.methods import Entry, LaboratoryTest
 from calibration.study.new.methods.shear import EXPERIMENT as SLID_ON_A_WALL
-from calibration.study.new.sizes import mean_diameter, sieve_curve, size_distribution
 from dem.advice import TREMBLES, bed_pressure, pressed_step
 from dem.constants import GRAVITY
 from dem.contact.registry import ContactParameters, Laws, Material
