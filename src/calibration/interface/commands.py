@@ -69,7 +69,7 @@ def _whole(text):
 
 def _new(args):
     from calibration.runs.feasibility import check_ahead  # loads pandas and the schemas
-    from calibration.study.new import laboratory_table, options, study
+    from calibration.study.new import options, reading_tables, study
     from calibration.study.new.answers import read_entries
     from calibration.study.new.laboratory import laboratory_of
 
@@ -86,12 +86,12 @@ def _new(args):
                 f"--table {args.table}: writes an empty table, and what stands beside it would be "
                 f"lost; allowed: by itself, or --from {args.table} where it is filled in"
             )
-        print(laboratory_table.write_empty(args.table))
+        print(reading_tables.write_empty(args.table))
         return
     if args.folder is None:
         raise CalibrationError("the folder is missing; allowed: dem new FOLDER, or --table FILE")
     name = study.check_folder(args.folder)
-    raws = laboratory_table.read_filled(args.filled, args.sheet) if args.filled else []
+    raws = reading_tables.read_filled(args.filled, args.sheet) if args.filled else []
     entries = read_entries([*raws, *options.raws_of(args)])
     laboratory = laboratory_of(name, args.folder, entries, args.grains)
     for sentence in study.write_study(laboratory, check_ahead):
