@@ -117,7 +117,7 @@ def _number(value):
 
 
 def difference(
-    values: np.ndarray, second: np.ndarray, points: Sequence[Any], level: float = 0.95
+    values: np.ndarray, second: np.ndarray, points: Sequence[Any]
 ) -> tuple[float, float, float, float] | None:
     """(difference, low, high, p) of the mean of the first draw less that of the second, where each
     point has a mean of its own: least squares of value on point and draw, with a t test of the
@@ -139,7 +139,7 @@ def difference(
     error = np.sqrt(float(np.sum((y - slope * x) ** 2)) / freedom / moment)
     if error == 0.0:  # a metric without scatter: equal, or surely not
         return -slope, -slope, -slope, 1.0 if slope == 0.0 else 0.0
-    half = float(scipy.stats.t.ppf((1.0 + level) / 2.0, freedom)) * error
+    half = float(scipy.stats.t.ppf(0.975, freedom)) * error
     p = float(2.0 * scipy.stats.t.sf(abs(slope) / error, freedom))
     return -slope, -slope - half, -slope + half, p
 

@@ -95,13 +95,11 @@ def _ahead(config, factors):
     return [*_cells(config, factors)] if is_swept(config, factors, "shear") else []
 
 
-def yield_locus(
-    normal: np.ndarray | pd.Series, shear: np.ndarray | pd.Series, alpha: float = 0.05
-) -> dict[str, Any]:
+def yield_locus(normal: np.ndarray | pd.Series, shear: np.ndarray | pd.Series) -> dict[str, Any]:
     """Straight line shear = slope * normal + intercept through stresses (n,) [kPa], with intervals
     and the p of a zero intercept, for JSON."""
     fit = scipy.stats.linregress(normal, shear)
-    t = scipy.stats.t.ppf(1 - alpha / 2, len(normal) - 2)
+    t = scipy.stats.t.ppf(0.975, len(normal) - 2)
     zero = 2 * scipy.stats.t.sf(abs(fit.intercept / fit.intercept_stderr), len(normal) - 2)
     return {
         "slope": float(fit.slope),
@@ -131,9 +129,7 @@ class SlopeCurve:
     high: float
 
     @classmethod
-    def fit(
-        cls, friction: ArrayLike, normal: ArrayLike, shear: ArrayLike, alpha: float = 0.05
-    ) -> SlopeCurve:
+    def fit(cls, friction: ArrayLike, normal: ArrayLike, shear: ArrayLike) -> SlopeCurve:
         """Fit runs (n,) of particle friction [-], normal and shear stress [kPa]."""
         mu, sigma, tau = (np.asarray(a, float) for a in (friction, normal, shear))
         model = np.column_stack([np.ones_like(mu), mu, mu**2, 1.0 / sigma, mu / sigma])
@@ -145,7 +141,7 @@ class SlopeCurve:
         return cls(
             coefficients,
             covariance,
-            float(scipy.stats.t.ppf(1 - alpha / 2, freedom)),
+            float(scipy.stats.t.ppf(0.975, freedom)),
             mu.min(),
             mu.max(),
         )

@@ -16,31 +16,27 @@ import scipy
 ALPHA = 0.05
 
 
-def runs_needed(
-    first: Sequence[float] | np.ndarray, half_width: float, at_most: int, alpha: float = ALPHA
-) -> int:
-    """Number of normal values in all, the first ones among them, so that the 1 - alpha interval of
+def runs_needed(first: Sequence[float] | np.ndarray, half_width: float, at_most: int) -> int:
+    """Number of normal values in all, the first ones among them, so that the 95 % interval of
     their mean reaches no further than `half_width` to a side; no more than `at_most`, whose
     interval is wider and holds the true mean as often.
 
     first : (n,) values of the first sample, two or more
     half_width : above 0, in the values' unit
     """
-    needed = ceil((_reach(first, alpha) / half_width) ** 2)
+    needed = ceil((_reach(first) / half_width) ** 2)
     return max(len(first), min(needed, at_most))
 
 
-def mean_interval(
-    values: Sequence[float] | np.ndarray, first: int, alpha: float = ALPHA
-) -> tuple[float, float]:
-    """(mean, half width) of the 1 - alpha interval of the true mean.
+def mean_interval(values: Sequence[float] | np.ndarray, first: int) -> tuple[float, float]:
+    """(mean, half width) of the 95 % interval of the true mean.
 
     values : (n,) all values, of which the leading `first` decided how many there are; where no
         others were added, it is Student's interval
     """
-    return float(np.mean(values)), _reach(values[:first], alpha) / sqrt(len(values))
+    return float(np.mean(values)), _reach(values[:first]) / sqrt(len(values))
 
 
-def _reach(first, alpha):
+def _reach(first):
     """Half width [the values' unit] of the interval of a single value."""
-    return float(scipy.special.stdtrit(len(first) - 1, 1.0 - alpha / 2.0) * np.std(first, ddof=1))
+    return float(scipy.special.stdtrit(len(first) - 1, 1.0 - ALPHA / 2.0) * np.std(first, ddof=1))

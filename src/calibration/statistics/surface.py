@@ -177,7 +177,6 @@ def fit_surface(
     codes: Sequence[str],
     response: npt.ArrayLike,
     terms: Sequence[Term] | None = None,
-    alpha: float = 0.05,
 ) -> Surface:
     """Fit the full quadratic model, or the given terms, to a design table's coded columns.
 
@@ -223,7 +222,7 @@ def fit_surface(
     }
     return Surface(
         list(codes), terms, beta, inverse, sigma2, df,
-        _coefficients(terms, beta, inverse, sigma2, df, x, alpha),
+        _coefficients(terms, beta, inverse, sigma2, df, x),
         anova, summary, _diagnostics(y, predicted, residual, leverage, sigma2, p, df),
     )  # fmt: skip
 
@@ -245,12 +244,10 @@ def outliers(surface: Surface, alpha: float = 0.05) -> np.ndarray:
         return np.flatnonzero(size > outlier_limit(surface, alpha))
 
 
-def reduced_surface(
-    design: pd.DataFrame, codes: Sequence[str], response: npt.ArrayLike, alpha: float = 0.1
-) -> Surface:
+def reduced_surface(design: pd.DataFrame, codes: Sequence[str], response: npt.ArrayLike) -> Surface:
     """The surface without the terms that say nothing: backward elimination by hierarchy.
 
-    The term with the largest p is removed as long as this p is at least alpha. A factor stays as
+    The term with the largest p is removed as long as this p is at least 0.1. A factor stays as
     long as a term that holds it stays (Peixoto 1990, American Statistician 44:26). So the model
     does not depend on how the levels are coded.
     """
@@ -260,7 +257,7 @@ def reduced_surface(
         p = dict(zip(terms, surface.coefficients["p"], strict=True))
         free = [t for t in terms if t and not any(set(t) < set(o) or t * 2 == o for o in terms)]
         worst = max(free, key=lambda term: p[term], default=None)
-        if worst is None or p[worst] < alpha or len(terms) == 2:
+        if worst is None or p[worst] < 0.1 or len(terms) == 2:
             return surface
         terms = [t for t in terms if t != worst]
 
@@ -323,9 +320,9 @@ def _anova(terms, beta, inverse, y, sse, df, levels):
     return pd.DataFrame(rows, columns=ANOVA_COLUMNS), lack_p
 
 
-def _coefficients(terms, beta, inverse, sigma2, df, x, alpha):
+def _coefficients(terms, beta, inverse, sigma2, df, x):
     se = np.sqrt(sigma2 * np.diag(inverse))
-    half = scipy.stats.t.ppf(1 - alpha / 2, df) * se
+    half = scipy.stats.t.ppf(0.975, df) * se
     spread = ((x - x.mean(0)) ** 2).sum(0)
     return pd.DataFrame(
         {

@@ -165,15 +165,11 @@ def calibrated_spec(
     config: Config,
     factors: Sequence[Factor | Choice],
     optimum: Mapping[str, float | str],
-    seed: int | None = None,
 ) -> dict[str, Any]:
-    """Run spec (a mapping) at the calibrated point {factor: level}; the study's first seed unless
-    given."""
+    """Run spec (a mapping) at the calibrated point {factor: level}, with the study's first seed."""
     levels = {**config.fixed, **optimum}
     keys = {f.key: f.value(levels[f.name]) for f in factors if f.name in levels}
-    return point_spec(
-        config.own_run, config.experiment, keys, config.seed if seed is None else seed
-    )
+    return point_spec(config.own_run, config.experiment, keys, config.seed)
 
 
 def engine_of(config: Config) -> str:
