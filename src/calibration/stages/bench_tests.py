@@ -30,7 +30,6 @@ from dem.spec import parse_spec
 from dem.units import in_ascii, unit_of
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.figure import Figure as Drawing
 
     from calibration.chain.handed_over import NamedFiles

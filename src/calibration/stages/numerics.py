@@ -22,7 +22,6 @@ from calibration.study.stage import Figure, Plan, Stage
 from dem.io.mapping import line_of, read_mapping
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.figure import Figure as Drawing
 
     from calibration.chain.handed_over import NamedFiles

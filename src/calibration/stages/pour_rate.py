@@ -27,7 +27,6 @@ from dem.io.files import write_json
 from dem.spec import parse_spec
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.figure import Figure as Drawing
 
     from calibration.chain.handed_over import NamedFiles

@@ -33,7 +33,6 @@ from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.figure import Figure as Drawing
 
     from calibration.chain.handed_over import NamedFiles
