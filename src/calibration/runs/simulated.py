@@ -45,11 +45,11 @@ RESTLESS = ("are not at rest", "was never opened")
 """What the engine says of grains that never came to rest."""
 
 
-def untested(names: Iterable[str], root: str | Path | None = None) -> set[str]:
+def untested(names: Iterable[str]) -> set[str]:
     """The set of those runs that are no test which ended without a value, as the kept failures say:
     the simulation became unphysical, for its step or its stiffness, or was cut off before its
     grains rested."""
-    store = RunStore(root)
+    store = RunStore()
     return {name for name in names if _no_test(store.failure(name) or {})}
 
 
