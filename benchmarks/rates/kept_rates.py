@@ -62,8 +62,9 @@ DECIDE = {
         "diagnosis/reading_errors.py",
         "diagnosis/rig.py",
         "diagnosis/scale.py",
+        "diagnosis/set_up_errors.py",
         "diagnosis/shared_errors.py",
-        "diagnosis/single_setting.py",
+        "diagnosis/with_errors.py",
         "diagnosis/withdrawal.py",
     ),
 }

@@ -7,9 +7,10 @@ measurement and the key to give.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
 import yaml
 
 from calibration.errors import ConfigError
@@ -17,9 +18,12 @@ from calibration.intake.measurements import raise_faults
 from calibration.intake.quantities import LEVERS, QUANTITIES, levers_of, measurable
 from calibration.study.config import overlay
 from calibration.study.config.specs import with_levels
+from calibration.study.cost import duration, run_seconds
 from calibration.study.factors import Choice
+from dem.errors import SpecError
 from dem.experiments import experiments
-from diagnosis.measurements import CONTACTS
+from diagnosis.measurements import alone
+from diagnosis.rig import Rig
 from diagnosis.settings import Experiment
 
 if TYPE_CHECKING:
@@ -31,9 +35,16 @@ if TYPE_CHECKING:
     from diagnosis.settings import Settings
 
 
+MINUTES, CORES = 60.0, 2
+"""Time of a diagnosis with emulated experiments, unless the settings give it, and the cores that it
+is told of."""
+
+MOST_RUNS = 400
+"""Runs of an experiment within that time at most: more bring little, and emulators grow slow."""
+
 RUNS, MORE_RUNS = 80, 40
-"""Runs of a diagnosis with one emulated experiment, and of each further one, unless the settings
-give `runs`."""
+"""Runs with one emulated experiment, and of each further one, where the settings give no time and
+these take longer, or where nothing tells how long runs take."""
 
 MOST_LEVELS = 10
 """Levels of a lever up to which the runs that train emulators are made at these alone."""
@@ -94,8 +105,11 @@ def completed(
     """
     kinds = list(dict.fromkeys(m.experiment for m in measurements))
     given = {k: settings.experiments.get(k) or Experiment() for k in kinds}
+    if settings.runs and settings.minutes:
+        allowed = "one of `minutes` and `runs`"
+        raise ConfigError("stands beside `runs`", key="diagnosis.minutes", allowed=allowed)
     if all(own.whole for own in given.values()):
-        return settings
+        return within_time(settings, config, measurements) if settings.minutes else settings
     found, faults = dict(settings.experiments), []
     for kind, own in given.items():
         rows = [m for m in measurements if m.experiment == kind]
@@ -104,11 +118,34 @@ def completed(
         except ConfigError as error:
             faults.append(error)
     raise_faults(faults)
-    emulated = [k for k in kinds if k not in CONTACTS]
-    changes = {"experiments": found}
-    if settings.runs is None and emulated:
-        changes["runs"] = RUNS + MORE_RUNS * (len(kinds) - 1)  # type: ignore[assignment]
-    return settings.model_copy(update=changes)
+    whole = settings.model_copy(update={"experiments": found})
+    if settings.runs is None and not alone(kinds):
+        return within_time(whole, config, measurements)
+    return whole
+
+
+def within_time(
+    settings: Settings, config: Config, measurements: Sequence[Measurement]
+) -> Settings:
+    """`Settings` with the number of runs that the time allows, of experiments that are described in
+    full."""
+    rig = Rig(settings, config.own_run | {"experiment": config.experiment})
+    kinds = list(dict.fromkeys(m.experiment for m in measurements))
+    fewest = RUNS + MORE_RUNS * (len(kinds) - 1)
+    found: list[float] = []
+    for kind in kinds:
+        own = [rig.spec(m.condition, 0) for m in measurements if m.experiment == kind]
+        try:
+            seconds = [run_seconds(spec) for spec in own]
+        except SpecError:  # its row is named by who checks all of them
+            seconds = [None]
+        if None in seconds:
+            return settings.model_copy(update={"runs": fewest})
+        found.append(float(np.mean(seconds)))  # type: ignore[arg-type]  # none is None
+    each = float(np.mean(found))  # the experiments have as many runs each
+    runs = int(60.0 * CORES * (settings.minutes or MINUTES) / each)
+    runs = min(runs, MOST_RUNS * len(kinds))
+    return settings.model_copy(update={"runs": runs if settings.minutes else max(runs, fewest)})
 
 
 WRITTEN = "settings.yaml"
@@ -123,7 +160,7 @@ def as_file(settings: Settings, config: Config) -> str:
         "# what followed from the study's tests, factors and measurements. To change it, edit a\n"
         "# copy and lay it over the study: --configfile config.yaml COPY.yaml\n"
     )
-    data = settings.model_dump(mode="json", exclude_none=True, exclude={"catalogue"})
+    data = settings.model_dump(mode="json", exclude_none=True, exclude={"catalogue", "minutes"})
     tests = {
         config.of_experiment(kind) or kind: {"experiment": kind, "diagnosis": own}
         for kind, own in data.pop("experiments").items()
@@ -132,13 +169,19 @@ def as_file(settings: Settings, config: Config) -> str:
     return head + yaml.safe_dump(whole, sort_keys=False, allow_unicode=True)
 
 
-def announced(settings: Settings, planned: int, file: str | Path) -> str:
-    """A sentence on the runs that a diagnosis will make, before the first of them."""
+def announced(settings: Settings, planned: Mapping[str, dict], file: str | Path) -> str:
+    """A sentence on the runs that a diagnosis will make, before the first of them; planned: {run
+    id: spec} of those that train the emulators."""
     if settings.runs is None:
-        return f"diagnosis: {planned} runs train the emulators ({file})"
+        return f"diagnosis: {len(planned)} runs train the emulators ({file})"
+    seconds = [run_seconds(spec) for spec in planned.values()]
+    told = ""
+    if seconds and None not in seconds:
+        whole = settings.runs * float(np.mean(seconds)) / CORES  # type: ignore[arg-type]
+        told = f"about {duration(whole)} of {CORES} cores, "
     return (
-        f"diagnosis: at most {settings.runs} runs, of which {planned} train the emulators; "
-        f"`diagnosis: {{runs: N}}` changes this number, {file} holds how they are made"
+        f"diagnosis: {told}at most {settings.runs} runs, of which {len(planned)} train the "
+        f"emulators; `diagnosis: {{minutes: T}}` changes this, {file} holds how they are made"
     )
 
 

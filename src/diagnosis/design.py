@@ -93,8 +93,9 @@ def budgeted(
     if 0 in counts.values():
         needed = math.ceil(least * len(kinds) / TRAIN)
         reason = "is too small a budget for the experiments, coefficients and mechanisms"
-        allowed = f"at least {needed}, or fewer `mechanisms` or `parameters` of an experiment"
-        raise ConfigError(reason, key="diagnosis.runs", value=settings.runs, allowed=allowed)
+        allowed = f"at least {needed} runs, or fewer `mechanisms` or `parameters` of an experiment"
+        key = "diagnosis.minutes" if settings.minutes else "diagnosis.runs"
+        raise ConfigError(reason, key=key, value=f"{settings.runs} runs", allowed=allowed)
     return counts
 
 
@@ -173,8 +174,7 @@ def plan(
     may leave [0, 1].
 
     The points follow from the settings alone and not from the measurements, so another data set
-    re-uses the runs. Runs that repeat a point differ in their seed, so a larger number of them
-    re-uses the first.
+    re-uses the runs.
     """
     rows, specs, settings, factors = [], {}, rig.settings, rig.factors  # type: ignore[var-annotated]
     pairs = possible(rig, catalogue, experiments)
@@ -191,7 +191,7 @@ def plan(
         points = points[: len(points) - again]
         for k, x in enumerate(points):
             try:
-                times = 2 if k < again else None
+                times = 2 if k < again else 1
                 row, runs = row_of(rig, experiment, names, x, law, 1000 + k, lever, times)
             except SpecError as error:
                 refused.append(error)  # larger grains that overfill the rig, say
@@ -227,16 +227,15 @@ def row_of(
     mechanism: Mechanism | None,
     seed: int,
     lever: MultipliedLever | None = None,
-    times: int | None = None,
+    times: int = 1,
 ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
     """A row of a design, a mapping, and {run id: spec} of its runs at inputs x (d,) in [0, 1].
 
     mechanism: a `Mechanism`, None for the base model; lever: its `MultipliedLever`, if it has
-    one; times: runs, as the settings say unless given."""
+    one; times: runs, of other seeds."""
     label = mechanism.name if mechanism else BASE
     spec = _spec(rig, experiment, names, x, mechanism, seed)
-    repeats = range(times or rig.settings.experiments[experiment].repeated.get(label, 1))
-    runs = named([spec | {"seed": spec["seed"] + REPEAT * j} for j in repeats])
+    runs = named([spec | {"seed": spec["seed"] + REPEAT * j} for j in range(times)])
     row = {
         "experiment": experiment,
         "mechanism": BASE if lever else label,
@@ -247,19 +246,13 @@ def row_of(
 
 
 def _points(settings, experiment, mechanism, inputs, count=None):
-    """Points (k, inputs) in [0, 1]: one Latin hypercube after the other, so asking for more keeps
-    the first. Of a budget they are `count` points of one."""
+    """Points (k, inputs) in [0, 1], a Latin hypercube; of a budget `count`, at the levels of the
+    levers."""
     own = settings.experiments[experiment]
-    density = own.denser.get(mechanism, own.runs_per_input or settings.runs_per_input)
-    label = [settings.seed, *f"{experiment}/{mechanism}".encode()]
-    if count is not None:
-        x = qmc.LatinHypercube(inputs, rng=np.random.default_rng(label)).random(count)
-        return np.round(_at_levels(own, x, int(mechanism != BASE)), 6)
-    cubes = []
-    for k in range(own.hypercubes.get(mechanism, 1)):
-        rng = np.random.default_rng(label + [k] * (k > 0))
-        cubes.append(qmc.LatinHypercube(inputs, rng=rng).random(density * inputs))
-    return np.round(np.vstack(cubes), 6)
+    each = own.runs_per_input or settings.runs_per_input
+    rng = np.random.default_rng([settings.seed, *f"{experiment}/{mechanism}".encode()])
+    x = qmc.LatinHypercube(inputs, rng=rng).random(each * inputs if count is None else count)
+    return np.round(x if count is None else _at_levels(own, x, int(mechanism != BASE)), 6)
 
 
 NEAR = 0.15

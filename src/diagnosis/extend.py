@@ -59,7 +59,7 @@ def refit_errors(model: Model, data: Data, fits: Fit) -> np.ndarray:
     parameters scatter by H^-1 (J'WSWJ + T + P^-1) H^-1 with H = J'WJ + T + P^-1 (Huber 1967, Proc.
     Fifth Berkeley Symp. 1:221). A misfit widens nothing: a wrong law would else excuse itself."""
     _, emulator, slope = model.with_slope(fits.theta)
-    known = _information(model, data, fits.theta) + np.diag(1.0 / model.prior_sd**2)
+    known = information(model, data, fits.theta) + np.diag(1.0 / model.prior_sd**2)
     out = np.zeros(len(fits.theta))
     for i, theta in enumerate(fits.theta):
         others = np.arange(len(out)) != i
@@ -77,7 +77,7 @@ def refit_errors(model: Model, data: Data, fits: Fit) -> np.ndarray:
     return out
 
 
-def _information(model, data, points):
+def information(model: Model, data: Data, points: np.ndarray) -> np.ndarray:
     """Fisher information (n, p, p) that tests without a value give of the parameters."""
     if data.failed is None:
         return np.zeros((len(points), points.shape[1], points.shape[1]))

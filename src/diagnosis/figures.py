@@ -130,8 +130,7 @@ def _setting(point):
 
 
 def ranking_figure(verdict: Mapping[str, Any]) -> Figure:
-    """Gain of each mechanism in held-out log density, with its own null threshold and that of the
-    best."""
+    """Gain of each mechanism in log evidence, with its own null threshold and that of the best."""
     rows = [r for r in verdict["ranking"] if "p" in r][::-1]
     figure, axis = subplots(size=(6.4, 0.6 + 0.32 * max(len(rows), 2)))
     y = np.arange(len(rows))
@@ -140,7 +139,7 @@ def ranking_figure(verdict: Mapping[str, Any]) -> Figure:
     axis.plot([r["null_threshold"] for r in rows], y, "|", color="black", markersize=12)
     axis.axvline(verdict["null_threshold_best"], color=GREY, linestyle="--")
     axis.set_yticks(y, [label(r["mechanism"]) for r in rows])
-    axis.set_xlabel("gain in held-out log density [nats]")
+    axis.set_xlabel("gain in log evidence [nats]")
     axis.set_title("dashed: threshold for the best of all")
     axis.set_xscale("symlog", linthresh=10)
     return figure

@@ -1,16 +1,22 @@
-"""Which mechanism explains a misfit: held-out scores of the whole catalogue against what base-model
-data give.
+"""Which mechanism explains a misfit: the whole catalogue against what data of the base model give.
 
-The score of a model is the sum over settings of the log predictive density of that setting when it
-is left out. A model's spread is scaled up where it does not fit, so twice the noise gains nothing.
-The null distribution is that of the best gain of all mechanisms on data simulated from the fitted
-base model (parametric bootstrap). This keeps the chance of a false alarm over the whole catalogue.
-It is shared with the lack-of-fit test as Simes' test shares it."""
+A mechanism's gain is that in log evidence over the base model. The null distribution is that of the
+best gain of all mechanisms on data simulated from the fitted base model with the errors as stated
+(parametric bootstrap). This keeps the chance of a false alarm over the whole catalogue. It is
+shared with the lack-of-fit test as Simes' test shares it.
+
+The score that ranks mechanisms is the mean of the log evidence and of the sum over settings of the
+log predictive density of each when it is left out. A model's spread is scaled up there where it
+does not fit.
+
+A mechanism is then told from errors of the set-up by its odds (`diagnosis.set_up_errors`): from one
+setting that is off, and from an error of each setting, which is what twice the noise looks like."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
@@ -20,9 +26,10 @@ from scipy.stats import chi2
 
 from calibration.statistics.numbers import NORMAL_95
 from diagnosis.chance import CLOSE, share_above
-from diagnosis.fit import Data, evidence, fit, misfit
+from diagnosis.fit import Data, evidence, fit
 from diagnosis.measurements import LEAST_SETTINGS
 from diagnosis.reading_errors import redrawn_error
+from diagnosis.set_up_errors import EVERY, ONE, log_evidence, set_up_errors
 from diagnosis.settings import BASE
 
 if TYPE_CHECKING:
@@ -42,8 +49,8 @@ NULL_STARTS = (0.3,)  # coded strength at which fits of data without an effect b
 @dataclass
 class Identification:
     """What the scores say; `fits` holds the fit of each candidate, by its names joined with ' + ';
-    tried: how many of them were compared with the base model; alone: one setting that is at odds
-    with the others is not told from a law."""
+    tried: how many of them were compared with the base model; errors: gains in log evidence of
+    errors of the set-up; error: that which leads the mechanisms or is not told from them."""
 
     verdict: str
     causes: list
@@ -57,7 +64,8 @@ class Identification:
     data: Data = field(default=None, repr=False)  # type: ignore[assignment]
     reason: str = ""
     tried: int = 0
-    alone: bool = False
+    errors: dict = field(default_factory=dict)
+    error: str = ""
 
 
 def key_of(names: Iterable[str]) -> str:
@@ -82,6 +90,14 @@ class Scores:
     null: dict
     replicates: int
     seed: int
+
+    @cached_property
+    def evidence(self) -> dict[str, float]:
+        """{model: its log evidence}."""
+        return {
+            name: float(log_evidence(model, self.data, self.fits[name])[0])
+            for name, model in self.models.items()
+        }
 
     @property
     def conditions(self) -> list[Condition]:
@@ -129,7 +145,8 @@ def decide(scores: Scores, alpha: float = 0.05, without: Collection[str] = ()) -
     """`Identification` from the scores; mechanisms in `without` count as not in the catalogue."""
     fits, null = scores.fits, scores.null
     singles = [n for n in scores.models if n != BASE and n not in without]
-    gains = {name: float((fits[name].score - fits[BASE].score)[0]) for name in singles}
+    gains = {name: scores.evidence[name] - scores.evidence[BASE] for name in singles}
+    score = {name: 0.5 * (scores.evidence[name] + float(fits[name].score[0])) for name in fits}
     best = max(gains, key=gains.get)  # type: ignore[arg-type]
     null_best = np.max([null[n] for n in singles], axis=0)
     lack_p = scores.lack_p
@@ -140,34 +157,46 @@ def decide(scores: Scores, alpha: float = 0.05, without: Collection[str] = ()) -
     ranking = [
         {
             "mechanism": name,
-            "score": float(fits[name].score[0]),
+            "score": score[name],
             "gain": gains[name],
             "null_threshold": float(np.quantile(null[name], 1.0 - level)),
             "p": share_above(null[name], gains[name]),
             "p_family": share_above(null_best, gains[name]),
             "strength": strength_of(scores.models[name], fits[name], 0),
         }
-        for name in sorted(gains, key=gains.get, reverse=True)  # type: ignore[arg-type]
+        for name in sorted(singles, key=score.get, reverse=True)  # type: ignore[arg-type]
     ]
     out = Identification(
         "", [], ranking, lack_p, family_p, level, threshold, dict(fits), dict(scores.models),
         scores.data, tried=len(singles),
     )  # fmt: skip
-    if not gained:
-        out.verdict = "unexplained" if misfit else "adequate"
-        out.reason = (
-            "the base model fits within the stated spread"
-            if out.verdict == "adequate"
-            else "the base model misses the data and no mechanism predicts left-out settings better"
-        )
-    elif (lead := _lead_of_one_setting(scores, best)) > TIED:
-        out.verdict, out.reason = "unexplained", "one setting alone is at odds with the base model"
-    else:
-        _settle(out, scores, singles)
-        if lead > -TIED and out.causes:
-            out.verdict, out.alone = "ambiguous", True
-            out.reason = "one setting that is at odds with the others explains as much as a law"
+    if not (misfit or gained):
+        out.verdict, out.reason = "adequate", "the base model fits within the stated spread"
+        return out
+    out.errors = set_up_errors(scores.models[BASE], scores.data, fits[BASE])
+    error = max(out.errors, key=out.errors.get)  # type: ignore[arg-type]
+    lead = out.errors[error] - (ranking[0]["gain"] if gained else 0.0)
+    if lead > CLOSE or not gained:
+        out.verdict, out.error = "unexplained", error if lead > CLOSE else ""
+        out.reason = LEADS[error] if out.error else NOTHING
+        return out
+    _settle(out, scores, singles)
+    if lead > -CLOSE and out.causes:
+        out.verdict, out.error, out.reason = "ambiguous", error, TIES[error]
     return out
+
+
+LEADS = {
+    ONE: "one setting alone is at odds with the base model",
+    EVERY: "an error of each setting explains the misfit better than any mechanism",
+}
+TIES = {
+    ONE: "one setting that is at odds with the others explains as much as a law",
+    EVERY: "an error of each setting explains as much as a law: one that is set anew would tell",
+}
+NOTHING = "the base model misses the data, and no mechanism gains more than chance gives"
+"""What is said where an error of the set-up leads the mechanisms, where it is not told from one,
+and where neither explains a misfit."""
 
 
 def lack_of_fit(fitted: Fit, p: float) -> dict[str, float]:
@@ -211,8 +240,7 @@ def simulate_data(
     replicates: int,
     rng: np.random.Generator,
 ) -> Data:
-    """`Data` of `replicates` sets from a fit: noise as measured and the emulators' error, both
-    scaled by the misfit.
+    """`Data` of `replicates` sets from a fit: noise as measured and the emulators' error.
 
     An emulator errs alike at settings that are alike, which looks like a trend; its errors are
     drawn so.
@@ -227,7 +255,7 @@ def simulate_data(
     noise += emulator * (rng.standard_normal((replicates, len(truth))) @ root.T)
     if data.shared is not None:
         noise += _shared_errors(data.shared, fitted.sizes[0], replicates, rng)
-    value = truth + fitted.scale[0] * noise
+    value = truth + noise
     drawn = redrawn_error(measurements, data.error[0], replicates, rng)
     if data.failed is None:
         return replace(data, value=value, error=drawn)
@@ -253,30 +281,13 @@ def _root(covariance):
     return direction * np.sqrt(np.maximum(size, 0.0))
 
 
-def _as_stated(simulated, fitted):
-    """Simulated data with the stated noise in place of one scaled up by the misfit of the model."""
-    centre = fitted.predicted[0]
-    value = centre + (simulated.value - centre) / fitted.scale[0]
-    return replace(simulated, value=value)
-
-
-def _with_sizes_of(scores, name):
-    """The base model's fit and that of the model `name`, errors that readings share of the size
-    that the latter has: else the base model would be helped by larger ones."""
-    fits, data = scores.fits, scores.data
-    if data.shared is None:
-        return fits[BASE], fits[name]
-    data = replace(data, shared=data.shared.only(fits[name].place))
-    return tuple(fit(scores.models[n], data) for n in (BASE, name))
-
-
 def _fits_well(out, name, scores, rng):
     """Whether the misfit of the fit is within the 99 % of data made by that model."""
     model, fitted = out.models[name], out.fits[name]
     simulated = simulate_data(
         model, fitted, scores.measurements, scores.data, scores.replicates, rng
     )
-    null = fit(model, _as_stated(simulated, fitted)).misfit
+    null = fit(model, simulated).misfit
     return share_above(null, float(fitted.misfit[0])) >= MISFIT
 
 
@@ -292,33 +303,13 @@ def null_of(
     model."""
     simulated = simulate_data(models[BASE], fitted, measurements, data, replicates, rng)
     reference = fit(models[BASE], simulated)
+    of_base = log_evidence(models[BASE], simulated, reference)
     gains = {
-        n: fit(m, simulated, NULL_STARTS).score - reference.score
+        n: log_evidence(m, simulated, fit(m, simulated, NULL_STARTS)) - of_base
         for n, m in models.items()
         if n != BASE
     }
-    misfit = reference.misfit
-    if (fitted.scale[0] != 1.0).any():
-        misfit = fit(models[BASE], _as_stated(simulated, fitted)).misfit
-    return gains | {"misfit": misfit}
-
-
-TIED = 2.0 * CLOSE
-"""Difference of chi-square up to which one setting and a mechanism are not told apart."""
-
-
-def _lead_of_one_setting(scores, best):
-    """By how much more chi-square falls where one setting is dropped than by the best mechanism
-    with all of them.
-
-    Both spend one parameter: an outlying setting's own mean, or the mechanism's strength. Compared
-    by chi-square, to which tests without a value add their deviance."""
-    base, mended_by = _with_sizes_of(scores, best)
-    # chi-square falls by e^2 / (1 - h) when a setting is dropped
-    dropped = (base.residual**2 / (1.0 - base.leverage))[0]
-    relief = float(max(dropped.max(), *base.deviances[0], 0.0))
-    mended = float((base.misfit - mended_by.misfit)[0])
-    return relief - mended
+    return gains | {"misfit": reference.misfit}
 
 
 def _settle(out, scores, singles):
@@ -337,26 +328,25 @@ def _settle(out, scores, singles):
         return
     out.causes = [r["mechanism"] for r in out.ranking if not _told_apart(out, r, scores)]
     out.verdict = "identified"
-    out.reason = "predicts left-out settings better than every other mechanism"
+    out.reason = "these data favour it over every other mechanism"
     if len(out.causes) > 1:
         placed = one_place(scores.emulated.catalogue[n] for n in out.causes)
         out.verdict = "discovered" if placed else "ambiguous"
-        out.reason = "these predict left-out settings about equally well"
+        out.reason = "these data favour none of these over another"
         out.reason += ": the place is known, and no single name" if placed else ""
     _doubt(out, scores, best)
 
 
 ODDS = float(np.log(20.0))
-"""Log odds by the data from which a law of another slot is told apart, though it predicts left-out
-settings about equally well: few settings say little by that."""
+"""Log odds by the data from which a law of another slot is told apart, though its score is close:
+few settings say little by what is left out."""
 
 ONE_FORMULA = {"attraction", "load"}
 """Slots whose laws add the same to a whole yield locus."""
 
 
 def _told_apart(out, row, scores):
-    """Whether the best of the ranking predicts left-out settings better than the mechanism of a
-    row.
+    """Whether the best of the ranking is told apart from the mechanism of a row.
 
     Of two laws in one slot the same is expected. One that fits, and would be as good with the
     emulator of the best, is behind for its own emulator alone. So is an attraction beside a load
@@ -377,14 +367,11 @@ def _told_apart(out, row, scores):
 
 
 def odds_of(found: Identification, first: str, second: str) -> float:
-    """Log odds of one model against another by the data, all parameters integrated out (Laplace's
-    approximation: MacKay 2003, Information Theory, Inference and Learning Algorithms, 27)."""
-    evidence = []
-    for name in (first, second):
-        model, fitted = found.models[name], found.fits[name]
-        volume = np.linalg.slogdet(fitted.cov[0])[1] - 2.0 * np.log(model.prior_sd).sum()
-        evidence.append(0.5 * (volume - float(misfit(model, found.data, fitted.theta[:1])[0])))
-    return evidence[0] - evidence[1]
+    """Log odds of one model against another by the data."""
+    one, two = (
+        log_evidence(found.models[name], found.data, found.fits[name]) for name in (first, second)
+    )
+    return float((one - two)[0])
 
 
 def _alike(scores, *names):
@@ -486,13 +473,14 @@ def _best_pair(out, scores, singles, rng):
         tests = out.models[BASE].tests
         out.models[name] = scores.emulated.model(scores.conditions, pair, tests)
         out.fits[name] = fit(out.models[name], scores.data)
-        by_pair[pair] = float(out.fits[name].score[0])
+        by_pair[pair] = float(log_evidence(out.models[name], scores.data, out.fits[name])[0])
     out.tried += len(by_pair)
     ordered = sorted(by_pair, key=by_pair.get, reverse=True)
     if not ordered:
         return None
     first, single = ordered[0], out.ranking[0]
-    lead = by_pair[first] - single["score"]
+    alone = scores.evidence[single["mechanism"]]
+    lead = by_pair[first] - alone
     null = _null_of_pairs(out, scores, single["mechanism"], ordered, rng)
     threshold = float(np.quantile(null, 1.0 - out.level))
     if lead < threshold or not _fits_well(out, key_of(first), scores, rng):
@@ -502,9 +490,9 @@ def _best_pair(out, scores, singles, rng):
         {
             "mechanism": key_of(p),
             "score": by_pair[p],
-            "gain": by_pair[p] - float(out.fits[BASE].score[0]),
+            "gain": by_pair[p] - scores.evidence[BASE],
             "null_threshold": single["gain"] + threshold,
-            "p": share_above(null, by_pair[p] - single["score"]),
+            "p": share_above(null, by_pair[p] - alone),
         }
         for p in ordered[:3]
     ] + out.ranking
@@ -526,9 +514,11 @@ def _null_of_pairs(out, scores, single, ordered, rng):
         scores.replicates,
         rng,
     )
-    alone = fit(out.models[single], simulated, NULL_STARTS).score
-    tried = [p for p in ordered if single in p or p == ordered[0]]
-    together = [fit(out.models[key_of(p)], simulated, NULL_STARTS).score for p in tried]
+    tried = [single, *(key_of(p) for p in ordered if single in p or p == ordered[0])]
+    alone, *together = (
+        log_evidence(out.models[n], simulated, fit(out.models[n], simulated, NULL_STARTS))
+        for n in tried
+    )
     return np.max(together, axis=0) - alone
 
 

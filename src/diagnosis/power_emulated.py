@@ -20,6 +20,7 @@ from diagnosis.chance import share_above
 from diagnosis.fit import data_of, fit
 from diagnosis.identify import NULL_STARTS, null_of, significant, simulate_data
 from diagnosis.power import LEAST_SHARE, POWER, REPLICATES
+from diagnosis.set_up_errors import log_evidence
 from diagnosis.settings import BASE
 
 if TYPE_CHECKING:
@@ -105,8 +106,9 @@ class _Bench:
         rng = np.random.default_rng([self.seed, 5])
         drawn = simulate_data(model, truth, self.measurements, self.data, self.replicates, rng)
         base = fit(self.models[BASE], drawn)
+        of_base = log_evidence(self.models[BASE], drawn, base)
         gains = {
-            n: fit(m, drawn, NULL_STARTS).score - base.score
+            n: log_evidence(m, drawn, fit(m, drawn, NULL_STARTS)) - of_base
             for n, m in self.models.items()
             if n != BASE
         }

@@ -75,15 +75,6 @@ class Experiment(_Part):
     runs_per_input: int | None = Field(
         None, ge=3, le=100, description="in place of the number for all experiments"
     )
-    denser: dict[str, Annotated[int, Field(ge=3, le=200)]] = Field(
-        {}, description="mechanism: runs per input in place of that of the experiment"
-    )
-    hypercubes: dict[str, Annotated[int, Field(ge=1, le=20)]] = Field(
-        {}, description="mechanism or `base`: Latin hypercubes of so many runs, in place of one"
-    )
-    repeated: dict[str, Annotated[int, Field(ge=1, le=20)]] = Field(
-        {}, description="mechanism or `base`: runs at each point, of other seeds, in place of one"
-    )
     run: dict | None = Field(
         None,
         description="run spec of the experiment, over that of the calibration; unless given, the "
@@ -121,13 +112,17 @@ class Settings(_Part):
         3, ge=2, le=50, description="runs of the real engine at each left-out setting"
     )
 
+    minutes: float | None = Field(
+        None,
+        gt=0,
+        description="time of two cores for all runs of the engine: those that train the emulators, "
+        "refine them, and measure the gain. It takes the place of `runs_per_input`",
+    )
     runs: int | None = Field(
         None,
         ge=30,
         le=100_000,
-        description="most runs of the engine in all: those that train the emulators, refine them, "
-        "and measure the gain. It takes the place of `runs_per_input`, and is a number of its own "
-        "where an experiment is not described in full",
+        description="most runs of the engine in all, in place of `minutes`",
     )
     runs_per_input: int = Field(
         10, ge=3, le=100, description="emulator runs per parameter, lever and strength"
@@ -236,18 +231,11 @@ def catalogue_of(settings: Settings, experiments: Iterable[str]) -> dict[str, Me
     known = load_catalogue(folder=settings.catalogue)
     for kind in experiments:
         own, shown = settings.experiments[kind], [n for n in known if kind in known[n].experiments]
-        named = {
-            "mechanisms": own.mechanisms or (),
-            "denser": own.denser,
-            "hypercubes": own.hypercubes.keys() - {BASE},
-            "repeated": own.repeated.keys() - {BASE},
-        }
-        for part, names in named.items():
-            for name in sorted(set(names) - set(shown)):
-                key, allowed = f"experiments.{kind}.{part}", ", ".join(shown)
-                raise ConfigError(
-                    "is no mechanism that shows on it", key=key, value=name, allowed=allowed
-                )
+        for name in sorted(set(own.mechanisms or ()) - set(shown)):
+            key, allowed = f"experiments.{kind}.mechanisms", ", ".join(shown)
+            raise ConfigError(
+                "is no mechanism that shows on it", key=key, value=name, allowed=allowed
+            )
     return known
 
 

@@ -41,9 +41,9 @@ from diagnosis.page.markdown import page
 from diagnosis.residuals import by_chance, calibration, residual_rows, trends
 from diagnosis.settings import BASE, study_settings, with_gain_runs
 from diagnosis.setup import Setup
-from diagnosis.single_setting import with_single
 from diagnosis.untried import with_untried
 from diagnosis.verdict import extended_name, findings, unexplained, validate
+from diagnosis.with_errors import with_errors
 from diagnosis.withdrawal import undecided, withdraw_refuted
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def plan_runs(setup: Setup, output: NamedFiles) -> None:
     write_json(output.plan, specs)
     written = Path(output.design).with_name(WRITTEN)
     write_text(as_file(setup.settings, setup.config), written)
-    print(announced(setup.settings, len(specs), written), file=sys.__stderr__)
+    print(announced(setup.settings, specs, written), file=sys.__stderr__)
 
 
 def emulate(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
@@ -176,7 +176,7 @@ def name_causes(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
         "waves": [read_json(file) for file in source.left],
         "left": emulator_waves.left(emulated, setup.tested),
     }
-    verdict = with_single(as_laws(verdict, setup.lever_laws), found, measurements)
+    verdict = with_errors(as_laws(verdict, setup.lever_laws), found, measurements)
     verdict["exclusion"] = exclusion.of_mechanisms(found)
     shown = {"before": ((), found.fits[BASE])}
     shown |= {"after": (tuple(name.split(" + ")), found.fits[name])} if name else {}  # type: ignore[dict-item]

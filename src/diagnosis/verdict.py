@@ -48,6 +48,7 @@ def findings(
         "threshold_level": found.level,
         "null_threshold_best": found.threshold,
         "ranking": found.ranking,
+        "set_up_errors": found.errors,
         "residuals": rows,
         "patterns": patterns,
         "calibration": calibration(found.models[BASE], base),
@@ -128,7 +129,7 @@ def _told(slot, found):
     words = WORDS.get(slot, f"a law of the {label(slot)} is missing")
     names = " and ".join(label(n) for n in found.causes)
     return (
-        f"{capital(words)}: {names} predict left-out settings about equally well, and of data "
+        f"{capital(words)}: {names} are about equally probable, and of data "
         f"without a law {chance(found.family_p)} look so."
     )
 

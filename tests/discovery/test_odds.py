@@ -1,29 +1,63 @@
-"""Odds of one model against another, by the closed form of linear ones."""
+"""Odds of one model against another and of errors of the set-up, by the closed form of linear
+models."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from linear_model import Linear
+from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
 from diagnosis.fit import Data, fit
 from diagnosis.identify import odds_of
+from diagnosis.set_up_errors import EVERY, ONE, SIZES, set_up_errors
+
+N, ERROR = 6, 1.5
 
 
-def test_odds_of_two_linear_models_are_those_of_their_marginal_normals():
+def drawn(columns):
     rng = np.random.default_rng(5)
-    designs = {"one": rng.normal(size=(6, 1)), "two": rng.normal(size=(6, 3))}
-    models = {name: Linear(x) for name, x in designs.items()}
-    value, error = rng.normal(size=(1, 6)), np.full((1, 6), 1.5)
-    data = Data(value, error)
+    value = rng.normal(size=(1, N))
+    return Linear(rng.normal(size=(N, columns))), Data(value, np.full((1, N), ERROR))
+
+
+def density(model, data, error):
+    """Of the readings with all parameters integrated out; error: (n,) variances."""
+    mean = model.x @ model.prior_mean
+    covariance = model.x @ np.diag(model.prior_sd**2) @ model.x.T + np.diag(error)
+    return multivariate_normal(mean, covariance).logpdf(data.value[0])
+
+
+@pytest.mark.parametrize("times", [1.0, 6.0])
+def test_odds_of_two_linear_models_are_those_of_their_marginal_normals(times):
+    """Whether they fit or not."""
+    models, data = {"one": drawn(1)[0], "two": drawn(3)[0]}, drawn(1)[1]
+    data.value[0] *= times
     fits = {name: fit(model, data) for name, model in models.items()}
-    assert all(f.scale.max() == 1.0 for f in fits.values())  # the closed form has no misfit
-    exact = {
-        name: multivariate_normal(
-            x @ np.full(x.shape[1], 0.5), 4.0 * x @ x.T + 1.5**2 * np.eye(6)
-        ).logpdf(value[0])
-        for name, x in designs.items()
-    }
     found = SimpleNamespace(models=models, fits=fits, data=data)
-    assert odds_of(found, "one", "two") == pytest.approx(exact["one"] - exact["two"], abs=1e-3)
+    one, two = (density(model, data, np.full(N, ERROR**2)) for model in models.values())
+    assert odds_of(found, "one", "two") == pytest.approx(one - two, abs=1e-3)
+
+
+@pytest.mark.parametrize("off", [0.0, 12.0])
+def test_errors_of_the_set_up_are_weighed_as_normals_of_every_size(off):
+    model, data = drawn(2)
+    data.value[0, 3] += off * ERROR
+    own = np.full(N, ERROR**2)
+    plain = density(model, data, own)
+    every = [density(model, data, own * (1.0 + s**2)) for s in SIZES]
+    one = [[density(model, data, own * (1.0 + s**2 * row)) for s in SIZES] for row in np.eye(N)]
+    found = set_up_errors(model, data, fit(model, data))
+    exact = logsumexp(every) - np.log(len(SIZES)) - plain
+    assert found[EVERY] == pytest.approx(exact, abs=1e-6)
+    exact = logsumexp(one) - np.log(N * len(SIZES)) - plain
+    assert found[ONE] == pytest.approx(exact, abs=1e-6)
+    assert off == 0.0 or found[ONE] > found[EVERY] > 0.0
+
+
+def test_an_error_of_every_setting_leads_where_all_scatter():
+    model, data = drawn(2)
+    data.value[0] *= 6.0
+    found = set_up_errors(model, data, fit(model, data))
+    assert found[EVERY] > found[ONE] > 0.0

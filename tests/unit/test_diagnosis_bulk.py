@@ -23,7 +23,7 @@ from dem.experiments import experiments
 from dem.spec import parse_spec
 from diagnosis import emulator_waves, extend
 from diagnosis.catalogue import load_catalogue
-from diagnosis.derived import RUNS, as_file, completed
+from diagnosis.derived import MOST_RUNS, RUNS, as_file, completed
 from diagnosis.design import BASE, TRAIN, factor_share, left_of, plan, possible
 from diagnosis.emulator import train
 from diagnosis.extend import within
@@ -34,8 +34,8 @@ from diagnosis.model import Emulated
 from diagnosis.rig import Rig
 from diagnosis.settings import catalogue_of, parameters_of, settings_of, study_settings
 from diagnosis.setup import Setup
-from diagnosis.single_setting import with_single
 from diagnosis.stages import plan_runs
+from diagnosis.with_errors import with_errors
 from facts import refused
 
 LEVELS = (0.8, 1.0, 1.25)
@@ -101,8 +101,10 @@ def test_every_experiment_has_its_plan_and_says_its_budget_before_any_run(kind, 
     assert study_settings(Config.model_validate(own.config.model_dump() | written)) == own.settings
     said = capfd.readouterr().err
     if kind in POURED:
-        assert 0 < len(specs) <= TRAIN * RUNS
-        assert f"at most {RUNS} runs" in said
+        runs = own.settings.runs
+        assert RUNS <= runs <= MOST_RUNS
+        assert 0 < len(specs) <= TRAIN * runs
+        assert f"at most {runs} runs" in said
     else:
         assert specs == {}
     assert all(parse_spec(spec).experiment == kind for spec in specs.values())
@@ -177,6 +179,31 @@ def test_a_mechanism_whose_range_leaves_another_code_s_law_is_not_tried_there(co
     assert "size_bias" in tried
 
 
+def test_a_budget_of_time_is_as_many_runs_as_it_takes():
+    """Twice the time is twice the runs; forty times as many grains take longer."""
+    rows, factors = rows_of("heap"), read_factors(FACTORS)
+
+    def runs(given, count):
+        config = study("heap").model_dump()
+        run = config["tests"]["own"]["run"]
+        run["particles"]["count"], run["numerics"] = count, {"max_time_s": 100.0}
+        config = Config.model_validate(config)
+        return completed(settings_of(given), config, factors, rows, "m.csv").runs
+
+    one, two = (runs({"minutes": m}, 2_000) for m in (2.0, 4.0))
+    assert 0 <= two - 2 * one <= 1
+    assert runs({"minutes": 2.0}, 80_000) < one / 20
+    assert runs({}, 2_000) == MOST_RUNS
+    assert runs({"minutes": 60.0}, 80_000) < RUNS == runs({}, 80_000)
+
+
+def test_a_budget_is_given_once():
+    rows = rows_of("heap")
+    with refused(ConfigError, "minutes", "runs", key="diagnosis.minutes"):
+        settings = settings_of({"runs": 80, "minutes": 10})
+        completed(settings, study("heap"), read_factors(FACTORS), rows, "m.csv")
+
+
 @pytest.mark.parametrize("runs", [60, 80, 200])
 def test_a_budget_is_kept(runs):
     settings, factors, known = bench_settings(runs)
@@ -193,7 +220,7 @@ def test_a_budget_that_is_too_small_says_what_is_enough():
     settings, factors, known = bench_settings(30)
     with pytest.raises(ConfigError) as caught:
         plan(Rig(settings, RUN, tuple(factors)), known, ["heap"])
-    least = int(str(caught.value).split("at least ")[1].split(",")[0])
+    least = int(str(caught.value).split("at least ")[1].split(" runs")[0])
     settings, _, _ = bench_settings(least)
     plan(Rig(settings, RUN, tuple(factors)), known, ["heap"])
 
@@ -330,13 +357,28 @@ def test_a_single_heap_at_odds_is_named_by_its_line():
     rows = heaps(lambda d: 38.0 + 6.0 * (d == 2.1))
     found = identify(bench, rows, replicates=100)
     assert found.verdict == "unexplained"
-    verdict = with_single({"verdict": found.verdict, "rows": []}, found, rows)
+    verdict = with_errors({"verdict": found.verdict, "rows": []}, found, rows)
     assert verdict["verdict"] == "error"
     [row] = verdict["rows"]
     assert row["line"] == 5
     assert row["standard_deviations"] > 3.0
     plain = identify(bench, heaps(lambda d: 38.0), replicates=100)
-    assert with_single({"verdict": "adequate"}, plain, rows) == {"verdict": "adequate"}
+    assert with_errors({"verdict": "adequate"}, plain, rows) == {"verdict": "adequate"}
+
+
+def test_a_zigzag_from_size_to_size_is_an_error_of_each_setting():
+    """Three degrees up and down, where a heap is known to 0.2: no line is at odds with the rest."""
+    bench, _, _ = emulated(scatter=0.1)
+    off = dict(zip((1.6, 1.75, 1.9, 2.1, 2.3, 2.5), (3, -3, 3, -3, 3, -3), strict=True))
+    rows = heaps(lambda d: 38.0 + off[d])
+    found = identify(bench, rows, replicates=100)
+    verdict = {"verdict": found.verdict, "rows": [], "errors": [], "laws": []}
+    verdict = with_errors(verdict, found, rows)
+    assert verdict["verdict"] == "error"
+    assert verdict["rows"] == []
+    [error] = verdict["errors"]
+    assert error["of"] == "settings"
+    assert 1.5 < error["sd"] < 6.0
 
 
 @pytest.mark.parametrize(

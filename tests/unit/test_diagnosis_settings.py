@@ -136,7 +136,7 @@ def _planned(changes, mechanism="size_bias"):
 
 
 def test_runs_of_a_mechanism_that_multiplies_a_lever_are_runs_of_the_base_model():
-    settings, factors, _, rows, specs = _planned({"hypercubes": None, "repeated": None})
+    settings, factors, _, rows, specs = _planned({})
     assert {r["mechanism"] for r in rows} == {"base"}
     low, high = settings.experiments["heap"].levers["particle_diameter_mm"]
     column = inputs_of(settings, factors, "heap", "base").index("particle_diameter_mm")
