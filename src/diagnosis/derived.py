@@ -130,22 +130,28 @@ def within_time(
     """`Settings` with the number of runs that the time allows, of experiments that are described in
     full."""
     rig = Rig(settings, config.own_run | {"experiment": config.experiment})
-    kinds = list(dict.fromkeys(m.experiment for m in measurements))
-    fewest = RUNS + MORE_RUNS * (len(kinds) - 1)
-    found: list[float] = []
-    for kind in kinds:
+    found = seconds_of_kinds(rig, measurements)
+    fewest = RUNS + MORE_RUNS * (len(found) - 1)
+    if None in found.values():
+        return settings.model_copy(update={"runs": fewest})
+    each = float(np.mean(list(found.values())))  # type: ignore[arg-type]  # as many runs of each
+    runs = int(60.0 * CORES * (settings.minutes or MINUTES) / each)
+    runs = min(runs, MOST_RUNS * len(found))
+    return settings.model_copy(update={"runs": runs if settings.minutes else max(runs, fewest)})
+
+
+def seconds_of_kinds(rig: Rig, measurements: Sequence[Measurement]) -> dict[str, float | None]:
+    """{experiment: mean time of one core [s] of a run at its measured settings, estimated}; None
+    where nothing tells it."""
+    found: dict[str, float | None] = {}
+    for kind in dict.fromkeys(m.experiment for m in measurements):
         own = [rig.spec(m.condition, 0) for m in measurements if m.experiment == kind]
         try:
             seconds = [run_seconds(spec) for spec in own]
         except SpecError:  # its row is named by who checks all of them
             seconds = [None]
-        if None in seconds:
-            return settings.model_copy(update={"runs": fewest})
-        found.append(float(np.mean(seconds)))  # type: ignore[arg-type]  # none is None
-    each = float(np.mean(found))  # the experiments have as many runs each
-    runs = int(60.0 * CORES * (settings.minutes or MINUTES) / each)
-    runs = min(runs, MOST_RUNS * len(kinds))
-    return settings.model_copy(update={"runs": runs if settings.minutes else max(runs, fewest)})
+        found[kind] = None if None in seconds else float(np.mean(seconds))  # type: ignore[arg-type]
+    return found
 
 
 WRITTEN = "settings.yaml"

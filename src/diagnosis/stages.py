@@ -28,7 +28,7 @@ from diagnosis import (
     remarks,
     time_step,
 )
-from diagnosis.derived import WRITTEN, announced, as_file
+from diagnosis.derived import WRITTEN, announced, as_file, seconds_of_kinds
 from diagnosis.design import left_of, plan
 from diagnosis.emulator import train
 from diagnosis.emulator_files import write_emulators
@@ -175,6 +175,7 @@ def name_causes(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
         "share": emulator_waves.SHARE,
         "waves": [read_json(file) for file in source.left],
         "left": emulator_waves.left(emulated, setup.tested),
+        "run_seconds": seconds_of_kinds(setup.rig, setup.tested),
     }
     verdict = with_errors(as_laws(verdict, setup.lever_laws), found, measurements)
     verdict["exclusion"] = exclusion.of_mechanisms(found)

@@ -5,6 +5,8 @@ from typing import Any
 
 from calibration.figures import label
 from calibration.intake.quantities import LEVERS, QUANTITIES
+from calibration.study.cost import duration
+from diagnosis.derived import CORES
 from diagnosis.page.cause import lines_of, pointed, scattered
 from diagnosis.page.words import WITHOUT, amount, capital, chance, in_unit, quantity, setting
 from diagnosis.settings import BASE
@@ -198,15 +200,19 @@ def _what_decides(verdict):
             "readings', and further readings decide"
         )
     made = {r["experiment"]: r["runs"] for r in verdict["emulators"] if r["mechanism"] == BASE}
-    share = verdict["refinement"]["share"]
-    told = [
-        f"{r['error']:.2g} times the readings' ({quantity(r['experiment'])}), and about "
-        f"{_round(made[r['experiment']] * (r['error'] / share) ** 2)} runs of it in place of "
-        f"{made[r['experiment']]} would bring it to {share:g}"
-        for r in rough
-    ]
+    share, each = verdict["refinement"]["share"], verdict["refinement"].get("run_seconds") or {}
+    told = []
+    for r in rough:
+        runs = made[r["experiment"]]
+        more = runs * ((r["error"] / share) ** 2 - 1.0)
+        seconds = each.get(r["experiment"])
+        time = f", {duration(more * seconds / CORES)} of {CORES} cores," if seconds else ""
+        told.append(
+            f"{r['error']:.2g} times the readings' ({quantity(r['experiment'])}), and about "
+            f"{_round(more)} runs of it more{time} would bring it to {share:g}"
+        )
     return (
-        f"a smaller effect stays hidden, and more runs (`diagnosis: runs`) show it: the base "
+        f"a smaller effect stays hidden, and more runs (`diagnosis: minutes`) show it: the base "
         f"model's own error is {'; '.join(told)}"
     )
 
