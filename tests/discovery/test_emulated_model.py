@@ -40,22 +40,6 @@ def emulated():
     return Emulated(emulators, SETTINGS, FACTORS, load_catalogue())
 
 
-@pytest.mark.parametrize("columns", [[], [0], [1, 3], [0, 1, 2, 3]])
-def test_an_emulator_knows_its_derivatives(columns):
-    rng = np.random.default_rng(1)
-    x = rng.random((60, 4))
-    emulator = Emulator(x, smooth(x))
-    at = rng.random((7, 4))
-    value, slope, _ = emulator.with_slope(at, columns)
-    assert value == pytest.approx(emulator(at))
-    assert slope.shape == (7, len(columns))
-    for k, c in enumerate(columns):
-        step = 1e-4 * np.eye(4)[c]
-        assert slope[:, k] == pytest.approx(
-            (emulator(at + step) - emulator(at - step)) / 2e-4, abs=1e-4
-        )
-
-
 def test_the_errors_between_runs_without_scatter_are_alike_nowhere():
     """So little is left there that one subtracted from the other is rounding, of which a
     correlation is none: its eigenvalues are negative."""

@@ -219,11 +219,6 @@ def measured(emulated, seed, large, strength=0.0):
     return out
 
 
-def bare(rows):
-    """The same rows, their batches and instruments not told."""
-    return [replace(m, batch="", instrument="") for m in rows]
-
-
 @pytest.fixture(scope="module", name="emulated")
 def emulated_once():
     return closed_forms()

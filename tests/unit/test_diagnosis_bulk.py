@@ -16,14 +16,13 @@ from diagnosis_cases import FACTORS, closed_form
 from calibration.errors import CalibrationError, ConfigError
 from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import LEVERS, QUANTITIES, levers_of
-from calibration.study.config import overlay
 from calibration.study.config.schema import Config
 from calibration.study.factors import read_factors
 from dem.experiments import experiments
 from dem.spec import parse_spec
 from diagnosis import emulator_waves, extend
 from diagnosis.catalogue import load_catalogue
-from diagnosis.derived import MOST_RUNS, RUNS, as_file, completed
+from diagnosis.derived import MOST_RUNS, RUNS, completed
 from diagnosis.design import BASE, TRAIN, factor_share, left_of, plan, possible
 from diagnosis.emulator import train
 from diagnosis.extend import within
@@ -94,6 +93,7 @@ def setup_of(kind, rows, folder, **own):
 def test_every_experiment_has_its_plan_and_says_its_budget_before_any_run(kind, tmp_path, capfd):
     rows = rows_of(kind, levels=(0.8, 0.85, 0.9, 0.95, 1.0))
     own = setup_of(kind, rows, tmp_path)
+    assert completed(own.settings, None, read_factors(FACTORS), rows, "m.csv") is own.settings
     files = {k: str(tmp_path / f"{k}.json") for k in ("design", "plan")}
     plan_runs(own, SimpleNamespace(**files))
     specs = json.loads(Path(files["plan"]).read_text())
@@ -149,15 +149,6 @@ def test_corners_that_nobody_measured_need_not_be_possible(tmp_path):
     with pytest.raises(ConfigError) as caught:
         plan(replace(own.rig, settings=settings), own.catalogue, ["discharge"])
     assert "orifice_diameter_mm" in str(caught.value)
-
-
-def test_what_is_derived_is_a_file_that_gives_the_same_settings(tmp_path):
-    factors, rows = read_factors(FACTORS), rows_of("heap")
-    settings = completed(settings_of({}), study("heap"), factors, rows, "m.csv")
-    config = study("heap")
-    written = overlay(config.model_dump(), yaml.safe_load(as_file(settings, config)))
-    assert study_settings(Config.model_validate(written)) == settings
-    assert completed(settings, None, factors, rows, "m.csv") is settings
 
 
 def test_an_experiment_without_a_rig_is_named_by_its_line():

@@ -50,15 +50,6 @@ FAULTS = [
 ]
 
 
-@pytest.mark.parametrize(("row", "column", "says"), FAULTS)
-def test_each_fault_names_line_and_column(tmp_path, row, column, says):
-    path = write(tmp_path, [*GOOD, row])
-    with pytest.raises(ConfigError) as caught:
-        read_measurements(path)
-    assert f"{path}, line 6, column {column}:" in str(caught.value)
-    assert says in str(caught.value)
-
-
 def test_a_condition_may_stand_once_in_each_batch(tmp_path):
     header = HEADER.replace("note", "batch,instrument")
     rows = [GOOD[0].removesuffix(",") + f",{batch}," for batch in ("monday", "tuesday")]
@@ -126,12 +117,19 @@ FURTHER_FAULTS = [
 ]
 
 
-@pytest.mark.parametrize(("cells", "column", "says"), FURTHER_FAULTS)
-def test_each_fault_of_the_further_columns_is_said_by_line(tmp_path, cells, column, says):
-    with pytest.raises(ConfigError) as error:
-        read_measurements(write(tmp_path, MEANS + drops(cells), FULL))
-    assert f"line 6, column {column}" in str(error.value)
-    assert says in str(error.value)
+@pytest.mark.parametrize(
+    ("header", "rows", "column", "says"),
+    [
+        *((HEADER, [*GOOD, row], *named) for row, *named in FAULTS),
+        *((FULL, MEANS + drops(cells), *named) for cells, *named in FURTHER_FAULTS),
+    ],
+)
+def test_each_fault_names_line_and_column(tmp_path, header, rows, column, says):
+    path = write(tmp_path, rows, header)
+    with pytest.raises(ConfigError) as caught:
+        read_measurements(path)
+    assert f"{path}, line 6, column {column}:" in str(caught.value)
+    assert says in str(caught.value)
 
 
 def test_further_numbers_are_covariates_and_a_near_name_is_refused(tmp_path):

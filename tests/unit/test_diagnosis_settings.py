@@ -39,30 +39,21 @@ def test_changes_are_laid_over_key_by_key_and_a_null_takes_one_away():
 
 
 @pytest.mark.parametrize(
-    ("changes", "names", "facts"),
+    ("kind", "own", "name"),
     [
-        ({"runs_per_input": 1}, [], {"key": "runs_per_input", "value": 1}),
-        (
-            {"experiments": {"drop": {"levers": {"colour": [1, 2]}}}},
-            ["levers.colour"],
-            {"key": "experiments.drop"},
-        ),
-        (
-            {"experiments": {"drop": {"levers": {"drop_height_mm": [2, 1]}}}},
-            ["0 < low < high"],
-            {"key": "experiments.drop"},
-        ),
-        (
-            {"experiments": {"tilt": {"held": {"tilt_rate_deg_s": 5}}}},
-            ["held.tilt_rate_deg_s"],
-            {"key": "experiments.tilt"},
-        ),
-        ({"speed": 3}, [], {"key": "speed", "value": 3}),
+        ("drop", {"levers": {"drop_height_mm": [2, 1]}}, "0 < low < high"),
+        ("tilt", {"held": {"tilt_rate_deg_s": 5}}, "held.tilt_rate_deg_s"),
     ],
 )
-def test_a_bad_setting_is_named(changes, names, facts):
-    with refused(ConfigError, *names, **facts):
-        salt_settings(changes)
+def test_a_bad_setting_of_an_experiment_is_named(kind, own, name):
+    with refused(ConfigError, name, key=f"experiments.{kind}"):
+        salt_settings({"experiments": {kind: own}})
+
+
+@pytest.mark.parametrize(("key", "value"), [("runs_per_input", 1), ("speed", 3)])
+def test_a_bad_setting_is_named(key, value):
+    with refused(ConfigError, key=key, value=value):
+        salt_settings({key: value})
 
 
 def test_levers_that_the_emulators_hold_are_named_each_with_line_and_column():
@@ -126,17 +117,11 @@ def test_ranges_of_factors_can_be_replaced():
         parameters_of(salt_settings({"ranges": {name: [1, 0]}}), "config/factors.tsv", ["drop"])
 
 
-def _planned(changes, mechanism="size_bias"):
-    heap = {"runs_per_input": 3, "mechanisms": [mechanism]} | changes
+def test_runs_of_a_mechanism_that_multiplies_a_lever_are_runs_of_the_base_model():
+    heap = {"runs_per_input": 3, "mechanisms": ["size_bias"]}
     settings = rate_settings({"experiments": {"heap": heap}})
     factors = parameters_of(settings, "config/factors.tsv", ["heap"])
-    known = catalogue_of(settings, ["heap"])
-    rows, specs = plan(Rig(settings, {}, factors), known, ["heap"])
-    return settings, factors, known, rows, specs
-
-
-def test_runs_of_a_mechanism_that_multiplies_a_lever_are_runs_of_the_base_model():
-    settings, factors, _, rows, specs = _planned({})
+    rows, specs = plan(Rig(settings, {}, factors), catalogue_of(settings, ["heap"]), ["heap"])
     assert {r["mechanism"] for r in rows} == {"base"}
     low, high = settings.experiments["heap"].levers["particle_diameter_mm"]
     column = inputs_of(settings, factors, "heap", "base").index("particle_diameter_mm")
