@@ -69,17 +69,11 @@ def test_a_mechanism_that_multiplies_a_lever_knows_its_derivatives():
     assert emulator.with_slope(off, [], error=False)[0] == pytest.approx(base(at[:, :3]))
 
 
-@pytest.mark.parametrize(
-    "names",
-    [
-        (),
-        ("air_drag",),
-        ("air_drag", "plastic_restitution"),
-        ("apex_sampling",),
-        ("air_drag", "tilt_detection_lag"),
-        ("apex_sampling", "plastic_restitution", "tilt_detection_lag"),
-    ],
-)
+OF_BOTH_KINDS = ("apex_sampling", "plastic_restitution", "tilt_detection_lag")
+"""Two that change the reading, and one that has an emulator."""
+
+
+@pytest.mark.parametrize("names", [(), ("air_drag", "plastic_restitution"), OF_BOTH_KINDS])
 def test_the_derivatives_of_a_model_are_those_of_its_predictions(emulated, names):
     model = emulated.model(CONDITIONS, names)
     theta = np.array([model.prior_mean + 0.1, model.prior_mean - 0.2])

@@ -54,10 +54,3 @@ def test_errors_of_the_set_up_are_weighed_as_normals_of_every_size(off):
     exact = logsumexp(one) - np.log(N * len(SIZES)) - plain
     assert found[ONE] == pytest.approx(exact, abs=1e-6)
     assert off == 0.0 or found[ONE] > found[EVERY] > 0.0
-
-
-def test_an_error_of_every_setting_leads_where_all_scatter():
-    model, data = drawn(2)
-    data.value[0] *= 6.0
-    found = set_up_errors(model, data, fit(model, data))
-    assert found[EVERY] > found[ONE] > 0.0

@@ -1,13 +1,20 @@
 """A diagnosis whose runs are closed forms, so that its stages can be tested without the engine."""
 
+import json
 import math
+from pathlib import Path
+from types import SimpleNamespace
 
 from benchmarks.rates.simulated import salt_heap, salt_settings
+from diagnosis import stages
 from diagnosis.design import plan
 from diagnosis.emulator import train
+from diagnosis.failures import train_failures
 from diagnosis.model import Emulated
 from diagnosis.rig import Rig
 from diagnosis.settings import catalogue_of, parameters_of
+from diagnosis.setup import Setup
+from diagnosis.verdict import validate
 
 FACTORS = "config/factors.tsv"
 BASE = salt_heap()
@@ -40,7 +47,50 @@ def bench(kinds, changes=None):
     settings = salt_settings({"runs_per_input": 6} | (changes or {}))
     known = catalogue_of(settings, kinds)
     factors = parameters_of(settings, FACTORS, kinds)
-    rows, specs = plan(Rig(settings, BASE, factors), known, kinds)
-    metrics = {name: closed_form(spec) for name, spec in specs.items()}
-    emulators, _ = train(rows, metrics, settings, factors)
-    return Emulated(emulators, settings, factors, known)
+    return trained(Rig(settings, BASE, factors), known, kinds)
+
+
+def trained(rig, known, kinds, answer=closed_form):
+    """`Emulated` of the planned runs; answer(run spec): their metrics, None without a value."""
+    rows, specs = plan(rig, known, kinds)
+    metrics = {name: answer(spec) for name, spec in specs.items()}
+    emulators, _ = train(rows, metrics, rig.settings, rig.factors)
+    failures = train_failures(rows, metrics, rig.settings, rig.factors)
+    return Emulated(emulators, rig.settings, rig.factors, known, failures)
+
+
+def residual(experiment, levers, measured, predicted, sd=1.0, p=0.5):
+    """A row of `residuals`."""
+    return {"experiment": experiment, "levers": levers, "measured": measured, "sd": sd,
+            "predicted": predicted, "standardised": (measured - predicted) / sd,
+            "predictive_p": p}  # fmt: skip
+
+
+def setup_of(measurements, settings):
+    """`Setup` of the salt's study with another table."""
+    config = SimpleNamespace(
+        experiment="heap", measurements=str(measurements), factors=FACTORS, own_run=BASE,
+        of_experiment=lambda kind: kind,
+    )  # fmt: skip
+    return Setup(SimpleNamespace(config=config), settings)
+
+
+def files(folder, **names):
+    """Files of a stage by their names in a folder."""
+    return SimpleNamespace(**{k: str(folder / v) for k, v in names.items()})
+
+
+def concluded(own, trained, folder):
+    """verdict.json of the last two stages, whose files lie in a folder."""
+    named = files(
+        folder, findings="findings.json", extension="extension.json", plan="extension_plan.json",
+        predictions="predictions.svg", ranking="ranking.svg",
+    )  # fmt: skip
+    stages.name_causes(own, trained, named)
+    end = files(
+        folder, verdict="verdict.json", page="diagnosis.md", alone="diagnosis.html", gain="gain.svg"
+    )
+    stages.conclude(own, named, end)
+    verdict = json.loads(Path(end.verdict).read_text())
+    validate(verdict)
+    return verdict

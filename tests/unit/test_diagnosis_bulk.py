@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import yaml
 from diagnosis_cases import BASE as RUN
-from diagnosis_cases import FACTORS, closed_form
+from diagnosis_cases import FACTORS, closed_form, trained
 
 from calibration.errors import CalibrationError, ConfigError
 from calibration.intake.measurements import Measurement
@@ -26,7 +26,7 @@ from diagnosis.derived import MOST_RUNS, RUNS, completed
 from diagnosis.design import BASE, TRAIN, factor_share, left_of, plan, possible
 from diagnosis.emulator import train
 from diagnosis.extend import within
-from diagnosis.failures import as_tests, train_failures
+from diagnosis.failures import as_tests
 from diagnosis.identify import identify, one_place
 from diagnosis.lever_laws import as_laws, lever_laws, with_laws
 from diagnosis.model import Emulated
@@ -237,7 +237,7 @@ def test_mechanisms_have_as_many_runs_as_the_base_model_whatever_the_budget(runs
 @pytest.mark.parametrize(("runs", "most"), [(80, 1), (240, 3)])
 def test_a_wave_goes_to_the_base_model_and_to_what_the_rest_is_enough_for(runs, most):
     """Grains attract each other: the base model is run at its own best point nevertheless."""
-    bench, _, _ = emulated(runs, scatter=2.0)
+    bench, _ = emulated(runs, scatter=2.0)
     rig = Rig(bench.settings, RUN, tuple(bench.factors))
     measured = heaps(lambda d: 30.0 + 25.0 / d)
     rows, _, found = emulator_waves.plan_wave(bench, measured, rig, 1)
@@ -255,21 +255,15 @@ def test_a_wave_goes_to_the_base_model_and_to_what_the_rest_is_enough_for(runs, 
 
 def refined(measured, runs=240, scatter=2.0):
     """`Identification` of heaps, the emulators refined by two waves of runs that scatter [deg]."""
-    bench, laws, _ = emulated(runs, scatter)
+    bench, laws = emulated(runs, scatter)
     rig = Rig(bench.settings, RUN, tuple(bench.factors))
     known = {n: m for n, m in bench.catalogue.items() if n not in laws}
     rows, specs = plan(rig, known, ["heap"])
     for wave in (1, 2):
         more, own, _ = emulator_waves.plan_wave(bench, measured, rig, wave)
         rows, specs = rows + more, specs | own
-        rng = np.random.default_rng(1)
-        metrics = {
-            n: {
-                "angle_of_repose_deg": closed_form(s)["angle_of_repose_deg"]
-                + scatter * rng.standard_normal()
-            }
-            for n, s in specs.items()
-        }
+        answer = scattered(scatter)
+        metrics = {n: answer(s) for n, s in specs.items()}
         emulators, _ = train(rows, metrics, bench.settings, bench.factors)
         emulators = with_laws(emulators, bench.settings, bench.factors, laws)
         bench = Emulated(emulators, bench.settings, bench.factors, bench.catalogue)
@@ -299,16 +293,21 @@ def bench_settings(runs):
 def emulated(runs=80, scatter=0.5):
     """`Emulated` of heaps, trained within a budget by the closed form and a scatter [deg]."""
     settings, factors, known = bench_settings(runs)
-    rows, specs = plan(Rig(settings, RUN, tuple(factors)), known, ["heap"])
-    rng = np.random.default_rng(1)
-    metrics = {}
-    for name, spec in specs.items():
-        angle = closed_form(spec)["angle_of_repose_deg"] + scatter * rng.standard_normal()
-        metrics[name] = {"angle_of_repose_deg": angle}
-    emulators, table = train(rows, metrics, settings, factors)
+    own = trained(Rig(settings, RUN, tuple(factors)), known, ["heap"], scattered(scatter))
     laws = lever_laws(settings, factors, rows_of("heap"))
-    emulators = with_laws(emulators, settings, factors, laws)
-    return Emulated(emulators, settings, factors, known | laws), laws, table
+    emulators = with_laws(own.emulators, settings, factors, laws)
+    return Emulated(emulators, settings, factors, known | laws), laws
+
+
+def scattered(scatter):
+    """The closed form of heaps, its angle with a scatter [deg]."""
+    rng = np.random.default_rng(1)
+
+    def metrics(spec):
+        angle = closed_form(spec)["angle_of_repose_deg"] + scatter * rng.standard_normal()
+        return {"angle_of_repose_deg": angle}
+
+    return metrics
 
 
 def heaps(angle, sizes=(1.6, 1.75, 1.9, 2.1, 2.3, 2.5), sd=0.4):
@@ -326,7 +325,7 @@ def heaps(angle, sizes=(1.6, 1.75, 1.9, 2.1, 2.3, 2.5), sd=0.4):
 def test_few_runs_tell_a_law_along_a_lever_from_none():
     """The closed form gives 50 degrees for each 1 of rolling friction; between 1.6 and 2.5 mm the
     law changes it by 0.15 in all. The same heaps without it are adequate."""
-    bench, laws, _ = emulated()
+    bench, laws = emulated()
     plain = identify(bench, heaps(lambda d: 38.0), replicates=100)
     assert plain.verdict == "adequate"
     found = identify(bench, heaps(lambda d: 38.0 + 7.5 * math.log(d / 2) / 0.45), replicates=100)
@@ -344,7 +343,7 @@ def test_few_runs_tell_a_law_along_a_lever_from_none():
 
 def test_a_single_heap_at_odds_is_named_by_its_line():
     """Line 5 stands 6 degrees too steep, where a heap is known to 0.2; without it nothing is."""
-    bench, _, _ = emulated(scatter=0.1)
+    bench, _ = emulated(scatter=0.1)
     rows = heaps(lambda d: 38.0 + 6.0 * (d == 2.1))
     found = identify(bench, rows, replicates=100)
     assert found.verdict == "unexplained"
@@ -359,7 +358,7 @@ def test_a_single_heap_at_odds_is_named_by_its_line():
 
 def test_a_zigzag_from_size_to_size_is_an_error_of_each_setting():
     """Three degrees up and down, where a heap is known to 0.2: no line is at odds with the rest."""
-    bench, _, _ = emulated(scatter=0.1)
+    bench, _ = emulated(scatter=0.1)
     off = dict(zip((1.6, 1.75, 1.9, 2.1, 2.3, 2.5), (3, -3, 3, -3, 3, -3), strict=True))
     rows = heaps(lambda d: 38.0 + off[d])
     found = identify(bench, rows, replicates=100)
@@ -425,30 +424,26 @@ def discharges(change, orifices=(10.0, 11.0, 12.0, 13.0, 14.0, 15.0), clogged=0)
 
 
 def silo(rows):
-    """`Emulated` of discharges in a silo of 40 mm, trained within a budget by `beverloo`, and its
-    laws."""
+    """`Emulated` of discharges in a silo of 40 mm, trained within a budget by `beverloo`."""
     config, factors = study("discharge"), read_factors(FACTORS)
     settings = completed(settings_of({}), config, factors, rows, "m.csv")
     known = catalogue_of(settings, ["discharge"])
     factors = parameters_of(settings, FACTORS, ["discharge"])
     rig = Rig(settings, config.own_run | {"experiment": "discharge"}, tuple(factors))
-    design, specs = plan(rig, known, ["discharge"])
-    metrics = {name: beverloo(spec) for name, spec in specs.items()}
-    emulators, _ = train(design, metrics, settings, factors)
-    failures = train_failures(design, metrics, settings, factors)
+    own = trained(rig, known, ["discharge"], beverloo)
     valued = [m for m in rows if not m.outcome]
     laws = lever_laws(settings, factors, valued)
-    emulators = with_laws(emulators, settings, factors, laws)
-    failures = with_laws(failures, settings, factors, laws)
-    return Emulated(emulators, settings, factors, known | laws, failures), laws, metrics
+    emulators = with_laws(own.emulators, settings, factors, laws)
+    failures = with_laws(own.failures, settings, factors, laws)
+    return Emulated(emulators, settings, factors, known | laws, failures)
 
 
 def test_a_clogged_orifice_counts():
     """Grains that roll worse than 0.2 clog at 10 mm: the chance of it is trained by the runs that
     gave no value."""
     rows = discharges(lambda orifice: 0.0, clogged=4)
-    bench, _, metrics = silo(rows)
-    assert None in metrics.values()
+    bench = silo(rows)
+    assert bench.failures
     found = identify(bench, rows, replicates=50)
     assert found.models[BASE].tests
     assert found.data.failed[0].sum() == 4
@@ -470,7 +465,7 @@ def test_a_silo_that_arches_late_is_a_clogged_test_where_the_table_has_some(clog
 def test_settings_that_a_law_makes_impossible_are_left_out_of_waves_and_gain(monkeypatch):
     """Grains that are 1.3 times as large need more than 13 mm; the table begins at 10 mm."""
     rows = discharges(lambda orifice: 0.0)
-    bench, _, _ = silo(rows)
+    bench = silo(rows)
     model = bench.model([m.condition for m in rows], ["size_bias"])
     rig = Rig(
         bench.settings, study("discharge").run | {"experiment": "discharge"}, tuple(bench.factors)

@@ -1,19 +1,18 @@
 """A table of drops alone goes through every stage, and has no runs."""
 
 import json
-import types
 
 import numpy as np
 import pytest
-from diagnosis_cases import BASE, FACTORS
+from diagnosis_cases import concluded, files, setup_of
 
 from benchmarks.rates.simulated import salt_settings
 from calibration.intake.measurements import Measurement
-from diagnosis import setup, stages
+from diagnosis import stages
 from diagnosis.laws.readings import readings_of
+from diagnosis.settings import catalogue_of
 from diagnosis.table_model.found import table_misfit
 from diagnosis.table_model.selection import blocks_of, of_chance
-from diagnosis.verdict import validate
 from facts import tells
 
 
@@ -34,41 +33,21 @@ def table(tmp_path):
 
 @pytest.mark.slow
 def test_thirty_rows_of_single_grains_get_a_law_that_the_engine_confirms(table, tmp_path):
-    config = types.SimpleNamespace(
-        experiment="heap",
-        measurements=str(table),
-        factors=FACTORS,
-        own_run=BASE,
-        of_experiment=lambda kind: kind,
-    )
     settings = salt_settings()
     # the engine's own contacts are tested elsewhere
-    known = {n: m for n, m in setup.catalogue_of(settings, ["drop"]).items() if m.observe}
-    own = setup.Setup(types.SimpleNamespace(config=config), settings)
-
-    def files(**names):
-        return types.SimpleNamespace(**{k: str(tmp_path / v) for k, v in names.items()})
-
-    plan = files(design="design.json", plan="plan.json")
+    known = {n: m for n, m in catalogue_of(settings, ["drop"]).items() if m.observe}
+    own = setup_of(table, settings)
+    plan = files(tmp_path, design="design.json", plan="plan.json")
     stages.plan_runs(own, plan)
     assert json.loads((tmp_path / "plan.json").read_text()) == {}
-    trained = files(emulators="e.npz", errors="e.json")
+    trained = files(tmp_path, emulators="e.npz", errors="e.json")
     stages.emulate(own, plan, trained)
-    stages.calibrate(own, trained, files(summary="c.json", table="r.csv", residuals="r.svg"))
-    named = files(
-        findings="f.json", extension="x.json", plan="xp.json",
-        predictions="p.svg", ranking="k.svg",
-    )  # fmt: skip
+    shown = files(tmp_path, summary="c.json", table="r.csv", residuals="r.svg")
+    stages.calibrate(own, trained, shown)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(own, "catalogue", known)
-        stages.name_causes(own, trained, named)
-    end = files(
-        verdict="verdict.json", page="diagnosis.md", alone="diagnosis.html", gain="gain.svg"
-    )
-    assert json.loads((tmp_path / "xp.json").read_text()) == {}
-    stages.conclude(own, named, end)
-    verdict = json.loads((tmp_path / "verdict.json").read_text())
-    validate(verdict)
+        verdict = concluded(own, trained, tmp_path)
+    assert json.loads((tmp_path / "extension_plan.json").read_text()) == {}
     [law] = verdict["laws"]
     assert verdict["verdict"] == "discovered"
     assert (law["slot"], law["state"]) == ("restitution", ["speed"])

@@ -8,7 +8,7 @@ import types
 import numpy as np
 import pytest
 from diagnosis_cases import BASE as RUN
-from diagnosis_cases import FACTORS, closed_form
+from diagnosis_cases import FACTORS, closed_form, trained
 from scipy.special import expit
 from scipy.stats import binom
 
@@ -16,13 +16,10 @@ from benchmarks.rates.simulated import salt_settings
 from calibration.inference.chance_of_no_value import Chance, log_likelihood
 from calibration.intake.measurements import Measurement
 from diagnosis import emulator_waves, stages
-from diagnosis.design import plan
-from diagnosis.emulator import train
 from diagnosis.extend import extension_plan
 from diagnosis.failures import train_failures
 from diagnosis.fit import Data, held_out
 from diagnosis.identify import identify
-from diagnosis.model import Emulated
 from diagnosis.rig import Rig
 from diagnosis.settings import BASE, catalogue_of, parameters_of
 from diagnosis.verdict import findings
@@ -68,11 +65,8 @@ def clogging(kinds=("heap",)):
         k: m for k, m in catalogue_of(settings, kinds).items() if k in ("size_bias", "cohesion")
     }
     factors = parameters_of(settings, FACTORS, kinds)
-    rows, specs = plan(Rig(settings, RUN, factors), known, kinds)
-    metrics = {n: None if clogs(s) else closed_form(s) for n, s in specs.items()}
-    emulators, _ = train(rows, metrics, settings, factors)
-    failures = train_failures(rows, metrics, settings, factors)
-    return Emulated(emulators, settings, factors, known, failures)
+    rig = Rig(settings, RUN, factors)
+    return trained(rig, known, kinds, lambda s: None if clogs(s) else closed_form(s))
 
 
 def clogs(spec):

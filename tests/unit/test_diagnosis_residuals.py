@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from diagnosis_cases import residual
 
 from calibration.intake.measurements import Measurement
 from diagnosis import figures
@@ -11,23 +12,11 @@ from diagnosis.residuals import by_chance, tails, trends
 from facts import tells
 
 
-def row(experiment, levers, measured, predicted, sd, p=0.5):
-    return {
-        "experiment": experiment,
-        "levers": levers,
-        "measured": measured,
-        "predicted": predicted,
-        "sd": sd,
-        "standardised": (measured - predicted) / sd,
-        "predictive_p": p,
-    }
-
-
 def test_a_setting_without_a_lever_has_no_place():
     """Of tests without levers the sentence has no `at ... alone`."""
-    off = row("heap", {}, 35.0, 30.0, 1.0, p=1e-5)
+    off = residual("heap", {}, 35.0, 30.0, 1.0, p=1e-5)
     drawn = np.random.default_rng(1).standard_normal((500, 2))
-    found = trends([off, row("drop", {"drop_height_mm": 100.0}, 20.0, 20.0, 1.0)], drawn * 9.0)
+    found = trends([off, residual("drop", {"drop_height_mm": 100.0}, 20.0, 20.0, 1.0)], drawn * 9.0)
     [said] = [p["sentence"] for p in found]
     assert said == "The measured angle of repose exceeds the model by 17 %."
 
@@ -40,7 +29,7 @@ def told(rows):
 def drops(measured, sd=1.0):
     heights = (50.0, 100.0, 200.0, 300.0)
     return [
-        row("drop", {"drop_height_mm": h}, m, 0.2 * h, sd)
+        residual("drop", {"drop_height_mm": h}, m, 0.2 * h, sd)
         for h, m in zip(heights, measured, strict=True)
     ]
 
@@ -74,7 +63,7 @@ def test_a_stated_chance_of_a_pattern_is_kept_where_spreads_are_of_two_replicate
         error = data_of(measured).error[0]
         drawn = by_chance(measured, error, error, draws=500)
         rows = [
-            row("drop", m.levers, m.value, t, e)
+            residual("drop", m.levers, m.value, t, e)
             for m, t, e in zip(measured, true, error, strict=True)
         ]
         found += any(p["kind"] == "trend" for p in trends(rows, drawn))

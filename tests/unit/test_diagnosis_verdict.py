@@ -1,15 +1,13 @@
 """The stages of the diagnosis on runs that are closed forms: the shipped case, its verdict and its
 schema."""
 
-import json
 import re
-import types
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis_cases import BASE, FACTORS, bench
+from diagnosis_cases import bench, closed_form, concluded, files, setup_of
 
 from diagnosis import setup, stages
 from diagnosis.identify import identify
@@ -69,57 +67,36 @@ def test_an_intercept_alone_leaves_cohesion_and_an_uncounted_load_in_question(em
 
 def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypatch):
     """From trained emulators to verdict.json and its figures; closed forms replace the engine."""
-    from diagnosis_cases import closed_form
-
     measured = shear_of(read_measurements(SHIPPED), 0.084)
     monkeypatch.setattr(setup, "read_all", lambda path: Measured(measured, [], []))
     monkeypatch.setattr(
         stages, "simulate", lambda specs: {k: closed_form(s) for k, s in specs.items()}
     )
-    config = types.SimpleNamespace(
-        experiment="heap",
-        measurements=SHIPPED,
-        factors=FACTORS,
-        own_run=BASE,
-        of_experiment=lambda kind: kind,
-    )
     settings = emulated.settings.model_copy(update={"replicates": 60})
     at = tmp_path.joinpath
 
-    def files(**names):
-        return types.SimpleNamespace(**{k: str(at(v)) for k, v in names.items()})
-
-    plan = files(design="design.json", plan="plan.json")
-    own = setup.Setup(types.SimpleNamespace(config=config), settings)
+    plan = files(tmp_path, design="design.json", plan="plan.json")
+    own = setup_of(SHIPPED, settings)
     stages.plan_runs(own, plan)
-    trained = files(emulators="e.npz", errors="e.json")
+    trained = files(tmp_path, emulators="e.npz", errors="e.json")
     stages.emulate(own, plan, trained)
     for k in (1, 2):
-        wave = files(design=f"design_{k}.json", plan=f"plan_{k}.json", left=f"left_{k}.json")
+        wave = files(
+            tmp_path, design=f"design_{k}.json", plan=f"plan_{k}.json", left=f"left_{k}.json"
+        )
         stages.plan_refinement(own, trained, wave, k)
-        source = files(emulators=Path(trained.emulators).name, errors="e.json")
+        source = files(tmp_path, emulators=Path(trained.emulators).name, errors="e.json")
         source.designs = [at("design.json"), *(at(f"design_{n}.json") for n in range(1, k + 1))]
         source.plans = [at("plan.json"), *(at(f"plan_{n}.json") for n in range(1, k + 1))]
-        refined = files(refined_emulators=f"e_{k}.npz", refined_errors=f"errors_{k}.json")
+        refined = files(tmp_path, refined_emulators=f"e_{k}.npz", refined_errors=f"errors_{k}.json")
         stages.refine(own, source, refined)
-        trained = files(emulators=f"e_{k}.npz", errors=f"errors_{k}.json")
+        trained = files(tmp_path, emulators=f"e_{k}.npz", errors=f"errors_{k}.json")
     trained.left = [at("left_1.json"), at("left_2.json")]
-    shown = files(summary="calibration.json", table="residuals.csv", residuals="residuals.svg")
+    shown = files(
+        tmp_path, summary="calibration.json", table="residuals.csv", residuals="residuals.svg"
+    )
     stages.calibrate(own, trained, shown)
-    named = files(
-        findings="findings.json",
-        extension="extension.json",
-        plan="extension_plan.json",
-        predictions="predictions.svg",
-        ranking="ranking.svg",
-    )
-    stages.name_causes(own, trained, named)
-    end = files(
-        verdict="verdict.json", page="diagnosis.md", alone="diagnosis.html", gain="gain.svg"
-    )
-    stages.conclude(own, named, end)
-    verdict = json.loads(at("verdict.json").read_text())
-    validate(verdict)
+    verdict = concluded(own, trained, tmp_path)
     assert verdict["gain"]["settings"] == len(measured)
     assert verdict["gain"]["held_out_rmse_after"] < verdict["gain"]["held_out_rmse_before"]
     assert verdict["extended_with"] == [verdict["ranking"][0]["mechanism"]]
