@@ -9,7 +9,7 @@ from calibration.intake.measurements import Measurement
 from diagnosis.catalogue import Mechanism, Strength
 from diagnosis.contacts import discovered, of_found, told, with_engine
 from diagnosis.laws.known import with_coefficient
-from diagnosis.page.cause import cause
+from diagnosis.page.first_lines import said as line_of
 
 POWER, SIZES = 0.15, (1.0, 1.4, 2.0, 2.8, 4.0)
 
@@ -88,4 +88,4 @@ def test_a_named_mechanism_has_its_strength_beside_its_gain():
     [own] = [r["strength"]["coating"] for r in said["ranking"] if r.get("strength")]
     assert own["low"] < POWER < own["high"]
     assert own["value"] == said["laws"][0]["strengths"]["coating"]
-    assert "exponent" in cause(said)
+    assert "exponent" in line_of("cause", said)

@@ -3,7 +3,7 @@
 import pytest
 
 from diagnosis.catalogue import load_catalogue
-from diagnosis.page.following import following
+from diagnosis.page.first_lines import said as line_of
 from diagnosis.untried import with_untried
 from facts import tells
 
@@ -32,7 +32,7 @@ def test_what_ended_all_its_runs_is_not_ruled_out_where_tests_ended_so(verdict):
     assert found["causes"] == ["rolling_law", "cohesion"]
     assert [r["slot"] for r in found["laws"][0]["rivals"]] == ["attraction"]
     assert found["untried"] == [{"experiment": "discharge", "mechanism": "cohesion", "runs": 6}]
-    assert tells(following(found | {"gain": None}), "cohesion", "6")
+    assert tells(line_of("following", found | {"gain": None}), "cohesion", "6")
 
 
 @pytest.mark.parametrize(

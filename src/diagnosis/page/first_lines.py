@@ -1,5 +1,5 @@
 """The first three sentences of a diagnosis: what is wrong, by how much and where; the cause; what
-it costs or what to measure next."""
+it costs or what to measure next. `first_lines.j2` has the words."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -7,132 +7,204 @@ from typing import Any
 import numpy as np
 
 from calibration.intake.quantities import LEVERS, QUANTITIES
-from diagnosis.page.cause import cause, lines_of, pointed, scattered
-from diagnosis.page.following import following
-from diagnosis.page.words import WITHOUT, chance, in_unit, quantity, sentence, setting
+from calibration.study.cost import duration
+from diagnosis.catalogue import load_catalogue
+from diagnosis.derived import CORES
+from diagnosis.page.words import environment, plain, sentence
+from diagnosis.settings import BASE
+
+OPEN = ("adequate", "ambiguous", "discovered", "unexplained")
+"""Verdicts that more readings may change."""
+
+HINT = 0.2
+"""Chance of the misfit, or of the best mechanism's gain, from which on an adequate table of
+emulated experiments says nothing of that mechanism."""
+
+MOST_RIVALS = 3
+EVEN = 0.7
+"""Log odds below which two are told as alike probable: 2 to 1."""
 
 
 def first_lines(verdict: Mapping[str, Any]) -> list[str]:
     """[what is wrong, the cause, the cost or the next measurement], of a mapping of
     verdict.json."""
-    lines = [_wrong(verdict), cause(verdict), following(verdict)]
+    lines = [said(part, verdict) for part in ("wrong", "cause", "following")]
     return [sentence(text) for text in lines if text]
 
 
-def _wrong(verdict):
-    """What is off, by how much and where."""
-    rows, p = verdict["residuals"], _misfit(verdict)["p"]
-    if verdict["verdict"] in WITHOUT:
-        return (
-            f"constant coefficients meet the {len(rows)} settings within their errors: {chance(p)} "
-            "of data without any fault look as bad"
-        )
-    ended = _ended(verdict) or _scattered(verdict) or _rows(verdict)
-    if ended:
-        return ended
-    worst = _worst(rows)
-    found = [r.get("experiment") for k in ("laws", "errors", "rows") for r in verdict.get(k) or ()]
-    kinds = dict.fromkeys(k for k in (worst, *found) if any(r["experiment"] == k for r in rows))
-    return f"the calibrated model misses {', and '.join(_missed(k, rows) for k in kinds)}"
+def said(part: str, verdict: Mapping[str, Any]) -> str:
+    """One of them, not a sentence yet: `wrong`, `cause` or `following`."""
+    macros = environment().get_template("first_lines.j2", globals=FACTS).module
+    return plain(getattr(macros, part)(verdict))
 
 
-def _missed(kind, rows):
-    """By how much an experiment is missed, and where most."""
-    own = [r for r in rows if r["experiment"] == kind]
-    words = f"the {quantity(kind)} by {_off(kind, own)}"
-    lever, value, miss = _where(kind, own)
-    if lever:
-        side = "below" if miss > 0 else "above"
-        words += (
-            f", most at a {LEVERS[lever].words} of {value:.4g} {LEVERS[lever].unit}".rstrip()
-            + f", where it is {_told(kind, abs(miss))} {side} the readings"
-        )
-    return words
+# --- what is wrong ------------------------------------------------------------------------------
 
 
-def _ended(verdict):
-    """Tests that ended without a value, where they are off by more than all readings."""
-    failed = [o for o in verdict.get("outcomes") or [] if o["failed"]]
-    fit = _misfit(verdict)
-    if not failed or (fit.get("deviance") or 0.0) <= fit["chi_square"]:
-        return None
-    worst = min(failed, key=lambda o: o["before"])
-    return (
-        f"{worst['failed']} of {worst['tests']} tests of the {quantity(worst['experiment'])} at "
-        f"{setting(worst['levers'])} ended without a value, where the calibrated model expects it "
-        f"of {chance(worst['before'])}"
-    )
-
-
-def _scattered(verdict):
-    """How large an error from setting to setting is, where nothing else explains the misfit."""
-    told = [
-        f"the {quantity(e['experiment'])} scatters from setting to setting by {100 * e['sd']:.2g} %"
-        for e in scattered(verdict)
-    ]
-    return " and ".join(told) + ", more than its readings' own errors say" if told else None
-
-
-def _rows(verdict):
-    """What single rows read, where nothing else is wrong."""
-    rows = [r for r in pointed(verdict) if r.get("expected") is not None and r.get("line")]
-    if len(rows) == 1:
-        [row] = rows
-        kind, off = row["experiment"], abs(row["standard_deviations"])
-        return (
-            f"line {row['line']} reads a {quantity(kind)} of {in_unit(kind, row['value'], '.4g')} "
-            f"where all others say {in_unit(kind, row['expected'], '.4g')} ({off:.0f} standard "
-            f"deviations), at {setting(row['levers'])}"
-        )
-    off = [f"{abs(r['standard_deviations']):.0f}" for r in rows]
-    ends = " to ".join(dict.fromkeys(sorted(off, key=float)[:: max(len(off) - 1, 1)]))
-    return (
-        f"{lines_of(rows)} contradict all others, by {ends} standard deviations" if rows else None
-    )
-
-
-def _misfit(verdict):
+def misfit(verdict: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The chi-square of constant coefficients, with its chance."""
     return verdict.get("misfit") or verdict["lack_of_fit"]
 
 
-def _worst(rows):
-    """Experiment with the largest root mean square residual."""
-    kinds = list(dict.fromkeys(r["experiment"] for r in rows))
+def _ended(verdict):
+    """The tests that ended without a value, where they are off by more than all readings."""
+    failed = [o for o in verdict.get("outcomes") or [] if o["failed"]]
+    fit = misfit(verdict)
+    if not failed or (fit.get("deviance") or 0.0) <= fit["chi_square"]:
+        return None
+    return min(failed, key=lambda o: o["before"])
 
-    def size(kind):
-        return np.mean([r["standardised"] ** 2 for r in rows if r["experiment"] == kind])
 
-    return max(kinds, key=size)
+def _found_errors(verdict, but=("declared", "settings")):
+    """The errors that were found, without those that are `but`."""
+    return [e for e in verdict.get("errors") or [] if e.get("what") not in but]
 
 
-def _misses(kind, rows):
-    """Measured less predicted (n,), as a share of the prediction where the spread goes with it."""
+def _scattered(verdict):
+    """The errors from setting to setting of a verdict that has found nothing else."""
+    only = verdict["verdict"] == "error" and not verdict.get("rows")
+    alone = only and not _found_errors(verdict)
+    return _found_errors(verdict, ("declared",)) if alone else []
+
+
+def _pointed(verdict):
+    """The single rows of a verdict that has found nothing else."""
+    only = verdict["verdict"] == "error" and not _found_errors(verdict, ("declared",))
+    return (verdict.get("rows") or []) if only else []
+
+
+def _expected_otherwise(verdict):
+    """Of these the ones that have a line and another value by all others."""
+    return [r for r in _pointed(verdict) if r.get("expected") is not None and r.get("line")]
+
+
+def _missed(verdict):
+    """[{experiment, settings, size, lever, value, miss}] of the experiment that is missed most and
+    of those with a cause: the root mean square, and the level that is missed most."""
+    rows = verdict["residuals"]
+    of = {kind: [r for r in rows if r["experiment"] == kind] for kind in _kinds(rows)}
+    worst = max(of, key=lambda k: np.mean([r["standardised"] ** 2 for r in of[k]]))
+    found = [r.get("experiment") for k in ("laws", "errors", "rows") for r in verdict.get(k) or ()]
+    return [
+        {"experiment": k, "settings": len(of[k]), "size": np.sqrt(np.mean(_misses(of[k]) ** 2))}
+        | _where(of[k])
+        for k in dict.fromkeys((worst, *found))
+        if k in of
+    ]
+
+
+def _kinds(rows):
+    return dict.fromkeys(r["experiment"] for r in rows)
+
+
+def _misses(rows):
+    """Measured less predicted (n,) of an experiment, as a share of the prediction where the spread
+    goes with it."""
     miss = np.array([r["measured"] - r["predicted"] for r in rows])
-    if QUANTITIES[kind].relative:
+    if QUANTITIES[rows[0]["experiment"]].relative:
         miss = miss / np.array([r["predicted"] for r in rows])
     return miss
 
 
-def _told(kind, miss):
-    return f"{100 * miss:.2g} %" if QUANTITIES[kind].relative else in_unit(kind, miss, ".2g")
-
-
-def _off(kind, rows):
-    size = float(np.sqrt(np.mean(_misses(kind, rows) ** 2)))
-    return f"{_told(kind, size)} (root mean square of {len(rows)} settings)"
-
-
-def _where(kind, rows):
-    """(lever, value, mean miss) of the level that is missed by most standard errors, of the levers
-    with several levels; (None, None, None) without one."""
-    miss, best = _misses(kind, rows), (0.0, None, None, None)
+def _where(rows):
+    """{lever, value, miss} of the level that is missed by most standard errors, of the levers with
+    several levels; of None without one."""
+    misses, most, found = _misses(rows), 0.0, (None, None, None)
     for lever in dict.fromkeys(name for r in rows for name in r["levers"] if name in LEVERS):
         levels = [r["levers"].get(lever) for r in rows]
         if len(set(levels)) < 2:
             continue
         for value in {v for v in levels if v is not None}:
             at = [i for i, v in enumerate(levels) if v == value]
-            off = sum(rows[i]["standardised"] for i in at) / np.sqrt(len(at))
-            if abs(off) > best[0]:
-                best = abs(off), lever, value, float(miss[at].mean())
-    return best[1:]
+            off = abs(sum(rows[i]["standardised"] for i in at) / np.sqrt(len(at)))
+            if off > most:
+                most, found = off, (lever, value, float(misses[at].mean()))
+    return dict(zip(("lever", "value", "miss"), found, strict=True))
+
+
+# --- the cause ----------------------------------------------------------------------------------
+
+
+def _named(verdict):
+    """[{name, law, strength}] of the named mechanisms; law, strength: where something says them."""
+    own = {law["names"][0]: law for law in verdict.get("laws") or [] if len(law["names"]) == 1}
+    ranked = [r.get("strength") or {} for r in verdict.get("ranking") or []]
+    return [
+        {"name": n, "law": own.get(n), "strength": next((r[n] for r in ranked if n in r), None)}
+        for n in dict.fromkeys(n for c in verdict["causes"] for n in c.split(" + "))
+    ]
+
+
+def _description(name):
+    """What a mechanism of the catalogue does; None for one of a study's own folder."""
+    known = load_catalogue()
+    return known[name].description if name in known else None
+
+
+def _weighed(verdict):
+    """Laws and errors that are held, by their evidence; None where none has any, as those of
+    emulated experiments."""
+    laws = verdict.get("laws") or []
+    if not any("evidence" in row for row in (*laws, *(verdict.get("errors") or []))):
+        return None
+    held = [r for r in laws if not r.get("instead_of")] + _found_errors(verdict)
+    return sorted(held or laws, key=lambda r: -r["evidence"])
+
+
+def _rivals(row):
+    """The rivals of a law or error that are at another place."""
+    same = [(s["slot"], tuple(s["state"])) for s in row.get("same") or ()]
+    at = [(r.get("slot"), tuple(r.get("state") or ())) for r in row.get("rivals") or ()]
+    return [r for r, where in zip(row.get("rivals") or (), at, strict=True) if where not in same]
+
+
+def _alike(verdict):
+    """What is not told apart, of causes that have no odds of their own."""
+    laws, shown = verdict.get("laws") or [], environment().filters
+    names = [shown["label"](n) for n in verdict["causes"]]
+    names += [shown["place"](law) for law in laws if not law["names"]]
+    rivals = [r for law in laws for r in law.get("rivals", [])]
+    if len(names) < 2:
+        names += [r["words"] for r in rivals if "words" in r][:3]
+    return list(dict.fromkeys(names + [r["words"] for r in rivals if r.get("line")][:1]))
+
+
+# --- what to measure next -----------------------------------------------------------------------
+
+
+def _row_or_law(verdict):
+    """Whether a law is not told from a row with a line that is at odds with the others."""
+    rivals = [r for law in verdict.get("laws") or () for r in law.get("rivals") or ()]
+    return bool(verdict.get("rows")) and any(r.get("line") for r in rivals)
+
+
+def _zeros(verdict):
+    """Whether a wrong zero of the reading and one of its lever are in question alone."""
+    rows = [r for k in ("laws", "errors") for r in verdict.get(k) or ()]
+    first = max(rows, key=lambda r: r.get("evidence", 0.0), default={})
+    near = _rivals(first)
+    return bool(near) and all(map(_is_zero, (first, *near)))
+
+
+def _is_zero(row):
+    return row.get("what") == "zero" or (row.get("slot") == "reading" and not row["state"])
+
+
+def _costliest(experiments):
+    """The experiment whose miss falls most, of {experiment: {before, after}}."""
+    return max(
+        experiments, key=lambda k: experiments[k]["before"] / max(experiments[k]["after"], 1e-12)
+    )
+
+
+FACTS = {
+    f.__name__.lstrip("_"): f
+    for f in (
+        misfit, _found_errors, _ended, _scattered, _pointed, _expected_otherwise, _missed, _named,
+        _description, _weighed, _rivals, _alike, _row_or_law, _zeros, _costliest,
+    )
+} | {
+    "OPEN": OPEN, "HINT": HINT, "MOST_RIVALS": MOST_RIVALS, "EVEN": EVEN, "BASE": BASE,
+    "CORES": CORES, "duration": duration,
+}  # fmt: skip
+"""What `first_lines.j2` asks of a verdict."""

@@ -5,62 +5,36 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
 from calibration.figures import label
 from calibration.intake.quantities import LEVERS, QUANTITIES
-from calibration.statistics.numbers import fixed
 from diagnosis import discrepancy
 from diagnosis.page import words
-from diagnosis.page.first_lines import first_lines
+from diagnosis.page.first_lines import first_lines, misfit
 
 LEAST_GAIN = 0.05  # nats; a mechanism with less is told in one line
-FILTERS = {
-    "label": label,
-    "fixed": fixed,
-    "capital": words.capital,
-    "sentence": words.sentence,
-    "odds": words.odds,
-    "chance": words.chance,
-    "amount": words.amount,
-    "size": words.size,
-    "setting": words.setting,
-    "quantity": words.quantity,
-    "unit": words.unit,
-    "place": words.place,
-    "between": words.between,
-    "keys": words.keys,
-    "number": lambda value, form: format(value, form),
-}
 
 
 def page(verdict: Mapping[str, Any]) -> str:
     """The Markdown of a mapping of verdict.json."""
-    environment = Environment(
-        loader=PackageLoader("diagnosis.page", "."),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        autoescape=False,
-    )
-    environment.filters |= FILTERS
     ranking = verdict["ranking"]
-    text = environment.get_template("diagnosis.md.j2").render(
-        v=verdict,
-        first=first_lines(verdict),
-        fit=verdict.get("misfit") or verdict["lack_of_fit"],
-        laws=verdict.get("laws") or [law for law in [verdict.get("law")] if law],
-        helpful=[r for r in ranking if r["gain"] >= LEAST_GAIN],
-        idle=[label(r["mechanism"]) for r in ranking if r["gain"] < LEAST_GAIN],
-        errors=_errors(verdict),
-        curves=_curves(verdict),
-        rough_before={
-            (r["experiment"], r["mechanism"]): r["error"]
-            for r in _first_wave(verdict.get("refinement"))
-        },
-        excluded=_excluded(verdict),
-        LEVERS=LEVERS,
-        without=words.WITHOUT,
+    text = (
+        words.environment()
+        .get_template("diagnosis.md.j2")
+        .render(
+            v=verdict,
+            first=first_lines(verdict),
+            fit=misfit(verdict),
+            laws=verdict.get("laws") or [law for law in [verdict.get("law")] if law],
+            helpful=[r for r in ranking if r["gain"] >= LEAST_GAIN],
+            idle=[label(r["mechanism"]) for r in ranking if r["gain"] < LEAST_GAIN],
+            errors=_errors(verdict),
+            curves=_curves(verdict),
+            rough_before={
+                (r["experiment"], r["mechanism"]): r["error"]
+                for r in _first_wave(verdict.get("refinement"))
+            },
+            excluded=_excluded(verdict),
+        )
     )
     return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
 

@@ -1,13 +1,17 @@
 """Numbers and names of a verdict as words."""
 
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
+from functools import cache
 from typing import Any
 
 import yaml
+from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from calibration.figures import label
 from calibration.intake.quantities import LEVERS, QUANTITIES
+from calibration.statistics.numbers import fixed
 
 WITHOUT = ("adequate", "not decided")
 """Verdicts that find nothing wrong."""
@@ -26,6 +30,23 @@ def sentence(text: str | None) -> str:
     """Text that begins large and ends with one full stop; nothing of nothing."""
     text = (text or "").strip()
     return f"{capital(text).rstrip('.')}." if text else ""
+
+
+def plain(text: str) -> str:
+    """Text in one line."""
+    return re.sub(r"[ \n]+", " ", text).strip()
+
+
+def bare(text: str) -> str:
+    """A sentence as a part of another one."""
+    text = text.strip().rstrip(".")
+    return text[:1].lower() + text[1:]
+
+
+def joined(texts: Iterable[str]) -> str:
+    """Texts one after the other as sentences, those that are empty left out."""
+    first, *more = [t for t in map(plain, texts) if t] or [""]
+    return ". ".join([first, *map(capital, more)])
 
 
 def odds(gain: float) -> str:
@@ -80,6 +101,24 @@ def in_unit(experiment: str, value: float, form: str) -> str:
     return f"{value:{form}}°" if own == "deg" else f"{value:{form}} {own}".rstrip()
 
 
+def at(lever: str, value: float) -> str:
+    """A lever's value as a place."""
+    return f"a {LEVERS[lever].words} of {value:.4g} {LEVERS[lever].unit}".rstrip()
+
+
+def miss(experiment: str, value: float) -> str:
+    """By how much a measurement is missed: in per cent where the spread goes with the value."""
+    own = QUANTITIES[experiment].relative
+    return f"{100 * value:.2g} %" if own else in_unit(experiment, value, ".2g")
+
+
+def lines_of(rows: Iterable[Mapping[str, Any]]) -> str:
+    """'line 5', or 'lines 5, 8 and 12'."""
+    told = [str(r["line"]) for r in sorted(rows, key=lambda r: r["line"])]
+    head = ", ".join(told[:-1])
+    return f"lines {head} and {told[-1]}" if head else f"line {told[0]}"
+
+
 def place(row: Mapping[str, Any]) -> str:
     """Slot and state of a law."""
     if row["slot"] == "reading" and not row["state"]:
@@ -100,3 +139,31 @@ def keys(data: Mapping[str, Any] | None) -> list[str]:
     """Keys of a run spec, each as a line of YAML."""
     flow = {"default_flow_style": True, "sort_keys": False, "width": math.inf}
     return [f"{k}: {yaml.safe_dump(v, **flow).strip()}" for k, v in (data or {}).items()]
+
+
+FILTERS = {
+    f.__name__: f
+    for f in (
+        amount, at, bare, between, capital, chance, fixed, in_unit, joined, keys, label, lines_of,
+        miss, odds, place, plain, quantity, sentence, setting, size, unit,
+    )
+} | {
+    "number": format,
+    "largest": lambda numbers: max(numbers, key=lambda k: abs(numbers[k])),
+    "two_digits": lambda value: f"{float(f'{value:.2g}'):,.0f}",
+}  # fmt: skip
+
+
+@cache
+def environment() -> Environment:
+    """What the templates of this folder are read in."""
+    own = Environment(
+        loader=PackageLoader("diagnosis.page", "."),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        autoescape=False,
+    )
+    own.filters |= FILTERS
+    own.globals |= {"LEVERS": LEVERS, "WITHOUT": WITHOUT}
+    return own
