@@ -49,6 +49,6 @@ def test_what_is_called_wrong_is_not_taken_back():
 
 
 def test_the_page_says_how_many_runs_would_tell_more():
-    """An error of the emulator falls with the root of its runs: from 0.9 to 0.3 by nine times 40."""
+    """An error of the emulator falls with the root of its runs: from 0.9 to 0.3 by nine times."""
     assert "320 runs of it more" in " ".join(first_lines(verdict(0.9)))
     assert "No number of runs" in " ".join(first_lines(verdict(0.3)))
