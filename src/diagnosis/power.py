@@ -18,6 +18,7 @@ import numpy as np
 from calibration.statistics.ties import largest_first
 from diagnosis.laws.readings import IN_AIR, readings_of
 from diagnosis.laws.slots import added, coordinates, scaled
+from diagnosis.page.words import environment
 from diagnosis.table_model.curve import told_in, unit_of
 from diagnosis.table_model.selection import SPENT, blocks_of, evidences
 from diagnosis.table_model.term import LAW
@@ -169,37 +170,5 @@ def _detect(bench, effect):
 def page(rows: Sequence[Mapping[str, Any]], better: Sequence[Mapping[str, Any]] = ()) -> str:
     """The rows in Markdown; better: rows of a plan at the same cost, told beside them."""
     beside = {(r["experiment"], r["law"]): r for r in better}
-    lines = [
-        "# What this plan would show",
-        "",
-        f"The weakest effect that {POWER:.0%} of measurements with this plan and these errors "
-        "would show, at a false-alarm rate held over all laws together; errors between settings "
-        "come on top of it.",
-        "",
-        "| experiment | law or mechanism | of | from | by the better plan from | named rightly "
-        "| taken for |",
-        "|---|---|---|---|---|---|---|",
-    ]
-    for r in rows:
-        name = r["law"].split(":")[-1].replace("_", " ")
-        other = beside.get((r["experiment"], r["law"]))
-        more = _from(other) if other else ""
-        lines.append(
-            f"| {r['experiment']} | {name} | {r['of']} | {_from(r)} | {more} | {_right(r)} |"
-        )
-    return "\n".join(lines) + "\n"
-
-
-def _from(row):
-    value = row["detectable"]
-    if value is None:
-        return f"not shown: {row['share']:.0%} at its strongest"
-    text = f"{100 * value:+.2g} %" if row["unit"] == "share" else f"{value:.3g} {row['unit']}"
-    return text.removesuffix(" 1")
-
-
-def _right(row):
-    if row["right"] is None:
-        return "|"
-    taken = [f"{n.split(':')[-1].replace('_', ' ')} {v:.0%}" for n, v in row["taken_for"].items()]
-    return f"{row['right']:.0%} | {', '.join(taken)}"
+    template = environment().get_template("power.md.j2")
+    return template.render(rows=rows, beside=beside, share=POWER)

@@ -13,12 +13,13 @@ import numpy as np
 
 from calibration.figures import parameter_words
 from calibration.intake.measurements import Measurement
-from calibration.intake.quantities import LEVERS, QUANTITIES
+from calibration.intake.quantities import QUANTITIES
 from calibration.statistics.numbers import NORMAL_95
 from diagnosis.chance import share_above
 from diagnosis.design import WIDENED
 from diagnosis.fit import Fit
 from diagnosis.model import Model
+from diagnosis.page.words import at as at_lever
 from diagnosis.reading_errors import redrawn_error
 
 P_TREND = 0.01
@@ -109,7 +110,7 @@ def _trend(kind, lever, rows, drawn):
     parts = []
     for end in (x.max(), x.min()):
         own = [row for row, v in zip(some, x, strict=True) if v == end]
-        parts.append(f"{_distance(own)} at {_at(lever, end)}")
+        parts.append(f"{_distance(own)} at {at_lever(lever, end)}")
     sentence = f"The measured {QUANTITIES[kind].words} {parts[0]}, and {parts[1]}."
     found = {"kind": "trend", "experiment": kind, "lever": lever, "slope": slope}
     return found | {"p": p, "sentence": sentence}
@@ -129,7 +130,7 @@ def _offset(kind, rows, drawn):
 
 def _setting(row):
     """One setting at odds with what the others say; an experiment without levers has one."""
-    where = " and ".join(_at(lever, v) for lever, v in row["levers"].items())
+    where = " and ".join(at_lever(lever, v) for lever, v in row["levers"].items())
     place = f" at {where} alone" if where else ""
     sentence = f"The measured {QUANTITIES[row['experiment']].words}{place} {_distance([row])}."
     found = {"kind": "setting", "experiment": row["experiment"], "lever": None, "slope": None}
@@ -143,10 +144,6 @@ def _distance(rows):
         return "agrees with the model"
     share = np.mean([r["measured"] / r["predicted"] - 1.0 for r in rows])
     return f"{'exceeds' if share > 0 else 'falls short of'} the model by {100 * abs(share):.2g} %"
-
-
-def _at(lever, value):
-    return f"a {LEVERS[lever].words} of {value:.4g} {LEVERS[lever].unit}".rstrip()
 
 
 def moved(
