@@ -18,6 +18,7 @@ from scipy.stats import chi2, f, norm
 
 from calibration.intake.quantities import QUANTITIES, measurable
 from diagnosis.chance import CLOSE, share_above
+from diagnosis.page.words import environment
 
 if TYPE_CHECKING:
     from calibration.intake.measurements import Measurement
@@ -226,36 +227,8 @@ def _fitted(theirs, base, values, noise):
 
 def sentence_of(found: Mapping[str, Any]) -> str:
     """What was found, in words."""
-    best = found["ranking"][0]
-    before, after = (told(found[k] if k in found else best[k], found["unit"])
-    for k in ("scatter_before", "scatter_after"))  # fmt: skip
-    start = (
-        f"The {found['words']} of {found['runs']} runs differs from ours by {before} (root mean "
-        f"square)"
-    )
-    if found["verdict"] == "agree":
-        return f"{start}, which is within its own spread."
-    if found["verdict"] == "unexplained":
-        return (
-            f"{start}; none of the {len(found['ranking'])} causes that were tried explains it. The "
-            f"best, {best['cause'].replace('_', ' ')}, leaves {after}."
-        )
-    names = " or ".join(n.replace("_", " ") for n in found["causes"])
-    at = f", {best['cause'].replace('_', ' ')} at {best['strength']:.3g} {best['unit']}"
-    at = at.removesuffix(" 1") if best["unit"] else ""
-    part = best["p_left"] is not None and best["p_left"] < PART
-    names = names[:1].upper() + names[1:]
-    text = f"{start}. {names} explains {'part of ' * part}it{at}: {after} are left"
-    if best["odd_lines"]:
-        lines = ", ".join(f"{line}" for line in best["odd_lines"])
-        most = told(best["scatter_of_most"], found["unit"])
-        text += f", {most} without line {lines}, which does not follow it"
-    if best["p_left"] is None:
-        return f"{text}."
-    chance = f"p = {best['p_left']:.2g}"
-    if part:
-        return f"{text}. That is unexplained: it is more than the runs' own scatter ({chance})."
-    return f"{text}, no more than the runs' own scatter ({chance})."
+    template = environment().get_template("compared.j2")
+    return template.render(found=found, told=told, most_left=PART)
 
 
 def told(value: float, unit: str) -> str:
