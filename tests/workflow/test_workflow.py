@@ -27,6 +27,7 @@ from workflow_rules import ROOT, dry_run, planned_jobs, read_workflow, rules_of
 
 SNAKEMAKE = [sys.executable, "-m", "snakemake", "-j2"]
 SOYBEAN = "examples/soybean/config.yaml"
+BALL = "data/literature/table_tennis_ball.yaml"
 SEARCH = {"plan_export_scan", "plan_export_confirmation", "plan_export_correction"}
 SEARCH |= {"export_rolling", "export_converted"}
 BENCH = {"tilt", "drop", "shear"}
@@ -79,6 +80,12 @@ def test_a_second_material_is_planned_alone_and_coarsened_by_a_profile(clone):
     assert "report: results/soybean-quick/report.html" in said
     assert "salt" not in said
     assert "audit" not in said
+
+
+@pytest.mark.slow
+def test_a_diagnosis_of_published_rebounds_is_planned(clone):
+    _, said = dry_run(clone, "--configfile", BALL, "--", "diagnose")
+    assert "results/table-tennis-ball/diagnosis/verdict.json" in said
 
 
 @pytest.mark.slow
