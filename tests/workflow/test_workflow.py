@@ -222,7 +222,7 @@ def test_published_values_give_the_published_angle_within_the_laboratories_sprea
     tmp_path, monkeypatch
 ):
     monkeypatch.chdir(ROOT)
-    config = parse_config(yaml.safe_load(Path(SOYBEAN).read_text()), file=SOYBEAN)
+    config = parse_config(yaml.safe_load(Path(SOYBEAN).read_text()))
     levels = {f.key: config.fixed[f.name] for f in read_factors(config.factors)}
     spec = parse_spec(point_spec(config.own_run, config.experiment, levels, config.seed))
     angle = run(spec, tmp_path)["metrics"]["angle_of_repose_deg"]

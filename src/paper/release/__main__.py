@@ -119,11 +119,11 @@ def funnels(study: Path) -> pd.DataFrame:
 
 
 def _copy(source, target):
-    """Copy a folder's files: those that the target has already, or all."""
+    """Copy a folder's files: those that the target has already and all pictures, or all."""
     target.mkdir(parents=True, exist_ok=True)
     wanted = {p.name for p in target.iterdir()}
-    for path in sorted(p for p in source.iterdir() if p.is_file()):
-        if path.name not in PLANNED and (not wanted or path.name in wanted):
+    for path in sorted(p for p in source.iterdir() if p.is_file() and p.name not in PLANNED):
+        if not wanted or path.name in wanted or path.suffix == ".svg":
             shutil.copy(path, target / path.name)
 
 
