@@ -147,11 +147,17 @@ def seconds_of_kinds(rig: Rig, measurements: Sequence[Measurement]) -> dict[str,
     for kind in dict.fromkeys(m.experiment for m in measurements):
         own = [rig.spec(m.condition, 0) for m in measurements if m.experiment == kind]
         try:
-            seconds = [run_seconds(spec) for spec in own]
+            found[kind] = _mean_seconds(own)
         except SpecError:  # its row is named by who checks all of them
-            seconds = [None]
-        found[kind] = None if None in seconds else float(np.mean(seconds))  # type: ignore[arg-type]
+            found[kind] = None
     return found
+
+
+def _mean_seconds(specs):
+    """Mean time of one core [s] of runs, estimated from their specs; None where nothing tells it of
+    one, or without any."""
+    seconds = [run_seconds(spec) for spec in specs]
+    return float(np.mean(seconds)) if seconds and None not in seconds else None
 
 
 WRITTEN = "settings.yaml"
@@ -180,11 +186,8 @@ def announced(settings: Settings, planned: Mapping[str, dict], file: str | Path)
     id: spec} of those that train the emulators."""
     if settings.runs is None:
         return f"diagnosis: {len(planned)} runs train the emulators ({file})"
-    seconds = [run_seconds(spec) for spec in planned.values()]
-    told = ""
-    if seconds and None not in seconds:
-        whole = settings.runs * float(np.mean(seconds)) / CORES  # type: ignore[arg-type]
-        told = f"about {duration(whole)} of {CORES} cores, "
+    each = _mean_seconds(planned.values())
+    told = f"about {duration(settings.runs * each / CORES)} of {CORES} cores, " if each else ""
     return (
         f"diagnosis: {told}at most {settings.runs} runs, of which {len(planned)} train the "
         f"emulators; `diagnosis: {{minutes: T}}` changes this, {file} holds how they are made"

@@ -357,21 +357,14 @@ def _told_apart(out, row, scores):
     first, own = (out.fits[n] for n in names)
     alike = _alike(scores, *names)
     if behind < CLOSE:
-        return not alike and odds_of(out, *names) > ODDS
+        one, two = (scores.evidence[n] for n in names)
+        return not alike and one - two > ODDS
     if not alike:
         return True
     if chi2.sf(float(own.misfit[0]), float(own.freedom[0])) < MISFIT:
         return True
     rougher = float(np.log(np.maximum(own.sd / first.sd, 1.0)).sum())
     return behind - rougher >= CLOSE
-
-
-def odds_of(found: Identification, first: str, second: str) -> float:
-    """Log odds of one model against another by the data."""
-    one, two = (
-        log_evidence(found.models[name], found.data, found.fits[name]) for name in (first, second)
-    )
-    return float((one - two)[0])
 
 
 def _alike(scores, *names):
