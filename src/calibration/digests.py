@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 
 from pydantic_core import to_jsonable_python
 
-from dem.fingerprint import engine_fingerprint, kept_code
+from dem.fingerprint import code_of, engine_fingerprint
 from dem.io.checked import digest_of
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def adapter_digest(folder: Path) -> str:
     laws = [p.read_text("utf-8") for p in sorted((SOURCES / "dem/contact").rglob("*.py"))]
     parts = [node for law in laws for node in ast.walk(ast.parse(law))]
     said = [ast.unparse(p) for p in parts if getattr(p, "arg", None) in TO_OTHER_CODES]
-    code = [kept_code(p.read_text("utf-8")) for p in sorted(folder.rglob("*.py"))]
+    code = [code_of(p.read_text("utf-8")) for p in sorted(folder.rglob("*.py"))]
     return _hash(engine_fingerprint(), *said, *code)
 
 

@@ -5,11 +5,14 @@ import ast
 import hashlib
 import os
 import platform
+import sys
+from contextlib import suppress
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
+from importlib.util import cache_from_source
 from pathlib import Path
 
-from dem.ast_cache import Readings
+from dem.io.files import replace_file
 
 ROOT = Path(__file__).parent
 OUTSIDE = {
@@ -18,7 +21,6 @@ OUTSIDE = {
     "advice.py",
     "fingerprint.py",
     "kernel_cache.py",
-    "ast_cache.py",
     "export.py",
     "benchmark",
     "render",
@@ -75,21 +77,29 @@ def kernel_fingerprint() -> str:
 
 
 def _digest(paths):
+    """Digest of the code of these sources, kept beside the compiled Python of this module by their
+    bytes: to parse them all takes a second, and every start asks."""
+    sources = {path.relative_to(ROOT).as_posix(): path.read_bytes() for path in paths}
+    own = repr((sys.version, Path(__file__).read_bytes(), sources)).encode()
+    compiled = Path(cache_from_source(__file__))
+    kept = compiled.with_suffix(f".{hashlib.sha256(own).hexdigest()[:16]}.txt")
+    with suppress(OSError):
+        return kept.read_text("ascii")
     digest = hashlib.sha256()
-    for path in paths:
-        digest.update(path.relative_to(ROOT).as_posix().encode())
-        digest.update(kept_code(path.read_text("utf-8")).encode())
-    return digest.hexdigest()[:16]
+    for name, source in sources.items():
+        digest.update(name.encode())
+        digest.update(code_of(source).encode())
+    found = digest.hexdigest()[:16]
+    if not sys.dont_write_bytecode:
+        with suppress(OSError):  # a folder that cannot be written to keeps nothing
+            replace_file(kept, lambda file: file.write(found.encode()))
+    return found
 
 
 def code_of(source: str | bytes) -> str:
     """Text of a module's syntax tree, without docstrings, positions, and types of arguments and
     returns with their imports; alike in all versions of Python that read the code alike."""
     return _text(ast.parse(source))
-
-
-kept_code = Readings(code_of)
-"""The same, kept between starts."""
 
 
 def _text(node):

@@ -37,6 +37,7 @@ def copy(tmp_path):
 def test_below_the_users_folder_each_engine_has_its_own(copy, tmp_path):
     before = folder_of(copy, tmp_path)
     assert before.parent == tmp_path / "cache"
+    assert list((copy / "dem").glob("__pycache__/fingerprint.*.txt")), "kept for the next start"
     law = copy / "dem" / "contact" / "friction" / "constant.py"
     law.write_text("# a remark\n\n" + law.read_text())
     assert folder_of(copy, tmp_path) == before
