@@ -77,15 +77,8 @@ def _compiled():
 
 
 if TYPE_CHECKING:
-    attraction: Any
-    damped: Any
-    limit: Any
-    normal: Any
-    reach: Any
-    resistance: Any
-    rolling: Any
-    spans_gap: Any
-    tangential: Any
-    torsion: Any
+
+    def __getattr__(role: str) -> Any: ...
+
 
 globals().update(_compiled())

@@ -4,28 +4,14 @@ for a run."""
 from __future__ import annotations
 
 from collections import namedtuple
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from dem.contact.catalogue import SLOTS, every_law
 
 if TYPE_CHECKING:
-
-    class LawCodes(tuple[int, ...]):
-        """As below; this one is for type checkers."""
-
-        _fields: tuple[str, ...]
-
-        def __new__(cls, *codes: int) -> LawCodes: ...
-        def __getattr__(self, slot: str) -> int: ...
-
-    class PairProperties(tuple[float, ...]):
-        """As below; this one is for type checkers."""
-
-        _fields: tuple[str, ...]
-
-        def __new__(cls, **constants: float) -> PairProperties: ...
-        def __getattr__(self, name: str) -> float: ...
-
+    # made below of what the laws declare, which no type checker reads
+    LawCodes: TypeAlias = Any
+    PairProperties: TypeAlias = Any
 
 LawCodes = namedtuple("LawCodes", SLOTS, module=__name__)  # type: ignore[misc,no-redef]
 LawCodes.__doc__ = "Number of the law in each slot, as `dem.contact.catalogue.CODES` has it."

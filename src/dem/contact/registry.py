@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, make_dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from dem.contact.catalogue import CODES, DEFAULTS, LAWS, SLOTS, completed, every_law
 from dem.contact.properties import LawCodes, PairProperties
 
 if TYPE_CHECKING:
     from dem.contact.law import Law
+
+    # made below of what the laws declare, which no type checker reads
+    Laws: TypeAlias = Any
+    ContactParameters: TypeAlias = Any
 
 
 class _Choice:
@@ -50,27 +54,6 @@ class _Choice:
         """(slot, names of its laws that `one` does not exclude) where it excludes some."""
         for slot, refused in one.not_with.items():
             yield slot, [name for name in LAWS[slot] if name not in refused]
-
-
-if TYPE_CHECKING:
-
-    class Laws(_Choice):
-        """As below; this one is for type checkers."""
-
-        def __init__(self, **slots: str | None) -> None: ...
-        def __getattr__(self, slot: str) -> str: ...
-
-    class ContactParameters:
-        """As below; this one is for type checkers."""
-
-        def __init__(
-            self,
-            restitution: float,
-            static_friction: float,
-            rolling_friction: float = 0.0,
-            **of_laws: float,
-        ) -> None: ...
-        def __getattr__(self, name: str) -> float: ...
 
 
 Laws = make_dataclass(  # type: ignore[misc,assignment]
