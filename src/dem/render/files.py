@@ -1,14 +1,18 @@
-"""What a run left in its folder, for drawing."""
+"""What a run left in its folder: read for drawing, and written for ParaView."""
 
 from __future__ import annotations
 
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from dem.errors import DemError, ResultError
+from dem.experiments import experiment_of
+from dem.experiments.setup import FAR
+from dem.io.vtk import write_grains, write_surfaces, write_walls
 from dem.results import RESULT, STATE, read_result
 from dem.spec import parse_spec
 
@@ -25,7 +29,7 @@ class FinishedRun:
     """
 
     folder: Path
-    spec: object
+    spec: Any
     metrics: dict
     position: np.ndarray
     radius: np.ndarray
@@ -54,3 +58,25 @@ def read_run(folder: str | Path) -> FinishedRun:
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
         raise DemError(f"{folder / STATE}: is not a run's last state ({error})") from None
     return FinishedRun(folder, spec, result["metrics"], **arrays)
+
+
+def export_vtk(run: FinishedRun, path: str | Path | None = None) -> list[Path]:
+    """Write the last state of a `FinishedRun` as points with radius, velocity, speed and id (glyph
+    them by `radius`).
+
+    The file is `path`, or final.vtp in the run's folder; the rig's walls, where there are some to
+    draw, are written beside it as they stood at the end, to <name>_walls.vtp. Returns the paths.
+    """
+    path = Path(path) if path else run.folder / "final.vtp"
+    write_grains(path, run.position, run.radius, run.velocity, run.tag)
+    walls = path.with_name(f"{path.stem}_walls.vtp")
+    return [path, walls] if _write_walls(walls, run) else [path]
+
+
+def _write_walls(path, run):
+    """Write the run's walls, but for gates that were taken away; False where there are none. For a
+    run of another engine, which keeps none, those with which the experiment starts."""
+    if run.walls:
+        return write_surfaces(path, [w for w in run.walls if w[2][2] > FAR], run.position)
+    rig = experiment_of(run.spec).walls
+    return rig is not None and write_walls(path, rig(run.spec), run.position)

@@ -9,8 +9,6 @@ import numpy as np
 
 from dem.measure.heap import FLYING, LOWER, UPPER, _supported, fit_flank, outline
 
-VIEWS = 36
-
 
 @dataclass(frozen=True)
 class Flank:

@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import matplotlib as mpl
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from dem.errors import DemError
 from dem.experiments import experiment_of
-from dem.render.colour import colour_by, colours_of, draw_bar, values_of
-from dem.render.flanks import VIEWS, fitted_flanks, heap_grains
+from dem.measure.heap import VIEWS
+from dem.render.flanks import fitted_flanks, heap_grains
 from dem.render.raster import View, shade
 
 if TYPE_CHECKING:
@@ -24,6 +25,13 @@ if TYPE_CHECKING:
 GROUND, INK, LINE, STEEL = (240, 242, 245), (29, 36, 48), (209, 60, 31), (120, 128, 140)
 OVERSAMPLING = 2
 ROOM = 0.16  # for the labels above and below, in image widths
+LABELS = {
+    "size": ("diameter [mm]", "viridis"),
+    "speed": ("speed [m/s]", "YlOrRd"),
+    "order": ("poured first to last", "viridis"),
+    "height": ("height [mm]", "cividis"),
+}
+"""What the colour of a grain tells: its label and its colours."""
 FORMATS = {
     ".webp": {"quality": 82, "method": 4},
     ".png": {"optimize": True},
@@ -44,7 +52,7 @@ def draw_run(
     `azimuth` is given it is seen from where its two flanks come nearest to the run's angle of
     repose.
     """
-    plate = plate_of(run.spec)  # type: ignore[arg-type]
+    plate = plate_of(run.spec)
     heap = plate is not None and "angle_of_repose_deg" in run.metrics
     if azimuth is None:
         azimuth = _telling_view(run, plate) if heap else 0.0
@@ -61,8 +69,58 @@ def draw_run(
         _draw_flanks(draw, view, run, plate)
     font = font_of(view.width)
     place = 0.02 * view.width, view.height - 1.9 * font.size
-    draw_bar(draw, quantity, limits, place, (view.width // 8, int(0.8 * font.size)), font, INK)
+    draw_bar(draw, quantity, limits, place, (view.width // 8, int(0.8 * font.size)), font)
     return image.resize((width, view.height // OVERSAMPLING), Image.Resampling.LANCZOS)
+
+
+def colour_by(choice: str, radius: np.ndarray, velocity: np.ndarray) -> str:
+    """The quantity that `choice` comes to: auto is size where sizes differ, speed where grains
+    move, else order. radius (n,) [m], velocity (n, 3) [m/s]."""
+    if choice != "auto":
+        return choice
+    if np.ptp(radius) > 1e-6 * radius.max():
+        return "size"
+    return "speed" if np.linalg.norm(velocity, axis=1).max() > 0.1 else "order"
+
+
+def values_of(
+    quantity: str, position: np.ndarray, radius: np.ndarray, velocity: np.ndarray, tag: np.ndarray
+) -> np.ndarray:
+    """Values (n,) of a quantity, in the unit of its label. position (n, 3), radius (n,) [m],
+    velocity (n, 3) [m/s], tag (n,)."""
+    return {
+        "size": lambda: 2e3 * radius,
+        "speed": lambda: np.linalg.norm(velocity, axis=1),
+        "order": lambda: np.argsort(np.argsort(tag)) / max(len(tag) - 1, 1),
+        "height": lambda: 1e3 * position[:, 2],
+    }[quantity]()
+
+
+def colours_of(quantity: str, values: np.ndarray, limits: tuple[float, float]) -> np.ndarray:
+    """Colours (n, 3) in 0..1 of values between limits (low, high)."""
+    low, high = limits
+    share = np.clip((values - low) / (high - low), 0.0, 1.0) if high > low else 0.5 + 0.0 * values
+    return mpl.colormaps[LABELS[quantity][1]](share)[:, :3]
+
+
+def draw_bar(
+    draw: Any,
+    quantity: str,
+    limits: tuple[float, float],
+    at: tuple[float, float],
+    size: tuple[int, int],
+    font: Any,
+) -> None:
+    """Draw the colour bar with its label and its ends at (x, y) [px], `size` (width, height)
+    [px]."""
+    (x, y), (width, height) = at, size
+    ramp = colours_of(quantity, np.linspace(0.0, 1.0, width), (0.0, 1.0))
+    for k, colour in enumerate(ramp):
+        draw.line([x + k, y, x + k, y + height], fill=tuple(int(255 * c) for c in colour))
+    text = LABELS[quantity][0]
+    if quantity != "order":
+        text = f"{limits[0]:.3g} to {limits[1]:.3g}  {text}"
+    draw.text((x + width + height, y + height / 2), text, font=font, fill=INK, anchor="lm")
 
 
 def plate_of(spec: RunSpec) -> float | None:
