@@ -158,11 +158,9 @@ CASES = {
          "cohesion_energy_density_J_m3"),
         ("two metrics and no ends of the first", *further(("{ low: 26, high: 46 }", "{}")),
          "calibrate.to.angle_of_repose_deg.low"),
-        ("a goal of nothing", *further(("low: 8", "goal: best, low: 8")),
-         "calibrate.to.height_mm.goal", "maximise"),
         ("a metric that nobody measured", *further(), "measured.csv", "quantity height"),
-        ("ends that are turned", *further(("low: 8", "goal: minimise, low: 20")),
-         "calibrate.to.height_mm", "below high"),
+        ("ends that are turned", *further(("low: 26, high: 46", "low: 46, high: 26")),
+         "calibrate.to.angle_of_repose_deg", "below high"),
     ],
     "factors": [
         ("a level of words", "0.2\t0.8\nB", "low\t0.8\nB", "line 2", "low"),

@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from calibration.chain.study import Study
-from calibration.errors import CalibrationError, ConfigError
+from calibration.errors import ConfigError
 from calibration.runs.feasibility import check_ahead
 from calibration.stages.screening import _going_on
 from calibration.statistics.screening import screen
@@ -121,12 +121,6 @@ def test_a_law_that_does_not_exist_is_refused(study, tmp_path):
 def test_a_choice_where_a_number_is_needed_is_refused(study, changes, facts):
     with refused(ConfigError, **facts):
         study(**changes)
-
-
-def test_a_definitive_design_has_three_levels(study):
-    config = study(screening={"kind": "definitive"})
-    with refused(CalibrationError, "damping_law"):
-        screening_design(read_factors(config.factors), config.screening)
 
 
 def test_a_choice_needs_a_word_for_the_stages_after_the_screening(study):

@@ -16,18 +16,13 @@ from calibration.errors import CalibrationError
 from calibration.figures import ANGLE
 from calibration.stages.screening import plan_screening, screening, sentences
 from calibration.statistics.design import (
-    augmented,
     box_behnken,
     central_composite,
     path_from_effects,
-    region_design,
     steepest_path,
 )
 from calibration.statistics.screening_design import (
-    ORDERS,
     alias_groups,
-    conference_matrix,
-    definitive_screening,
     foldover,
     plackett_burman,
     read_two_level,
@@ -36,7 +31,7 @@ from calibration.statistics.screening_design import (
 )
 from calibration.statistics.surface import model_matrix, quadratic_terms
 from calibration.study.config import parse_config
-from calibration.study.config.schema import ScreeningConfig, SurfaceConfig
+from calibration.study.config.schema import ScreeningConfig
 from calibration.study.factors import Factor, read_factors
 from facts import refused, tells
 from stage_files import PlanFiles
@@ -149,30 +144,6 @@ def test_a_foldover_turns_resolution_iii_into_iv():
     assert both["f0"].to_numpy() == pytest.approx(12.0 + 2.0 * both["A"].to_numpy())
 
 
-@pytest.mark.parametrize("order", ORDERS)
-def test_a_conference_matrix_is_orthogonal_with_an_empty_diagonal(order):
-    c = conference_matrix(order)
-    assert np.array_equal(c.T @ c, (order - 1) * np.eye(order))
-    assert not np.diag(c).any()
-    assert set(np.unique(c[~np.eye(order, dtype=bool)])) == {-1.0, 1.0}
-
-
-@pytest.mark.parametrize("k", [1, 3, 4, 6, 7, 10, 11, 23])
-def test_a_definitive_design_has_the_properties_of_jones_and_nachtsheim(k):
-    x = coded(definitive_screening(factors(k)), k)
-    order = next(m for m in ORDERS if m >= k)
-    assert len(x) == 2 * order + 1
-    main = x.T @ x
-    assert np.array_equal(main, (2 * order - 2) * np.eye(k))
-    # clear of all two-factor interactions and of all squares
-    for i in range(k):
-        for j in range(i, k):
-            assert not (x.T @ (x[:, i] * x[:, j])).any()
-    # and every square is estimable beside the main effects
-    both = np.column_stack([np.ones(len(x)), x, x**2])
-    assert np.linalg.matrix_rank(both) == 2 * k + 1
-
-
 @pytest.mark.parametrize("k", range(1, 7))
 def test_a_central_composite_design_fits_the_quadratic_model(k):
     table = central_composite(factors(k), centre_runs=4)
@@ -181,30 +152,6 @@ def test_a_central_composite_design_fits_the_quadratic_model(k):
     matrix = model_matrix(coded(table, k), codes, quadratic_terms(codes))
     assert np.linalg.matrix_rank(matrix) == matrix.shape[1]
     assert np.abs(coded(table, k)).max() == 1.0
-
-
-def test_added_runs_complete_a_lost_design():
-    f, codes = factors(3), list("ABC")
-    whole = box_behnken(f, centre_runs=3)
-    lost = whole.iloc[5:]
-    added = augmented(lost, f, 5)
-    terms = quadratic_terms(codes)
-
-    def information(*tables):
-        x = np.vstack([model_matrix(coded(t, 3), codes, terms) for t in tables])
-        return np.linalg.slogdet(x.T @ x)[1]
-
-    assert information(lost, added) > information(whole)
-    with refused(CalibrationError, "2", "3", "10"):
-        augmented(lost.iloc[:2], f, 3)
-
-
-def test_a_study_may_add_runs_to_the_design():
-    f = factors(3)
-    design = region_design(f, SurfaceConfig(centre_runs=3, added_runs=3))
-    plain = box_behnken(f, centre_runs=3)
-    assert list(design["run"]) == list(range(1, len(plain) + 4))
-    assert coded(design, 3)[: len(plain)] == pytest.approx(coded(plain, 3))
 
 
 def test_what_no_design_takes_is_said():

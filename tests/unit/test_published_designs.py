@@ -4,8 +4,7 @@ Data and printed results were compared with their sources when they were entered
 memory: R's package rsm 2.10.6 (datasets, the example of `rsm`, and the outputs in its vignette
 article-JSS) for ChemReact and RRex; worked notes on Montgomery's chapter 8 that print both
 fractions and all effects of examples 8.7 and 8.8, and three independent transcriptions of the first
-fraction's data. Jones and Nachtsheim's paper itself was not at hand: of the definitive screening
-designs only their stated properties are tested (test_designs.py).
+fraction's data.
 """
 
 import numpy as np

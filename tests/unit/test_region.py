@@ -14,7 +14,7 @@ from calibration.chain.study import Study
 from calibration.runs import progress
 from calibration.stages.optimum import _moved, plan_candidate, plan_candidate_first
 from calibration.statistics import surface as surfaces
-from calibration.statistics.design import box_behnken, central_composite, surface_design
+from calibration.statistics.design import box_behnken, central_composite, region_design
 from calibration.statistics.screening import PURE_ERROR, interactions, screen
 from calibration.statistics.screening_design import resolution_iv
 from calibration.statistics.surface import (
@@ -27,6 +27,7 @@ from calibration.statistics.surface import (
     reduced_surface,
 )
 from calibration.study.config import parse_config
+from calibration.study.config.schema import SurfaceConfig
 from calibration.study.factors import Factor, read_factors
 from calibration.study.physical_limits import inside, physical_range
 from stage_files import Files, PlanFiles
@@ -53,7 +54,7 @@ def test_a_region_moves_inside_what_is_possible():
 
 @pytest.mark.parametrize("k", [1, 2, 3])
 def test_a_surface_takes_any_number_of_factors_from_one(k):
-    design = surface_design(factors(k), 4)
+    design = region_design(factors(k), SurfaceConfig(centre_runs=4))
     codes = [f.code for f in factors(k)]
     surface = fit_surface(design, codes, noisy(design, codes))
     assert surface.predict([np.zeros(k)])[0] == pytest.approx(40.0, abs=0.6)

@@ -6,10 +6,8 @@ import pandas as pd
 import pytest
 
 from calibration.chain.joint.analysis import middle
-from calibration.statistics.design import augmented, box_behnken
 from calibration.statistics.screening import screen, significant
 from calibration.statistics.ties import first_largest, first_least, largest_first
-from calibration.study.factors import Factor
 from diagnosis.discrepancy import least_known
 
 
@@ -43,18 +41,6 @@ def test_the_middle_of_mirrored_draws_is_the_first_of_them():
     b = always_the_same(lambda s: round(middle(pd.DataFrame(moved(arc[::-1], s)))["0"], 12))
     # mirrored at the bisector: of the two that tie each order has its own first one
     assert np.arccos(a) + np.arccos(b) == pytest.approx(1.2)
-
-
-def test_added_runs_are_the_same_ones():
-    factors = [Factor(c, c, c, 0.0, 1.0) for c in "ABC"]
-    codes = list("ABC")
-    design = box_behnken(factors, 3)
-
-    def added(seed):
-        own = design.assign(**dict(zip(codes, moved(design[codes], seed).T, strict=True)))
-        return tuple(map(tuple, augmented(own, factors, 2)[codes].to_numpy().tolist()))
-
-    always_the_same(added)
 
 
 def test_factors_of_equal_effect_go_on_in_their_order():

@@ -38,13 +38,9 @@ measured = table_that(STUDY_OBJECT.measured)
 diagnosed = table_that(lambda: read_measurements(SETTINGS.measurements))
 
 
-def each_further(pattern, measured=False):
-    """Files of the study, one for each further target, `{}` standing for its metric; of those alone
-    that have a measured value if so."""
-    targets = SETTINGS.further_targets
-    if measured:
-        targets = filter(STUDY_OBJECT.is_measured, targets)
-    return [f"{STUDY}/{pattern}".format(t.metric) for t in targets]
+def each_further(pattern):
+    """Files of the study, one for each further target, `{}` standing for its metric."""
+    return [f"{STUDY}/{pattern}".format(t.metric) for t in SETTINGS.further_targets]
 
 
 def shown(wildcards):

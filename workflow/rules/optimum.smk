@@ -69,8 +69,6 @@ rule optimise:
         summary=f"{STUDY}/optimise/optimum.json",
         solutions=f"{STUDY}/optimise/solution_set.csv",
         contours=page("optimise/contours.svg", "4 Optimum"),
-        front=each_further("optimise/front_{}.csv"),
-        front_figures=each_further("optimise/front_{}.svg"),
     params:
         function="calibration.stages.optimum:optimise",
         reads=[*RESPONSES, "seed", "optimise", "validation"],

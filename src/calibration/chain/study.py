@@ -16,7 +16,7 @@ import numpy as np
 from calibration.errors import CalibrationError
 from calibration.files import read_json
 from calibration.intake.tables import read_written
-from calibration.study.config import Config, is_measured, read_target
+from calibration.study.config import Config, read_target
 from calibration.study.config.schema import VIEWS
 from calibration.study.factors import Factor, read_factors
 
@@ -118,10 +118,6 @@ class Study(Results):
         """(n,) readings of a target, of the main one unless given, or a `Stated` mean of them.
         Raises ConfigError."""
         return read_target(self.config, target)
-
-    def is_measured(self, target: Target) -> bool:
-        """Whether the table of measurements holds a target's quantity. Raises ConfigError."""
-        return is_measured(self.config, target)
 
     def bench_levels(self) -> dict[str, float]:
         """{factor: level} that the bench tests found, where the study takes its levels from

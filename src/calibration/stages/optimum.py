@@ -21,7 +21,7 @@ from calibration.runs.plans import write_plan
 from calibration.stages import worded
 from calibration.statistics.design import region_design
 from calibration.statistics.goals import overall_desirability
-from calibration.statistics.optimise import compromise, pareto_front, solve
+from calibration.statistics.optimise import compromise, solve
 from calibration.statistics.replication import mean_interval, runs_needed
 from calibration.statistics.surface import fit_surface, outliers, parameter_interval
 from calibration.study.config import goals, read_target
@@ -200,8 +200,6 @@ def _optimise_several(config, surfaces, region, output):
     found = compromise(surfaces, wanted, config.seed)
     _write_points(found.points, region, output.solutions)
     figures.save(desirability_contours(surfaces, wanted, region, found), output.contours)
-    if output.get("front"):
-        _write_fronts(config, surfaces, wanted, region, found.chosen, output)
     rows = zip(columns(config).values(), surfaces, wanted, strict=True)
     return (
         {
@@ -220,29 +218,11 @@ def _optimise_several(config, surfaces, region, output):
     )
 
 
-def _write_fronts(config, surfaces, wanted, region, chosen, output):
-    """What of a further target must be given up for the first: table and figure of each."""
-    names = list(columns(config).values())
-    for k, (table, figure) in enumerate(zip(output.front, output.front_figures, strict=True), 1):
-        pair, goals_ = [surfaces[0], surfaces[k]], [wanted[0], wanted[k]]
-        points, each = pareto_front(pair, goals_, config.seed)
-        found = pd.DataFrame({f.name: f.natural(points[:, i]) for i, f in enumerate(region)})
-        for j, surface in enumerate(pair):
-            name = names[k if j else 0]
-            found[name] = surface.predict(points)
-            found[f"desirability of {name}"] = each[:, j]
-        write_table(found, table)
-        at = [float(s.predict([chosen])[0]) for s in pair]
-        drawn = front(found, [names[0], names[k]], [g.target for g in goals_], at)
-        figures.save(drawn, figure)
-
-
 def _expected(config, surface, goal, chosen):
     """What one of several responses is expected to be at the optimum."""
     predicted = float(surface.predict([chosen])[0])
     low, high = surface.confirmation_interval([chosen], _confirmation_runs(config))
     return {
-        "goal": goal.kind,
         "target": goal.target,
         "predicted": predicted,
         "confirmation_interval": [float(low[0]), float(high[0])],
@@ -344,30 +324,6 @@ def desirability_contours(
         for n, pair in enumerate(pairs):
             ax = figure.add_subplot(rows, columns, n + 1)
             _desirability(ax, surfaces, goals, region, pair, found)
-    return figure
-
-
-def front(
-    table: pd.DataFrame,
-    metrics: Sequence[str],
-    targets: Sequence[float | None],
-    chosen: Sequence[float],
-) -> Drawing:
-    """Two responses along their Pareto front, with the chosen compromise; a line at a target.
-
-    table: the responses in columns of their metrics; targets: of each, or None; chosen: both
-    responses at the optimum. Returns a matplotlib Figure.
-    """
-    figure, ax = figures.subplots(size=(5.2, 3.8))
-    first, second = (figures.response_of(m) for m in metrics)
-    unbeaten = {"color": figures.BLUE, "label": "no point beats these"}
-    ax.plot(table[metrics[0]], table[metrics[1]], ".", **unbeaten)
-    ax.plot(*chosen, "o", color="white", mec="black", ms=9, label="most desirable")
-    for draw, target in zip((ax.axvline, ax.axhline), targets, strict=True):
-        if target is not None:
-            draw(target, color=figures.ORANGE, lw=1.2)
-    ax.set(xlabel=first.axis, ylabel=second.axis)
-    ax.legend(frameon=False, fontsize=8)
     return figure
 
 

@@ -15,7 +15,7 @@ from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
 from calibration.stages import worded
 from calibration.statistics.validate import Stated, compare
-from calibration.study.config import is_measured, read_target
+from calibration.study.config import read_target
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json
 
@@ -71,14 +71,11 @@ def validation(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     found = _compare(groups, config, config.target, rules.margin, output.figure)
     found |= told(runs)
     found["group_means"] = [float(v) for v in groups.mean(axis=1)]
-    measured = [t for t in config.further_targets if is_measured(config, t)]
-    drawn = dict(zip([t.metric for t in measured], output.get("further_figures", []), strict=True))
+    further = zip(config.further_targets, output.get("further_figures", ()), strict=True)
     if config.further_targets:
         found["further"] = {
-            t.metric: _compare(_groups(runs, t.metric), config, t, t.margin, drawn[t.metric])
-            if t in measured
-            else _summary(_groups(runs, t.metric))
-            for t in config.further_targets
+            t.metric: _compare(_groups(runs, t.metric), config, t, t.margin, figure)
+            for t, figure in further
         }
     write_json(output.summary, found)
 
@@ -99,15 +96,6 @@ def _compare(groups, config, target, margin, figure):
     response = figures.response_of(target.metric)
     figures.save(validation_figure(groups, measured, result, response), figure)
     return result.as_dict()
-
-
-def _summary(groups):
-    """Mean and standard deviation of a response that has no measurement."""
-    return {
-        "simulated_mean": float(groups.mean()),
-        "simulated_sd": float(groups.std(ddof=1)) if groups.size > 1 else None,
-        "simulated_n": int(groups.size),
-    }
 
 
 def validation_figure(

@@ -14,11 +14,7 @@ import scipy
 
 from calibration.errors import CalibrationError
 from calibration.statistics.factor import CodedFactor
-from calibration.statistics.surface import model_matrix, quadratic_terms
-from calibration.statistics.ties import first_largest
 
-STARTS, EXCHANGES = 10, 50
-"""Of the search for runs that are added to a design."""
 TRIPLES = {
     6: ("124", "235", "346", "145", "256", "136"),
     7: ("456", "167", "257", "124", "347", "135", "236"),
@@ -61,28 +57,12 @@ def _from_blocks(blocks, k, centre_runs):
     return np.vstack([rows, np.zeros((centre_runs, k))])
 
 
-def surface_design(
-    factors: Sequence[CodedFactor], centre_runs: int = 5, replicates: int = 1
-) -> pd.DataFrame:
-    """Box-Behnken for 3 to 7 factors, a face-centred composite design for fewer. Raises
-    CalibrationError for more."""
-    if len(factors) < 3:
-        return central_composite(factors, centre_runs, replicates)
-    return box_behnken(factors, centre_runs, replicates)
-
-
 def region_design(factors: Sequence[CodedFactor], rules: Any) -> pd.DataFrame:
-    """The design table that `rules` ask for: the configuration's section `response_surface`.
-
-    The design is that of `surface_design`; `added_runs` are appended. Raises CalibrationError as
-    the designs do.
-    """
-    design = surface_design(factors, rules.centre_runs, rules.replicates)
-    if rules.added_runs:
-        added = augmented(design, factors, rules.added_runs)
-        design = pd.concat([design, added], ignore_index=True)
-        design["run"] = np.arange(1, len(design) + 1)
-    return design
+    """The design table that `rules` ask for, the configuration's section `response_surface`:
+    Box-Behnken for 3 to 7 factors, a face-centred composite design for fewer. Raises
+    CalibrationError for more."""
+    design = central_composite if len(factors) < 3 else box_behnken
+    return design(factors, rules.centre_runs, rules.replicates)
 
 
 def central_composite(
@@ -94,49 +74,6 @@ def central_composite(
     corners = np.array(list(product((-1.0, 1.0), repeat=k)))
     star = np.vstack([sign * np.eye(k)[i] for i in range(k) for sign in (-1.0, 1.0)])
     return tabulate(np.vstack([corners, star, np.zeros((centre_runs, k))]), factors, replicates)
-
-
-def augmented(design: pd.DataFrame, factors: Sequence[CodedFactor], runs: int) -> pd.DataFrame:
-    """`runs` new runs that make the whole most informative about the quadratic model: the largest
-    determinant of X' X.
-
-    design: the table of runs there are. Points of the grid of three levels are exchanged one by one
-    (Fedorov 1972, Theory of Optimal Experiments) from several random starts. Returns the table of
-    the new runs alone. Raises CalibrationError where the model stays undetermined.
-    """
-    codes = [f.code for f in factors]
-    terms = quadratic_terms(codes)
-    candidates = np.array(list(product((-1.0, 0.0, 1.0), repeat=len(codes))))
-    old = model_matrix(design[codes].to_numpy(float), codes, terms)
-    new = model_matrix(candidates, codes, terms)
-    rng, best = np.random.default_rng(1), (-np.inf, np.empty(0, int))
-    for _ in range(STARTS):
-        chosen = rng.integers(len(candidates), size=runs)
-        found = _exchange_points(old, new, chosen)
-        best = found if found[0] > best[0] + 1e-9 else best  # the first of equally good ones
-    if not np.isfinite(best[0]):
-        raise CalibrationError(
-            f"{len(design)} runs and {runs} more leave a model of {len(terms)} terms undetermined"
-        )
-    return tabulate(candidates[np.sort(best[1])], factors)
-
-
-def _exchange_points(old, new, chosen):
-    # a ridge far below any run's information lets the search begin from too few runs
-    floor = 1e-9 * np.eye(old.shape[1])
-    for _ in range(EXCHANGES):
-        before = chosen.copy()
-        for i in range(len(chosen)):
-            kept = np.delete(chosen, i)
-            rest = old.T @ old + new[kept].T @ new[kept] + floor
-            gained = np.einsum("ij,jk,ik->i", new, np.linalg.inv(rest), new)
-            chosen[i] = first_largest(gained)
-        if np.array_equal(before, chosen):
-            break
-    information = old.T @ old + new[chosen].T @ new[chosen]
-    if np.linalg.matrix_rank(information) < len(information):
-        return -np.inf, chosen
-    return float(np.linalg.slogdet(information)[1]), chosen
 
 
 def steepest_path(

@@ -11,7 +11,6 @@ import numpy.typing as npt
 from calibration.errors import CalibrationError
 
 RULES = ("closest_to_centre", "closest_to_point", "smallest_prediction_variance")
-GOALS = ("target", "maximise", "minimise")
 
 
 class Predicts(Protocol):
@@ -23,54 +22,37 @@ class Predicts(Protocol):
 
 @dataclass(frozen=True)
 class Goal:
-    """What is wanted of one response: 'target', 'maximise' or 'minimise' between low and high;
-    weight shapes the ramp."""
+    """What is wanted of one response: the target, and less the nearer it is to low or high."""
 
-    kind: str
     low: float
     high: float
-    target: float | None = None
-    weight: float = 1.0
-    importance: float = 1.0
+    target: float
 
     def __post_init__(self):
-        if self.kind not in GOALS:
-            raise CalibrationError(f"unknown goal {self.kind!r}; known: {', '.join(GOALS)}")
         if not self.low < self.high:
             raise CalibrationError(
                 f"a goal's low ({self.low:g}) must be below high ({self.high:g})"
             )
-        inside = self.target is not None and self.low < self.target < self.high
-        if self.kind == "target" and not inside:
+        if not self.low < self.target < self.high:
             raise CalibrationError(
                 f"a goal's target must lie between {self.low:g} and {self.high:g}, not at "
                 f"{self.target}"
             )
-        if self.weight <= 0 or self.importance <= 0:
-            raise CalibrationError("a goal's weight and importance must be above 0")
 
     def desirability(self, y: npt.ArrayLike) -> np.ndarray:
         """0 to 1 of responses y (Derringer and Suich 1980, Journal of Quality Technology
         12:214)."""
         y = np.asarray(y, float)
-        d: np.ndarray
-        if self.kind == "maximise":
-            d = (y - self.low) / (self.high - self.low)
-        elif self.kind == "minimise":
-            d = (self.high - y) / (self.high - self.low)
-        else:
-            assert self.target is not None  # as __post_init__ saw to
-            rising = (y - self.low) / (self.target - self.low)
-            d = np.where(y <= self.target, rising, (self.high - y) / (self.high - self.target))
-        return np.clip(d, 0.0, 1.0) ** self.weight
+        rising = (y - self.low) / (self.target - self.low)
+        falling = (self.high - y) / (self.high - self.target)
+        return np.clip(np.where(y <= self.target, rising, falling), 0.0, 1.0)
 
 
 def combined_desirability(goals: Sequence[Goal], responses: Sequence[npt.ArrayLike]) -> np.ndarray:
-    """Geometric mean (n,) of the desirabilities of responses (goals, n), weighted by importance."""
-    weight = np.array([g.importance for g in goals])
+    """Geometric mean (n,) of the desirabilities of responses (goals, n)."""
     each = np.array([g.desirability(y) for g, y in zip(goals, responses, strict=True)])
     with np.errstate(divide="ignore"):
-        return np.exp((weight[:, None] * np.log(each)).sum(0) / weight.sum())
+        return np.exp(np.log(each).mean(0))
 
 
 def overall_desirability(

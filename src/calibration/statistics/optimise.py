@@ -2,7 +2,7 @@
 desirability."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -177,8 +177,6 @@ def most_desirable(
     return winner.x, -float(winner.fun)
 
 
-FRONT_WEIGHTS = (0.1, 0.3, 0.5, 0.7, 0.9)  # of the first of two goals
-
 NEARLY = 0.95  # of the best desirability: points that are as good for practical purposes
 
 
@@ -192,32 +190,6 @@ class Compromise:
     points: np.ndarray
     low: np.ndarray
     high: np.ndarray
-
-
-def pareto_front(
-    surfaces: Sequence[Surface], goals: Sequence[Goal], seed: int = 1
-) -> tuple[np.ndarray, np.ndarray]:
-    """Points (m, factors) of the cube [-1, 1]^k that no other beats in both of two responses, and
-    the desirabilities (m, 2) of both there, the first falling.
-
-    surfaces, goals: of the two. It is the front of the cube's own points, sampled and then climbed
-    by weighing the two goals in turn (Deb 2001, Multi-Objective Optimization, chapter 2).
-    """
-    k = len(surfaces[0].codes)
-    points = 2.0 * scipy.stats.qmc.Sobol(k, seed=seed).random(CANDIDATES) - 1.0
-    climbed = [most_desirable(surfaces, _weighed(goals, share), seed)[0] for share in FRONT_WEIGHTS]
-    points = np.vstack([points, climbed])
-    both = zip(goals, surfaces, strict=True)
-    each = np.array([goal.desirability(s.predict(points)) for goal, s in both]).T
-    order = np.lexsort((-each[:, 1], -each[:, 0]))
-    best = np.maximum.accumulate(np.concatenate([[-1.0], each[order[:-1], 1]]))
-    kept = order[each[order, 1] > best]
-    return points[kept], each[kept]
-
-
-def _weighed(goals, share):
-    first, second = goals
-    return [replace(first, importance=share), replace(second, importance=1.0 - share)]
 
 
 def compromise(surfaces: Sequence[Surface], goals: Sequence[Goal], seed: int = 1) -> Compromise:

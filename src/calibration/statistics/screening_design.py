@@ -1,5 +1,5 @@
-"""Designs for a screening: two levels of resolution IV and their foldovers, three levels from
-conference matrices, Plackett and Burman's, or a table; and what is aliased with what."""
+"""Designs for a screening: two levels of resolution IV, Plackett and Burman's, or a table; their
+foldovers, and what is aliased with what."""
 
 import math
 from collections.abc import Sequence
@@ -18,9 +18,6 @@ from calibration.statistics.design import tabulate
 from calibration.statistics.factor import CodedFactor
 
 MAX_SCREENING = 23
-ORDERS = {4: 3, 6: 5, 8: 7, 10: 9, 12: 11, 14: 13, 18: 17, 20: 19, 24: 23}
-"""Order of a conference matrix: the field it is made from (Paley 1933, Journal of Mathematics and
-Physics 12:311)."""
 GENERATORS = {7: "a b c d abc bcd acd", 8: "a b c d abc bcd acd abd"}
 """Published generators (Box, Hunter and Hunter 2005, table 6.22) of the 16-run designs. All others
 are words of odd length, which give the same aliasing."""
@@ -30,28 +27,20 @@ def screening_design(factors: Sequence[CodedFactor], rules: Any) -> pd.DataFrame
     """The design table that `rules` ask for: the configuration's section `screening`.
 
     rules.design: path of a table of coded levels, in place of a generated one; centre_runs are
-    added to a generated design (a definitive one has at least one); foldover appends the runs with
-    all signs changed. Raises CalibrationError or ConfigError as the designs do, and for a number of
-    factors that no generated design takes.
+    added to one of resolution IV; foldover appends the runs with all signs changed. Raises
+    CalibrationError or ConfigError as the designs do, and for a number of factors that no generated
+    design takes.
     """
     if not (rules.design or 1 <= len(factors) <= MAX_SCREENING):
         raise CalibrationError(f"screening takes 1 to {MAX_SCREENING} factors, not {len(factors)}")
-    choices = [f for f in factors if not f.has_middle]
-    if choices and rules.kind == "definitive" and not rules.design:
-        names = ", ".join(f.name for f in choices)
-        raise CalibrationError(
-            f"a definitive design has three levels of each factor, and there is none in the middle "
-            f"of {names}"
-        )
     if rules.design:
         design = read_two_level(rules.design, factors, rules.replicates)
     elif rules.kind == "resolution_iv":
         design = resolution_iv(factors, rules.centre_runs, rules.replicates)
-    elif rules.kind == "definitive":
-        design = definitive_screening(factors, max(rules.centre_runs, 1), rules.replicates)
     else:
         design = plackett_burman(factors, rules.replicates, rules.runs)
     # a choice has no middle: a run at the centre has its first word
+    choices = [f for f in factors if not f.has_middle]
     design = design.assign(**{f.code: np.where(design[f.code] > 0, 1.0, -1.0) for f in choices})
     return foldover(design, factors) if rules.foldover else design
 
@@ -119,62 +108,6 @@ def alias_groups(levels: npt.ArrayLike, codes: Sequence[str]) -> list[list[str]]
         else:
             groups.append(([pair], column))
     return [members for members, _ in groups if len(members) > 1 or isinstance(members[0], tuple)]
-
-
-def definitive_screening(
-    factors: Sequence[CodedFactor], centre_runs: int = 1, replicates: int = 1
-) -> pd.DataFrame:
-    """Definitive screening design for 1 to 23 factors (Jones and Nachtsheim 2011, Journal of
-    Quality Technology 43:1).
-
-    Each conference matrix row, the same with all signs changed, and the centre: 2 m + 1 runs for a
-    matrix of order m. An odd number of factors, or an order without a matrix, takes the next larger
-    one and drops columns (Xiao, Lin and Bai 2012, Journal of Quality Technology 44:2): 17 runs for
-    seven factors. Main effects are clear of each other, of two-factor interactions and of
-    curvature.
-    """
-    k = len(factors)
-    matrix = conference_matrix(next(m for m in ORDERS if m >= k))[:, :k]
-    matrix = np.vstack([np.stack([matrix, -matrix], 1).reshape(-1, k), np.zeros((centre_runs, k))])
-    return tabulate(matrix, factors, replicates)
-
-
-def conference_matrix(order: int) -> np.ndarray:
-    """Matrix (m, m) of 0 on the diagonal and -1 and +1 elsewhere with C' C = (m - 1) I; order: one
-    of ORDERS.
-
-    Paley's: a border of ones about the quadratic characters of differences in a field of m - 1
-    elements.
-    """
-    character = _characters(ORDERS[order])
-    below = 1.0 if np.array_equal(character, character.T) else -1.0
-    matrix = np.zeros((order, order))
-    matrix[0, 1:], matrix[1:, 0] = 1.0, below
-    matrix[1:, 1:] = character
-    return matrix
-
-
-def _characters(q):
-    """(q, q) matrix of 1 where the difference of two elements of the field of q is a square, -1
-    where not, 0 at 0."""
-    if q == 9:
-        return _characters_of_nine()
-    squares = {i * i % q for i in range(1, q)}
-    value = np.array([0.0] + [1.0 if i in squares else -1.0 for i in range(1, q)])
-    index = np.arange(q)
-    return value[(index[:, None] - index) % q]
-
-
-def _characters_of_nine():
-    """The field of nine: a + b i with a, b modulo 3 and i i = -1."""
-    elements = [(a, b) for a in range(3) for b in range(3)]
-    squares = {((a * a - b * b) % 3, 2 * a * b % 3) for a, b in elements if (a, b) != (0, 0)}
-
-    def character(x, y):
-        difference = ((x[0] - y[0]) % 3, (x[1] - y[1]) % 3)
-        return 0.0 if difference == (0, 0) else 1.0 if difference in squares else -1.0
-
-    return np.array([[character(x, y) for y in elements] for x in elements])
 
 
 def plackett_burman(

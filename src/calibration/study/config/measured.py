@@ -80,7 +80,7 @@ def _said(values, unit, how):
 def goals(config: Config) -> list[Goal]:
     """`Goal`s of the target and the further targets, in this order. Raises ConfigError."""
     found = []
-    for n, target in enumerate((config.target, *config.further_targets)):
+    for target in (config.target, *config.further_targets):
         key = f"calibrate.to.{target.metric}"
         if target.low is None or target.high is None:
             raise at_key(
@@ -88,12 +88,9 @@ def goals(config: Config) -> list[Goal]:
                 "must be given where there are several targets",
                 allowed="the value at which the desirability falls to 0",
             )
-        kind = "target" if n == 0 else target.goal
-        wanted = float(read_target(config, target).mean()) if kind == "target" else None
+        wanted = float(read_target(config, target).mean())
         try:
-            found.append(
-                Goal(kind, target.low, target.high, wanted, target.weight, target.importance)
-            )
+            found.append(Goal(target.low, target.high, wanted))
         except CalibrationError as error:
             raise at_key(key, str(error)) from None
     return found

@@ -41,8 +41,7 @@ REPLACED = {
     "experiment": "tests: { NAME: { experiment: ... } }",
     "target": "the metric in calibrate: { test: TEST, to: { METRIC: {} } }; the main metric of the "
     "first test needs no such line",
-    "further_targets": "further metrics in calibrate: { to: { METRIC: { goal, low, high, margin "
-    "} } }",
+    "further_targets": "further metrics in calibrate: { to: { METRIC: { low, high, margin } } }",
     "bench": "its levels in tests: { NAME: { experiment: tilt, run: ..., sweep: { levels: ... } "
     "} }",
     "rigs": "the same names in `tests`, each with what it has beyond `run`",

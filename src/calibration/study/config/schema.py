@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from calibration.statistics.goals import GOALS, RULES
+from calibration.statistics.goals import RULES
 from calibration.study.config.specs import overlay
 from dem.experiments import experiments
 from dem.units import converted
@@ -104,29 +104,18 @@ METRICS = {name: e.targets for name, e in experiments().items()}
 class Response(_Part):
     """What is asked of a metric of the test that the chain calibrates on."""
 
-    goal: Literal[GOALS] = Field(  # type: ignore[valid-type]
-        "target",
-        description="meet the mean of the measured values, or go to one end of low to high",
-    )
     low: float | None = Field(
         None,
-        description="desirability 0 here, or 1 with the goal `minimise`; needed where there are "
-        "several metrics",
+        description="desirability 0 here; needed where there are several metrics",
     )
     high: float | None = Field(
         None,
-        description="desirability 0 here, or 1 with the goal `maximise`; needed where there are "
-        "several metrics",
+        description="desirability 0 here; needed where there are several metrics",
     )
-    weight: Positive = Field(
-        1.0,
-        description="exponent of the desirability: above 1 asks for more than the way half there",
-    )
-    importance: Positive = Field(1.0, description="weight in the overall desirability")
     margin: Positive | None = Field(
         None,
-        description="difference that does not matter, of a further metric that was measured; of "
-        "the first one `validation` has it",
+        description="difference that does not matter, of a further metric; of the first one "
+        "`validation` has it",
     )
 
 
@@ -141,11 +130,10 @@ class ScreeningConfig(_Part):
 
     alpha: float = Field(0.05, gt=0, lt=1, description="factors with p below this are significant")
     replicates: int = Field(1, ge=1, le=20, description="how often the whole design is run")
-    kind: Literal["resolution_iv", "definitive", "plackett_burman"] = Field(
+    kind: Literal["resolution_iv", "plackett_burman"] = Field(
         "resolution_iv",
-        description="design: two levels of resolution IV, three levels (definitive), or "
-        "Plackett-Burman's fewer "
-        "runs, whose main effects are mixed with two-factor interactions",
+        description="design: two levels of resolution IV, or Plackett-Burman's fewer runs, whose "
+        "main effects are mixed with two-factor interactions",
     )
     centre_runs: int = Field(
         3,
@@ -206,13 +194,6 @@ class SurfaceConfig(_Part):
     )
     centre_runs: int = Field(5, ge=2, le=20, description="replicates of the centre")
     replicates: int = Field(1, ge=1, le=20, description="how often the whole design is run")
-    added_runs: int = Field(
-        0,
-        ge=0,
-        le=200,
-        description="runs beside the design, at the points that tell most about the model "
-        "(D-optimal)",
-    )
 
 
 class OptimiseConfig(_Part):

@@ -126,7 +126,6 @@ def _exports(study):
     return {"note": note, "files": files} if files else None
 
 
-FRONT = "front"  # of a further target; without one there is no such figure
 ALL_ROWS = 10_000  # a table of verdicts is shown whole, in a box that scrolls
 
 
@@ -181,7 +180,7 @@ def _further(folder, listed):
     the metric."""
     figures = []
     for path in sorted(p for p in folder.glob("*.svg") if p.stem not in listed):
-        base = next((n for n in (*listed, FRONT) if path.stem.startswith(f"{n}_")), None)
+        base = next((n for n in listed if path.stem.startswith(f"{n}_")), None)
         metric = path.stem.removeprefix(f"{base}_")
         text = f"{response_of(metric).name.capitalize()}: {caption(base or folder.name)}"
         data = sorted(p for p in folder.glob(f"*{metric}*") if p.suffix != ".svg")
