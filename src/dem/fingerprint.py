@@ -35,7 +35,6 @@ UNCOMPILED = {
     "results.py",
     "sizes.py",
     "schema.py",
-    "lazy_import.py",
     "units.py",
     "errors.py",
 }
@@ -52,6 +51,10 @@ _WITHOUT_MEANING = {"ctx", "kind", "type_comment", "type_ignores"}
 TYPES = {"__future__", "typing", "collections.abc", "numpy.typing"}
 """Modules that are imported for types: what a name from them does stands where it is used."""
 
+EQUAL = {"8dc0631c4be26437": "518ce3134d16ca1f"}
+"""Digest of the code as it is -> fingerprint of an earlier engine, where the runs of both are equal
+to the bit: a change of form alone makes no run again."""
+
 TYPED = {("arg", "annotation"), ("FunctionDef", "returns"), ("AsyncFunctionDef", "returns")}
 """Where types stand that decide nothing; those of a class's fields do, as pydantic reads them."""
 
@@ -65,8 +68,9 @@ def engine_sources() -> list[Path]:
 def engine_fingerprint() -> str:
     """First 16 hex digits of the SHA-256 over the syntax trees of `engine_sources`: comments,
     docstrings, types of arguments and returns, the layout of the code and what a law says (SAID) do
-    not count."""
-    return _digest(engine_sources())
+    not count. That of the earlier engine where the code is EQUAL to one."""
+    digest = _digest(engine_sources())
+    return EQUAL.get(digest, digest)
 
 
 @cache

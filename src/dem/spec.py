@@ -19,9 +19,8 @@ from dem.grains import sphere
 from dem.grains.clump import fault, shape_of
 from dem.grains.dumbbell import MAX_ELONGATION
 from dem.grains.sizes import classes, smallest_radius, spheres_in
-from dem.io.clump import COLUMNS, read_clump
+from dem.io.grain_tables import COLUMNS, read_clump, read_sizes
 from dem.io.mapping import line_of, read_mapping
-from dem.io.sieve import read_sizes
 from dem.materials import contact_parameters, laws_of
 from dem.schema import Part, field
 from dem.timescales import rayleigh_time
@@ -252,8 +251,7 @@ def parse_spec(data: Any, file: str | Path | None = None) -> "RunSpec":
         data = converted(data)
     except UnitError as error:
         raise SpecError(error.key, error.value, str(error), file) from None  # type: ignore[attr-defined]
-    _expand_sizes(data, file)
-    _expand_clump(data)
+    _expand_tables(data, file)
     kind = data.get("experiment")
     if not isinstance(kind, str) or kind not in GEOMETRY:
         raise SpecError("experiment", kind, ", ".join(GEOMETRY), file)
@@ -370,36 +368,35 @@ def _check_laws(spec, file):
         raise SpecError(f"laws.{other}", name, f"{allowed} where laws.{slot} is {law}", file)
 
 
-def _expand_sizes(data, file):
-    """Put what a table of sizes says in place of its name: a run is named after the sizes, not
-    after a path."""
-    particles = data.get("particles")
-    sizes = particles.get("sizes") if isinstance(particles, dict) else None
-    if not isinstance(sizes, dict) or not isinstance(sizes.get("file"), str):
-        return
-    for key in ("diameters_mm", "upper_diameters_mm", "fractions"):
-        if sizes.get(key) is not None:
-            allowed = "nothing beside particles.sizes.file"
-            raise SpecError(f"particles.sizes.{key}", sizes[key], allowed, file)
-    read = read_sizes(sizes["file"], sizes.get("by", "number"))
-    data["particles"] = particles | {"sizes": read}
+def _expand_tables(data, file):
+    """Put what tables of sizes and spheres say in place of their names: a run is named after the
+    numbers, not after a path. A clump has the size of its table where no other is given."""
+    sizes = _entry_of_table(
+        data, "sizes", ("diameters_mm", "upper_diameters_mm", "fractions"), file
+    )
+    if sizes:
+        read = read_sizes(sizes["file"], sizes.get("by", "number"))
+        data["particles"] = data["particles"] | {"sizes": read}
+    clump = _entry_of_table(data, "clump", COLUMNS, file)
+    if clump:
+        particles, own, read = data["particles"], {}, read_clump(clump["file"])
+        if particles.get("sizes") is None:
+            own["diameter_mm"] = float(f"{2.0 * shape_of(spheres_in(Clump(**read))).scale:.9g}")
+        data["particles"] = own | particles | {"clump": read}
 
 
-def _expand_clump(data):
-    """Put the spheres of a table in place of its name, and their size where no other is given."""
+def _entry_of_table(data, key, columns, file):
+    """The entry of the particles that names a table, None where it names none. Raises SpecError
+    where its columns stand beside it."""
     particles = data.get("particles")
-    clump = particles.get("clump") if isinstance(particles, dict) else None
-    if not isinstance(clump, dict) or not isinstance(clump.get("file"), str):
-        return
-    for key in COLUMNS:
-        if clump.get(key) is not None:
-            allowed = "nothing beside particles.clump.file"
-            raise SpecError(f"particles.clump.{key}", clump[key], allowed)
-    read = read_clump(clump["file"])
-    own = {}
-    if particles.get("sizes") is None:
-        own["diameter_mm"] = float(f"{2.0 * shape_of(spheres_in(Clump(**read))).scale:.9g}")
-    data["particles"] = own | particles | {"clump": read}
+    entry = particles.get(key) if isinstance(particles, dict) else None
+    if not isinstance(entry, dict) or not isinstance(entry.get("file"), str):
+        return None
+    for column in columns:
+        if entry.get(column) is not None:
+            allowed = f"nothing beside particles.{key}.file"
+            raise SpecError(f"particles.{key}.{column}", entry[column], allowed, file)
+    return entry
 
 
 def _check_sizes(spec, file):
@@ -421,7 +418,7 @@ def _check_sizes(spec, file):
 
 
 def _check_shape(spec, file):
-    p, able = spec.particles, [name for name, e in experiments().items() if e.bonded]
+    p, able = spec.particles, [name for name, e in experiments().items() if e.poured]
     bonds = spec.experiment in able
     if p.elongation != 1.0 and not bonds:
         allowed = f"1 in this experiment; elongated grains are for {', '.join(able)}"

@@ -8,7 +8,7 @@ from calibration.errors import ConfigError
 from calibration.intake.clump_from_mesh import cells_inside, fill_mesh, mesh_volume
 from calibration.interface.commands import main
 from dem.grains.clump import shape_of
-from dem.io.clump import read_clump
+from dem.io.grain_tables import read_clump
 from dem.io.stl import write_stl
 from dem.spec import parse_spec
 from facts import refused

@@ -13,8 +13,8 @@ import pytest
 from PIL import Image
 
 from calibration.intake.measurements import read_measured
-from dem.io.vtk import POINTS, read_grains
 from howto_pages import ROOT, copy_with, python
+from vtk_files import read_vtp
 
 
 @pytest.fixture(scope="module")
@@ -143,8 +143,7 @@ def test_a_rig_in_python_is_filled_drawn_and_told(tmp_path, monkeypatch, capsys)
     fallen = 216 * 1350.0 * 4 / 3 * np.pi * 0.002**3 * 9.81 * 0.01  # J, from a centimetre
     assert sim.kinetic_energy() < 0.01 * fallen
     assert "##########" in capsys.readouterr().out
-    read = read_grains("peas.vtp")
-    assert read[POINTS] == pytest.approx(sim.position)
+    assert read_vtp("peas.vtp")["Points"] == pytest.approx(sim.position)
     with Image.open("peas.png") as picture:
         assert picture.width == 800
     assert ElementTree.parse("dish.vtp").getroot().tag == "VTKFile"

@@ -36,8 +36,7 @@ from calibration.study.config.schema import ScreeningConfig
 from calibration.study.factors import read_factors
 from calibration.study.new.grains import sieve_curve
 from dem.errors import DemError
-from dem.io.clump import read_clump
-from dem.io.sieve import read_sizes
+from dem.io.grain_tables import read_clump, read_sizes
 from dem.io.stl import read_stl
 from dem.spec import load_spec
 from facts import holds, refused, tells

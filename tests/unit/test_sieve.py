@@ -6,7 +6,7 @@ import openpyxl
 import pytest
 
 from dem.grains.sizes import draw_radii, grain_volume, mean_radius
-from dem.io.sieve import read_sizes
+from dem.io.grain_tables import read_sizes
 from dem.spec import content_hash, parse_spec
 
 CURVE = "diameter_mm,passing_percent\n0.5,0\n1,20\n2,70\n5,100\n"

@@ -17,7 +17,7 @@ from calibration.errors import CalibrationError
 from calibration.files import write_table
 from calibration.intake.guard import in_study
 from dem.grains.clump import MAX_RATIO, MAX_SPHERES, fault, shape_of
-from dem.io.clump import COLUMNS
+from dem.io.grain_tables import COLUMNS
 from dem.io.stl import read_stl
 
 CELLS = 96  # along the longest side of the mesh

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from dem.spec import RunSpec
 
 
-HELPERS = ("bed", "declare", "mesh", "outflow", "phases", "setup")
+HELPERS = ("bed", "declare", "late", "mesh", "outflow", "phases", "setup")
 FOLDERS = "DEM_EXPERIMENTS"
 
 

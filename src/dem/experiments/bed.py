@@ -11,7 +11,7 @@ import numpy as np
 from dem.constants import GRAVITY
 from dem.experiments.phases import rest
 from dem.experiments.setup import add_grains, build_simulation
-from dem.grains.sizes import largest_reach
+from dem.grains.sizes import draw_radii, largest_reach
 from dem.linear import slope
 
 if TYPE_CHECKING:
@@ -85,17 +85,22 @@ def highest_site(count: int, sites: np.ndarray, bottom: float, reach: float) -> 
 def poured(
     spec: RunSpec,
     walls: Callable[[float], WallSet],
-    radii: np.ndarray,
-    sites: np.ndarray,
+    inside: float | tuple[float, float],
     floor: float,
     rng: np.random.Generator,
 ) -> Simulation:
-    """Simulation of grains that were poured above `floor` [m] and rest.
+    """Simulation of the spec's grains, which were poured above `floor` [m] and rest.
 
-    walls: height of the highest site [m] -> WallSet; radii (n,) [m] in the order of pouring; sites
-    (k, 2) of a layer [m]. Raises RefusedStateError where the grains do not rest.
+    walls: height of the highest site [m] -> WallSet; inside: radius of the circle that a layer
+    fills, or half the sides of the rectangle (2,) [m]. Raises RefusedStateError where the grains do
+    not rest.
     """
-    reach = largest_reach(spec)
+    reach, radii = largest_reach(spec), draw_radii(spec, spec.particles.count, rng)
+    if isinstance(inside, tuple):
+        wide, deep = inside
+        sites = sites_in_rectangle((-wide, -deep), inside, reach, rng)
+    else:
+        sites = sites_in_circle(inside, reach, rng)
     sim = build_simulation(spec, walls(highest_site(len(radii), sites, floor, reach)))
     fill(sim, spec, radii, sites, floor, reach, rng)
     rest(sim, spec, spec.numerics.max_time_s, "filling")

@@ -16,18 +16,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from dem.constants import GRAVITY
-from dem.experiments.declare import (
-    COUNT,
-    Experiment,
-    Lever,
-    Metric,
-    Quantity,
-    refuse,
-    refuse_narrow,
-)
+from dem.experiments.declare import Experiment, Metric, Quantity, lever, refuse, refuse_narrow
+from dem.experiments.late import bed, builder, phases, setup
 from dem.experiments.mesh import at_rims, read_mesh
-from dem.grains.sizes import draw_radii, grain_volume, largest_reach, longest_mm, mean_radius
-from dem.lazy_import import lazily
+from dem.grains.sizes import grain_volume, longest_mm, mean_radius
 from dem.schema import Part, field, mesh_field
 
 if TYPE_CHECKING:
@@ -35,10 +27,6 @@ if TYPE_CHECKING:
     from dem.spec import RunSpec
     from dem.walls.builder import WallSet
 
-
-bed = lazily("dem.experiments.bed")
-setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
-phases = lazily("dem.experiments.phases")
 
 LEAST_WIDTH = 5.0  # of the largest grain: narrower, the walls order all of the bed
 LIFT = 1.2  # time in which the vessel is raised, of that in which it falls
@@ -123,10 +111,8 @@ class _Vessel:
 def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     """Fill, tap, and measure before and after."""
     g, rng = spec.geometry, np.random.default_rng(spec.seed)
-    vessel, reach = _Vessel(spec), largest_reach(spec)
-    radii = draw_radii(spec, spec.particles.count, rng)
-    sites = bed.sites_in_circle(vessel.radius, reach, rng)
-    sim = bed.poured(spec, vessel.walls, radii, sites, 0.0, rng)
+    vessel = _Vessel(spec)
+    sim = bed.poured(spec, vessel.walls, vessel.radius, 0.0, rng)
     context.progress(0.3, "poured")
     poured = _packed(sim, spec, vessel)
     for tap in range(g.taps):
@@ -216,14 +202,8 @@ EXPERIMENT = Experiment(
     defaults={"particles": {"count": 2000}, "numerics": {"max_time_s": 3.0}},
     check=check,
     prepare=_Vessel,  # an unusable mesh is refused here
-    bonded=True,
     poured=True,
     quantity=Quantity("poured_density", "kg/m³", 1.0, 3e4, "poured bulk density", relative=True),
-    levers=COUNT
-    | {
-        "vessel_diameter_mm": Lever(
-            1.0, 1e4, "vessel diameter", "mm", ("geometry", "vessel_diameter_mm")
-        ),
-    },
+    levers=lever("vessel_diameter_mm", 1.0, 1e4, "vessel diameter"),
     mechanisms=("cohesion", "rolling_law"),
 )

@@ -12,18 +12,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from dem.errors import MeasureError
-from dem.experiments.declare import (
-    COUNT,
-    Experiment,
-    Lever,
-    Metric,
-    Quantity,
-    refuse,
-    refuse_narrow,
-)
+from dem.experiments.declare import Experiment, Metric, Quantity, lever, refuse, refuse_narrow
+from dem.experiments.late import bed, builder, phases, setup
 from dem.experiments.mesh import outside, read_mesh
 from dem.grains.sizes import draw_radii, grain_volume, largest_reach, longest_mm, smallest_radius
-from dem.lazy_import import lazily
 from dem.linear import slope
 from dem.schema import Part, field, mesh_field
 
@@ -31,10 +23,6 @@ if TYPE_CHECKING:
     from dem.run import RunContext
     from dem.spec import RunSpec
 
-
-bed = lazily("dem.experiments.bed")
-setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
-phases = lazily("dem.experiments.phases")
 
 LEAST_WIDTH = 5.0  # of the largest grain
 LOOK = 1e-4  # path of the lid between looks, over the depth
@@ -127,21 +115,19 @@ SIDES = ((0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0))  # axis of each wall's normal
 
 
 def _filled(spec, rng):
-    g, reach = spec.geometry, largest_reach(spec)
-    half = 0.5e-3 * g.box_width_mm
-    radii = draw_radii(spec, spec.particles.count, rng)
-    sites = bed.sites_in_rectangle((-half, -half), (half, half), reach, rng)
+    half, high = 0.5e-3 * spec.geometry.box_width_mm, 1e-3 * spec.geometry.box_height_mm
 
     def walls(top):
-        return _walls(spec, half, max(top, 1e-3 * g.box_height_mm))
+        return _walls(spec, half, max(top, high))
 
-    if g.packing == "cubic":
-        top = bed.highest_site(len(radii), sites, 0.0, reach)
-        sim = setup.build_simulation(spec, walls(top))
-        sim.add_particles(_lattice(half, radii), radii)
-        bed.advance_for(sim, 2.0 * phases.look(spec))
-        return sim
-    return bed.poured(spec, walls, radii, sites, 0.0, rng)
+    if spec.geometry.packing == "poured":
+        return bed.poured(spec, walls, (half, half), 0.0, rng)
+    reach, radii = largest_reach(spec), draw_radii(spec, spec.particles.count, rng)
+    sites = bed.sites_in_rectangle((-half, -half), (half, half), reach, rng)
+    sim = setup.build_simulation(spec, walls(bed.highest_site(len(radii), sites, 0.0, reach)))
+    sim.add_particles(_lattice(half, radii), radii)
+    bed.advance_for(sim, 2.0 * phases.look(spec))
+    return sim
 
 
 def _lattice(half, radii):
@@ -269,16 +255,10 @@ EXPERIMENT = Experiment(
     },
     check=check,
     prepare=_punch,  # an unusable mesh is refused here
-    bonded=True,
     poured=True,
     quantity=Quantity(
         "constrained_modulus", "kPa", 1e-3, 1e7, "constrained modulus", relative=True
     ),
-    levers=COUNT
-    | {
-        "normal_stress_kPa": Lever(
-            1e-3, 1e4, "normal stress", "kPa", ("geometry", "normal_stress_kPa"), needed=True
-        ),
-    },
+    levers=lever("normal_stress_kPa", 1e-3, 1e4, "normal stress", needed=True),
     mechanisms=("cohesion",),
 )

@@ -16,6 +16,7 @@ import numpy as np
 
 from dem.errors import MeasureError, SpecError
 from dem.grains.sizes import longest_mm
+from dem.units import unit_of
 
 if TYPE_CHECKING:
     from dem.run import RunContext
@@ -133,7 +134,14 @@ class Lever:
 
 
 COUNT = {"particle_count": Lever(1.0, 5e6, "number of grains", "", ("particles", "count"))}
-"""The lever of experiments in which a volume of grains lies."""
+"""The lever of experiments in which grains are poured."""
+
+
+def lever(
+    key: str, least: float, most: float, words: str, needed: bool = False
+) -> dict[str, Lever]:
+    """{key: `Lever`} of a key of the geometry, whose ending is the unit."""
+    return {key: Lever(least, most, words, unit_of(key) or "", ("geometry", key), needed)}
 
 
 def nothing(spec: RunSpec) -> list[str]:
@@ -158,8 +166,9 @@ class Experiment:
     impact_speed : impact_speed(spec) -> highest speed [m/s] at which grains are expected to hit;
         None where none falls
     least_steps : time steps in the shortest contact below which a run is warned of
-    bonded : whether grains may be several bonded spheres, pairs or clumps
-    poured : whether runs scatter from seed to seed, because grains never lie twice alike
+    poured : whether grains are made by `dem.experiments.setup.add_grains`, which may be several
+        bonded spheres, pairs or clumps; their runs scatter from seed to seed, as grains never lie
+        twice alike
     resumes : whether a run that was cut off continues from its checkpoint
     walls : walls(spec) -> `WallSet` with which it starts, for pictures of runs of other engines,
         which keep no walls; ours keep those of any experiment
@@ -167,7 +176,7 @@ class Experiment:
         without a heap
     quantity : what a laboratory measures; None where the diagnosis does not know the experiment
     levers : {column: Lever} beside the grain's diameter and the scale factor, which every
-        experiment has
+        experiment has, and the number of grains where they are poured
     mechanisms : names of the catalogue's mechanisms that show on it, beside those that name it
         themselves
     """
@@ -183,7 +192,6 @@ class Experiment:
     advice: Callable = nothing
     impact_speed: Callable | None = None
     least_steps: float = 0.0
-    bonded: bool = False
     poured: bool = False
     resumes: bool = False
     walls: Callable | None = None
@@ -191,6 +199,10 @@ class Experiment:
     quantity: Quantity | None = None
     levers: dict = field(default_factory=dict)
     mechanisms: tuple = ()
+
+    def __post_init__(self):
+        if self.poured:
+            object.__setattr__(self, "levers", COUNT | self.levers)
 
     @property
     def targets(self) -> tuple[str, ...]:

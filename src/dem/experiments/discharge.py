@@ -11,19 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dem.experiments.declare import (
-    COUNT,
-    Experiment,
-    Lever,
-    Metric,
-    Quantity,
-    refuse,
-    refuse_narrow,
-)
+from dem.experiments.declare import Experiment, Metric, Quantity, lever, refuse, refuse_narrow
+from dem.experiments.late import bed, builder, outflow, setup
 from dem.flow import FREE_FLOW_RATIO, LOOSE, beverloo
-from dem.grains.sizes import draw_radii, grain_volume, largest_reach, mean_radius
+from dem.grains.sizes import grain_volume, mean_radius
 from dem.io.stl import read_stl
-from dem.lazy_import import lazily
 from dem.schema import Part, field
 
 if TYPE_CHECKING:
@@ -32,10 +24,6 @@ if TYPE_CHECKING:
     from dem.spec import RunSpec
     from dem.walls.builder import WallSet
 
-
-bed, outflow = lazily("dem.experiments.bed"), lazily("dem.experiments.outflow")
-setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
-phases = lazily("dem.experiments.phases")
 
 LEAST_WALL = 2.5  # cylinder over orifice: narrower, the wall sets the flow
 LEAST_DEPTH = 2.0  # bed over orifice: lower, the flow goes with the depth
@@ -100,7 +88,7 @@ class Silo:
 def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     """Fill, open, weigh; returns the metrics."""
     silo, rng = Silo(spec.geometry), np.random.default_rng(spec.seed)
-    sim = _filled(spec, silo, rng)
+    sim = bed.poured(spec, silo.walls, silo.radius, silo.shoulder, rng)
     context.progress(0.3, "filled")
     total, density = float(sim.mass.sum()), bulk_density(sim, spec, silo)
     setup.take_away(sim, "gate")
@@ -130,14 +118,6 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
         "drained_angle_deg": drained_angle(sim, silo, spec),
         "bulk_density_kg_m3": density,
     }
-
-
-def _filled(spec, silo, rng):
-    """The silo with its gate shut and its grains at rest."""
-    reach = largest_reach(spec)
-    radii = draw_radii(spec, spec.particles.count, rng)
-    sites = bed.sites_in_circle(silo.radius, reach, rng)
-    return bed.poured(spec, silo.walls, radii, sites, silo.shoulder, rng)
 
 
 def bulk_density(sim: "Simulation", spec: "RunSpec", silo: "Silo") -> float:
@@ -203,15 +183,9 @@ EXPERIMENT = Experiment(
     defaults={"particles": {"count": 6000}, "numerics": {"max_time_s": 10.0}},
     check=check,
     prepare=lambda spec: Silo(spec.geometry),  # an unusable mesh is refused here
-    bonded=True,
     poured=True,
     walls=lambda spec: Silo(spec.geometry).walls(3e-3 * spec.geometry.silo_diameter_mm),
     quantity=Quantity("mass_flow", "g/s", 1e-4, 1e6, "mass flow", relative=True),
-    levers=COUNT
-    | {
-        "orifice_diameter_mm": Lever(
-            1.0, 1e4, "orifice", "mm", ("geometry", "orifice_diameter_mm"), needed=True
-        ),
-    },
+    levers=lever("orifice_diameter_mm", 1.0, 1e4, "orifice", needed=True),
     mechanisms=("cohesion", "rolling_law", "size_bias"),
 )

@@ -11,26 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dem.experiments.declare import (
-    COUNT,
-    Experiment,
-    Lever,
-    Metric,
-    Quantity,
-    refuse,
-    refuse_narrow,
-)
+from dem.experiments.declare import Experiment, Metric, Quantity, lever, refuse, refuse_narrow
+from dem.experiments.late import bed, builder, outflow, phases, setup
 from dem.experiments.mesh import at_rims, read_mesh, rectangle
 from dem.flow import FREE_FLOW_RATIO, LOOSE
 from dem.grains.sizes import (
-    draw_radii,
     grain_volume,
-    largest_reach,
     longest_mm,
     mean_radius,
     smallest_radius,
 )
-from dem.lazy_import import lazily
 from dem.schema import Part, field, mesh_field
 
 if TYPE_CHECKING:
@@ -38,10 +28,6 @@ if TYPE_CHECKING:
     from dem.spec import RunSpec
     from dem.walls.builder import WallSet
 
-
-bed, outflow = lazily("dem.experiments.bed"), lazily("dem.experiments.outflow")
-setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
-phases = lazily("dem.experiments.phases")
 
 LEAST_DEPTH = 3.0  # of the largest grain
 STRIPS = 10  # of each flank
@@ -154,7 +140,7 @@ class _Boxes:
 def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     """Fill the upper box, open the slot, and read both slopes when all rest."""
     boxes, rng = _Boxes(spec), np.random.default_rng(spec.seed)
-    sim = _filled(spec, boxes, rng)
+    sim = bed.poured(spec, boxes.walls, (boxes.upper, boxes.deep), boxes.floor, rng)
     context.progress(0.3, "filled")
     total = float(sim.mass.sum())
     setup.take_away(sim, "gate")
@@ -176,27 +162,14 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     above = position[:, 2] > boxes.floor
     edge = mean_radius(spec)
     stays = boxes.slot + edge, boxes.upper - edge
+    heap = 2.0 * edge, boxes.lower - edge  # from a grain beside its crest to the wall
     return {
         "shear_angle_deg": _flanks(position[above], radius[above], *stays, boxes.floor),
-        "angle_of_repose_deg": -_flanks(position[~above], radius[~above], *_heap(boxes, edge), 0.0),  # type: ignore[call-arg]
+        "angle_of_repose_deg": -_flanks(position[~above], radius[~above], *heap, 0.0),
         "mass_flow_g_s": 1e3 * outflow.steady_flow(times, masses),
         "discharged_share": float(masses[-1] / total),
         "emptying_time_s": outflow.ended(times, masses),
     }
-
-
-def _filled(spec, boxes, rng):
-    """The upper box with its gate shut and its grains at rest."""
-    reach = largest_reach(spec)
-    radii = draw_radii(spec, spec.particles.count, rng)
-    corner = np.array([boxes.upper, boxes.deep])
-    sites = bed.sites_in_rectangle(-corner, corner, reach, rng)
-    return bed.poured(spec, boxes.walls, radii, sites, boxes.floor, rng)
-
-
-def _heap(boxes, edge):
-    """Where the flanks of the lower heap are read: from a grain beside its crest to the wall."""
-    return 2.0 * edge, boxes.lower - edge
 
 
 def _flanks(position, radius, low, high, floor):
@@ -233,14 +206,10 @@ EXPERIMENT = Experiment(
     defaults={"particles": {"count": 4000}, "numerics": {"max_time_s": 10.0}},
     check=check,
     prepare=_Boxes,  # an unusable mesh is refused here
-    bonded=True,
     poured=True,
     walls=lambda spec: _Boxes(spec).walls(2e-3 * spec.geometry.fall_height_mm),
     quantity=Quantity("angle_of_repose", "deg", 0.1, 89.0, "angle of repose", relative=False),
-    levers=COUNT
-    | {
-        "slot_width_mm": Lever(1.0, 1e4, "slot", "mm", ("geometry", "slot_width_mm")),
-        "fall_height_mm": Lever(1.0, 1e4, "fall height", "mm", ("geometry", "fall_height_mm")),
-    },
+    levers=lever("slot_width_mm", 1.0, 1e4, "slot")
+    | lever("fall_height_mm", 1.0, 1e4, "fall height"),
     mechanisms=("cohesion", "rolling_law", "size_bias"),
 )

@@ -13,10 +13,10 @@ import numpy as np
 
 from dem.constants import GRAVITY
 from dem.errors import MeasureError
-from dem.experiments.declare import Experiment, Lever, LogShare, Metric, Quantity
+from dem.experiments.declare import Experiment, Lever, LogShare, Metric, Quantity, lever
+from dem.experiments.late import builder, drag, setup
 from dem.experiments.mesh import outside, read_mesh
 from dem.grains.sizes import mean_radius
-from dem.lazy_import import lazily
 from dem.schema import Part, field, mesh_field
 from dem.timescales import hertz_contact_time
 
@@ -24,9 +24,6 @@ if TYPE_CHECKING:
     from dem.run import RunContext
     from dem.spec import RunSpec
 
-
-setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
-drag = lazily("dem.kernel.drag")
 
 APART = 20.0  # radii between grains: they never meet
 MISSED = 5e-6  # of the drop height, at an apex between two looks
@@ -231,10 +228,6 @@ EXPERIMENT = Experiment(
         below="drop_height_mm",
         scale=LogShare("drop_height_mm", LEAST_REBOUND),
     ),
-    levers={
-        "drop_height_mm": Lever(
-            1.0, 1e4, "drop height", "mm", ("geometry", "drop_height_mm"), needed=True
-        ),
-        "output_interval_s": Lever(1e-6, 10.0, "frame interval", "s", None),
-    },
+    levers=lever("drop_height_mm", 1.0, 1e4, "drop height", needed=True)
+    | {"output_interval_s": Lever(1e-6, 10.0, "frame interval", "s", None)},
 )

@@ -13,10 +13,10 @@ import numpy as np
 
 from dem.constants import GRAVITY
 from dem.errors import MeasureError, SpecError
-from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, refuse_narrow
+from dem.experiments.declare import Experiment, Metric, Quantity, lever, refuse_narrow
+from dem.experiments.late import bed, builder, phases, setup
 from dem.experiments.mesh import circle, read_mesh
 from dem.grains.sizes import draw_radii, grain_volume, largest_reach, longest_mm, mean_radius
-from dem.lazy_import import lazily
 from dem.schema import Part, field, mesh_field
 
 if TYPE_CHECKING:
@@ -24,10 +24,6 @@ if TYPE_CHECKING:
     from dem.spec import RunSpec
     from dem.walls.builder import WallSet
 
-
-bed = lazily("dem.experiments.bed")
-setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
-phases = lazily("dem.experiments.phases")
 
 LEAST_DIAMETER, LEAST_WIDTH = 10.0, 3.0  # of the largest grain
 LOOKS = 40  # while the angle is read
@@ -232,19 +228,8 @@ EXPERIMENT = Experiment(
     check=check,
     prepare=_Drum,  # an unusable mesh is refused here
     advice=advice,
-    bonded=True,
     poured=True,
     quantity=Quantity("dynamic_angle", "deg", 0.1, 89.0, "dynamic angle", relative=False),
-    levers=COUNT
-    | {
-        "rotation_rate_deg_s": Lever(
-            1e-2,
-            1e4,
-            "speed of rotation",
-            "°/s",
-            ("geometry", "rotation_rate_deg_s"),
-            needed=True,
-        ),
-    },
+    levers=lever("rotation_rate_deg_s", 1e-2, 1e4, "speed of rotation", needed=True),
     mechanisms=("cohesion", "rolling_law"),
 )

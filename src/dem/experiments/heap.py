@@ -13,19 +13,11 @@ import numpy as np
 
 from dem.constants import GRAVITY
 from dem.errors import RefusedStateError, SpecError
-from dem.experiments.declare import (
-    COUNT,
-    Experiment,
-    Lever,
-    Metric,
-    Quantity,
-    refuse,
-    refuse_narrow,
-)
+from dem.experiments.declare import Experiment, Metric, Quantity, lever, refuse, refuse_narrow
+from dem.experiments.late import builder, phases, setup
 from dem.flow import C_BEVERLOO, FREE_FLOW_RATIO, LOOSE, beverloo
 from dem.grains.sizes import draw_radii, grain_volume, largest_reach, mean_radius
 from dem.io.stl import read_stl
-from dem.lazy_import import lazily
 from dem.measure.heap import coverage, measure_heap, readings_apart
 from dem.schema import Part, field
 
@@ -35,9 +27,6 @@ if TYPE_CHECKING:
     from dem.spec import RunSpec
     from dem.walls.builder import WallSet
 
-
-setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
-phases = lazily("dem.experiments.phases")
 
 MIN_ORIFICE_RATIO = 3.0  # orifice over largest grain; below it any funnel clogs
 LEAST_PLATE = 4.0  # plate over largest grain
@@ -462,16 +451,10 @@ EXPERIMENT = Experiment(
     impact_speed=impact_speed,
     # at 5 the restitution comes out 2 % low (docs/evidence.md, steps in a contact)
     least_steps=5,
-    bonded=True,
     poured=True,
     resumes=True,
     walls=lambda spec: Rig(spec.geometry).walls(),
     heap_plate=lambda spec: 0.5e-3 * spec.geometry.plate_diameter_mm,
     quantity=Quantity("angle_of_repose", "deg", 0.1, 89.0, "angle of repose", relative=False),
-    levers=COUNT
-    | {
-        "discharge_height_mm": Lever(
-            1.0, 1e4, "discharge height", "mm", ("geometry", "discharge_height_mm")
-        ),
-    },
+    levers=lever("discharge_height_mm", 1.0, 1e4, "discharge height"),
 )

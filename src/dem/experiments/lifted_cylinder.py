@@ -10,18 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dem.experiments.declare import (
-    COUNT,
-    Experiment,
-    Lever,
-    Metric,
-    Quantity,
-    refuse,
-    refuse_narrow,
-)
+from dem.experiments.declare import Experiment, Metric, Quantity, lever, refuse, refuse_narrow
+from dem.experiments.late import bed, builder, phases, setup
 from dem.experiments.mesh import at_rims, circle, read_mesh
-from dem.grains.sizes import draw_radii, largest_reach, longest_mm
-from dem.lazy_import import lazily
+from dem.grains.sizes import longest_mm
 from dem.measure.heap import coverage, measure_heap, readings_apart
 from dem.schema import Part, field, mesh_field
 
@@ -30,10 +22,6 @@ if TYPE_CHECKING:
     from dem.spec import RunSpec
     from dem.walls.builder import WallSet
 
-
-bed = lazily("dem.experiments.bed")
-setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
-phases = lazily("dem.experiments.phases")
 
 LOST_BELOW = 0.75  # radii of the plate; grains this far below it have run off
 LEAST_WIDTH = 5.0  # of the largest grain
@@ -96,11 +84,9 @@ class Rig:
 
 def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     """Fill, lift, and measure the heap. Raises MeasureError where none stands."""
-    rng, rig, reach = np.random.default_rng(spec.seed), Rig(spec), largest_reach(spec)
+    rng, rig = np.random.default_rng(spec.seed), Rig(spec)
     plate = rig.plate
-    radii = draw_radii(spec, spec.particles.count, rng)
-    sites = bed.sites_in_circle(rig.radius, reach, rng)
-    sim = bed.poured(spec, rig.walls, radii, sites, 0.0, rng)
+    sim = bed.poured(spec, rig.walls, rig.radius, 0.0, rng)
     depth = float(sim.position[:, 2].max())
     lost = _lift(sim, spec, context, depth, -LOST_BELOW * plate)
     context.finish(sim)
@@ -167,14 +153,10 @@ EXPERIMENT = Experiment(
     defaults={"particles": {"count": 3000}, "numerics": {"max_time_s": 3.0}},
     check=check,
     prepare=Rig,  # an unusable mesh is refused here
-    bonded=True,
     poured=True,
     walls=lambda spec: Rig(spec).walls(1e-3 * spec.geometry.cylinder_diameter_mm),
     heap_plate=lambda spec: 0.5e-3 * spec.geometry.plate_diameter_mm,
     quantity=Quantity("angle_of_repose", "deg", 0.1, 89.0, "angle of repose", relative=False),
-    levers=COUNT
-    | {
-        "lift_speed_mm_s": Lever(0.1, 1e4, "lift speed", "mm/s", ("geometry", "lift_speed_mm_s")),
-    },
+    levers=lever("lift_speed_mm_s", 0.1, 1e4, "lift speed"),
     mechanisms=("cohesion", "rolling_law", "grain_shape", "size_bias"),
 )

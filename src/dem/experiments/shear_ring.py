@@ -16,10 +16,10 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from dem.constants import GRAVITY
-from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, Share, refuse
+from dem.experiments.declare import Experiment, Metric, Quantity, Share, lever, refuse
+from dem.experiments.late import builder, phases, setup
 from dem.experiments.mesh import annulus, read_mesh
 from dem.grains.sizes import draw_radii, fall_time, largest_reach, longest_mm, smallest_radius
-from dem.lazy_import import lazily
 from dem.schema import Part, field, mesh_field
 
 if TYPE_CHECKING:
@@ -27,9 +27,6 @@ if TYPE_CHECKING:
     from dem.spec import RunSpec
     from dem.walls.builder import WallSet
 
-
-setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
-phases = lazily("dem.experiments.phases")
 
 VANES = 24
 RAMP = 4.0  # duration of a change of load, in fall times of the mean grain
@@ -253,7 +250,6 @@ EXPERIMENT = Experiment(
     defaults={"numerics": {"rayleigh_fraction": 0.2}},
     check=check,
     prepare=_meshes,  # an unusable mesh is refused here
-    bonded=True,
     poured=True,
     quantity=Quantity(
         "shear_stress",
@@ -264,10 +260,5 @@ EXPERIMENT = Experiment(
         relative=True,
         scale=Share("normal_stress_kPa"),
     ),
-    levers=COUNT
-    | {
-        "normal_stress_kPa": Lever(
-            1e-3, 1e4, "normal stress", "kPa", ("geometry", "normal_stress_kPa"), needed=True
-        ),
-    },
+    levers=lever("normal_stress_kPa", 1e-3, 1e4, "normal stress", needed=True),
 )

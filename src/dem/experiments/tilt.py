@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dem.errors import MeasureError
-from dem.experiments.declare import Experiment, Lever, Metric, Quantity, Tangent, refuse
+from dem.experiments.declare import Experiment, Metric, Quantity, Tangent, lever, refuse
+from dem.experiments.late import builder, phases, setup
 from dem.experiments.mesh import outside, read_mesh
 from dem.grains.sizes import fall_time, longest_mm, mean_radius
-from dem.lazy_import import lazily
 from dem.linear import into_axes
 from dem.schema import Part, field, mesh_field
 
@@ -22,9 +22,6 @@ if TYPE_CHECKING:
     from dem.run import RunContext
     from dem.spec import RunSpec
 
-
-setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
-phases = lazily("dem.experiments.phases")
 
 SETTLE = 5.0  # fall times that the grains get to come to rest on the level plate
 LOOK = 0.2  # fall times between looks at the cluster; the angle is read to tilt rate times this
@@ -157,7 +154,5 @@ EXPERIMENT = Experiment(
     quantity=Quantity(
         "sliding_angle", "deg", 0.1, 89.0, "sliding angle", relative=False, scale=Tangent()
     ),
-    levers={
-        "tilt_rate_deg_s": Lever(1e-3, 90.0, "tilt rate", "°/s", ("geometry", "tilt_rate_deg_s")),
-    },
+    levers=lever("tilt_rate_deg_s", 1e-3, 90.0, "tilt rate"),
 )

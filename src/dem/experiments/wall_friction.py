@@ -13,28 +13,23 @@ import numpy as np
 
 from dem.constants import GRAVITY
 from dem.experiments.declare import (
-    COUNT,
     Experiment,
-    Lever,
     Metric,
     Quantity,
     Share,
+    lever,
     refuse,
     refuse_narrow,
 )
+from dem.experiments.late import bed, builder, phases, setup
 from dem.experiments.mesh import outside, read_mesh
 from dem.grains.sizes import draw_radii, fall_time, largest_reach, longest_mm, smallest_radius
-from dem.lazy_import import lazily
 from dem.schema import Part, field, mesh_field
 
 if TYPE_CHECKING:
     from dem.run import RunContext
     from dem.spec import RunSpec
 
-
-bed = lazily("dem.experiments.bed")
-setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
-phases = lazily("dem.experiments.phases")
 
 LEAST_WIDTH = 5.0  # of the largest grain
 STRETCHES = 20  # the path is cut into so many means
@@ -174,7 +169,6 @@ EXPERIMENT = Experiment(
     },
     check=check,
     prepare=_plate,  # an unusable mesh is refused here
-    bonded=True,
     poured=True,
     quantity=Quantity(
         "wall_shear_stress",
@@ -185,11 +179,6 @@ EXPERIMENT = Experiment(
         relative=True,
         scale=Share("normal_stress_kPa"),
     ),
-    levers=COUNT
-    | {
-        "normal_stress_kPa": Lever(
-            1e-3, 1e4, "normal stress", "kPa", ("geometry", "normal_stress_kPa"), needed=True
-        ),
-    },
+    levers=lever("normal_stress_kPa", 1e-3, 1e4, "normal stress", needed=True),
     mechanisms=("wall_adhesion", "stress_dependent_friction"),
 )

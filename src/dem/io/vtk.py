@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 
 RESOLUTION = 64  # facets of a surface of revolution
 TYPES = {"f8": "Float64", "i8": "Int64"}
-POINTS = "Points"
-"""Name of the array of the points themselves."""
 
 
 def write_grains(
@@ -45,13 +43,6 @@ def write_grains(
     }
     each = np.arange(len(velocity))[:, None]  # a vertex a grain
     _write(path, np.asarray(position, float).reshape(-1, 3), verts=list(each), fields=fields)
-
-
-def read_grains(path: str | Path) -> dict[str, np.ndarray]:
-    """{name: array} of a file of `write_grains`, the positions (n, 3) as `POINTS`."""
-    [piece] = ElementTree.parse(path).getroot().iter("Piece")
-    arrays = [*piece.find("PointData"), *piece.find(POINTS)]  # type: ignore[misc]
-    return {a.get("Name"): _decoded(a) for a in arrays}
 
 
 def write_frame(path: str | Path, sim: Simulation) -> None:
@@ -135,7 +126,7 @@ def _write(path, points, verts=(), polys=(), fields=None):
     counts = {"NumberOfPoints": len(points), "NumberOfVerts": len(verts)}
     piece = ElementTree.Element("Piece", _text(counts | {"NumberOfPolys": len(polys)}))
     _arrays(piece, "PointData", fields or {})
-    _arrays(piece, POINTS, {POINTS: points})
+    _arrays(piece, "Points", {"Points": points})
     for name, cells in (("Verts", verts), ("Polys", polys)):
         flat = np.concatenate(cells) if len(cells) else np.empty(0)
         ends = np.cumsum([len(cell) for cell in cells])
@@ -165,19 +156,6 @@ def _encoded(data):
     packed = zlib.compress(data, 1) if data else b""
     header = np.array([1, len(data), 0, len(packed)] if data else [0], "<u8")
     return "".join(base64.b64encode(part).decode() for part in (header.tobytes(), packed))
-
-
-HEADER = len(base64.b64encode(bytes(4 * 8)))  # characters of a header of one block
-
-
-def _decoded(element):
-    """Values of a DataArray that `_encoded` wrote."""
-    types = {name: "<" + kind for kind, name in TYPES.items()}
-    text = element.text
-    data = zlib.decompress(base64.b64decode(text[HEADER:])) if len(text) > HEADER else b""
-    values = np.frombuffer(data, types[element.get("type")])
-    width = element.get("NumberOfComponents")
-    return values.reshape(-1, int(width)) if width else values
 
 
 def _text(numbers):

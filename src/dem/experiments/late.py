@@ -1,5 +1,5 @@
-"""Modules that are loaded when something of them is first used: a schema must not wait a second for
-the engine."""
+"""Modules of the engine that are loaded when a run first uses something of them: a schema must not
+wait a second for them."""
 
 from __future__ import annotations
 
@@ -21,3 +21,8 @@ def lazily(name: str) -> ModuleType:
     sys.modules[name] = module
     found.loader.exec_module(module)  # type: ignore[union-attr]
     return module
+
+
+bed, outflow = lazily("dem.experiments.bed"), lazily("dem.experiments.outflow")
+phases, setup = lazily("dem.experiments.phases"), lazily("dem.experiments.setup")
+builder, drag = lazily("dem.walls.builder"), lazily("dem.kernel.drag")
