@@ -19,7 +19,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.bulk.cases import CONTACTS, MATERIALS, POISSON, Case
-from benchmarks.speed.peers import lammps_program, liggghts_launch, run_program
+from benchmarks.speed.peers import run_program
+from calibration.engines import lammps, liggghts
+from calibration.engines.program import find
 from dem.constants import GRAVITY
 from dem.contact.registry import Laws, pair_properties
 from dem.precompile import compile_engine
@@ -211,7 +213,7 @@ def run_liggghts(case: Case, folder: Path) -> Outcome:
             steel=len(names), turn=turn,
         )
     )  # fmt: skip
-    command = [*liggghts_launch(), "liggghts", "-in", "in.liggghts"]
+    command = [*liggghts.launcher(), "liggghts", "-in", "in.liggghts"]
     return _finished(case, folder, "liggghts", command)
 
 
@@ -270,7 +272,7 @@ def run_lammps(case: Case, folder: Path) -> Outcome:
         .read_text()
         .format(**_numbers(case), pairs="\n".join(pairs), walls="\n".join(walls))
     )
-    command = [lammps_program() or "lmp", "-in", "in.lammps", "-log", "none"]
+    command = [find("lmp", lammps.INSTALL), "-in", "in.lammps", "-log", "none"]
     return _finished(case, folder, "lammps", command)
 
 

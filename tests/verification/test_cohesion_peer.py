@@ -4,10 +4,10 @@ import math
 
 import pytest
 from export_peers import liggghts as run_liggghts
-from export_peers import read_dump
 
 from calibration.engines import liggghts
 from calibration.engines.conversion import Conversion, granulate
+from calibration.engines.program import read_dump
 from calibration.study.config import overlay
 from dem.spec import parse_spec
 from small_heap import SPEC

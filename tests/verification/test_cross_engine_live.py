@@ -12,12 +12,14 @@ import pandas as pd
 import pytest
 from liggghts import cases, peer, records
 
-pytestmark = [
-    pytest.mark.peer,
-    pytest.mark.skipif(
-        not peer.available(), reason="LIGGGHTS is not installed (Debian: apt-get install liggghts)"
-    ),
-]
+from other_codes import entry_or_skip
+
+pytestmark = pytest.mark.peer
+
+
+@pytest.fixture(autouse=True)
+def _installed():
+    entry_or_skip("liggghts")
 
 
 @pytest.fixture

@@ -8,12 +8,13 @@ normal impulse J. A grain that rolls on a plane loses speed at (5/7) mu_r g.
 
 import numpy as np
 import pytest
-from export_peers import exported, lammps, liggghts, read_dump, reference_spec, yade
+from export_peers import exported, lammps, liggghts, reference_spec, yade
 
 import other_codes
 from calibration.engines import lammps as to_lammps
 from calibration.engines import liggghts as to_liggghts
 from calibration.engines import yade as to_yade
+from calibration.engines.program import read_dump
 from calibration.study.config import overlay
 from dem.spec import parse_spec
 

@@ -1,22 +1,23 @@
 """LIGGGHTS as a peer: run one of the input decks beside this file and read the state that it
 leaves."""
 
-import re
 import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks.speed.peers import INPUTS, write_states
+from calibration.engines.liggghts import INSTALL, launcher, version
+from calibration.engines.mesh import disc, frustum, write_mesh
+from calibration.engines.program import find, read_frames
+from calibration.engines.program import run as start
 from dem.constants import GRAVITY
 from dem.experiments.heap import Rig
 from dem.experiments.setup import time_step_of
-from dem.io.stl import write_stl
 from dem.materials import material_of
 
 FOLDER = Path(__file__).parent
-SIDES = 64  # of the polygons that stand for the funnel's circles
+LONGEST_S = 36000.0
 COLLAR = 0.75  # of the funnel above its rim, in radii of its mouth: grains are made at 0.25
 ROLLING = {"constant_torque_relative": "cdt", "elastic_plastic": "epsd"}
 """Our name of a rolling law -> theirs."""
@@ -29,36 +30,16 @@ DAMPING_RATIO = 0.3 / np.sqrt(1.4 / 0.4)
 grain."""
 
 
-def available():
-    """Whether LIGGGHTS can be run here."""
-    return shutil.which("liggghts") is not None
-
-
 def run(deck, folder, variables):
     """Run `deck` in `folder`; returns the version and the dumped states, a list of {column: (n,)
     array}.
 
-    Raises RuntimeError with the end of LIGGGHTS' own words when it fails.
+    Raises EngineError with the end of LIGGGHTS' own words when it fails.
     """
-    # started without mpirun it loses the text of its errors
-    launch = ["mpirun", "--allow-run-as-root", "-np", "1"] if shutil.which("mpirun") else []
     flags = [word for k, v in variables.items() for word in ("-var", k, str(v))]
-    command = [*launch, "liggghts", "-in", str(FOLDER / deck), *flags]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise RuntimeError(f"LIGGGHTS failed on {deck}: {(done.stdout + done.stderr)[-1500:]}")
-    version = re.search(r"Version (\S+ [\d.]+)", done.stdout).group(1)
-    return version, read_dump(Path(folder) / "end.dump")
-
-
-def read_dump(path):
-    """The snapshots of a text dump, a list of {column: (n,) array}."""
-    states = []
-    for part in path.read_text().split("ITEM: ATOMS ")[1:]:
-        head, *rows = part.split("ITEM:")[0].strip().splitlines()
-        table = np.array([row.split() for row in rows], float)
-        states.append(dict(zip(head.split(), table.T, strict=True)))
-    return states
+    command = [*launcher(), find("liggghts", INSTALL), "-in", str(FOLDER / deck), *flags]
+    start(command, folder, LONGEST_S)
+    return version(), read_frames(folder / "end.dump")
 
 
 def vectors(state, *names):
@@ -162,29 +143,7 @@ def heap_variables(spec, rig, seed, time):
 def write_meshes(rig, folder):
     """plate.stl and funnel.stl [m]: the rig's surfaces of revolution, and the collar above the
     funnel."""
-    plate, top = rig.plate_radius, rig.rim_height
-    disc = [(plate, 0.0), (0.5 * plate, 0.0), (0.0, 0.0)]
-    flank = [(rig.orifice_radius, rig.orifice_height), (rig.mouth_radius, top)]
-    write_stl(Path(folder) / "plate.stl", *revolve(disc))
-    write_stl(
-        Path(folder) / "funnel.stl",
-        *revolve([*flank, (rig.mouth_radius, top + COLLAR * rig.mouth_radius)]),
-    )
-
-
-def revolve(profile):
-    """Vertices (v, 3) and triangles (t, 3) of the line through (radius, z) points, turned about
-    z."""
-    turn = 2.0 * np.pi * np.arange(SIDES) / SIDES
-    rings = [
-        np.column_stack([r * np.cos(turn), r * np.sin(turn), 0 * turn + z]) for r, z in profile
-    ]
-    k = np.arange(SIDES)
-    after = (k + 1) % SIDES
-    triangles = []
-    for ring, (r, _) in enumerate(profile[1:]):
-        low, high = ring * SIDES, (ring + 1) * SIDES
-        triangles.append(np.column_stack([low + k, low + after, high + after]))
-        if r > 0.0:
-            triangles.append(np.column_stack([low + k, high + after, high + k]))
-    return np.vstack(rings), np.vstack(triangles)
+    mouth, rim = rig.mouth_radius, rig.rim_height
+    funnel = frustum(rig.orifice_radius, rig.orifice_height, mouth, rim)
+    write_mesh(folder / "plate.stl", disc(rig.plate_radius))
+    write_mesh(folder / "funnel.stl", funnel + frustum(mouth, rim, mouth, rim + COLLAR * mouth))
