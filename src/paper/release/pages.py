@@ -2,6 +2,7 @@
 them, and the tables of docs/evidence.md and docs/other-codes.md. The templates beside this file
 have the words and read what is kept; `values` has what must be computed."""
 
+import re
 import textwrap
 from collections.abc import Iterable, Mapping
 from functools import partial
@@ -42,7 +43,9 @@ PIECES = {
 """{template: (page, name of the marks between which it stands)}."""
 NUMBERS = ("none", "one", "two", "three", "four", "five", "six", "seven")
 WIDTH = 100
-ASIS = ("#", "|", "<!--", "```", "![", "`salt", "All rows")
+ASIS = r"#|\||<!--|```|!\[|`salt|All rows|\s*$"
+PROSE = re.compile(rf"^```[\s\S]*?^```.*|^(?!{ASIS}).+(?:\n(?!{ASIS}|- ).+)*", re.M)
+"""A block of code; a paragraph or an item."""
 
 
 def read_record(path: str | Path = RECORD) -> dict[str, Any]:
@@ -133,31 +136,17 @@ def pieces(kept: str | Path = KEPT) -> dict[tuple[Path, str, str], str]:
 def wrapped(text: str) -> str:
     """Paragraphs and items of a Markdown text filled to WIDTH columns anew; headings, tables, code
     and marks stay as they are."""
-    out, held = [], []  # type: ignore[var-annotated]
+    return PROSE.sub(_refilled, text)
 
-    def flush():
-        if held:
-            hang = "  " if held[0].startswith("- ") else ""
-            filled = textwrap.fill(
-                " ".join(line.strip() for line in held), WIDTH, subsequent_indent=hang,
-                break_long_words=False, break_on_hyphens=False,
-            )  # fmt: skip
-            out.extend(filled.split("\n"))
-            held.clear()
 
-    code = False
-    for line in text.split("\n"):
-        fence = line.startswith("```")
-        if code or fence or not line.strip() or line.startswith(ASIS):
-            flush()
-            out.append(line)
-            code ^= fence
-            continue
-        if line.startswith("- "):
-            flush()
-        held.append(line)
-    flush()
-    return "\n".join(out)
+def _refilled(found):
+    lines = found[0].split("\n")
+    if lines[0].startswith("```"):
+        return found[0]
+    return textwrap.fill(
+        " ".join(line.strip() for line in lines), WIDTH, break_long_words=False,
+        break_on_hyphens=False, subsequent_indent="  " if lines[0].startswith("- ") else "",
+    )  # fmt: skip
 
 
 def write_pages(kept: str | Path = KEPT, root: str | Path = ".") -> None:
