@@ -1,12 +1,8 @@
 """Errors that a user of the engine can meet; each says what was wrong, where, and what is
 allowed."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from pathlib import Path
+from pathlib import Path
+from typing import Any
 
 
 class DemError(Exception):

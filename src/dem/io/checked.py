@@ -1,20 +1,15 @@
 """Checksums: of files, and of data that carry their own."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from dem.io.files import replace_file
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
 
 DIGEST = 32  # bytes of a SHA-256
 CHUNK = 1 << 20

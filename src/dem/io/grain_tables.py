@@ -6,18 +6,13 @@ column `diameter_mm` and one of two others: `passing_percent`, the share that pa
 clump has the columns `x_mm`, `y_mm`, `z_mm` and `radius_mm`, one sphere a row.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from dem.errors import SpecError
 from dem.grains.clump import fault
 from dem.tables import named_by, read_table
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
 
 SIZES, CLUMP = "particles.sizes.file", "particles.clump.file"
 DIAMETER, PASSING, FRACTION = "diameter_mm", "passing_percent", "fraction"

@@ -1,18 +1,13 @@
 """YAML files as mappings, with the line of each key, so that an error can say where it is."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import yaml
 
 from dem.errors import InputError, SpecError
 from dem.tables.limits import read_limited
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
 
 LARGEST = 100_000  # values of a file, those that it repeats by aliases counted each time
 

@@ -5,18 +5,12 @@ A separator counts where it gives every row the header's number of cells. A comm
 decimal mark if no other reading is left. `1,234` alone could be a thousand.
 """
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from dem.errors import InputError
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
 
 NAMES = {
     "\t": "tab-separated",

@@ -1,20 +1,14 @@
 """From the bytes of a file to lines of text: what kind of file it is, and how its letters are
 written."""
 
-from __future__ import annotations
-
 import codecs
 import io
 import re
 import zipfile
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from dem.errors import InputError
 from dem.tables.limits import LONGEST_CELL, check_unpacked, read_limited
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
 
 WORKBOOK, TEXT = "workbook", "text"
 SAVE_AS = "CSV or tab-separated text, or a workbook .xlsx"

@@ -1,21 +1,15 @@
 """Rows of a workbook's sheet, as texts: of the one that holds anything, or of the one that was
 named."""
 
-from __future__ import annotations
-
 import datetime
 import io
 import math
 import warnings
 import zipfile
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from dem.errors import InputError
 from dem.tables.limits import check_cells
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
 
 DATE = "is a date: a spreadsheet turned a number such as 26.1 into one"
 
