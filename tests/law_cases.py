@@ -21,6 +21,15 @@ USUAL = {
 }  # fmt: skip
 """Unit of a parameter -> a value that grains of salt feel, and the power of h by which it goes:
 lengths and stresses go as h, times as its root."""
+FELT = {
+    "normal_stiffness_N_m": (500.0, 2), "yield_velocity_m_s": (0.01, 0.5),
+    "surface_tension_N_m": (0.07, 2), "liquid_volume_fraction": (0.01, 0),
+    "friction_reference_force_N": (1e-3, 3),
+    "friction_curve_low": (1e-3, 3), "friction_curve_ratio": (100.0, 0),
+    "friction_curve_1": (1.5, 0), "restitution_curve_low": (0.1, 0.5),
+    "restitution_curve_5": (0.6, 0),
+}  # fmt: skip
+"""The same by key, where the default or the usual value of the unit would not be felt, or alone."""
 
 ROOM = 0.5
 """How far a value stands inside an open end of its range, over the end's size or 1."""
@@ -66,8 +75,9 @@ def values(laws, h=1.0, grain=SALT):
 
 
 def _value(parameter, h):
-    value, power = USUAL[in_ascii(unit_of(parameter.key))]
-    value = value if parameter.default is None else parameter.default
+    value, power = FELT.get(parameter.key) or USUAL[in_ascii(unit_of(parameter.key))]
+    if parameter.key not in FELT and parameter.default is not None:
+        value = parameter.default
     limits = parameter.limits
     low, high = limits.get("ge", limits.get("gt")), limits.get("le", limits.get("lt"))
     if high is not None and value >= high:

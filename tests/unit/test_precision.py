@@ -45,14 +45,7 @@ LAWS = dict.fromkeys(laws for _, laws in alone()) | dict.fromkeys(TOGETHER)
 @pytest.mark.slow
 @pytest.mark.parametrize("laws", LAWS, ids=lambda laws: "-".join(vars(laws).values()))
 def test_lanes_and_floats_run_the_same_law(laws):
-    own = dict(
-        cohesion_energy_density=2e4, surface_energy=0.02, surface_tension=0.05,
-        liquid_volume_fraction=0.01, viscous_time=2e-6, yield_pressure=2e5, friction_exponent=0.2,
-        friction_reference=1e-3, normal_stiffness=500.0, plasticity=0.5, adhesion_energy=0.02,
-        restitution_curve_low=0.01, restitution_curve_5=0.7, friction_curve_low=1e-3,
-        friction_curve_ratio=100.0, friction_curve_1=1.5,
-    )  # fmt: skip
-    contact = ContactParameters(0.5, 0.4, 0.1, **(values(laws) | own))
+    contact = ContactParameters(0.5, 0.4, 0.1, **values(laws))
     fast, plain = collide("mixed", laws, contact), collide("double", laws, contact)
     # over 400 steps float32 rounding (6e-8) grows in the collisions to about a thousandth of the
     # motion

@@ -61,8 +61,7 @@ def followed(sim, steps=1000, look=100):
 
 @pytest.mark.parametrize(("name", "laws"), alone(), ids=[name for name, _ in alone()])
 def test_the_ledger_closes_under_every_law_and_nothing_creates_energy(name, laws, record):
-    wet = {"surface_tension": 0.07} if laws.cohesion == "liquid_bridge" else {}
-    sim = simulation(cup(**STIRRED), laws, values(laws) | wet)
+    sim = simulation(cup(**STIRRED), laws, values(laws))
     thrown(sim)
     ledger, least = followed(sim)
     record("energy", f"ledger's error, {name}", ledger.error, 0.0, CLOSED)

@@ -66,13 +66,7 @@ def differs(laws, parameters, precision):
 @pytest.mark.parametrize("name", LAWS)
 def test_a_bed_of_grains_of_any_size_moves_alike(record, name):
     laws, grain = LAWS[name], Grain(Material(1500.0, 1e7, 0.25), RADIUS)
-    # of water: with what is usual of the unit the first step blows up
-    wet = 0.072 if laws.cohesion == "liquid_bridge" else None
-
-    def parameters(h):
-        return values(laws, h, grain) | ({"surface_tension": wet * h**2} if wet else {})
-
-    worst = differs(laws, parameters, "mixed")
+    worst = differs(laws, lambda h: values(laws, h, grain), "mixed")
     tolerance = BY_LOGARITHM if name in CURVES else EXACT
     what = f"largest difference from grains of 2 mm, {name}"
     record(TOPIC, what, worst, 0.0, tolerance, "", "dimensional analysis")
