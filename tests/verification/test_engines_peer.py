@@ -1,10 +1,5 @@
-"""Other engines as a study's engine: a drop gives the coefficient of restitution, a heap comes to
-rest. A lifted cylinder gives what ours gives of the same grains.
-
-The apex of a rebound is e^2 h, and LIGGGHTS and LAMMPS integrate the same law. The time step
-resolves
-the contact well, so what is left is their dashpot's own error.
-"""
+"""Other engines as a study's engine: a heap comes to rest; a lifted cylinder, a silo and a shear
+cell give what ours give of the same grains."""
 
 import re
 
@@ -17,48 +12,15 @@ from calibration.engines.program import find
 from calibration.engines.program import run as start
 from calibration.engines.rigs import Lid
 from calibration.engines.rigs.shear import Cell
+from calibration.study.config import overlay
 from dem.constants import GRAVITY
 from dem.experiments.setup import time_step_of
 from dem.run import run as run_ours
 from dem.spec import parse_spec
 from other_codes import entry_or_skip
-from small_heap import RUN
+from small_heap import RUN, SPEC
 
 pytestmark = pytest.mark.peer
-
-RESTITUTION, HEIGHT = 0.6, 150.0
-
-
-def spec(experiment, **parts):
-    return parse_spec(
-        {
-            "experiment": experiment,
-            "seed": 1,
-            "materials": {
-                "particle": {
-                    "density_kg_m3": 1200,
-                    "shear_modulus_Pa": 3e6,
-                    "poisson_ratio": 0.25,
-                },
-                "wall": {"density_kg_m3": 7800, "shear_modulus_Pa": 8e10, "poisson_ratio": 0.3},
-            },
-            "contacts": {
-                "particle_particle": {
-                    "restitution": 0.5,
-                    "static_friction": 0.6,
-                    "rolling_friction": 0.2,
-                },
-                "particle_wall": {
-                    "restitution": RESTITUTION,
-                    "static_friction": 0.6,
-                    "rolling_friction": 0.2,
-                },
-            },
-            "laws": {"rolling": "elastic_plastic"},
-        }
-        | parts
-    )
-
 
 PLATE = 80.0
 """Diameter of the heap's plate [mm]."""
@@ -77,20 +39,13 @@ def test_a_heap_comes_to_rest_with_all_its_grains(tmp_path, name):
     # YADE's rolling moment has no dashpot: at less its heap is nearly flat. It does not repeat
     # itself either, and one heap in six of 400 grains has flanks too short to be measured
     yade = name == "yade"
+    grains = 1200 if yade else 400
+    changes = {
+        "particles": {"count": grains, "diameter_mm": 4.0 if yade else 5.8},
+        "geometry": {"generation_rate_per_s": 3.125 * grains, "plate_diameter_mm": PLATE},
+    }
     rough = {"contacts": rough_contacts(0.9, 0.8)} if yade else {}
-    grains, diameter = (1200, 4.0) if yade else (400, 5.8)
-    run = spec(
-        "heap",
-        **rough,
-        particles={"count": grains, "diameter_mm": diameter},
-        geometry={
-            "generation_rate_per_s": 3.125 * grains,
-            "plate_diameter_mm": PLATE,
-            "orifice_diameter_mm": 32,
-            "discharge_height_mm": 40,
-        },
-        numerics={"max_time_s": 3.0},
-    )
+    run = parse_spec(overlay(SPEC, changes | rough))
     metrics, state = engines.engines()[name].simulate(run, tmp_path, chosen)
     assert metrics["on_plate"] + metrics["spilled"] == grains
     assert metrics["in_funnel"] == 0
