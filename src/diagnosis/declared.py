@@ -54,7 +54,7 @@ def trained(config: Config, files: str | list[str]) -> str | list[str]:
 def _rules(config):
     """Rules of a diagnosis before the one that ends it, without its waves; one that trains nothing
     plans nothing."""
-    plans = ("diagnosis_plan",) if trained(config, "emulators.npz") else ()
+    plans = ("diagnosis_plan",) if trained(config, ["runs"]) else ()
     return (*plans, "diagnosis_calibrate", "diagnosis_identify")
 
 

@@ -109,7 +109,7 @@ def completed(
         allowed = "one of `minutes` and `runs`"
         raise ConfigError("stands beside `runs`", key="diagnosis.minutes", allowed=allowed)
     if all(own.whole for own in given.values()):
-        return within_time(settings, config, measurements) if settings.minutes else settings
+        return _within_time(settings, config, measurements, kinds)
     found, faults = dict(settings.experiments), []
     for kind, own in given.items():
         rows = [m for m in measurements if m.experiment == kind]
@@ -119,16 +119,14 @@ def completed(
             faults.append(error)
     raise_faults(faults)
     whole = settings.model_copy(update={"experiments": found})
-    if settings.runs is None and not alone(kinds):
-        return within_time(whole, config, measurements)
-    return whole
+    return _within_time(whole, config, measurements, kinds)
 
 
-def within_time(
-    settings: Settings, config: Config, measurements: Sequence[Measurement]
-) -> Settings:
+def _within_time(settings, config, measurements, kinds):
     """`Settings` with the number of runs that the time allows, of experiments that are described in
-    full."""
+    full; as they are where the runs are given or none is needed."""
+    if settings.runs is not None or alone(kinds):
+        return settings
     rig = Rig(settings, config.own_run | {"experiment": config.experiment})
     found = seconds_of_kinds(rig, measurements)
     fewest = RUNS + MORE_RUNS * (len(found) - 1)
@@ -184,8 +182,6 @@ def as_file(settings: Settings, config: Config) -> str:
 def announced(settings: Settings, planned: Mapping[str, dict], file: str | Path) -> str:
     """A sentence on the runs that a diagnosis will make, before the first of them; planned: {run
     id: spec} of those that train the emulators."""
-    if settings.runs is None:
-        return f"diagnosis: {len(planned)} runs train the emulators ({file})"
     each = _mean_seconds(planned.values())
     told = f"about {duration(settings.runs * each / CORES)} of {CORES} cores, " if each else ""
     return (

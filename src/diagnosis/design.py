@@ -4,7 +4,7 @@ experiment and law."""
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -53,9 +53,13 @@ def possible(
     ]
 
 
-TRAIN, REFINE = 0.5, 0.3
-"""Shares of a budget of runs that train the emulators and refine them; the rest measures the
-gain."""
+TRAIN, LEARN = 0.5, 0.8
+"""Shares of a budget of runs that train the emulators, at most, and that train and refine them; the
+rest measures the gain."""
+
+ENOUGH = 12
+"""Runs for each of its inputs that train the base model's emulator, at most. Waves have the rest: a
+run about the best point decides more."""
 
 REPEATED = 4
 """One of so many of the base model's runs within a budget repeats a point with another seed: runs
@@ -72,20 +76,21 @@ LEAST_OF_A_MECHANISM = 3
 def budgeted(
     settings: Settings, factors: Sequence[Factor], pairs: Sequence[tuple[str, str]]
 ) -> dict[tuple[str, str], int]:
-    """{(experiment, mechanism): runs} of the first training within `settings.runs`; empty without a
-    budget. Raises ConfigError for one that is too small, with the least that is enough."""
-    if settings.runs is None:
-        return {}
+    """{(experiment, mechanism): runs} of the first training within `settings.runs`. Raises
+    ConfigError for a budget that is too small, with the least that is enough."""
     counts, least = {}, 0  # type: ignore[var-annotated]
     kinds = list(dict.fromkeys(e for e, _ in pairs))
-    own = int(TRAIN * settings.runs / max(len(kinds), 1))
+    if not kinds:
+        return counts
+    whole = int(TRAIN * settings.runs / len(kinds))  # type: ignore[operator]  # `derived` fills it in
     for kind in kinds:
         others = [name for e, name in pairs if e == kind and name != BASE]
         inputs = len(inputs_of(settings, factors, kind, BASE))
-        fewest = inputs + 2
-        few = LEAST_OF_A_MECHANISM
+        own = min(whole, int(ENOUGH * inputs / OF_BASE))
+        fewest, few = inputs + 2, LEAST_OF_A_MECHANISM
         least = max(least, fewest + few * len(others))
-        each = max(few, int((1.0 - OF_BASE) * own) // max(len(others), 1))
+        for_others = min(int((1.0 - OF_BASE) * own), own - fewest)
+        each = max(few, for_others // max(len(others), 1))
         counts |= {(kind, name): each for name in others}
         counts[kind, BASE] = own - each * len(others)
         if counts[kind, BASE] < fewest:
@@ -99,12 +104,10 @@ def budgeted(
     return counts
 
 
-def left_of(settings: Settings, refined: Iterable[int]) -> int | None:
-    """Runs of the budget that are left for the gain, after waves of `refined` runs each; None
-    without a budget."""
-    if settings.runs is None:
-        return None
-    return settings.runs - int(TRAIN * settings.runs) - sum(refined)
+def trained(rig: Rig, catalogue: Mapping[str, Mechanism], experiments: Collection[str]) -> int:
+    """Return the number of runs of the first training."""
+    pairs = possible(rig, catalogue, experiments)
+    return sum(budgeted(rig.settings, rig.factors, pairs).values())
 
 
 def inputs_of(
@@ -182,12 +185,12 @@ def plan(
     for experiment, mechanism in pairs:
         names = inputs_of(settings, factors, experiment, mechanism)
         lever = multiplied(settings, factors, experiment, catalogue.get(mechanism))
-        count = counts.get((experiment, mechanism))
+        count = counts.get((experiment, mechanism), 0)
         points = _points(settings, experiment, mechanism, len(names), count)
-        if count is not None and mechanism != BASE:
+        if mechanism != BASE:
             points = _strong(points, catalogue[mechanism].strength)
         law, refused = catalogue.get(mechanism), []
-        again = 0 if count is None or law else _repeated(count, len(names))
+        again = 0 if law else _repeated(count, len(names))
         points = points[: len(points) - again]
         for k, x in enumerate(points):
             try:
@@ -245,14 +248,12 @@ def row_of(
     return row, runs
 
 
-def _points(settings, experiment, mechanism, inputs, count=None):
-    """Points (k, inputs) in [0, 1], a Latin hypercube; of a budget `count`, at the levels of the
-    levers."""
-    own = settings.experiments[experiment]
-    each = own.runs_per_input or settings.runs_per_input
+def _points(settings, experiment, mechanism, inputs, count):
+    """Points (count, inputs) in [0, 1], a Latin hypercube at the levels of the levers."""
     rng = np.random.default_rng([settings.seed, *f"{experiment}/{mechanism}".encode()])
-    x = qmc.LatinHypercube(inputs, rng=rng).random(each * inputs if count is None else count)
-    return np.round(x if count is None else _at_levels(own, x, int(mechanism != BASE)), 6)
+    x = qmc.LatinHypercube(inputs, rng=rng).random(count)
+    own = settings.experiments[experiment]
+    return np.round(_at_levels(own, x, int(mechanism != BASE)), 6)
 
 
 NEAR = 0.15

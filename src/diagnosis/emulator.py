@@ -1,9 +1,8 @@
-"""The emulators of a diagnosis: a Gaussian process for one experiment under one law, trained by DEM
-runs.
+"""The emulators of a diagnosis: a `Response` for one experiment under one law, trained by DEM runs.
 
-What is known of the experiment transforms the response, so that the process learns a nearly linear
-rest: log(rebound / height) is 2 log e, tan(sliding angle) is mu, shear stress over normal stress is
-a friction.
+What is known of the experiment transforms the reading, so that a nearly linear rest is learned:
+log(rebound / height) is 2 log e, tan(sliding angle) is mu, shear stress over normal stress is a
+friction.
 """
 
 from __future__ import annotations
@@ -15,10 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from calibration.inference.emulator import Emulator
-from calibration.intake.quantities import POURED
 from diagnosis.design import inputs_of, multiplied, wanted
-from diagnosis.few_runs import FewRuns, WithMechanism
+from diagnosis.response import Response, WithMechanism
 from diagnosis.scale import scale_of
 from diagnosis.settings import BASE, catalogue_of, log_span
 
@@ -28,8 +25,8 @@ if TYPE_CHECKING:
     from diagnosis.settings import Settings
 
 
-LEAST_OF_A_BUDGET = 2
-"""Finished runs of a mechanism within a budget that train it: what they do not tell is in the
+LEAST = 2
+"""Finished runs of a mechanism that train it: what they do not tell is in the
 variance, and strong cohesion clogs a silo at most strengths."""
 
 
@@ -52,13 +49,13 @@ class Moved:
     (k, d + 1) here, the coded strength last, and `slopes(x)`: {column of x: derivatives (k,) of
     what is added to the moved input}."""
 
-    base: Emulator
+    base: Response
     move: Any
 
     def with_slope(
         self, x: np.ndarray, columns: Sequence[int], error: bool = True
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-        """As `Emulator.with_slope`; the last input is the coded strength. x: (k, d + 1)."""
+        """As `Response.with_slope`; the last input is the coded strength. x: (k, d + 1)."""
         own = [c for c in columns if c != x.shape[1] - 1]
         z, found, variance = self.base.with_slope(
             self.move.moved(x), [*own, self.move.column], error
@@ -72,7 +69,7 @@ class Moved:
         return z, slope, variance
 
     def correlation(self, x: np.ndarray) -> np.ndarray:
-        """As `Emulator.correlation`. x: (k, d + 1)."""
+        """As `Response.correlation`. x: (k, d + 1)."""
         return self.base.correlation(self.move.moved(x))
 
 
@@ -82,7 +79,7 @@ def train(
     settings: Settings,
     factors: Sequence[Factor],
 ) -> tuple[dict[tuple[str, str], Any], list[dict[str, Any]]]:
-    """{(experiment, mechanism): Emulator} and a table of their errors.
+    """{(experiment, mechanism): Response} and a table of their errors.
 
     rows: of `design.plan`; metrics: {run id: metrics or None}. A run that failed trains nothing
     and is counted. Runs of the base model train a mechanism too, at the strength at which it does
@@ -93,22 +90,20 @@ def train(
     finished, planned = _finished(rows, metrics)
     for key, own in finished.items():
         done = sum(len(r["run_ids"]) for r in own)
-        of_few = settings.runs is not None and key[1] != BASE
-        if done < (LEAST_OF_A_BUDGET if of_few else 0.5 * planned[key]):
+        if done < (0.5 * planned[key] if key[1] == BASE else LEAST):
             row = {"experiment": key[0], "mechanism": key[1], "runs": done}
             table.append(row | {"failed": planned[key] - done})
             continue
-        off = None if key[1] == BASE else coded_off(known[key[1]].strength)
+        base = emulators.get((key[0], BASE))
         names = inputs_of(settings, factors, *key)
-        if settings.runs is not None:
-            if key[1] != BASE and (key[0], BASE) not in emulators:
-                continue  # most of the base model's runs failed, which the table says
-            of_base = finished[key[0], BASE]
-            emulators[key] = _of_few(key, own, of_base, metrics, settings, names, emulators, off)
+        x, z = _responses(key[0], own, metrics, settings, names)
+        if key[1] == BASE:
+            levers = settings.experiments[key[0]].levers
+            emulators[key] = Response(x, z, [names.index(n) for n in levers])  # type: ignore[union-attr]  # `derived` fills it in
+        elif base is None:
+            continue  # most of the base model's runs failed, which the table says
         else:
-            more = [] if off is None else rows_at_strength(off, finished[key[0], BASE])
-            found = _responses(key[0], own + more, metrics, settings, names)
-            emulators[key] = Emulator(*found[:2], len(own), key[0] in POURED, found[2])  # type: ignore[call-arg]
+            emulators[key] = WithMechanism(base, x, z, coded_off(known[key[1]].strength))
         table.append(
             {
                 "experiment": key[0],
@@ -125,22 +120,6 @@ def train(
         if lever and (experiment, BASE) in emulators:
             emulators[experiment, name] = Moved(emulators[experiment, BASE], lever)  # type: ignore[arg-type, assignment]
     return emulators, table
-
-
-def _of_few(key, own, of_base, metrics, settings, names, emulators, off):
-    """The emulator of a budget's rows, `FewRuns` or `WithMechanism`."""
-    x, z = _single_runs(key[0], own, metrics, settings, names)
-    if key[1] == BASE:
-        levers = settings.experiments[key[0]].levers
-        return FewRuns(x, z, [names.index(n) for n in levers])
-    base_z = _single_runs(key[0], of_base, metrics, settings, names)[1]
-    return WithMechanism(emulators[key[0], BASE], base_z, x, z, off)
-
-
-def _single_runs(experiment, rows, metrics, settings, names):
-    """Inputs (n, d) and transformed responses (n,) of the runs of rows, each by itself."""
-    apart = [r | {"run_ids": [n]} for r in rows for n in r["run_ids"]]
-    return _responses(experiment, apart, metrics, settings, names)[:2]
 
 
 def _finished(rows, metrics):
@@ -171,14 +150,10 @@ def coded_off(strength: Strength) -> float | None:
 
 
 def _responses(experiment, rows, metrics, settings, names):
-    """Inputs (n, d) of rows, the means (n,) of their transformed responses, and the runs (n,) of
-    each."""
-    x = np.array([r["inputs"] for r in rows])
-    ranges = settings.experiments[experiment].levers
+    """Inputs (n, d) and transformed responses (n,) of the runs of rows, each by itself."""
+    runs = [(r["inputs"], name) for r in rows for name in r["run_ids"]]
+    x = np.array([inputs for inputs, _ in runs])
+    own = settings.experiments[experiment]
+    ranges = own.levers
     levers = {n: np.array([log_span(*ranges[n], s) for s in x[:, names.index(n)]]) for n in ranges}
-    metric = settings.experiments[experiment].metric
-    runs = np.array([len(r["run_ids"]) for r in rows])
-    row_of = np.repeat(np.arange(len(rows)), runs)
-    y = np.array([metrics[n][metric] for r in rows for n in r["run_ids"]])
-    z = forward(experiment, y, {n: v[row_of] for n, v in levers.items()})
-    return x, np.bincount(row_of, z) / runs, runs
+    return x, forward(experiment, np.array([metrics[name][own.metric] for _, name in runs]), levers)

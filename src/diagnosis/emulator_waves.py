@@ -20,7 +20,7 @@ import numpy as np
 from scipy.stats import norm, qmc
 
 from dem.errors import SpecError
-from diagnosis.design import OF_BASE, REFINE, factor_share, inputs_of, multiplied, row_of
+from diagnosis.design import LEARN, OF_BASE, factor_share, inputs_of, multiplied, row_of
 from diagnosis.fit import data_of, evidence, fit
 from diagnosis.settings import BASE, lever_values
 
@@ -96,54 +96,48 @@ def left(
 
 
 def plan_wave(
-    emulated: Emulated, measurements: Sequence[Measurement], rig: Rig, wave: int
+    emulated: Emulated, measurements: Sequence[Measurement], rig: Rig, wave: int, trained: int
 ) -> tuple[list[dict[str, Any]], dict[str, dict[str, Any]], list[dict[str, Any]]]:
-    """Rows of a design, {run id: spec}, and what is left before these runs, of wave 1, 2, ..."""
+    """Rows of a design, {run id: spec}, and what is left before these runs, of wave 1, 2, ...
+    trained: runs of the first training."""
     play, rows, specs = modes(emulated, measurements), [], {}  # type: ignore[var-annotated]
     found = left(emulated, measurements, play)
     if wave > rig.settings.waves:
         return rows, specs, found
     rough = [one for one in found if not one["enough"]]
-    for one, count in _within(rig.settings, rough):
+    for one, count in _within(rig.settings, rough, trained):
         model, fitted = play[one["mechanism"]]
         more, own = _near(emulated, rig, one["experiment"], model, fitted, wave, count)
         rows, specs = rows + more, specs | own
     return rows, specs, found
 
 
-def _within(settings, rough):
+def _within(settings, rough, trained):
     """[(what is refined, its runs)] of the emulators that are too rough, best first: the base model
     has as many runs of a wave as all mechanisms together, and of these as many are refined as get
-    LEAST_OF_A_WAVE. Without a budget all are, and the runs are None."""
-    if settings.runs is None:
-        return [(one, None) for one in rough]
+    LEAST_OF_A_WAVE."""
     base = [one for one in rough if one["mechanism"] == BASE]
     others = [one for one in rough if one["mechanism"] != BASE]
-    wave = REFINE * settings.runs / settings.waves
+    wave = (LEARN * settings.runs - trained) / settings.waves
     of_base = wave * (OF_BASE if others else 1.0) if base else 0.0
     others = others[: max(int((wave - of_base) / LEAST_OF_A_WAVE), 1)]
     out = [(one, int(of_base / len(base))) for one in base]
     return out + [(one, int((wave - of_base) / len(others))) for one in others]
 
 
-def _near(emulated, rig, experiment, model, fitted, wave, count=None):
-    """Rows and specs of one emulator's runs about the posterior mode of its model: `count` of
-    them, as many as at first unless given."""
+def _near(emulated, rig, experiment, model, fitted, wave, count):
+    """Rows and specs of `count` runs of one emulator about the posterior mode of its model."""
     settings, names = rig.settings, model.mechanisms
     mechanism = names[0] if names else None
     label = mechanism.name if mechanism else BASE
     inputs = inputs_of(settings, model.factors, experiment, label)
     own = settings.experiments[experiment]
-    if count is None:
-        count = (own.runs_per_input or settings.runs_per_input) * len(inputs)
     theta = _draws(model, fitted, count, [settings.seed, wave, *f"{experiment}/{label}".encode()])
-    levers = [x for e, x in model.conditions if e == experiment]
-    # few runs go on where those of the wave before ended
-    first = 0 if settings.runs is None else (wave - 1) * count
+    levers = _where(model, fitted, experiment, count)
     lever = multiplied(settings, rig.factors, experiment, mechanism)
     rows, specs = [], {}
-    for k, at in enumerate(theta):
-        here = lever_values(settings, experiment, levers[(first + k) % len(levers)])
+    for k, (at, given) in enumerate(zip(theta, levers, strict=True)):
+        here = lever_values(settings, experiment, given)
         shares = _inputs(model, at, inputs, here, own)
         try:
             row, runs = row_of(
@@ -154,6 +148,22 @@ def _near(emulated, rig, experiment, model, fitted, wave, count=None):
         rows.append(row)
         specs |= runs
     return rows, specs
+
+
+def _where(model, fitted, experiment, count):
+    """Levers [{name: value}] of `count` runs: each is made at the measured setting where it takes
+    most from the variance of the emulator over that of the reading."""
+    theta, own = fitted.theta[0], [e == experiment for e, _ in model.conditions]
+    emulator = model.predict(theta[None])[1][0]
+    reading = np.sqrt(np.maximum(fitted.sd[0] ** 2 - emulator**2, 0.0))
+    left = (emulator / reading)[own] ** 2
+    run = (model.scatter(theta) / reading)[own] ** 2 + 1e-12
+    levers, out = [x for e, x in model.conditions if e == experiment], []
+    for _ in range(count):
+        place = int(np.argmax(left**2 / (left + run)))
+        left[place] *= run[place] / (left[place] + run[place])
+        out.append(levers[place])
+    return out
 
 
 def _draws(model, fitted, count, label):

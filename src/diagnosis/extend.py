@@ -87,10 +87,10 @@ def information(model: Model, data: Data, points: np.ndarray) -> np.ndarray:
 
 
 def within(
-    budget: int | None, models: int, measurements: Sequence[Measurement], most: int
+    budget: int, models: int, measurements: Sequence[Measurement], most: int
 ) -> tuple[int, list[int]]:
     """(runs at each setting, places of the settings that are run) of `models` models within a
-    budget of runs; all settings with `most` runs without one (None).
+    budget of runs, at most `most` at each.
 
     Fewer runs first, then fewer settings, spread over each experiment's levels. No setting is run
     where the budget is too small for three."""
@@ -98,7 +98,7 @@ def within(
         range(len(measurements)),
         key=lambda i: (measurements[i].experiment, sorted(measurements[i].levers.items())),
     )
-    if budget is None or models == 0:
+    if models == 0:
         return most, sorted(places)
     runs = int(np.clip(budget // (models * len(places)), LEAST_RUNS, most))
     count = min(budget // (models * runs), len(places))

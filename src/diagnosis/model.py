@@ -115,6 +115,13 @@ class Model:
                 by_theta[:, part.rows] = own  # type: ignore[index]
         return value, error, by_theta
 
+    def scatter(self, theta: np.ndarray) -> np.ndarray:
+        """Standard deviations (n,) of single runs in the unit of the value, at theta (p,)."""
+        out = np.empty(len(self.conditions))
+        for part in self._parts:
+            out[part.rows] = part.scatter(theta)
+        return out
+
     def odds(self, theta: np.ndarray, slope: bool = True) -> tuple[np.ndarray, Any]:
         """Logarithms of the odds (b, c) that the tests end without a value, and their derivatives
         (b, c, p) by theta (b, p) or None."""
@@ -184,6 +191,13 @@ class _Part:
         z, by_theta, variance = self._sum_of_laws(theta, x, n, slope, errors)
         by_theta = by_theta.reshape(b, n, -1) if slope else None
         return z.reshape(b, n), by_theta, variance.reshape(b, n)
+
+    def scatter(self, theta):
+        """Standard deviations (n,) of single runs of the base model at theta (p,)."""
+        z = self.transformed(theta[None], slope=False, errors=False)[0]
+        by_z = inverse(self.experiment, z, self.levers)[1][0]
+        own = np.repeat(factor_share(theta[None, self.columns]), len(self.rows), axis=0)
+        return np.abs(by_z) * self.base.sd_of_run(np.hstack([own, self.share]))
 
     def error_correlation(self, theta):
         """Correlation (n, n) of the errors at theta (p,): that of the base's emulator, or of the

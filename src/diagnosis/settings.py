@@ -72,9 +72,6 @@ class Experiment(_Part):
     mechanisms: list[str] | None = Field(
         None, description="mechanisms that get emulator runs; all that show on it unless given"
     )
-    runs_per_input: int | None = Field(
-        None, ge=3, le=100, description="in place of the number for all experiments"
-    )
     run: dict | None = Field(
         None,
         description="run spec of the experiment, over that of the calibration; unless given, the "
@@ -116,7 +113,7 @@ class Settings(_Part):
         None,
         gt=0,
         description="time of two cores for all runs of the engine: those that train the emulators, "
-        "refine them, and measure the gain. It takes the place of `runs_per_input`",
+        "refine them, and measure the gain",
     )
     runs: int | None = Field(
         None,
@@ -124,15 +121,11 @@ class Settings(_Part):
         le=100_000,
         description="most runs of the engine in all, in place of `minutes`",
     )
-    runs_per_input: int = Field(
-        10, ge=3, le=100, description="emulator runs per parameter, lever and strength"
-    )
     waves: int = Field(
         2,
         ge=0,
         le=2,
-        description="times at most that emulators are refined near the posterior mode, each time "
-        "with as many runs per input as at first",
+        description="times at most that emulators are refined near the posterior mode",
     )
     replicates: int = Field(
         300,

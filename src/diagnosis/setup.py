@@ -1,14 +1,19 @@
 """What the stages of a diagnosis share, made once of a study and the settings of the diagnosis."""
 
+from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from calibration.chain.study import Study
+from calibration.files import read_json
 from calibration.intake.measurements import Measurement
+from calibration.runs.simulated import simulate, untested
 from calibration.study.factors import Factor, read_factors
 from diagnosis.catalogue import Mechanism
 from diagnosis.derived import completed
-from diagnosis.emulator_files import read_emulators
+from diagnosis.emulator import train
+from diagnosis.failures import as_tests, train_failures
 from diagnosis.lever_laws import lever_laws, with_laws
 from diagnosis.measurements import Measured, alone, read_all
 from diagnosis.model import Emulated
@@ -99,14 +104,22 @@ class Setup:
         """All factors of the study."""
         return read_factors(self.config.factors)
 
-    def emulated(self, file: str | Path) -> Emulated:
-        """`Emulated` of the emulators in a file."""
-        emulators, failures = read_emulators(file)
+    def emulated(
+        self, designs: Sequence[str | Path], plans: Sequence[str | Path]
+    ) -> tuple[Emulated, list[dict[str, Any]]]:
+        """`Emulated` of emulators that the finished runs of all designs so far train, and a table
+        of their errors."""
+        rows = [row for file in designs for row in read_json(file)]
+        specs = {name: spec for file in plans for name, spec in read_json(file).items()}
         settings, factors = self.settings, self.rig.factors
+        metrics = as_tests(settings, specs, simulate(specs))
+        emulators, errors = train(rows, metrics, settings, factors)
+        faults = untested(name for name, found in metrics.items() if found is None)
+        failures = train_failures(rows, metrics, settings, factors, faults)
         emulators = with_laws(emulators, settings, factors, self.lever_laws)
         failures = with_laws(failures, settings, factors, self.lever_laws)
         known = self.catalogue | self.lever_laws
-        return Emulated(emulators, settings, factors, known, failures)
+        return Emulated(emulators, settings, factors, known, failures), errors
 
     @cached_property
     def lever_laws(self) -> dict[str, Mechanism]:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import shutil
 import sys
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +11,7 @@ import pandas as pd
 
 from calibration import figures as common
 from calibration.files import read_json, write_table, write_text
-from calibration.runs.simulated import simulate, untested
+from calibration.runs.simulated import simulate
 from calibration.telling.report.plain import write_page
 from dem.io.files import write_json
 from diagnosis import (
@@ -29,11 +27,9 @@ from diagnosis import (
     time_step,
 )
 from diagnosis.derived import WRITTEN, announced, as_file, seconds_of_kinds
-from diagnosis.design import left_of, plan
-from diagnosis.emulator import train
-from diagnosis.emulator_files import write_emulators
+from diagnosis.design import plan, trained
 from diagnosis.extend import LEAST_RUNS, extension_plan, gain, real_values, refit_of, within
-from diagnosis.failures import as_tests, train_failures
+from diagnosis.failures import as_tests
 from diagnosis.identify import identify, lack_of_fit, weigh
 from diagnosis.lever_laws import as_laws
 from diagnosis.page.first_lines import first_lines
@@ -49,14 +45,12 @@ from diagnosis.withdrawal import undecided, withdraw_refuted
 if TYPE_CHECKING:
     from calibration.chain.handed_over import NamedFiles
     from calibration.chain.study import Study
-    from calibration.study.factors import Factor
-    from diagnosis.settings import Settings
 
 
 def plan_power(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     """How strong a law must be for the study's table, its values guesses, to show it."""
     if not setup.of_contacts:
-        emulated = setup.emulated(source.emulators)
+        emulated, _ = setup.emulated(source.designs, source.plans)
         rows = power_emulated.power(emulated, setup.measurements, setup.settings.alpha)
         _write_power(output, {"plan": rows, "better": [], "better_settings": []}, "")
         return
@@ -82,55 +76,22 @@ def plan_runs(setup: Setup, output: NamedFiles) -> None:
     write_json(output.plan, specs)
     written = Path(output.design).with_name(WRITTEN)
     write_text(as_file(setup.settings, setup.config), written)
-    print(announced(setup.settings, specs, written), file=sys.__stderr__)
-
-
-def emulate(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
-    """Train the emulators with the finished runs; the errors that they own to stand beside them."""
-    train_all(setup.settings, setup.rig.factors, source, output)
-
-
-def train_all(
-    settings: Settings, factors: Sequence[Factor], source: NamedFiles, output: NamedFiles
-) -> None:
-    """Write the emulators that a design's finished runs train, and the table of their errors."""
-    design, specs = read_json(source.design), read_json(source.plan)
-    _train(settings, factors, design, specs, output.emulators, output.errors)
-
-
-def _train(settings, factors, design, specs, emulators_file, errors_file):
-    metrics = as_tests(settings, specs, simulate(specs))
-    emulators, table = train(design, metrics, settings, factors)
-    faults = untested(name for name, found in metrics.items() if found is None)
-    failures = train_failures(design, metrics, settings, factors, faults)
-    write_emulators(emulators_file, emulators, failures)
-    write_json(errors_file, table)
+    if specs:
+        print(announced(setup.settings, specs, written), file=sys.__stderr__)
 
 
 def plan_refinement(setup: Setup, source: NamedFiles, output: NamedFiles, wave: int) -> None:
     """Plan the runs of a wave, where emulators are too rough at the posterior mode."""
     rows, specs, found = [], {}, []  # type: ignore[var-annotated]
     if not setup.of_contacts:
-        emulated = setup.emulated(source.emulators)
-        rows, specs, found = emulator_waves.plan_wave(emulated, setup.tested, setup.rig, wave)
+        emulated, _ = setup.emulated(source.designs, source.plans)
+        first = trained(setup.rig, setup.catalogue, setup.emulated_kinds)
+        rows, specs, found = emulator_waves.plan_wave(
+            emulated, setup.tested, setup.rig, wave, first
+        )
     write_json(output.design, rows)
     write_json(output.plan, specs)
     write_json(output.left, {"wave": wave, "runs": len(specs), "left": found})
-
-
-def refine(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
-    """Train the emulators by the runs of all waves so far; a wave without runs leaves them as they
-    are."""
-    if not read_json(source.plans[-1]):
-        shutil.copyfile(source.emulators, output.refined_emulators)
-        shutil.copyfile(source.errors, output.refined_errors)
-        return
-    design, specs = [], {}  # type: ignore[var-annotated]
-    for rows, plan_file in zip(source.designs, source.plans, strict=True):
-        design += read_json(rows)
-        specs |= read_json(plan_file)
-    files = output.refined_emulators, output.refined_errors
-    _train(setup.settings, setup.rig.factors, design, specs, *files)
 
 
 def calibrate(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
@@ -139,7 +100,8 @@ def calibrate(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
         found = contacts.base(setup.measurements, setup.settings, setup.factors)
         _write_calibration(found, output)
         return
-    settings, emulated = setup.settings, setup.emulated(source.emulators)
+    settings = setup.settings
+    emulated, _ = setup.emulated(source.designs, source.plans)
     scores = weigh(emulated, setup.tested, settings.replicates, settings.seed, ())
     model, fitted = scores.models[BASE], scores.fits[BASE]
     drawn = by_chance(scores.measurements, scores.data.error[0], fitted.sd[0])
@@ -166,9 +128,8 @@ def name_causes(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
         _diagnose_contacts(setup, output)
         return
     settings, measurements, table = setup.settings, setup.measurements, setup.table
-    emulated = setup.emulated(source.emulators)
+    emulated, errors = setup.emulated(source.designs, source.plans)
     found = identify(emulated, setup.tested, settings.alpha, settings.replicates, settings.seed)
-    errors = read_json(source.errors)
     name = extended_name(found)
     verdict = findings(emulated, measurements, found) | {"emulators": errors}
     verdict["refinement"] = {
@@ -189,15 +150,14 @@ def name_causes(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     verdict["remarks"] += remarks.untrained(errors)
     verdict = with_untried(verdict, errors, emulated.catalogue)
     models = {"before": found.models[BASE], "after": found.models[name]} if name else {}
-    budget = left_of(settings, [w["runs"] for w in verdict["refinement"]["waves"]])
-    kinds = len(setup.kinds)
-    if budget is not None:
-        budget -= 2 * LEAST_RUNS * kinds  # the check of the time step
+    budget = settings.runs - trained(setup.rig, setup.catalogue, setup.emulated_kinds)  # type: ignore[operator]  # `derived` fills it in
+    budget -= sum(wave["runs"] for wave in verdict["refinement"]["waves"])
+    budget -= 2 * LEAST_RUNS * len(setup.kinds)  # the check of the time step
     each, places = within(budget, len(models), measurements, settings.gain_runs)
     rig = replace(setup.rig, settings=with_gain_runs(settings, each))
     rows, specs = extension_plan(rig, models, measurements, found.data, places=places)
     base_fit = found.fits[BASE].theta[0]
-    rig = rig if budget is None else replace(rig, settings=with_gain_runs(settings, LEAST_RUNS))
+    rig = replace(rig, settings=with_gain_runs(settings, LEAST_RUNS))
     steps, more = time_step.plan(rig, found.models[BASE], base_fit, measurements)
     mechanisms = [m.name for m in models["after"].mechanisms] if name else []
     write_json(output.findings, verdict)
@@ -286,20 +246,10 @@ def diagnosis_plan(study: Study, source: NamedFiles, output: NamedFiles) -> None
     plan_runs(_setup(study), output)
 
 
-def diagnosis_emulate(study: Study, source: NamedFiles, output: NamedFiles) -> None:
-    """See `emulate`."""
-    emulate(_setup(study), source, output)
-
-
 def diagnosis_wave(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """See `plan_refinement`; the wave's folder bears its number."""
     wave = int(Path(output.plan).parent.name.removeprefix("wave_"))
     plan_refinement(_setup(study), source, output, wave)
-
-
-def diagnosis_refine(study: Study, source: NamedFiles, output: NamedFiles) -> None:
-    """See `refine`."""
-    refine(_setup(study), source, output)
 
 
 def diagnosis_calibrate(study: Study, source: NamedFiles, output: NamedFiles) -> None:

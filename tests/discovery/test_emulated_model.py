@@ -10,10 +10,11 @@ from calibration.intake.measurements import Measurement
 from diagnosis import held_out
 from diagnosis.catalogue import Strength, load_catalogue
 from diagnosis.design import MultipliedLever, inputs_of
-from diagnosis.emulator import Emulator, Moved, forward, inverse
+from diagnosis.emulator import Moved, forward, inverse
 from diagnosis.fit import Data, data_of, fit
 from diagnosis.model import Emulated
 from diagnosis.reading_errors import moderated_sd
+from diagnosis.response import Response
 from diagnosis.settings import BASE, parameters_of
 
 SETTINGS = rate_settings()
@@ -36,25 +37,15 @@ def emulated():
     for k, key in enumerate(LAWS):
         x = rng.random((40, len(inputs_of(SETTINGS, FACTORS, *key))))
         z = smooth(x) + 0.1 * k * x[:, -1] - (2.0 if key[0] == "drop" else 0.0)
-        emulators[key] = Emulator(x, z)
+        emulators[key] = Response(x, z, [])
     return Emulated(emulators, SETTINGS, FACTORS, load_catalogue())
-
-
-def test_the_errors_between_runs_without_scatter_are_alike_nowhere():
-    """So little is left there that one subtracted from the other is rounding, of which a
-    correlation is none: its eigenvalues are negative."""
-    rng = np.random.default_rng(0)
-    x = rng.random((40, 3))
-    found = Emulator(x, smooth(x)).correlation(rng.random((8, 3)))
-    assert np.linalg.eigvalsh(found).min() > 0.5
-    assert np.abs(found - np.eye(8)).max() < 0.1
 
 
 def test_a_mechanism_that_multiplies_a_lever_knows_its_derivatives():
     rng = np.random.default_rng(1)
     lever = MultipliedLever(1, 0.7, Strength("factor", "1", 0.75, 1.3, off=1.0))
     x = rng.random((60, 3))
-    base = Emulator(x, smooth(x))
+    base = Response(x, smooth(x), [1])
     emulator, at = Moved(base, lever), rng.random((7, 4))
     by_lever = base(lever.moved(at))
     value, slope, variance = emulator.with_slope(at, [0, 2, 3])
@@ -156,15 +147,12 @@ def test_scatter_from_seed_to_seed_is_no_error_of_the_mean():
     rng = np.random.default_rng(4)
     x, at = rng.random((80, 2)), rng.random((200, 2))
     noisy = smooth(np.column_stack([x, x])) + 0.05 * rng.standard_normal(len(x))
-    poured, single = Emulator(x, noisy, scatters=True), Emulator(x, noisy)
-    assert poured.scatter == pytest.approx(0.05, rel=0.25)
+    found = Response(x, noisy, [])
+    assert found.scatter == pytest.approx(0.05, rel=0.25)
     truth = smooth(np.column_stack([at, at]))
-    miss = np.sqrt(np.mean((poured(at) - truth) ** 2))
-    stated = np.sqrt(poured.with_slope(at, [])[2].mean())
+    miss = np.sqrt(np.mean((found(at) - truth) ** 2))
+    stated = np.sqrt(found.with_slope(at, [])[2].mean())
     assert miss == pytest.approx(stated, rel=0.5)
-    # without that knowledge all of it counts
-    assert single.scatter == 0.0
-    assert np.sqrt(single.with_slope(at, [])[2].mean()) == pytest.approx(single.error, rel=0.2)
 
 
 def test_a_quantity_known_to_a_share_of_itself_is_learned_in_its_logarithm():

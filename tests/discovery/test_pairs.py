@@ -9,9 +9,9 @@ from benchmarks.rates.simulated import rate_settings
 from calibration.intake.measurements import Measurement
 from diagnosis.catalogue import load_catalogue
 from diagnosis.design import inputs_of
-from diagnosis.emulator import Emulator
 from diagnosis.identify import _best_pair, decide, weigh
 from diagnosis.model import Emulated
+from diagnosis.response import Response
 from diagnosis.settings import BASE, parameters_of
 
 SETTINGS = rate_settings()
@@ -39,7 +39,7 @@ def emulated():
         if key in EFFECTS:
             effect = EFFECTS[key](at.get("drop_height_mm"), at["particle_diameter_mm"])
             z = z + at["strength"] * effect
-        emulators[key] = Emulator(x, z)
+        emulators[key] = Response(x, z, [])
     known = {n: m for n, m in load_catalogue().items() if n in {k[1] for k in EFFECTS}}
     return Emulated(emulators, SETTINGS, FACTORS, known)
 

@@ -14,12 +14,12 @@ from calibration.intake.measurements import Measurement
 from diagnosis import held_out
 from diagnosis.catalogue import load_catalogue
 from diagnosis.design import inputs_of
-from diagnosis.emulator import Emulator
 from diagnosis.extend import gain, held_out_points
 from diagnosis.fit import data_of, fit
 from diagnosis.identify import identify
 from diagnosis.model import Emulated
 from diagnosis.page.markdown import page
+from diagnosis.response import Response
 from diagnosis.settings import BASE, parameters_of
 from diagnosis.shared_errors import covariance_of, scatter
 from diagnosis.verdict import findings, validate
@@ -173,7 +173,8 @@ def closed_forms():
     for kind, form in forms.items():
         for name in (BASE, "cohesion"):
             x = rng.random((90, len(inputs_of(SETTINGS, FACTORS, kind, name))))
-            emulators[kind, name] = Emulator(x, form(x) + (more[kind](x) if name != BASE else 0.0))
+            z = form(x) + (more[kind](x) if name != BASE else 0.0)
+            emulators[kind, name] = Response(x, z, [])
     catalogue = {n: m for n, m in load_catalogue().items() if n == "cohesion"}
     return Emulated(emulators, SETTINGS, FACTORS, catalogue)
 

@@ -44,7 +44,7 @@ def closed_form(spec):
 
 def bench(kinds, changes=None):
     """`Emulated` of the experiments, its emulators trained by `closed_form`."""
-    settings = salt_settings({"runs_per_input": 6} | (changes or {}))
+    settings = salt_settings({"runs": 400} | (changes or {}))
     known = catalogue_of(settings, kinds)
     factors = parameters_of(settings, FACTORS, kinds)
     return trained(Rig(settings, BASE, factors), known, kinds)

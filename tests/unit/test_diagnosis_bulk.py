@@ -23,7 +23,16 @@ from dem.spec import parse_spec
 from diagnosis import emulator_waves, extend
 from diagnosis.catalogue import load_catalogue
 from diagnosis.derived import MOST_RUNS, RUNS, completed
-from diagnosis.design import BASE, TRAIN, factor_share, left_of, plan, possible
+from diagnosis.design import (
+    BASE,
+    ENOUGH,
+    LEARN,
+    TRAIN,
+    factor_share,
+    inputs_of,
+    plan,
+    possible,
+)
 from diagnosis.emulator import train
 from diagnosis.extend import within
 from diagnosis.failures import as_tests
@@ -201,7 +210,7 @@ def test_a_budget_is_kept(runs):
     _, specs = plan(Rig(settings, RUN, tuple(factors)), known, ["heap"])
     assert len(specs) <= TRAIN * runs
     for refined in (0, 10):
-        left = left_of(settings, [refined])
+        left = runs - len(specs) - refined
         each, places = within(left, 2, rows_of("heap") * 5, 3)
         assert 2 * each * len(places) <= left
         assert len(specs) + refined + 2 * each * len(places) <= runs
@@ -214,6 +223,11 @@ def test_a_budget_that_is_too_small_says_what_is_enough():
     least = int(str(caught.value).split("at least ")[1].split(" runs")[0])
     settings, _, _ = bench_settings(least)
     plan(Rig(settings, RUN, tuple(factors)), known, ["heap"])
+
+
+def known_of(bench):
+    """The catalogue without free laws."""
+    return {n: m for n, m in bench.catalogue.items() if m.source != "a free law"}
 
 
 def own_runs(rows):
@@ -229,8 +243,10 @@ def test_mechanisms_have_as_many_runs_as_the_base_model_whatever_the_budget(runs
     settings, factors, known = bench_settings(runs)
     found = own_runs(plan(Rig(settings, RUN, tuple(factors)), known, ["heap"])[0])
     base = found.pop(BASE)
-    assert set(found.values()) == {int(0.25 * runs / len(found))}
-    assert base + sum(found.values()) == TRAIN * runs
+    inputs = len(inputs_of(settings, factors, "heap", BASE))
+    whole = min(TRAIN * runs, 2 * ENOUGH * inputs)
+    assert set(found.values()) == {int(0.5 * whole / len(found))}
+    assert base + sum(found.values()) == whole
     assert base - sum(found.values()) < len(found)
 
 
@@ -240,9 +256,10 @@ def test_a_wave_goes_to_the_base_model_and_to_what_the_rest_is_enough_for(runs, 
     bench, _ = emulated(runs, scatter=2.0)
     rig = Rig(bench.settings, RUN, tuple(bench.factors))
     measured = heaps(lambda d: 30.0 + 25.0 / d)
-    rows, _, found = emulator_waves.plan_wave(bench, measured, rig, 1)
+    first = sum(own_runs(plan(rig, known_of(bench), ["heap"])[0]).values())
+    rows, _, found = emulator_waves.plan_wave(bench, measured, rig, 1, first)
     made = own_runs(rows)
-    share = 0.3 * runs / 2
+    share = (LEARN * runs - first) / 2
     assert made.pop(BASE) == int(share / 2)
     assert len(made) == most
     assert sum(made.values()) <= share / 2
@@ -257,10 +274,10 @@ def refined(measured, runs=240, scatter=2.0):
     """`Identification` of heaps, the emulators refined by two waves of runs that scatter [deg]."""
     bench, laws = emulated(runs, scatter)
     rig = Rig(bench.settings, RUN, tuple(bench.factors))
-    known = {n: m for n, m in bench.catalogue.items() if n not in laws}
-    rows, specs = plan(rig, known, ["heap"])
+    rows, specs = plan(rig, known_of(bench), ["heap"])
+    first = len(specs)
     for wave in (1, 2):
-        more, own, _ = emulator_waves.plan_wave(bench, measured, rig, wave)
+        more, own, _ = emulator_waves.plan_wave(bench, measured, rig, wave, first)
         rows, specs = rows + more, specs | own
         answer = scattered(scatter)
         metrics = {n: answer(s) for n, s in specs.items()}
@@ -471,7 +488,8 @@ def test_settings_that_a_law_makes_impossible_are_left_out_of_waves_and_gain(mon
         bench.settings, study("discharge").run | {"experiment": "discharge"}, tuple(bench.factors)
     )
     theta = np.array([*np.zeros(len(model.factors)), 1.0])
-    fitted = SimpleNamespace(theta=theta[None], cov=1e-9 * np.eye(len(theta))[None])
+    sd, cov = np.full((1, len(rows)), 10.0), 1e-9 * np.eye(len(theta))[None]
+    fitted = SimpleNamespace(theta=theta[None], cov=cov, sd=sd)
     near, specs = emulator_waves._near(bench, rig, "discharge", model, fitted, 1, 12)
     assert 0 < len(near) == len(specs) < 12
     without = SimpleNamespace(theta=np.tile(theta, (len(rows), 1)))

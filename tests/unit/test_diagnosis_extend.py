@@ -23,7 +23,7 @@ CONDITIONS = list(LEVERS.items())
 @pytest.fixture(scope="module")
 def emulated():
     none = {"mechanisms": []}
-    return bench(KINDS, {"experiments": dict.fromkeys(KINDS, none), "runs_per_input": 3})
+    return bench(KINDS, {"experiments": dict.fromkeys(KINDS, none), "runs": 200})
 
 
 @pytest.mark.parametrize("kind", KINDS)

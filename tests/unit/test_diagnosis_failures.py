@@ -51,7 +51,7 @@ def test_the_likelihood_is_the_binomial():
 def clogging(kinds=("heap",)):
     """`Emulated` of heaps by closed forms, of which the runs of large grains clog."""
     changes = {
-        "runs_per_input": 14,
+        "runs": 200,
         "experiments": {
             "heap": {
                 "levers": {"particle_diameter_mm": [1.6, 2.8]},

@@ -28,12 +28,12 @@ def test_changes_are_laid_over_key_by_key_and_a_null_takes_one_away():
     changed = salt_settings(
         {
             "experiments": {
-                "shear": {"runs_per_input": 4},
+                "shear": {"metric": "other"},
                 "drop": {"levers": {"particle_diameter_mm": None}},
             }
         },
     )
-    assert changed.experiments["shear"].runs_per_input == 4
+    assert changed.experiments["shear"].metric == "other"
     assert changed.experiments["shear"].run == plain.experiments["shear"].run
     assert list(changed.experiments["drop"].levers) == ["drop_height_mm"]
 
@@ -50,7 +50,7 @@ def test_a_bad_setting_of_an_experiment_is_named(kind, own, name):
         salt_settings({"experiments": {kind: own}})
 
 
-@pytest.mark.parametrize(("key", "value"), [("runs_per_input", 1), ("speed", 3)])
+@pytest.mark.parametrize(("key", "value"), [("runs", 1), ("speed", 3)])
 def test_a_bad_setting_is_named(key, value):
     with refused(ConfigError, key=key, value=value):
         salt_settings({key: value})
@@ -118,8 +118,8 @@ def test_ranges_of_factors_can_be_replaced():
 
 
 def test_runs_of_a_mechanism_that_multiplies_a_lever_are_runs_of_the_base_model():
-    heap = {"runs_per_input": 3, "mechanisms": ["size_bias"]}
-    settings = rate_settings({"experiments": {"heap": heap}})
+    heap = {"mechanisms": ["size_bias"]}
+    settings = rate_settings({"runs": 60, "experiments": {"heap": heap}})
     factors = parameters_of(settings, "config/factors.tsv", ["heap"])
     rows, specs = plan(Rig(settings, {}, factors), catalogue_of(settings, ["heap"]), ["heap"])
     assert {r["mechanism"] for r in rows} == {"base"}
@@ -132,4 +132,4 @@ def test_runs_of_a_mechanism_that_multiplies_a_lever_are_runs_of_the_base_model(
         biased += factor != 1.0
         stands_for = low * (high / low) ** row["inputs"][column]
         assert stands_for == pytest.approx(particles["diameter_mm"] * factor, rel=1e-4)
-    assert biased == 3 * (len(rows[0]["inputs"]) + 1)
+    assert biased == 15

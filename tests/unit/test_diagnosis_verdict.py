@@ -3,7 +3,7 @@ schema."""
 
 import re
 from dataclasses import replace
-from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -69,28 +69,24 @@ def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypa
     """From trained emulators to verdict.json and its figures; closed forms replace the engine."""
     measured = shear_of(read_measurements(SHIPPED), 0.084)
     monkeypatch.setattr(setup, "read_all", lambda path: Measured(measured, [], []))
-    monkeypatch.setattr(
-        stages, "simulate", lambda specs: {k: closed_form(s) for k, s in specs.items()}
-    )
+    for module in (stages, setup):
+        monkeypatch.setattr(
+            module, "simulate", lambda specs: {k: closed_form(s) for k, s in specs.items()}
+        )
     settings = emulated.settings.model_copy(update={"replicates": 60})
     at = tmp_path.joinpath
 
     plan = files(tmp_path, design="design.json", plan="plan.json")
     own = setup_of(SHIPPED, settings)
     stages.plan_runs(own, plan)
-    trained = files(tmp_path, emulators="e.npz", errors="e.json")
-    stages.emulate(own, plan, trained)
+    trained = SimpleNamespace(designs=[plan.design], plans=[plan.plan])
     for k in (1, 2):
         wave = files(
             tmp_path, design=f"design_{k}.json", plan=f"plan_{k}.json", left=f"left_{k}.json"
         )
         stages.plan_refinement(own, trained, wave, k)
-        source = files(tmp_path, emulators=Path(trained.emulators).name, errors="e.json")
-        source.designs = [at("design.json"), *(at(f"design_{n}.json") for n in range(1, k + 1))]
-        source.plans = [at("plan.json"), *(at(f"plan_{n}.json") for n in range(1, k + 1))]
-        refined = files(tmp_path, refined_emulators=f"e_{k}.npz", refined_errors=f"errors_{k}.json")
-        stages.refine(own, source, refined)
-        trained = files(tmp_path, emulators=f"e_{k}.npz", errors=f"errors_{k}.json")
+        trained.designs.append(wave.design)
+        trained.plans.append(wave.plan)
     trained.left = [at("left_1.json"), at("left_2.json")]
     shown = files(
         tmp_path, summary="calibration.json", table="residuals.csv", residuals="residuals.svg"

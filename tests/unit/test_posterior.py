@@ -98,31 +98,6 @@ def test_the_emulator_finds_mean_and_scatter():
     assert emulator.sd_of_run(u).mean() == pytest.approx(0.4, rel=0.25)
 
 
-def test_what_the_process_predicts_together_is_what_it_predicts_apart():
-    """The diagonal of the covariance is the variance of each mean; next to each other both err
-    alike, far apart less so."""
-    emulator = trained(np.random.default_rng(1))
-    u = np.array([[0.3, 0.4], [0.301, 0.4], [0.9, 0.1]])
-    (mean, variance), (same, covariance) = emulator.mean(u), emulator.predict(u)
-    assert same == pytest.approx(mean)
-    assert np.diag(covariance) == pytest.approx(variance)
-    correlation = covariance / np.sqrt(np.outer(variance, variance))
-    assert correlation[0, 1] > 0.95
-    assert correlation[0, 2] < 0.7
-
-
-def test_a_mean_of_many_runs_counts_as_many_runs():
-    """Replicates as single runs and as their mean with its number give one process."""
-    x = np.repeat(np.linspace(0.0, 1.0, 9), 4)[:, None]
-    y = 8.0 * x[:, 0] + np.random.default_rng(3).normal(0.0, 0.4, len(x))
-    means = y.reshape(9, 4).mean(axis=1)
-    told = GaussianProcess(rough=False).fit(x[::4], means, np.full(9, 4.0))
-    alone = GaussianProcess(rough=False).fit(x[::4], means, np.ones(9))
-    assert told.sd_of_run(x[:1]) == pytest.approx(2.0 * alone.sd_of_run(x[:1]), rel=0.05)
-    for mine, other in zip(told.mean(x[::4]), alone.mean(x[::4]), strict=True):
-        assert mine == pytest.approx(other, rel=0.02)
-
-
 def test_scatter_that_varies_is_found():
     rng = np.random.default_rng(3)
     x = np.repeat(rng.random((30, 2)), 4, axis=0)

@@ -14,17 +14,15 @@ from diagnosis.model import Emulated
 from diagnosis.rig import Rig
 from diagnosis.settings import catalogue_of, parameters_of
 
-CHANGES = {"runs_per_input": 4, "experiments": {"shear": {"mechanisms": ["cohesion"]}}}
+CHANGES = {"runs": 80, "experiments": {"shear": {"mechanisms": ["cohesion"]}}}
 FRICTION, ROLLING, ENERGY = 0.6, 0.15, 0.1
 
 
-def curved(spec):
-    """The closed form of a shear test with a bend that few runs cannot follow."""
-    metrics = closed_form(spec)
-    pair = spec["contacts"]["particle_particle"]
-    bend = 0.1 * np.sin(6.0 * pair["static_friction"]) * np.cos(8.0 * pair["rolling_friction"])
-    load = spec["geometry"]["normal_stress_kPa"]
-    return {"shear_stress_kPa": metrics["shear_stress_kPa"] + bend * load}
+def scattered(spec):
+    """The closed form of a shear test, each run by itself off by some percent."""
+    value = closed_form(spec)["shear_stress_kPa"]
+    rng = np.random.default_rng([spec["seed"], int(1e6 * value)])
+    return {"shear_stress_kPa": value * (1.0 + 0.04 * rng.standard_normal())}
 
 
 @pytest.fixture(scope="module")
@@ -40,15 +38,16 @@ def refined():
         spec = {"experiment": "shear", "contacts": {"particle_particle": pair}}
         spec |= {"geometry": {"normal_stress_kPa": load}}
         spec |= {"law_parameters": {"surface_energy_J_m2": ENERGY}}
-        value = curved(spec)["shear_stress_kPa"]
+        value = closed_form(spec)["shear_stress_kPa"]
         measured.append(Measurement("shear", value, 0.01 * value, 5, {"normal_stress_kPa": load}))
     rows, specs = plan(rig, catalogue, ["shear"])
+    first = len(specs)
     out = []
     for wave in (1, 2, 3):
-        metrics = {name: curved(spec) for name, spec in specs.items()}
+        metrics = {name: scattered(spec) for name, spec in specs.items()}
         emulators, _ = train(rows, metrics, settings, factors)
         emulated = Emulated(emulators, settings, factors, catalogue)
-        more, own, found = emulator_waves.plan_wave(emulated, measured, rig, wave)
+        more, own, found = emulator_waves.plan_wave(emulated, measured, rig, wave, first)
         out.append((emulated, found, own))
         rows, specs = rows + more, specs | own
     return rig, measured, out
@@ -77,15 +76,16 @@ def test_the_emulator_comes_nearer_to_the_truth_at_the_mode(refined):
         misses.append(
             np.mean([(v / m.value - 1) ** 2 for v, m in zip(value[0], measured, strict=True)])
         )
-    assert misses[1] < 0.25 * misses[0]
+    assert misses[1] < 0.5 * misses[0]
 
 
 def test_no_wave_beyond_the_cap_and_none_where_emulators_are_sharp(refined):
     rig, measured, ((emulated, *_), *_) = refined
-    assert emulator_waves.plan_wave(emulated, measured, rig, rig.settings.waves + 1)[:2] == ([], {})
+    beyond = rig.settings.waves + 1
+    assert emulator_waves.plan_wave(emulated, measured, rig, beyond, 40)[:2] == ([], {})
     rough = [
         Measurement("shear", m.value, 0.5 * m.value, 1, m.levers, line=m.line) for m in measured
     ]
-    rows, specs, found = emulator_waves.plan_wave(emulated, rough, rig, 1)
+    rows, specs, found = emulator_waves.plan_wave(emulated, rough, rig, 1, 40)
     assert (rows, specs) == ([], {})
     assert all(r["enough"] for r in found)

@@ -70,7 +70,7 @@ def test_the_whole_study_is_planned_without_what_is_asked_for_by_name(clone):
 def test_each_stage_is_a_target(clone):
     targets = "optimise validation scaling reproduction export_converted diagnose reference".split()
     jobs = planned_jobs(clone, *targets)
-    wanted = {*targets, *SEARCH, *BENCH, "plan_scaling", "diagnosis_identify", "diagnosis_refine"}
+    wanted = {*targets, *SEARCH, *BENCH, "plan_scaling", "diagnosis_identify", "diagnosis_wave"}
     assert wanted <= jobs.keys()
 
 
@@ -132,7 +132,7 @@ def test_what_takes_seconds_runs_where_snakemake_does(workflow):
     jobs = {rule.name for rule in workflow.rules} - workflow._localrules - {"all", "study"}
     timed = {rule.name for rule in workflow.rules if rule.benchmark}
     assert jobs == timed | {"compile_engine", "run_batch", "reference", "comparison"}
-    assert {"dem_run", "joint", "posterior", "heaps", "diagnosis_refine"} <= timed
+    assert {"dem_run", "joint", "posterior", "heaps", "diagnosis_wave"} <= timed
 
 
 def test_a_rule_names_the_tables_that_it_reads(workflow, declared):

@@ -11,6 +11,20 @@ DIAGNOSIS_READS += ["measurements"]
 EACH_WAVE = [f"{STUDY}/diagnosis/wave_{k}" for k in range(1, WAVES + 1)]
 
 
+def training(waves):
+    """Inputs that train the emulators after so many waves; none where single contacts are
+    integrated."""
+    folders = trained(SETTINGS, [f"{STUDY}/diagnosis", *EACH_WAVE[:waves]])
+    if not folders:
+        return {}
+    last = f"diagnosis/wave_{waves}" if waves else "diagnosis"
+    return {
+        "designs": [f"{folder}/design.json" for folder in folders],
+        "plans": [f"{folder}/plan.json" for folder in folders],
+        "runs": runs_of(last)(None),
+    }
+
+
 checkpoint diagnosis_plan:
     input:
         factors=FACTORS,
@@ -28,32 +42,11 @@ checkpoint diagnosis_plan:
         "../scripts/task.py"
 
 
-rule diagnosis_emulate:
-    input:
-        factors=FACTORS,
-        measurements=MEASUREMENTS,
-        design=f"{STUDY}/diagnosis/design.json",
-        plan=f"{STUDY}/diagnosis/plan.json",
-        runs=runs_of("diagnosis"),
-    output:
-        emulators=f"{STUDY}/diagnosis/emulators.npz",
-        errors=f"{STUDY}/diagnosis/emulators.json",
-    benchmark:
-        f"{STUDY}/logs/diagnosis_emulate.tsv"
-    params:
-        function="diagnosis.stages:diagnosis_emulate",
-        reads=DIAGNOSIS_READS,
-    message:
-        "diagnosis: train the emulators"
-    script:
-        "../scripts/task.py"
-
-
 checkpoint diagnosis_wave:
     input:
+        unpack(lambda w: training(int(w.wave) - 1)),
         factors=FACTORS,
         measurements=MEASUREMENTS,
-        emulators=lambda w: wave_before(w, "emulators.npz"),
     output:
         design=f"{STUDY}/diagnosis/wave_{{wave}}/design.json",
         plan=f"{STUDY}/diagnosis/wave_{{wave}}/plan.json",
@@ -69,34 +62,11 @@ checkpoint diagnosis_wave:
         "../scripts/task.py"
 
 
-rule diagnosis_refine:
-    input:
-        factors=FACTORS,
-        measurements=MEASUREMENTS,
-        emulators=lambda w: wave_before(w, "emulators.npz"),
-        errors=lambda w: wave_before(w, "emulators.json"),
-        designs=lambda w: waves_until(w, "design.json"),
-        plans=lambda w: waves_until(w, "plan.json"),
-        runs=lambda w: runs_of(f"diagnosis/wave_{w.wave}")(w),
-    output:
-        refined_emulators=f"{STUDY}/diagnosis/wave_{{wave}}/emulators.npz",
-        refined_errors=f"{STUDY}/diagnosis/wave_{{wave}}/emulators.json",
-    benchmark:
-        f"{STUDY}/logs/diagnosis_refine_{{wave}}.tsv"
-    params:
-        function="diagnosis.stages:diagnosis_refine",
-        reads=DIAGNOSIS_READS,
-    message:
-        "diagnosis: train the emulators anew with wave {wildcards.wave}"
-    script:
-        "../scripts/task.py"
-
-
 rule diagnosis_calibrate:
     input:
+        unpack(lambda w: training(WAVES)),
         factors=FACTORS,
         measurements=diagnosed,
-        emulators=lambda w: trained(SETTINGS, f"{EACH_WAVE[-1]}/emulators.npz"),
     output:
         summary=f"{STUDY}/diagnosis/calibration.json",
         table=f"{STUDY}/diagnosis/residuals.csv",
@@ -114,10 +84,9 @@ rule diagnosis_calibrate:
 
 checkpoint diagnosis_identify:
     input:
+        unpack(lambda w: training(WAVES)),
         factors=FACTORS,
         measurements=MEASUREMENTS,
-        emulators=lambda w: trained(SETTINGS, f"{EACH_WAVE[-1]}/emulators.npz"),
-        errors=lambda w: trained(SETTINGS, f"{EACH_WAVE[-1]}/emulators.json"),
         left=lambda w: trained(SETTINGS, [f"{wave}/left.json" for wave in EACH_WAVE]),
     output:
         plan=f"{STUDY}/diagnosis/extension/plan.json",
@@ -164,9 +133,9 @@ rule diagnose:
 # before anything is measured: what a plan of measurements would show
 rule diagnosis_power:
     input:
+        unpack(lambda w: training(0)),
         factors=FACTORS,
         measurements=MEASUREMENTS,
-        emulators=lambda w: trained(SETTINGS, f"{STUDY}/diagnosis/emulators.npz"),
     output:
         power=f"{STUDY}/diagnosis/power.json",
         page=f"{STUDY}/diagnosis/power.md",

@@ -65,17 +65,6 @@ def also_shown(wildcards):
     return [local(str(path.resolve())) for paths in found for path in sorted(paths)]
 
 
-def waves_until(wildcards, file):
-    """A file of the emulators' first runs and of each wave up to that of the wildcards."""
-    first, waves = f"{STUDY}/diagnosis", EACH_WAVE[: int(wildcards.wave)]
-    return [f"{folder}/{file}" for folder in (first, *waves)]
-
-
-def wave_before(wildcards, file):
-    """The same file of the wave before that of the wildcards."""
-    return waves_until(wildcards, file)[-2]
-
-
 def of_supplements(files):
     """Those files {stage: file in its folder} that a supplement of the study makes."""
     return [

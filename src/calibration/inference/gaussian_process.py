@@ -1,13 +1,11 @@
 """The Gaussian process of a response over coded inputs, trained by runs."""
 
 import warnings
-from collections.abc import Mapping, Sequence
 from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import solve_triangular
-from scipy.optimize import minimize
 from scipy.spatial.distance import cdist
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
@@ -27,73 +25,47 @@ LEAST_ROUGH_LENGTH = 0.1
 """Length of the rough part from which on it can bend, of the inputs' range."""
 LEAST_ROUGH = 1e-4
 """Variance of the rough part, in that of the response, below which it counts as none."""
-SHORT = 0.4
-"""Length over which the error of a level reaches, in the least gap between levels of the runs."""
-LARGEST = 6.0  # of a logarithm's distance from its prior's mean, in standard deviations
 
 
 class GaussianProcess:
     """A response over x in [0, 1]^d that scatters from run to run.
 
-    The process has a smooth part (squared exponential, a length an input) and a linear trend. Where
-    it is `rough` it has a part that may bend sharply or step (Matern, nu 1/2): of a smooth response
-    its share vanishes, at a step it grows, and so does the error between runs. Shares, lengths and
-    the scatter are fitted together, by maximum likelihood.
-
-    With `priors` the most probable values are taken: {scale, length, linear, offset, step, noise:
-    (mean, sd)} of their logarithms, variances in that of the response. Such a process is not rough,
-    but has an error of its own at each level of the inputs in `steps`.
+    The process has a smooth part (squared exponential, a length an input), a linear trend, and a
+    part that may bend sharply or step (Matern, nu 1/2): of a smooth response its share vanishes, at
+    a step it grows, and so does the error between runs. Shares, lengths and the scatter are fitted
+    together, by maximum likelihood.
     """
 
-    def __init__(
-        self,
-        rough: bool = True,
-        steps: Sequence[int] = (),
-        priors: Mapping[str, tuple[float, float]] | None = None,
-    ) -> None:
-        self.rough, self.steps, self.priors = rough, list(steps), priors
+    def fit(self, x: ArrayLike, y: ArrayLike) -> Self:
+        """Train by responses y (n,) of single runs at inputs x (n, d) in [0, 1]. Returns the
+        process.
 
-    def fit(self, x: ArrayLike, y: ArrayLike, runs: ArrayLike | None = None) -> Self:
-        """Train by responses y (n,) at inputs x (n, d) in [0, 1]; `runs` (n,) says of how many runs
-        each is the mean. Returns the process.
-
-        Without `runs` each is a single run, and how the scatter varies replicates tell, where they
-        stand at several points: the log variance within points is linear in x (gamma regression:
-        Harvey 1976, Econometrica 44:461). The scatter itself is not held at what replicates alone
-        say of it: that of a dozen is wrong by a fifth, and the errors of the mean would be wrong
-        with it. Raises CalibrationError for single runs that are too few, or all alike.
+        How the scatter varies replicates tell, where they stand at several points: the log variance
+        within points is linear in x (gamma regression: Harvey 1976, Econometrica 44:461). The
+        scatter itself is not held at what replicates alone say of it: that of a dozen is wrong by a
+        fifth, and the errors of the mean would be wrong with it. Raises CalibrationError for runs
+        that are too few, or all alike.
         """
         self.x, y = np.asarray(x, float), np.asarray(y, float)
-        alike = np.zeros(1 + self.x.shape[1])
-        self._log_variance = _log_variance(self.x, y) if runs is None else alike
+        self._log_variance = _log_variance(self.x, y)
         local = self._variance_of_run(self.x)
         self._usual = float(local.mean())
-        weights = self._usual / local if runs is None else np.asarray(runs, float)
         self.middle, self.spread = float(y.mean()), float(y.std()) or 1.0
-        # about the middle of the inputs, where priors are told of the trend
-        self._centre = 0.5 if self.priors else 0.0
-        if self.priors:
-            kernel = _kernel_of_priors(self.x, self.steps, weights)
-            settings = {"optimizer": _most_probable(self.priors, self.x.shape[1])}
-        else:
-            kernel = _kernel(self.x, self.rough, weights)
-            settings = {"n_restarts_optimizer": 1}
-        process = GaussianProcessRegressor(kernel, random_state=0, **settings)
+        kernel = _kernel(self.x, self._usual / local)
+        process = GaussianProcessRegressor(kernel, random_state=0, n_restarts_optimizer=1)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ConvergenceWarning)  # a length at its bound is no fault
-            process.fit(self.x - self._centre, (y - self.middle) / self.spread)
+            process.fit(self.x, (y - self.middle) / self.spread)
         self._keep(process)
         return self
 
     def _keep(self, process):
         """What predictions need of the fitted process: the kernels' own calls take ten times as
         long at few points, and a sampler makes thousands."""
-        smooth, trend, *more, scatter = _summands(process.kernel_)
+        smooth, trend, rough, scatter = _summands(process.kernel_)
         self._linear = trend.k1.constant_value
         self._offset = self._linear * trend.k2.sigma_0**2
-        if self.priors:
-            self._offset = more.pop(0).constant_value
-        parts = [smooth, *more]
+        parts = [smooth, rough]
         self._variances = np.array([p.k1.constant_value for p in parts])
         d = self.x.shape[1]
         self._lengths = np.array([np.broadcast_to(p.k2.length_scale, d) for p in parts])
@@ -109,14 +81,6 @@ class GaussianProcess:
         left = np.maximum(self._own(x) - (known * known).sum(axis=1), 0.0)
         return self.middle + self.spread * (cross @ self.alpha), self.spread**2 * left
 
-    def predict(self, x: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-        """(mean (k,), its covariance (k, k)) at x (k, d): it is wrong smoothly."""
-        x = np.atleast_2d(np.asarray(x, float))
-        cross = self._covariance(x, self.x)
-        known = cross @ self._root
-        left = self._covariance(x, x) - known @ known.T
-        return self.middle + self.spread * (cross @ self.alpha), self.spread**2 * left
-
     def sd_of_run(self, x: ArrayLike) -> np.ndarray:
         """Standard deviation (k,) of a single run about the mean at x (k, d)."""
         x = np.atleast_2d(np.asarray(x, float))
@@ -126,39 +90,20 @@ class GaussianProcess:
     def _variance_of_run(self, x):
         return np.exp(self._log_variance[0] + x @ self._log_variance[1:])
 
-    def with_slopes(self, x: np.ndarray, columns: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
-        """Means (k,) and their derivatives (k, c) by the inputs in `columns` at x (k, d), of a
-        process that is not rough."""
-        columns = np.asarray(columns, int)
-        trend = self._linear * ((self.x - self._centre).T @ self.alpha)
-        value = (x - self._centre) @ trend + self._offset * self.alpha.sum()
-        slope = trend[columns]
-        # the derivative of a squared exponential is a difference of the same sums, weighted by the
-        # runs' inputs
-        weights = np.column_stack([self.alpha, self.alpha[:, None] * self.x[:, columns]])
-        for part, length in zip(self._parts(x, self.x), self._lengths, strict=True):
-            sums = part @ weights
-            value = value + sums[:, 0]
-            slope = slope + (sums[:, 1:] - x[:, columns] * sums[:, :1]) / length[columns] ** 2
-        return self.middle + self.spread * value, self.spread * slope
-
     def _parts(self, x, y):
-        """Covariances (k, m) of the smooth part and of the rough one or that of levels, at (k, d)
-        and (m, d)."""
-        for n, (variance, length) in enumerate(zip(self._variances, self._lengths, strict=True)):
-            rough = self.rough and n == 1
-            apart = cdist(x / length, y / length, "euclidean" if rough else "sqeuclidean")
-            yield variance * np.exp(-apart if rough else -0.5 * apart)
+        """Covariances (k, m) of the smooth part and of the rough one, at (k, d) and (m, d)."""
+        smooth, rough = zip(self._variances, self._lengths, strict=True)
+        yield smooth[0] * np.exp(-0.5 * cdist(x / smooth[1], y / smooth[1], "sqeuclidean"))
+        yield rough[0] * np.exp(-cdist(x / rough[1], y / rough[1], "euclidean"))
 
     def _covariance(self, x, y):
         """Prior covariance (k, m) of the responses, without scatter, at (k, d) and (m, d)."""
-        trend = self._linear * ((x - self._centre) @ (y - self._centre).T) + self._offset
+        trend = self._linear * (x @ y.T) + self._offset
         return sum(self._parts(x, y)) + trend
 
     def _own(self, x):
         """Diagonal (k,) of `_covariance` of x (k, d) with itself."""
-        square = ((x - self._centre) ** 2).sum(axis=1)
-        return self._variances.sum() + self._offset + self._linear * square
+        return self._variances.sum() + self._offset + self._linear * (x**2).sum(axis=1)
 
 
 class _Scatter(WhiteKernel):
@@ -187,46 +132,14 @@ def _lengths(x, least=LEAST_LENGTH):
     return np.array([(max(least, gap), MOST_LENGTH) for gap in gaps])
 
 
-def _kernel(x, rough, weights):
+def _kernel(x, weights):
     """Kernel of responses at inputs x (n, d) with weights (n,): smooth, trend, rough, scatter."""
     lengths = np.full(x.shape[1], 1.5)
     kernel = ConstantKernel(1.0, (1e-3, 1e3)) * RBF(lengths, _lengths(x))
     kernel += ConstantKernel(1.0, (1e-4, 1e2)) * DotProduct(1.0, (1e-2, 1e2))
-    if rough:
-        bounds = _lengths(x, LEAST_ROUGH_LENGTH)
-        bent = Matern(lengths / 3.0, bounds, nu=0.5)
-        kernel += ConstantKernel(0.1, (LEAST_ROUGH, 10.0)) * bent
-    return kernel + _Scatter(0.1 if rough else 1e-3, (1e-8, 1.0), weights)
-
-
-def _kernel_of_priors(x, steps, weights):
-    """The same: smooth, trend, offset, levels, scatter. Priors stand for the bounds."""
-    kernel = ConstantKernel() * RBF(np.ones(x.shape[1]))
-    kernel += ConstantKernel() * DotProduct(0.0, "fixed")
-    kernel += ConstantKernel()
-    short = np.full(x.shape[1], np.inf)
-    for column in steps:
-        gaps = np.diff(np.unique(np.round(x[:, column], 6)))
-        short[column] = SHORT * gaps.min(initial=1.0)
-    return kernel + ConstantKernel() * RBF(short, "fixed") + _Scatter(1.0, (1e-5, 1e5), weights)
-
-
-def _most_probable(priors, inputs):
-    """An optimiser of sklearn's that adds normal priors of the logarithms to the likelihood."""
-    lengths = ["length"] * inputs
-    names = ["scale", *lengths, "linear", "offset", "step", "noise"]  # as in the kernel
-    middle, sd = np.array([priors[n] for n in names]).T
-
-    def optimise(cost, start, bounds):
-        def with_priors(u):
-            value, slope = cost(middle + sd * u, eval_gradient=True)
-            return value + 0.5 * (u @ u), sd * slope + u
-
-        within = [(-LARGEST, LARGEST)] * len(names)
-        found = minimize(with_priors, 0.0 * middle, jac=True, method="L-BFGS-B", bounds=within)
-        return middle + sd * found.x, found.fun
-
-    return optimise
+    bent = Matern(lengths / 3.0, _lengths(x, LEAST_ROUGH_LENGTH), nu=0.5)
+    kernel += ConstantKernel(0.1, (LEAST_ROUGH, 10.0)) * bent
+    return kernel + _Scatter(0.1, (1e-8, 1.0), weights)
 
 
 def _summands(kernel):

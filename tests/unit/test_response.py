@@ -1,11 +1,10 @@
-"""Emulators of a budget's runs: what two dozen runs say, and how far it may be off, by closed
-forms."""
+"""The response that runs train: what two dozen say, and how far it may be off, by closed forms."""
 
 import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from diagnosis.few_runs import FewRuns, WithMechanism
+from diagnosis.response import Response, WithMechanism
 
 LEVELS = np.array([0.0, 0.27, 0.57, 0.83, 1.0])
 STEPS = np.array([0.0, 2.0, -1.0, -4.0, 1.5])
@@ -28,7 +27,7 @@ def trained(seed, runs=24, scatter=1.5):
     rng = np.random.default_rng(seed)
     x = points(runs, rng, runs // 4)
     z = truth(x) + scatter * rng.standard_normal(runs)
-    return FewRuns(x, z, [2]), z, rng
+    return Response(x, z, [2]), z, rng
 
 
 @pytest.mark.slow
@@ -62,10 +61,36 @@ def test_a_level_is_known_by_its_runs_and_the_steps_between_levels_are_no_scatte
     assert own.with_slope(between, [])[2] > 2.0 * variance.max()
 
 
+def test_runs_scatter_at_each_level_as_they_do_there():
+    """Larger grains scatter more, and their runs count for less."""
+    at = np.column_stack([np.full((5, 2), 0.5), LEVELS])
+    scatter, error = [], []
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        x = points(150, rng)
+        own = Response(x, truth(x) + (1.0 + 2.0 * x[:, 2]) * rng.standard_normal(150), [2])
+        scatter.append(own.sd_of_run(at))
+        error.append(own.with_slope(at, [])[2])
+    assert np.mean(scatter, axis=0) == pytest.approx(1.0 + 2.0 * LEVELS, rel=0.25)
+    first, *_, last = np.mean(error, axis=0)
+    assert last > 2.0 * first
+
+
+def test_many_runs_at_one_point_are_their_mean():
+    """Beside them the prior and the other runs count for nothing: the mean, and its error."""
+    rng = np.random.default_rng(8)
+    x = points(24, rng)
+    here = np.tile([0.3, 0.6, LEVELS[1]], (400, 1))
+    z = np.concatenate([truth(x), truth(here)]) + 1.5 * rng.standard_normal(424)
+    value, _, variance = Response(np.vstack([x, here]), z, [2]).with_slope(here[:1], [])
+    assert value == pytest.approx(z[24:].mean(), abs=0.02)
+    assert np.sqrt(variance) == pytest.approx(1.5 / np.sqrt(400), rel=0.2)
+
+
 def test_slopes_are_those_of_the_responses():
-    own, z, rng = trained(2)
+    own, _, rng = trained(2)
     more = np.column_stack([points(6, rng), 0.2 + 0.8 * rng.random(6)])
-    law = WithMechanism(own, z, more, truth(more[:, :3]) + 8.0 * more[:, 3], 0.0)
+    law = WithMechanism(own, more, truth(more[:, :3]) + 8.0 * more[:, 3], 0.0)
     at = np.column_stack([points(5, rng), rng.random(5)])
     for emulator, x in ((own, at[:, :3]), (law, at)):
         value, slope, _ = emulator.with_slope(x, range(x.shape[1]))
@@ -84,14 +109,14 @@ def test_slopes_are_those_of_the_responses():
 def test_what_a_mechanism_adds_is_learned_from_six_runs_as_well_as_they_tell(off):
     ratio = []
     for seed in range(20):
-        own, z, rng = trained(seed, scatter=0.5)
+        own, _, rng = trained(seed, scatter=0.5)
         more = np.column_stack([points(6, rng), rng.random(6)])
 
         def both(x):
             t = x[:, 3] - (0.5 if off is None else off)
             return truth(x[:, :3]) + 8.0 * t + (1.5 if off is None else 0.0)
 
-        law = WithMechanism(own, z, more, both(more) + 0.5 * rng.standard_normal(6), off)
+        law = WithMechanism(own, more, both(more) + 0.5 * rng.standard_normal(6), off)
         at = np.column_stack([points(20, rng), rng.random(20)])
         value, _, variance = law.with_slope(at, [])
         ratio.append(np.mean((value - both(at)) ** 2 / variance))
@@ -99,9 +124,9 @@ def test_what_a_mechanism_adds_is_learned_from_six_runs_as_well_as_they_tell(off
 
 
 def test_a_mechanism_is_the_base_model_where_it_is_off():
-    own, z, rng = trained(4)
+    own, _, rng = trained(4)
     more = np.column_stack([points(6, rng), 0.5 + 0.5 * rng.random(6)])
-    law = WithMechanism(own, z, more, truth(more[:, :3]), 0.0)
+    law = WithMechanism(own, more, truth(more[:, :3]), 0.0)
     at = points(5, rng)
     value = law.with_slope(np.column_stack([at, np.zeros(5)]), [])[0]
     assert value == pytest.approx(own(at), abs=1.0)  # its own runs tell of the base model as well
