@@ -210,15 +210,12 @@ def study(tmp_path, monkeypatch):
     ("words", "named"),
     [
         (["screning"], ["screning", "stage", "screening"]),
-        (["--fast"], ["--fast", "--help"]),
-        (["--dry-rum"], ["--dry-rum", "--dry-run"]),
         (["--config", "resolution=quick", "screening"], ["screening", "--config", "KEY=VALUE"]),
     ],
 )
 def test_a_mistake_on_the_command_line_is_told_before_anything_is_planned(
-    study, words, named, capsys, monkeypatch
+    study, words, named, capsys
 ):
-    monkeypatch.setattr(cli, "option_names", lambda: {"--dry-run", "--touch", "--config"})
     assert cli.main(["run", "wheat", "-n", "-j2", *words]) == 2
     said = capsys.readouterr().err
     assert tells(said, *named)

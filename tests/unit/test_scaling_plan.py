@@ -7,6 +7,7 @@ import yaml
 from calibration.chain.study import Study
 from calibration.runs.plans import read_plan
 from calibration.stages.scaling import (
+    DROPS,
     base_run,
     enlarged,
     measured_exponents,
@@ -94,15 +95,10 @@ def test_a_law_as_a_curve_cannot_be_enlarged(slot, law):
 
 def test_the_plan_has_every_case_and_shares_what_is_equal(config, tmp_path):
     section = config.scaling
-    section = section.model_copy(update={"seeds": 6, "end_seeds": 13, "cohesive_end_seeds": 30})
-    config = config.model_copy(update={"scaling": section})
     plan_scaling(Study(config), None, PlanFiles.of(tmp_path))
     specs = read_plan(tmp_path / "plan.json").values()
     between, last = len(RULES) * (len(section.factors) - 2), len(RULES)
-    heaps = 2 * between * section.seeds
-    heaps += (1 + last) * (section.end_seeds + section.cohesive_end_seeds)
-    drops = 2 * (1 + between + last) * section.drop_seeds
-    assert len(specs) == heaps + drops
+    assert len(specs) == 2 * (1 + between + last) * (section.seeds + DROPS)
     laws = {s["laws"]["cohesion"] for s in specs}
     assert laws == {"none", section.cohesion["laws"]["cohesion"]}
 

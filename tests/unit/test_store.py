@@ -5,7 +5,6 @@ import errno
 import json
 import os
 import shutil
-import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -413,21 +412,11 @@ def test_a_failure_of_another_engine_is_missing(tmp_path, monkeypatch):
     assert lost() == [name]
 
 
-def test_what_is_dated_in_the_future_gets_the_present_time(names):
-    tomorrow = time.time() + 86_400
-    os.utime(result_of(names[0]), (tomorrow, tomorrow))
-    set_faults_aside(NO_STUDY)
-    assert result_of(names[0]).stat().st_mtime <= time.time()
-    assert read_metric(names, "rebound_height_mm") == [1.5, 2.5, 3.5]
-
-
-def test_only_what_this_project_made_is_dated_back_and_set_aside(names):
+def test_only_what_this_project_made_is_set_aside(names):
     """Beside the studies of a folder of results others may lie, with a plan.json of their own."""
     other = Path("results/projects/plan.json")
     other.parent.mkdir()
     other.write_text("mine")
-    tomorrow = time.time() + 86_400
-    os.utime(other, (tomorrow, tomorrow))
     before = tree(other.parent)
     assert faults_of() == []
     set_faults_aside(NO_STUDY)

@@ -20,7 +20,7 @@ from calibration.errors import REFUSALS, in_words
 from calibration.intake.started_code import refuse_unasked
 from calibration.digests import digest
 from calibration.runs.records import made_again, refuse_outside
-from calibration.runs.verify import date_back, plan_faults
+from calibration.runs.verify import plan_faults
 from calibration.study.stage import load_stages
 from calibration.chain.study import Study
 from dem.experiments import experiments
@@ -79,13 +79,7 @@ wildcard_constraints:
 
 def user_file(path):
     """An input: a file of the user, which no prefix moves; [] where the study names none. Its time
-    says nothing; what is in it counts, see `made_from`. Only a time in the future is mended.
-    """
-    if path and STARTS and not workflow.output_settings.dryrun:
-        try:
-            date_back(path)
-        except REFUSALS as error:
-            raise WorkflowError(in_words(error))
+    says nothing; what is in it counts, see `made_from`."""
     return ancient(local(str(path))) if path else []
 
 

@@ -10,7 +10,6 @@ from calibration.errors import CalibrationError
 from calibration.runs.snakemake_command import (
     LOGGER,
     call,
-    option_names,
     rule_names,
     snakemake_command,
 )
@@ -35,7 +34,6 @@ DECK = (
     "Pour heaps of an exported deck with its program and hold their angle and profile against the "
     "calibrated model's."
 )
-COPY = "Copy a study's folder under another name. Its runs are shared until something is changed."
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -95,10 +93,6 @@ def _parser():
     deck.add_argument("--seeds", type=int, default=8, help="heaps of the check; 8 by default")
     deck.add_argument("--timeout", type=float, default=1e6, help="of one heap [s]")
     deck.set_defaults(command=_deck)
-    copy = commands.add_parser("copy", help="a study under another name", description=COPY)
-    copy.add_argument("study", type=Path, help="folder with config.yaml")
-    copy.add_argument("folder", type=Path, help="folder to write; its name becomes the copy's")
-    copy.set_defaults(command=_copy)
     return parser
 
 
@@ -107,7 +101,6 @@ def _run(args):
 
     _check_stages(args.arguments)
     _check_settings(args.arguments)
-    _check_options(args.arguments)
     # a folder's own workflow may have no profile that names it; `=` keeps snakemake from taking a
     # stage that follows for a second logger
     told = [] if "--logger" in args.arguments else [f"--logger={LOGGER}"]
@@ -137,14 +130,6 @@ def _deck(args):
     return check(args.folder, args.seeds, args.timeout)
 
 
-def _copy(args):
-    from calibration.study.new.study import copy_study  # loads pandas
-
-    for sentence in copy_study(args.study, args.folder):
-        print(sentence)
-    return 0
-
-
 def _check_stages(arguments):
     """Raise CalibrationError for a word that is nearly a rule's name; what is far from all may be
     an option, a file or a rule of the user's own."""
@@ -166,26 +151,6 @@ def _check_settings(arguments):
             raise CalibrationError(
                 f"{word}: is no setting; allowed behind --config: KEY=VALUE (a stage stands before)"
             )
-
-
-USUAL = {
-    "--batch", "--config", "--configfile", "--cores", "--dry-run", "--executor", "--forceall",
-    "--forcerun", "--jobs", "--keep-going", "--logger", "--profile", "--quiet",
-    "--rerun-incomplete", "--unlock", "--until", "--verbose", "--workflow-profile",
-}  # fmt: skip
-"""Options that are known without asking snakemake, which takes seconds."""
-
-
-def _check_options(arguments):
-    """Raise CalibrationError for an option that snakemake does not have: it would answer with a
-    hundred lines of those that it has."""
-    told = [word.partition("=")[0] for word in arguments if word.startswith("--")]
-    for name in (name for name in told if name not in USUAL):
-        known = option_names()
-        if not any(k.startswith(name) for k in known):
-            near = difflib.get_close_matches(name, known, n=1, cutoff=0.75)
-            hint = f"; did you mean {near[0]}?" if near else "; calibration run --help says more"
-            raise CalibrationError(f"{name}: is no option{hint}")
 
 
 def _verify(args):

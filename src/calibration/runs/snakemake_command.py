@@ -8,7 +8,6 @@ import sys
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import contextmanager
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -81,15 +80,6 @@ def _with_profiles(arguments: tuple[str, ...]) -> list[str]:
         if before in PROFILE and not Path(arguments[place]).is_dir() and own.is_dir():
             found[place] = str(own)
     return found
-
-
-@cache
-def option_names() -> set[str]:
-    """Long options that snakemake has, as its own help tells them; it is asked once."""
-    told = subprocess.run(
-        [sys.executable, "-m", "snakemake", "--help"], capture_output=True, text=True, check=False
-    )
-    return set(re.findall(r"--[a-z][a-z-]*", told.stdout))
 
 
 def rule_names() -> set[str]:

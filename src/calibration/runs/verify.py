@@ -10,9 +10,7 @@ from __future__ import annotations
 import fcntl
 import json
 import os
-import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,7 +18,7 @@ from typing import TYPE_CHECKING
 from filelock import FileLock, Timeout
 
 from calibration import engines
-from calibration.errors import CalibrationError, ConfigError
+from calibration.errors import CalibrationError
 from calibration.files import read_json, set_aside, sweep_abandoned
 from calibration.runs.plans import read_plan, run_id
 from calibration.runs.records import FOLDER, altered, changed_inputs, inside, read_record, recorded
@@ -233,7 +231,6 @@ def set_faults_aside(config: Config) -> None:
     results, folder = Path(config.results), Path(config.results, config.name)
     hold(results)
     sweep_abandoned(folder)
-    _date_back(results)
     planned = {name for plan in _plans(folder) for name in _specs(plan)}
     for fault in _study_faults(folder):
         _set_aside(fault)
@@ -269,30 +266,6 @@ def _set_aside(fault):
     if file and file.is_file():
         above = [folder for folder in file.parents if (folder.parent / FOLDER).is_dir()]
         set_aside(file, above[0] if above else None)
-
-
-def _date_back(results):
-    """Give files of the project that are dated in the future the present time: after a clock went
-    back snakemake would refuse all that is made from them."""
-    own = [results / "runs", *(mark.parent for mark in results.glob(f"*/{FOLDER}"))]
-    for file in (file for folder in own for file in folder.rglob("*")):
-        with suppress(OSError, ConfigError):  # a writer has just replaced it
-            date_back(file)
-
-
-def date_back(file: str | Path) -> None:
-    """Give a file that is dated in the future the present time. Raises ConfigError where only its
-    owner may."""
-    now = time.time()
-    with suppress(FileNotFoundError):
-        if os.stat(file).st_mtime > now:
-            try:
-                os.utime(file, (now, now))
-            except PermissionError:
-                reason = "is dated in the future, and only its owner may change that"
-                raise ConfigError(
-                    reason, path=file, allowed="the present time, or a copy"
-                ) from None
 
 
 def is_held(results: str | Path) -> bool:

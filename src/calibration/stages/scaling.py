@@ -56,9 +56,9 @@ if TYPE_CHECKING:
     from calibration.chain.study import Study
     from calibration.statistics.dimensions import Rule
     from calibration.study.config import Config
-    from calibration.study.config.schema import ScalingConfig
 
 EXPERIMENTS = ("heap", "drop")
+DROPS = 2  # at each scale
 HELD_IN = {
     "kg/m³": "density",
     "Pa": "modulus",
@@ -143,17 +143,6 @@ def base_run(config: Config, experiment: str, cohesive: bool) -> dict[str, Any]:
     return overlay(run, section.cohesion) if cohesive else run  # type: ignore[union-attr]  # the stage has its section
 
 
-def seeds_of(section: ScalingConfig, experiment: str, cohesive: bool, h: float) -> int:
-    """Number of runs of a case. The runs at both ends of the scale decide the slope. Cohesive heaps
-    scatter more."""
-    if experiment == "drop":
-        return section.drop_seeds
-    if h not in (section.factors[0], section.factors[-1]):
-        return section.seeds
-    ends = section.end_seeds or section.seeds
-    return section.cohesive_end_seeds or ends if cohesive else ends
-
-
 def plan_scaling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan every experiment under every rule and scale, without and with cohesion, with all
     seeds."""
@@ -169,7 +158,7 @@ def _cases(config):
     """(`Points` at scale 1, rule, scale) of each case that is run."""
     section = config.scaling
     for kind, rule, cohesive, h in product(EXPERIMENTS, RULES, (False, True), section.factors):
-        rows = pd.DataFrame([section.point] * seeds_of(section, kind, cohesive, h))
+        rows = pd.DataFrame([section.point] * (section.seeds if kind == "heap" else DROPS))
         rows = rows.assign(rule=rule, cohesive=cohesive, scale=h)
         run = base_run(config, kind, cohesive)
         yield Points(f"scaling.{kind}", rows, kind, run), rule, h

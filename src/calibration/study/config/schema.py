@@ -305,18 +305,7 @@ class ScalingConfig(_Part):
     factors: list[Positive] = Field(
         [1.0, 2.0, 4.0], min_length=2, description="length factors; the first is compared with"
     )
-    seeds: int = Field(6, ge=2, le=100, description="heaps at each scale")
-    end_seeds: int | None = Field(
-        None,
-        ge=2,
-        le=100,
-        description="heaps at the first and the last scale, which carry the trend; `seeds` unless "
-        "given",
-    )
-    cohesive_end_seeds: int | None = Field(
-        None, ge=2, le=100, description="the same with cohesion; `end_seeds` unless given"
-    )
-    drop_seeds: int = Field(2, ge=2, le=100, description="runs of the drop at each scale")
+    seeds: int = Field(6, ge=2, le=100, description="heaps at each scale, beside two drops")
     margin_deg: Positive = Field(2.0, description="change of the angle that does not matter")
     margin_restitution: Positive = Field(
         0.02, description="change of the restitution that does not matter"
