@@ -152,27 +152,3 @@ def test_a_run_that_alone_decides_a_coefficient_has_no_press():
     surface = fit_surface(design, ["A"], [1.0, 2.0, 1.5, 9.0], terms=[(), ("A",)])
     assert np.isnan(surface.summary["R2_pred"])
     assert surface.diagnostics["studentised"].isna().tolist() == [False, False, False, True]
-
-
-def formula_surface(hessian, gradient):
-    """A surface fitted without noise worth speaking of to a known quadratic."""
-    design = box_behnken(factors(3))
-    x = design[list("ABC")].to_numpy()
-    y = x @ gradient + np.einsum("ni,ij,nj->n", x, hessian, x)
-    tiny = 1e-9 * np.random.default_rng(0).normal(size=len(x))
-    return fit_surface(design, list("ABC"), 10 + y + tiny)
-
-
-@pytest.mark.parametrize("rising", [True, False])
-def test_the_ridge_is_the_best_point_of_each_sphere(rising):
-    hessian = np.array([[1.0, 0.4, 0.0], [0.4, -0.5, 0.2], [0.0, 0.2, 0.3]])
-    surface = formula_surface(hessian, np.array([0.6, -0.3, 0.2]))
-    radii = [0.0, 0.25, 1.0]
-    points = surface.ridge(radii, rising)
-    assert np.linalg.norm(points, axis=1) == pytest.approx(radii, abs=1e-6)
-    directions = np.random.default_rng(1).normal(size=(40000, 3))
-    directions /= np.linalg.norm(directions, axis=1)[:, None]
-    for r, best in zip(radii, surface.predict(points), strict=True):
-        sphere = surface.predict(r * directions)
-        assert best >= sphere.max() - 1e-6 if rising else best <= sphere.min() + 1e-6
-        assert best == pytest.approx(sphere.max() if rising else sphere.min(), abs=5e-3)

@@ -3,7 +3,6 @@ setting needs the user's consent."""
 
 import ast
 import csv
-import json
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -13,10 +12,7 @@ from calibration import engines
 from calibration.errors import ConfigError
 from calibration.intake import started_code
 from calibration.intake.started_code import SETTINGS, allow, permit, refuse_unasked
-from calibration.runs.records import FOLDER
-from calibration.runs.verify import Fault, repair
 from calibration.study.config.schema import Config
-from dem.spec import parse_spec
 from facts import refused
 
 ROOT = Path(__file__).parents[2]
@@ -160,18 +156,3 @@ def test_a_run_s_spec_starts_no_command_that_its_study_does_not_name(settings, t
     with refused(engines.EngineError, "metrics.json"):  # it leaves none, but it is started
         engines.make(spec, tmp_path / "work" / "run")
     assert Path("started").exists()
-
-
-def test_repairing_results_from_elsewhere_starts_no_command_of_theirs(settings):
-    spec = smuggled()
-    name = f"drop-{'0' * 16}"
-    plan = Path("results/theirs/screening/plan.json")
-    plan.parent.mkdir(parents=True)
-    Path("results/theirs", FOLDER).mkdir()
-    plan.write_text(json.dumps({name: spec}))
-    Path("results/runs", name).mkdir(parents=True)
-    said = []
-    assert repair([Fault("damaged", run=name)], tell=said.append) == 1
-    assert [line for line in said if "engine.command" in line]
-    assert not list(Path("results").rglob("started"))
-    assert parse_spec(spec).engine.name == "command"

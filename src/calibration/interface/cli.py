@@ -67,7 +67,7 @@ def _parser():
         "results", type=Path, nargs="?", default=Path("results"), help="folder; results by default"
     )
     verify.add_argument(
-        "--repair", action="store_true", help="make runs again that are wrong, set aside such plans"
+        "--repair", action="store_true", help="set aside what is wrong, to be made again"
     )
     verify.set_defaults(command=_verify)
     run = commands.add_parser("run", help="run a study", description=RUN)
@@ -166,8 +166,10 @@ def _verify(args):
         print(fault)
     draws.of_all(args.results, print)
     print(f"{args.results}: {checked_runs(args.results)} runs, {len(faults)} faults")
-    left = repair(faults, args.results) if args.repair else len(faults)
-    return 1 if left else 0
+    if args.repair:
+        repair(faults, args.results)
+        print("set aside; `calibration run` makes again what a study needs of it")
+    return 1 if faults and not args.repair else 0
 
 
 if __name__ == "__main__":

@@ -177,16 +177,17 @@ def reason_without(name: str) -> str:
     return refused["reason"] if refused else "this experiment does not measure it"
 
 
+AGAIN = "`calibration verify --repair` sets it aside, and the next start makes it again"
+
+
 def _result(store, name):
     try:
         result = store.result(name)
     except ResultError as error:
-        raise CalibrationError(f"{error}; `calibration verify --repair` makes it again") from None
+        raise CalibrationError(f"{error}; {AGAIN}") from None
     if not is_current(result["engine"]):
         raise CalibrationError(
-            f"{result_path(name)}: was made by another engine, {result['engine']}; `calibration "
-            f"verify --repair` "
-            "makes it again"
+            f"{result_path(name)}: was made by another engine, {result['engine']}; {AGAIN}"
         )
     return result
 

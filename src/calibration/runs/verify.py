@@ -10,7 +10,7 @@ from __future__ import annotations
 import fcntl
 import json
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -131,35 +131,14 @@ def _one_of_each_rig(specs):
     return seen.values()
 
 
-def repair(
-    faults: Sequence[Fault], results: str | Path = "results", tell: Callable[[str], object] = print
-) -> int:
-    """Make runs again that are wrong, and set aside plans that are, which the workflow then makes
-    again.
-
-    Returns the number of faults that are left.
-    """
-    store, left = RunStore(Path(results) / "runs"), 0
-    studies = [mark.parent for mark in Path(results).glob(f"*/{FOLDER}")]
-    known = {n: s for study in studies for p in _plans(study) for n, s in _specs(p).items()}
+def repair(faults: Sequence[Fault], results: str | Path = "results") -> None:
+    """Set aside what is wrong, so that it counts as missing and the workflow makes it again."""
+    store = RunStore(Path(results) / "runs")
     for fault in faults:
         if fault.run is None:
             _set_aside(fault)
-            tell(f"{fault}; `snakemake` makes again what is made from it")
-            continue
-        spec = known.get(fault.run) or _own_spec(store.folder(fault.run))
-        store.set_aside(fault.run)
-        if spec is None:
-            tell(f"{fault.run}: set aside; no plan knows its spec")
-            continue
-        try:
-            engines.make(spec, store.folder(fault.run))
-            store.entry(fault.run)
-            tell(f"{fault.run}: made again")
-        except DemError as error:
-            tell(f"{fault.run}: could not be made again: {error}")
-            left += 1
-    return left
+        else:
+            store.set_aside(fault.run)
 
 
 def _specs(plan):
@@ -167,15 +146,6 @@ def _specs(plan):
         return read_plan(plan)
     except ValueError:
         return {}
-
-
-def _own_spec(folder):
-    """The spec that a result holds, if it is still that of the folder's name."""
-    try:
-        spec = read_json(folder / RESULT)["spec"]
-        return spec if run_id(spec) == folder.name else None
-    except (OSError, ValueError, KeyError, TypeError, DemError):
-        return None
 
 
 def untrusted(config: Config, store: RunStore) -> list[str]:

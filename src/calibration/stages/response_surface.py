@@ -162,7 +162,7 @@ def _fit_words(surface):
 
 
 def _description(surface, region):
-    """What a response surface is, for JSON: equation, statistics, stationary point and ridge."""
+    """What a response surface is, for JSON: equation, statistics and stationary point."""
     stationary = surface.canonical()
     return _fit_words(surface) | {
         "stationary_point": {
@@ -170,20 +170,7 @@ def _description(surface, region):
         },
         "stationary_kind": stationary["kind"],
         "eigenvalues": [float(v) for v in stationary["eigenvalues"]],
-        "ridge": _ridge(surface, region),
     }
-
-
-def _ridge(surface, region):
-    """Points of the largest and least response at growing coded distance from the centre."""
-    radii = [0.25, 0.5, 0.75, 1.0]
-    rows = []
-    for way, rising in (("largest", True), ("least", False)):
-        points = surface.ridge(radii, rising)
-        for radius, point, response in zip(radii, points, surface.predict(points), strict=True):
-            levels = {f.name: f.natural(float(x)) for f, x in zip(region, point, strict=True)}
-            rows.append({"way": way, "radius": radius, "response": float(response)} | levels)
-    return rows
 
 
 def predicted_actual(surface: Surface, response: Response = figures.ANGLE) -> Drawing:

@@ -1,5 +1,5 @@
-"""The scaling claim of 1.2: a heap and a drop enlarged by a rule, grain and rig alike, and each
-statement of the paper judged.
+"""The scaling claim of 1.2: a heap and a drop enlarged by a rule, grain and rig alike, and what the
+paper says of them judged by these runs. What follows from the dimensions alone its audit judges.
 
 The unit in the name of a run spec's key says which quantity it is, so one table turns a rule into a
 run spec. Gravity is the Earth's in every run: a rule that would have it scaled is tried as the
@@ -29,16 +29,10 @@ from calibration.files import write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_metric, read_values, together, write_plan
 from calibration.statistics.dimensions import (
-    GRAVITY_RULE,
     PAPER_RULE,
     RULES,
-    OverdeterminedError,
     ScalingError,
-    check_consistent,
-    exponent,
     factors,
-    group_exponents,
-    settings_of,
 )
 from calibration.statistics.numbers import fixed
 from calibration.study.config import given, overlay, point_spec
@@ -369,23 +363,16 @@ def response_statements(runs: pd.DataFrame, margins: Mapping[str, float]) -> lis
 
 
 def exponent_statements(measured: Mapping[str, float]) -> list[Statement]:
-    """The paper's exponents beside those measured in the engine, enlarged by the paper's own
-    rule."""
+    """The exponents of a contact's constants beside those measured in the engine, enlarged by the
+    paper's own rule."""
     claims = (
-        ("eq4.mass", "Eq. 4", "The mass factor is h", 1, "mass"),
-        ("eq5.mass", "Eq. 5", "The mass factor is h^3", 3, "mass"),
-        ("eq6.force", "Eq. 6", "The force factor is h^2 (contact, same relative overlap)", 2,
-        "force"),
-        ("eq2.weight", "Eqs. 2, 6", "The weight has the factor of every force, h^2", 2, "weight"),
-        ("section121.stiffness", "1.2.1", "The contact stiffness goes as the diameter", 1,
-        "stiffness"),
-        ("section122.stiffness", "1.2.2", "k_n over R^2 is constant", 2, "stiffness"),
-        ("section122.damping", "1.2.2", "c_n over R^2 is constant", 2, "damping_coefficient"),
-    )  # fmt: skip
+        ("section122.stiffness", "k_n over R^2 is constant", "stiffness"),
+        ("section122.damping", "c_n over R^2 is constant", "damping_coefficient"),
+    )
     return [
-        _power(name, where, text, printed, f"{quantity.replace('_', ' ')} measured in the engine",
+        _power(name, "1.2.2", text, 2, f"{quantity.replace('_', ' ')} measured in the engine",
                *[measured[quantity]] * 3)
-        for name, where, text, printed, quantity in claims
+        for name, text, quantity in claims
     ]  # fmt: skip
 
 
@@ -398,32 +385,6 @@ def _power(name, where, text, printed, what, found, low, high):
         f"The {what} goes as h^{fixed(found, 2)}{ends}; printed h^{printed}: the statement "
         f"{verdict}.",
     )  # fmt: skip
-
-
-def theory_statements() -> list[Statement]:
-    """What follows from the dimensions alone: Eq. 4's contradiction and the modulus under real
-    gravity."""
-    try:
-        check_consistent({"length": 1, "mass": 1, "density": 0})
-        contradiction = None
-    except OverdeterminedError as error:
-        contradiction = str(error)
-    kept, needed = (int(exponent("modulus", r.held)) for r in (PAPER_RULE, GRAVITY_RULE))
-    table = group_exponents(settings_of(PAPER_RULE, ("acceleration",)))
-    moduli = (
-        ("eq8.modulus", "(velocity kept)", kept,
-         f"With velocity and density kept, Young's modulus goes as h^{kept}."),
-        ("eq8.modulus.gravity", "where gravity acts", needed,
-         f"Where gravity is the Earth's at every scale, Young's modulus must go as h^{needed}; "
-         f"unchanged it breaks {'; '.join(table.group[~table.kept])}."),
-    )  # fmt: skip
-    told = f"contradicts itself: {contradiction}" if contradiction else "is consistent"
-    return [
-        Statement("eq4.consistent", "Eq. 4", "Length, mass and density scale as h, h and 1", None,
-                  None, None, None, FAILS if contradiction else HOLDS, f"Eq. 4 {told}."),
-        *(Statement(name, "Eq. 8", f"Young's modulus is unchanged {when}", 0, n, n, n,
-                    HOLDS if n == 0 else FAILS, said) for name, when, n, said in moduli),
-    ]  # fmt: skip
 
 
 def drop_statements(design: pd.DataFrame, config: Config) -> list[Statement]:
@@ -469,7 +430,6 @@ def scaling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
         for rule in RULES.values()
     }
     statements = [
-        *theory_statements(),
         *exponent_statements(measured[PAPER_RULE.name]),
         *drop_statements(design, config),
         *response_statements(design.assign(response=response), margins),

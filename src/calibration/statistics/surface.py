@@ -133,43 +133,12 @@ class Surface:
                 quadratic[i[1], i[0]] += b / 2
         return linear, quadratic
 
-    def ridge(self, radii: Sequence[float] | np.ndarray, rising: bool = True) -> np.ndarray:
-        """Points (m, factors) of largest (or least) response on spheres of coded radii (m,): ridge
-        analysis (Draper 1963)."""
-        linear, quadratic = self._gradient_and_hessian()
-        values, axes = np.linalg.eigh(-quadratic if rising else quadratic)
-        g = axes.T @ (-linear if rising else linear)
-        return np.array([axes @ _least_on_sphere(values, g, r) for r in radii])
-
     def equation(self) -> str:
         """The model as text in coded levels."""
         text = fixed(self.beta[0], 2)
         for t, b in zip(self.terms[1:], self.beta[1:], strict=True):
             text += f" {'+' if b >= 0 else '−'} {abs(b):.2f} {term_name(t)}"
         return text
-
-
-def _least_on_sphere(values, g, r):
-    """The z (k,) of length r with least sum of values z^2 + g z; values ascending.
-
-    It is -g / (2 (values + m)) with the shift m > -values[0] that gives it length r (Draper 1963,
-    Technometrics 5:469). Where g has no part along the first axis that length can stay short of r:
-    the rest is along that axis.
-    """
-
-    def excess(m):
-        return float(np.linalg.norm(g / (2 * (values + m)))) - r
-
-    if r == 0.0:
-        return np.zeros_like(g)
-    scale = max(np.abs(values).max(), np.linalg.norm(g), 1e-12)
-    low = -values[0] + 1e-12 * scale
-    if excess(low) <= 0.0:
-        z = -g / (2 * (values + low))
-        z[0] = np.copysign(np.sqrt(max(r**2 - float(z[1:] @ z[1:]), 0.0)), z[0])
-        return z
-    high = -values[0] + 1.001 * np.linalg.norm(g) / (2 * r)
-    return -g / (2 * (values + scipy.optimize.brentq(excess, low, high, xtol=1e-15 * scale)))
 
 
 def fit_surface(
