@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from mpl_toolkits.mplot3d import Axes3D
 
-    from calibration.statistics.factor import CodedFactor
+    from calibration.statistics.factor import Factor
 
 
 OF_A_PAIR = re.compile(
@@ -188,13 +188,13 @@ def save(figure: Figure, path: str | Path) -> None:
         plt.close(figure)
 
 
-def pairs_of(region: Sequence[CodedFactor]) -> list[tuple[int, int]]:
+def pairs_of(region: Sequence[Factor]) -> list[tuple[int, int]]:
     """All pairs (i, j), i < j, of a region's factors by their number."""
     return list(combinations(range(len(region)), 2))
 
 
 def plane(
-    region: Sequence[CodedFactor],
+    region: Sequence[Factor],
     i: int,
     j: int,
     at: np.ndarray | None = None,

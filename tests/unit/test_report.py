@@ -19,9 +19,8 @@ from calibration import figures
 from calibration.stages.screening import half_normal, pareto
 from calibration.study.stage import load_stages
 from calibration.telling.report import build
-from calibration.telling.report.pictures import WIDTH as PICTURE
-from calibration.telling.report.pictures import heaps
-from calibration.telling.report.sheet import HEIGHT, LEVELS, WIDTH
+from calibration.telling.report.sheet import DRAWN as PICTURE
+from calibration.telling.report.sheet import HEIGHT, LEVELS, WIDTH, heaps
 from dem.fingerprint import engine_fingerprint
 from dem.measure.heap import measure_heap
 from dem.results import run_name, write_result

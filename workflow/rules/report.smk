@@ -21,7 +21,7 @@ rule heaps:
     wildcard_constraints:
         stage="|".join(PICTURED),
     params:
-        function="calibration.telling.report.pictures:heaps",
+        function="calibration.telling.report.sheet:heaps",
         reads=[],
     message:
         "heaps: a picture of each run of {wildcards.stage}"

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from calibration.chain.handed_over import NamedFiles
     from calibration.chain.study import Study
     from calibration.figures import Response
-    from calibration.statistics.factor import CodedFactor
+    from calibration.statistics.factor import Factor
 
 
 def plan_ascent(study: Study, source: NamedFiles, output: NamedFiles) -> None:
@@ -102,7 +102,7 @@ def ascent(study: Study, source: NamedFiles, output: NamedFiles) -> None:
 
 def ascent_path(
     runs: pd.DataFrame,
-    factors: Sequence[CodedFactor],
+    factors: Sequence[Factor],
     target: float,
     best: int,
     response: Response = figures.ANGLE,

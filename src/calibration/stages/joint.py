@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
     from calibration.chain.handed_over import NamedFiles
     from calibration.chain.study import Study
-    from calibration.statistics.factor import CodedFactor
+    from calibration.statistics.factor import Factor
     from calibration.study.config import Config
 
 
@@ -66,7 +66,7 @@ def plan_joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     config, factors = study.config, free_factors(study)
     first, parts = read_written(source.first), []
     if config.joint.second_wave:
-        from calibration.chain.joint.emulators import Emulators, joint_of
+        from calibration.chain.joint.analysis import Emulators, joint_of
 
         measured = measured_of(config, joint_targets(config))
         draws = joint_of(config, Emulators(factors, first), measured).posterior(config.seed).draws
@@ -155,8 +155,7 @@ better than its outskirts."""
 def joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """The posterior of all tests, from runs over the whole levels. Writes the outputs that the rule
     declares."""
-    from calibration.chain.joint.analysis import metrics_of
-    from calibration.chain.joint.emulators import Emulators
+    from calibration.chain.joint.analysis import Emulators, metrics_of
 
     config, factors = study.config, free_factors(study)
     measured = measured_of(config, joint_targets(config))
@@ -170,7 +169,7 @@ def posterior(study: Study, source: NamedFiles, output: NamedFiles) -> None:
 
     source.designs: designs of finished runs (the ascent's, the surface's, the candidate's, the
     validation's). Writes the outputs that the rule declares."""
-    from calibration.chain.joint.emulators import Emulators
+    from calibration.chain.joint.analysis import Emulators
 
     config, region = study.config, read_region(source.optimum)
     metrics = config.tests[config.own].metrics or METRICS[config.experiment]
@@ -206,7 +205,7 @@ MARKS = 200  # draws that a pair shows; each is a mark of its own in the page
 
 
 def posterior_pairs(
-    region: Sequence[CodedFactor],
+    region: Sequence[Factor],
     draws: pd.DataFrame,
     parameters: Mapping[str, Mapping[str, Any]],
     middle: Mapping[str, float],

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from calibration.chain.handed_over import NamedFiles
     from calibration.chain.study import Study
     from calibration.figures import Response
-    from calibration.statistics.factor import CodedFactor
+    from calibration.statistics.factor import Factor
     from calibration.statistics.goals import Goal
     from calibration.statistics.optimise import Compromise, Solution
     from calibration.statistics.surface import Surface
@@ -281,7 +281,7 @@ LINES = ("#d1711f", "#2f6db5", "#7b4fa3", "#b5363f", "#5b7a1f")  # of the target
 
 def contours(
     surface: Surface,
-    region: Sequence[CodedFactor],
+    region: Sequence[Factor],
     solution: Solution,
     response: Response = figures.ANGLE,
 ) -> Drawing:
@@ -312,7 +312,7 @@ def _contour(ax, surface, region, i, j, solution, response):
 def desirability_contours(
     surfaces: Sequence[Surface],
     goals: Sequence[Goal],
-    region: Sequence[CodedFactor],
+    region: Sequence[Factor],
     found: Compromise,
 ) -> Drawing:
     """Overall desirability over each pair of factors, with the others at the chosen point. A line

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from calibration.chain.handed_over import NamedFiles
     from calibration.chain.study import Study
     from calibration.figures import Response
-    from calibration.statistics.factor import CodedFactor
+    from calibration.statistics.factor import Factor
     from calibration.statistics.surface import Surface
 
 
@@ -217,7 +217,7 @@ def residual_panel(surface: Surface, response: Response = figures.ANGLE) -> Draw
 
 
 def perturbation(
-    surface: Surface, region: Sequence[CodedFactor], response: Response = figures.ANGLE
+    surface: Surface, region: Sequence[Factor], response: Response = figures.ANGLE
 ) -> Drawing:
     """Response along each factor with the others at the centre."""
     figure, ax = figures.subplots()
@@ -232,7 +232,7 @@ def perturbation(
 
 
 def surfaces(
-    surface: Surface, region: Sequence[CodedFactor], response: Response = figures.ANGLE
+    surface: Surface, region: Sequence[Factor], response: Response = figures.ANGLE
 ) -> Drawing:
     """Response surfaces of all pairs of factors, the others at the centre."""
     pairs = pairs_of(region)

@@ -13,7 +13,7 @@ import pandas as pd
 import scipy
 
 from calibration.errors import CalibrationError
-from calibration.statistics.factor import CodedFactor
+from calibration.statistics.factor import Factor
 
 TRIPLES = {
     6: ("124", "235", "346", "145", "256", "136"),
@@ -24,7 +24,7 @@ them instead and takes 60 and 84 runs; the published designs take 48 and 56."""
 
 
 def box_behnken(
-    factors: Sequence[CodedFactor], centre_runs: int = 5, replicates: int = 1
+    factors: Sequence[Factor], centre_runs: int = 5, replicates: int = 1
 ) -> pd.DataFrame:
     """Box-Behnken design for 3 to 7 factors. Raises CalibrationError when the matrix has not the
     design's properties."""
@@ -57,7 +57,7 @@ def _from_blocks(blocks, k, centre_runs):
     return np.vstack([rows, np.zeros((centre_runs, k))])
 
 
-def region_design(factors: Sequence[CodedFactor], rules: Any) -> pd.DataFrame:
+def region_design(factors: Sequence[Factor], rules: Any) -> pd.DataFrame:
     """The design table that `rules` ask for, the configuration's section `response_surface`:
     Box-Behnken for 3 to 7 factors, a face-centred composite design for fewer. Raises
     CalibrationError for more."""
@@ -66,7 +66,7 @@ def region_design(factors: Sequence[CodedFactor], rules: Any) -> pd.DataFrame:
 
 
 def central_composite(
-    factors: Sequence[CodedFactor], centre_runs: int = 5, replicates: int = 1
+    factors: Sequence[Factor], centre_runs: int = 5, replicates: int = 1
 ) -> pd.DataFrame:
     """Central composite design: corners, star points on the faces of the region and centre, in that
     order (Box and Hunter 1957, Annals of Mathematical Statistics 28:195)."""
@@ -77,7 +77,7 @@ def central_composite(
 
 
 def steepest_path(
-    factors: Sequence[CodedFactor],
+    factors: Sequence[Factor],
     start: Mapping[str, float],
     step: Mapping[str, float],
     steps: int,
@@ -105,7 +105,7 @@ def steepest_path(
 
 
 def path_from_effects(
-    factors: Sequence[CodedFactor], effects: Mapping[str, float], steps: int
+    factors: Sequence[Factor], effects: Mapping[str, float], steps: int
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Start and step, {factor name: value} each, of a path from the low-response corner to the
     high-response one.
@@ -127,9 +127,7 @@ def path_from_effects(
     return start, step
 
 
-def tabulate(
-    matrix: np.ndarray, factors: Sequence[CodedFactor], replicates: int = 1
-) -> pd.DataFrame:
+def tabulate(matrix: np.ndarray, factors: Sequence[Factor], replicates: int = 1) -> pd.DataFrame:
     """Design table of a coded matrix (runs, factors), the whole design repeated `replicates`
     times."""
     rows: list[dict[str, Any]] = []

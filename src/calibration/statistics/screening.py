@@ -11,7 +11,7 @@ import pandas as pd
 import scipy
 
 from calibration.errors import CalibrationError, RankDeficientError
-from calibration.statistics.anova import (
+from calibration.statistics.surface import (
     ANOVA_COLUMNS,
     anova_row,
     check_rank,

@@ -13,9 +13,9 @@ import pandas as pd
 
 from calibration.errors import CalibrationError, ConfigError, RankDeficientError
 from calibration.intake.tables import read_table
-from calibration.statistics.anova import check_rank
 from calibration.statistics.design import tabulate
-from calibration.statistics.factor import CodedFactor
+from calibration.statistics.factor import Factor
+from calibration.statistics.surface import check_rank
 
 MAX_SCREENING = 23
 GENERATORS = {7: "a b c d abc bcd acd", 8: "a b c d abc bcd acd abd"}
@@ -23,7 +23,7 @@ GENERATORS = {7: "a b c d abc bcd acd", 8: "a b c d abc bcd acd abd"}
 are words of odd length, which give the same aliasing."""
 
 
-def screening_design(factors: Sequence[CodedFactor], rules: Any) -> pd.DataFrame:
+def screening_design(factors: Sequence[Factor], rules: Any) -> pd.DataFrame:
     """The design table that `rules` ask for: the configuration's section `screening`.
 
     rules.design: path of a table of coded levels, in place of a generated one; centre_runs are
@@ -46,7 +46,7 @@ def screening_design(factors: Sequence[CodedFactor], rules: Any) -> pd.DataFrame
 
 
 def resolution_iv(
-    factors: Sequence[CodedFactor], centre_runs: int = 0, replicates: int = 1
+    factors: Sequence[Factor], centre_runs: int = 0, replicates: int = 1
 ) -> pd.DataFrame:
     """The smallest two-level design of resolution IV for 1 to 23 factors, with runs at the centre.
 
@@ -72,7 +72,7 @@ def generators(k: int) -> str:
     return " ".join([*letters, *list(odd)[: max(k - base, 0)]])
 
 
-def foldover(design: pd.DataFrame, factors: Sequence[CodedFactor]) -> pd.DataFrame:
+def foldover(design: pd.DataFrame, factors: Sequence[Factor]) -> pd.DataFrame:
     """The design (a table) followed by the same runs with all signs changed.
 
     It parts main effects from two-factor interactions (Box and Wilson 1951, Journal of the Royal
@@ -111,7 +111,7 @@ def alias_groups(levels: npt.ArrayLike, codes: Sequence[str]) -> list[list[str]]
 
 
 def plackett_burman(
-    factors: Sequence[CodedFactor], replicates: int = 1, runs: int | None = None
+    factors: Sequence[Factor], replicates: int = 1, runs: int | None = None
 ) -> pd.DataFrame:
     """Plackett-Burman screening design for 1 to 23 factors.
 
@@ -140,7 +140,7 @@ def plackett_burman(
 
 
 def read_two_level(
-    path: str | Path, factors: Sequence[CodedFactor], replicates: int = 1
+    path: str | Path, factors: Sequence[Factor], replicates: int = 1
 ) -> pd.DataFrame:
     """Two-level design from a CSV with one column of -1 and +1 a factor code, balanced or not.
 

@@ -1,16 +1,15 @@
-"""The factors of a calibration: names, the key each sets in a run spec, and levels."""
+"""The table of a study's factors."""
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
-
-import numpy as np
 
 from calibration.errors import ConfigError
 from calibration.intake.numbers_with_units import plausible_number
 from calibration.intake.tables import read_table
+from calibration.statistics.factor import Choice, Factor
+
+__all__ = ["Choice", "Factor"]
 
 COLUMNS = ("code", "name", "key", "low", "high", "description")
 
@@ -34,76 +33,6 @@ RESERVED = {
     "relative_error",
     "desirability",
 }
-
-
-@dataclass(frozen=True)
-class Factor:
-    """One factor; low and high are its natural levels at -1 and +1."""
-
-    code: str
-    name: str
-    key: str
-    low: float
-    high: float
-    description: str = ""
-    has_middle: ClassVar[bool] = True
-    """Whether there are levels between low and high."""
-
-    @property
-    def centre(self) -> float:
-        """Natural level at 0."""
-        return 0.5 * (self.low + self.high)
-
-    @property
-    def half_range(self) -> float:
-        """Natural units per coded unit."""
-        return 0.5 * (self.high - self.low)
-
-    def natural(self, coded: Any) -> Any:
-        """Natural level of a coded one; floats or arrays. Rounded to nine digits: levels name
-        cached runs."""
-        value = self.centre + coded * self.half_range
-        return round(value, 9) if isinstance(value, float) else value
-
-    def coded(self, natural: Any) -> Any:
-        """Coded level of a natural one."""
-        return (natural - self.centre) / self.half_range
-
-    def value(self, level: Any) -> Any:
-        """What a run spec has at a natural level."""
-        return level
-
-    @property
-    def levels(self) -> str:
-        """In words."""
-        return f"{self.low:g} to {self.high:g}"
-
-
-@dataclass(frozen=True)
-class Choice(Factor):
-    """A factor that has two words and nothing between them, such as two laws of rolling friction.
-    Its natural levels in tables are -1 and +1, as its coded ones."""
-
-    words: tuple = ()
-    has_middle: ClassVar[bool] = False
-
-    def natural(self, coded: Any) -> Any:
-        """The level of a coded one; there is none in the middle, where the first word stands."""
-        level = np.where(np.asarray(coded) > 0, 1.0, -1.0)
-        return float(level) if level.ndim == 0 else level
-
-    def value(self, level: Any) -> Any:
-        """The word of a level, which may be a word already. Raises ConfigError for another."""
-        if level in self.words:
-            return level
-        if level in (-1.0, 1.0):
-            return self.words[int(level > 0)]
-        raise ConfigError("is no level", key=self.name, value=level, allowed=self.levels)
-
-    @property
-    def levels(self) -> str:
-        """In words."""
-        return " or ".join(self.words)
 
 
 def refuse_choices(factors: Iterable[Factor], where: str) -> None:

@@ -15,9 +15,9 @@ import numpy as np
 import pandas as pd
 
 from calibration.chain.responses import with_value
-from calibration.statistics.anova import pure_error
 from calibration.statistics.equivalence import Error
 from calibration.statistics.screening import screen
+from calibration.statistics.surface import pure_error
 from paper.audit.paper import FACTORS
 from paper.audit.screening import screened
 from paper.reproduction.chain import spread

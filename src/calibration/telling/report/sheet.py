@@ -1,5 +1,5 @@
-"""The heaps of a study for the page: one sheet with a picture of each, shown small and enlarged
-when asked, and chosen ones as data for its viewer."""
+"""The heaps of a study: pictures of a stage's runs; for the page one sheet of them, shown small and
+enlarged when asked, and chosen heaps as data for its viewer."""
 
 from __future__ import annotations
 
@@ -7,26 +7,28 @@ import base64
 import io
 import json
 import math
-from collections.abc import Mapping
+import textwrap
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-from PIL import Image
+from PIL import Image, ImageDraw
 
 from calibration.figures import label
 from calibration.intake.tables import read_written
-from calibration.runs.store import RunStore
+from calibration.runs.store import REFUSED, RunStore
 from calibration.statistics.numbers import fixed
 from calibration.telling.report.embed import uri_of
 from dem.errors import DemError, ResultError
-from dem.render import read_run
+from dem.render import draw_run, read_run, save_image
 from dem.render.flanks import fitted_flanks, heap_grains
-from dem.render.image import plate_of
+from dem.render.image import GROUND, INK, font_of, plate_of
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
     from calibration.figures import Response
     from calibration.study.stage import Stage
 
@@ -35,7 +37,6 @@ COLUMNS = 10
 TELLING = 6  # heaps of a stage that are shown at once
 WIDTH, HEIGHT = 400, 300  # of a heap's place on the sheet [px]
 FULL = 100  # more heaps share the area of so many, so that the sheet weighs about the same
-GROUND = (240, 242, 245)  # that of the pictures
 NEAR = (6, 30)  # of the ground, in shades of a colour: transparent, and no longer so
 EDGES = 10  # of WebP, of what is transparent
 QUALITY = 30  # of WebP: grains of 8 px keep their edges; a hundred heaps weigh 1 MB
@@ -220,3 +221,40 @@ def _cone(run, plate):
         if flank
     ]
     return 1e3 * float(np.mean(toes))
+
+
+DRAWN = 480  # px across a picture
+FROM_ABOVE = 25.0  # deg, the view of grains that form no heap: they have no flanks to draw
+LETTERS = 52  # in a line of a picture's words
+FEWER, MARGIN = 0.75, 0.02  # height of a picture without grains, and its margin, over the width
+
+
+def heaps(study: Study, source: NamedFiles, output: Sequence[str]) -> None:
+    """Draw each run of a design into the folder that is the only output; a run without a value has
+    the reason on its picture."""
+    store = RunStore()
+    Path(output[0]).mkdir(parents=True, exist_ok=True)  # a stage without runs has no picture
+    for name in read_written(source.design)["run_id"].unique():
+        reason = store.result(name)["numerics"].get(REFUSED, {}).get("reason", "")
+        image = _picture(read_run(store.folder(name)))
+        if reason:
+            _write(image, f"no value: {reason}")
+        save_image(image, Path(output[0]) / f"{name}.webp")
+
+
+def _picture(run):
+    """Picture of a run; bare ground where it ended without a grain."""
+    if not len(run.radius):
+        return Image.new("RGB", (DRAWN, int(FEWER * DRAWN)), GROUND)
+    stands = "angle_of_repose_deg" in run.metrics
+    view = {} if stands else {"azimuth": 0.0, "elevation": FROM_ABOVE}
+    return draw_run(run, width=DRAWN, **view)
+
+
+def _write(image, text):
+    """Write words across the top of a picture, on ground of their own."""
+    draw, font = ImageDraw.Draw(image), font_of(DRAWN)
+    lines, edge = "\n".join(textwrap.wrap(text, LETTERS)), MARGIN * DRAWN
+    *_, bottom = draw.multiline_textbbox((edge, edge), lines, font=font)
+    draw.rectangle([(0, 0), (image.width, bottom + edge)], fill=GROUND)
+    draw.multiline_text((edge, edge), lines, font=font, fill=INK)
