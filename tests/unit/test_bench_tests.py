@@ -73,11 +73,11 @@ def answer(plan_file, test):
 @pytest.mark.parametrize("test", ["tilt", "drop"])
 def test_a_sweep_finds_the_level_that_gives_the_measured_value(config, test):
     study, sweep, confirmed = Study(config), PlanFiles.of("sweep"), PlanFiles.of("confirmation")
-    plan_sweep(study, test, sweep)
+    plan_sweep(test, study, None, sweep)
     answer(sweep.plan, test)
-    plan_confirmation(study, test, sweep.design, confirmed)
+    plan_confirmation(test, study, Files(sweep=sweep.design), confirmed)
     answer(confirmed.plan, test)
-    analyse_sweep(study, test, Files(sweep=sweep.design, confirmation=confirmed.design), OUT)
+    analyse_sweep(test, study, Files(sweep=sweep.design, confirmation=confirmed.design), OUT)
     found = json.loads(Path(OUT.summary).read_text())
     measured = MEASURED[test]
     assert found["factor"] == FACTORS[test]
@@ -92,40 +92,40 @@ def test_the_closed_form_takes_the_drop_height_of_the_run(config):
     write_measured("120")
     config = parse_config(overlay(config.model_dump(mode="json"), height))
     study, sweep = Study(config), PlanFiles.of("sweep")
-    plan_sweep(study, "drop", sweep)
+    plan_sweep("drop", study, None, sweep)
     answer(sweep.plan, "drop")
-    analyse_sweep(study, "drop", Files(sweep=sweep.design, confirmation=sweep.design), OUT)
+    analyse_sweep("drop", study, Files(sweep=sweep.design, confirmation=sweep.design), OUT)
     assert json.loads(Path(OUT.summary).read_text())["closed_form"] == np.sqrt(30.0 / 120.0)
 
 
 def test_a_measured_value_outside_the_sweep_is_refused(config):
     sweep = PlanFiles.of("sweep")
-    plan_sweep(Study(config), "drop", sweep)
+    plan_sweep("drop", Study(config), None, sweep)
     answer(sweep.plan, "drop")
     write_measured(drop=90.0)
     study = Study(config)
     with refused(CalibrationError, "0.4", "0.7", "90"):
-        plan_confirmation(study, "drop", sweep.design, PlanFiles.of("confirmation"))
+        plan_confirmation("drop", study, Files(sweep=sweep.design), PlanFiles.of("confirmation"))
 
 
 def test_the_measured_value_is_that_of_the_rigs_own_setting(config):
     study, sweep = Study(config), PlanFiles.of("sweep")
-    plan_sweep(study, "drop", sweep)
+    plan_sweep("drop", study, None, sweep)
     answer(sweep.plan, "drop")
     header, *rows = Path("bench.csv").read_text().splitlines()
     other = "drop,rebound_height,70,mm,1,5,300"
     Path("bench.csv").write_text("\n".join([header, other, *rows]) + "\n")
-    plan_confirmation(study, "drop", sweep.design, PlanFiles.of("confirmation"))
+    plan_confirmation("drop", study, Files(sweep=sweep.design), PlanFiles.of("confirmation"))
     level = pd.read_csv("confirmation/design.csv")[FACTORS["drop"]][0]
     assert LAWS["drop"](level) == pytest.approx(30.0, rel=1e-5)
     write_measured("300")
     with refused(
         CalibrationError, "150", path="bench.csv", line=6, column="drop_height_mm", value=300.0
     ):
-        plan_confirmation(study, "drop", sweep.design, PlanFiles.of("confirmation"))
+        plan_confirmation("drop", study, Files(sweep=sweep.design), PlanFiles.of("confirmation"))
     Path("bench.csv").write_text("\n".join([header, *rows, rows[-1].replace(",150", ",")]) + "\n")
     with refused(CalibrationError, path="bench.csv", line=7, column="drop_height_mm"):
-        plan_confirmation(study, "drop", sweep.design, PlanFiles.of("confirmation"))
+        plan_confirmation("drop", study, Files(sweep=sweep.design), PlanFiles.of("confirmation"))
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

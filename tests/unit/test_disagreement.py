@@ -101,7 +101,7 @@ def test_a_row_where_our_run_gave_no_value_is_left_out(study, tables, tmp_path):
 
 def test_a_bench_test_is_run_as_the_study_runs_it(study, tables, tmp_path):
     made = own.spec_of(study)
-    plan_sweep(study, "drop", SimpleNamespace(plan=tmp_path / "plan.json"))
+    plan_sweep("drop", study, None, SimpleNamespace(plan=tmp_path / "plan.json"))
     planned = list(read_written(tmp_path / "design.csv")["run_id"])
     assert [run_id(made(m, dict(m.known), {})) for m in tables["Table 9"]] == planned
 

@@ -76,7 +76,7 @@ def rig(study: Study, test: str) -> dict[str, Any]:
     return study.config.run_of(swept_test(study.config, test))
 
 
-def plan_sweep(study: Study, test: str, output: NamedFiles) -> None:
+def plan_sweep(test: str, study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan a run at each level of the sweep."""
     points = _levels(study.config, study.factors, test)
     write_plan(Path(output.plan).parent, *study.plan_points(points))
@@ -128,15 +128,15 @@ def fit_sweep(
     return runs, coefficients, r2, inverse_of(coefficients, measured(study, test), x.min(), x.max())
 
 
-def plan_confirmation(study: Study, test: str, sweep_file: str | Path, output: NamedFiles) -> None:
+def plan_confirmation(test: str, study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan replicates at the inverse."""
-    _, _, _, level = fit_sweep(study, test, sweep_file)
+    _, _, _, level = fit_sweep(study, test, source.sweep)
     runs = range(1, sweep_of(study.config, test).confirmations + 1)
     columns = {"run": runs, swept(study, test): round(level, 6)}
     write_plan(Path(output.plan).parent, *study.plan(pd.DataFrame(columns), test, rig(study, test)))
 
 
-def analyse_sweep(study: Study, test: str, source: NamedFiles, output: NamedFiles) -> None:
+def analyse_sweep(test: str, study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Fit, inverse, confirmation, and the closed form beside them."""
     config, sweep, factor = study.config, SWEEPS[test], swept(study, test)
     value = measured(study, test)
@@ -185,23 +185,11 @@ def bench_parameters(study: Study, source: NamedFiles, output: NamedFiles) -> No
     write_json(output.fixed, {"fixed": levels})
 
 
-def _tasks(test):
-    """The three functions of a sweep, as the workflow calls them."""
-
-    def plan(study, source, output):
-        plan_sweep(study, test, output)
-
-    def confirm(study, source, output):
-        plan_confirmation(study, test, source.sweep, output)
-
-    def analyse(study, source, output):
-        analyse_sweep(study, test, source, output)
-
-    return plan, confirm, analyse
-
-
-plan_tilt, plan_tilt_confirmation, tilt = _tasks("tilt")
-plan_drop, plan_drop_confirmation, drop = _tasks("drop")
+# as the workflow calls them
+plan_tilt, plan_drop = partial(plan_sweep, "tilt"), partial(plan_sweep, "drop")
+plan_tilt_confirmation = partial(plan_confirmation, "tilt")
+plan_drop_confirmation = partial(plan_confirmation, "drop")
+tilt, drop = partial(analyse_sweep, "tilt"), partial(analyse_sweep, "drop")
 
 
 def sweep_figure(

@@ -23,13 +23,6 @@ if TYPE_CHECKING:
     from calibration.study.stage import Stage
 
 
-def run_times(study: Path, stages: Mapping[str, Stage]) -> pd.DataFrame:
-    """Table of the runs that are there: stage, run_id, seed, particles, steps, simulated and wall
-    time, engine."""
-    found = _results(study, stages)
-    return pd.DataFrame([{"stage": s, "run_id": n} | _row(result) for s, n, result in found])
-
-
 def _results(study, stages):
     """[(stage, name, result)] of the runs of all designs."""
     found, store = [], RunStore()
@@ -56,7 +49,8 @@ def _row(result):
 
 def runs_section(study: Path, stages: Mapping[str, Stage]) -> dict[str, Any] | None:
     """The section of run times and seeds, or None where no run is at hand."""
-    runs = run_times(study, stages)
+    found = _results(study, stages)
+    runs = pd.DataFrame([{"stage": s, "run_id": n} | _row(result) for s, n, result in found])
     if runs.empty:
         return None
     rows = [
@@ -72,7 +66,7 @@ def runs_section(study: Path, stages: Mapping[str, Stage]) -> dict[str, Any] | N
         for stage, own in runs.groupby("stage", sort=False)
     ]
     timed = runs.dropna(subset="wall_time_s").drop_duplicates("run_id")
-    drawn = [(name, [stage], result) for stage, name, result in _results(study, stages)]
+    drawn = [(name, [stage], result) for stage, name, result in found]
     total = timed["wall_time_s"].sum() / 60.0
     engines = ", ".join(sorted(runs["engine"].unique()))
     return {
