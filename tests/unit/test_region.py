@@ -28,8 +28,7 @@ from calibration.statistics.surface import (
 )
 from calibration.study.config import parse_config
 from calibration.study.config.schema import SurfaceConfig
-from calibration.study.factors import Factor, read_factors
-from calibration.study.physical_limits import inside, physical_range
+from calibration.study.factors import Factor, inside, physical_range, read_factors
 from stage_files import Files, PlanFiles
 from workflow_rules import ROOT, rules_of
 

@@ -22,11 +22,10 @@ from calibration.stages import worded
 from calibration.statistics.design import region_design
 from calibration.statistics.goals import overall_desirability
 from calibration.statistics.optimise import compromise, solve
-from calibration.statistics.replication import mean_interval, runs_needed
 from calibration.statistics.surface import fit_surface, outliers, parameter_interval
+from calibration.statistics.validate import mean_interval, runs_needed
 from calibration.study.config import goals, read_target
-from calibration.study.factors import Factor
-from calibration.study.physical_limits import inside, physical_range
+from calibration.study.factors import Factor, inside, physical_range
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json
 

@@ -26,9 +26,8 @@ from calibration.runs.plans import read_values, together, write_plan
 from calibration.stages import worded
 from calibration.statistics.numbers import NORMAL_95
 from calibration.statistics.ties import first_largest
-from calibration.study.config.measured import rows_of
+from calibration.study.config.measured import rows_of, sample
 from calibration.study.config.tests import predicted
-from calibration.study.matching import sample
 from calibration.study.simulated_tests import simulated
 from calibration.study.stage import Figure, Plan, Stage
 from dem.experiments import experiments

@@ -26,8 +26,7 @@ from calibration.statistics.surface import (
     outliers,
     reduced_surface,
 )
-from calibration.study.factors import Choice
-from calibration.study.physical_limits import inside, physical_range
+from calibration.study.factors import Choice, inside, physical_range
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from calibration.intake.quantities import LEVERS, measurable
+from calibration.study.config.measured import apart
 from calibration.study.config.specs import point_spec, states, with_levels
-from calibration.study.matching import apart
 from dem.grains.sizes import grain_volume
 from dem.spec import parse_spec
 

@@ -31,7 +31,7 @@ from calibration.inference.posterior_sampling import Formed, Prior
 from calibration.intake.tables import read_table
 from calibration.runs.plans import read_values
 from calibration.statistics.ties import first_least
-from calibration.study.physical_limits import physical_range
+from calibration.study.factors import physical_range
 from dem.experiments import experiments
 
 if TYPE_CHECKING:

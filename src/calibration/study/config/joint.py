@@ -13,12 +13,11 @@ import numpy as np
 from calibration.errors import ConfigError, at_key
 from calibration.intake.curves import SHAPES, read_curves
 from calibration.intake.measurements import read_measured
-from calibration.study.config.measured import is_measured, rows_of
+from calibration.study.config.measured import NotComparableError, is_measured, rows_of
 from calibration.study.config.schema import METRICS
 from calibration.study.config.specs import SEEDS_A_STAGE
 from calibration.study.config.tests import spec_of
 from calibration.study.factors import Choice, refuse_choices
-from calibration.study.matching import NotComparableError
 from dem.units import without_unit
 
 if TYPE_CHECKING:

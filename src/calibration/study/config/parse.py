@@ -15,7 +15,7 @@ from calibration.errors import CONFIGURATION, ConfigError, at_key, first_fault
 from calibration.intake.measurements import read_measured
 from calibration.intake.numbers_with_units import check_plausible, in_key_units
 from calibration.study.config.joint import check_joint
-from calibration.study.config.measured import goals, is_measured, read_target
+from calibration.study.config.measured import NotComparableError, goals, is_measured, read_target
 from calibration.study.config.schema import (
     COARSER,
     Config,
@@ -25,7 +25,6 @@ from calibration.study.config.schema import (
 from calibration.study.config.specs import point_spec, states
 from calibration.study.config.tests import check_tests, key_in
 from calibration.study.factors import Choice, read_factors, refuse_choices
-from calibration.study.matching import NotComparableError
 from dem.errors import InputError, SpecError
 from dem.experiments.mesh import check_meshes_of
 from dem.io.mapping import read_mapping
