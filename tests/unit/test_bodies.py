@@ -5,30 +5,16 @@ was."""
 import numpy as np
 import pytest
 
-from dem.contact.registry import ContactParameters, Laws, Material
-from dem.simulation import Simulation
-from dem.walls.builder import WallSet
+from dem.contact.registry import ContactParameters, Laws
+from scenes import body, make
 
 R = 1e-3
-GRAIN, STEEL = Material(1210.0, 1e7, 0.25), Material(7800.0, 8e10, 0.3)
 TYPE_C = {"rolling": "elastic_plastic", "torsion": "marshall"}
 ROUGH = ContactParameters(0.5, 0.4, 0.1, surface_tension=0.07, liquid_volume_fraction=0.01)
 
 
-def simulation(walls=None, *, laws=None, contact=ROUGH, dt=4e-6, gravity=(0, 0, -9.81), **more):
-    return Simulation(
-        {"grain": GRAIN, "wall": STEEL},
-        {("grain", "grain"): contact, ("grain", "wall"): contact},
-        laws=laws or Laws(**TYPE_C),
-        time_step=dt,
-        gravity=gravity,
-        walls=walls,
-        **more,
-    )
-
-
-def body(**motion):
-    return WallSet().body("w", material="wall", **motion)
+def simulation(walls, *, laws=None, dt=4e-6, gravity=9.81, **more):
+    return make(ROUGH, laws=laws or Laws(**TYPE_C), walls=walls, dt=dt, gravity=gravity, **more)
 
 
 # --- free bodies ----------------------------------------------------------------------------------
@@ -45,7 +31,7 @@ def free_plate(axis, velocity, load=0.0):
 @pytest.mark.parametrize("axis", AXES)
 def test_a_free_body_without_load_keeps_the_velocity_it_was_given(axis):
     first, second = np.array([0.1, 0.0, 0.0]), np.array([0.1, -0.05, 0.02])
-    sim = simulation(free_plate(AXES[axis], first), gravity=(0, 0, 0))
+    sim = simulation(free_plate(AXES[axis], first), gravity=0.0)
     sim.advance(2500)
     assert sim.wall_state.velocity[0] == pytest.approx(first, abs=1e-9)
     assert sim.wall_origin("w") == pytest.approx(first * sim.time, abs=1e-9)
@@ -160,7 +146,7 @@ def change_and_impulse(sim, steps):
 def test_a_wall_takes_the_angular_momentum_that_a_hit_takes_from_a_grain(floor, rate):
     """A hit with rolling and spinning, without gravity: all three components."""
     walls = FLOORS[floor](origin=ORIGIN, spin=(0, 0, rate))
-    sim = simulation(walls, gravity=(0, 0, 0), precision="double")
+    sim = simulation(walls, gravity=0.0, precision="double")
     start, velocity = (0.013, 0.004, 1.001 * R), (0.05, 0.02, -0.5)
     sim.add_particles([start], R, velocity=[velocity], spin=[(50.0, -80.0, 120.0)])
     change, impulse = change_and_impulse(sim, 2000)

@@ -12,36 +12,16 @@ from dem.io.grain_tables import read_clump
 from dem.io.stl import write_stl
 from dem.spec import parse_spec
 from facts import refused
+from scenes import revolved
 
 SIDES, RINGS = 60, 80
-
-
-def revolved(z, r):
-    """Vertices and triangles of the closed body between z[0] and z[-1] with radius r(z) about the z
-    axis; r is 0 at both ends."""
-    angle = 2.0 * np.pi * np.arange(SIDES) / SIDES
-    ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    middle = [
-        np.column_stack([b * ring, np.full(SIDES, a)])
-        for a, b in zip(z[1:-1], r[1:-1], strict=True)
-    ]
-    vertices = np.vstack([[[0.0, 0.0, z[0]]], *middle, [[0.0, 0.0, z[-1]]]])
-    one, two = np.arange(SIDES), (np.arange(SIDES) + 1) % SIDES
-    last, top = 1 + SIDES * (len(middle) - 1), len(vertices) - 1
-    triangles = [np.column_stack([np.zeros(SIDES, int), 1 + two, 1 + one])]
-    for k in range(len(middle) - 1):
-        a, b = 1 + SIDES * k, 1 + SIDES * (k + 1)
-        triangles += [np.column_stack([a + one, a + two, b + two])]
-        triangles += [np.column_stack([a + one, b + two, b + one])]
-    triangles += [np.column_stack([last + one, last + two, np.full(SIDES, top)])]
-    return vertices, np.vstack(triangles)
 
 
 def two_balls(radius, half):
     """The union of two balls about (0, 0, -half) and (0, 0, half)."""
     z = (half + radius) * np.cos(np.linspace(np.pi, 0.0, RINGS))
     r = np.sqrt(np.maximum(radius**2 - (np.abs(z) - half) ** 2, 0.0))
-    return revolved(z, r)
+    return revolved(np.column_stack([r, z]), SIDES)
 
 
 def tilted(vertices):
@@ -74,7 +54,8 @@ def test_balls_are_found_again(tmp_path):
 @pytest.mark.slow
 def test_an_ellipsoid_is_filled_and_turns_as_it_does(tmp_path):
     z = 2.0 * np.cos(np.linspace(np.pi, 0.0, RINGS))
-    vertices, triangles = revolved(z, np.sqrt(np.maximum(1.0 - (z / 2.0) ** 2, 0.0)))
+    r = np.sqrt(np.maximum(1.0 - (z / 2.0) ** 2, 0.0))
+    vertices, triangles = revolved(np.column_stack([r, z]), SIDES)
     write_stl(tmp_path / "grain.stl", tilted(vertices), triangles)
     said = " ".join(fill_mesh(tmp_path / "grain.stl", 10))
     spheres = table(tmp_path / "grain.csv")

@@ -13,6 +13,7 @@ from dem.io.stl import read_stl, write_stl
 from dem.io.vtk import write_frame, write_grains, write_walls
 from dem.tables.limits import FARTHEST_MM, KINDS, MOST_TRIANGLES
 from facts import refused
+from scenes import revolved
 from vtk_files import read_vtp
 
 
@@ -89,22 +90,8 @@ def test_a_binary_mesh_beyond_any_rig_is_refused_by_the_triangle(tmp_path):
         read_stl(path)
 
 
-def ring(radius, height, n=24):
-    turn = 2 * np.pi * np.arange(n) / n
-    return np.column_stack([radius * np.cos(turn), radius * np.sin(turn), np.full(n, height)])
-
-
-def funnel(n=24):
-    """Vertices and triangles of an open frustum."""
-    k = np.arange(n)
-    after = (k + 1) % n
-    lower = np.column_stack([k, after, after + n])
-    upper = np.column_stack([k, after + n, k + n])
-    return np.vstack([ring(10.0, 75.0, n), ring(40.0, 127.0, n)]), np.vstack([lower, upper])
-
-
 def test_a_binary_mesh_comes_back_welded_and_scaled(tmp_path):
-    vertices, triangles = funnel()
+    vertices, triangles = revolved([(10.0, 75.0), (40.0, 127.0)], 24)
     write_stl(tmp_path / "funnel.stl", vertices, triangles)
     v, t = read_stl(tmp_path / "funnel.stl", scale=1e-3)
     assert (len(v), len(t)) == (48, 48)

@@ -7,20 +7,9 @@ import numpy as np
 import pytest
 
 from dem.experiments import bed
-from dem.run import run
-from dem.spec import parse_spec
+from scenes import both, measure
 
 SMOOTH = {"restitution": 0.3, "static_friction": 0.0, "rolling_friction": 0.0}
-
-
-def both(contact):
-    """The same contact among grains and with walls."""
-    return {"particle_particle": contact, "particle_wall": contact}
-
-
-def measure(folder, experiment, **parts):
-    """Metrics of a run."""
-    return run(parse_spec({"experiment": experiment} | parts), folder)["metrics"]
 
 
 def test_grains_that_do_not_roll_slide_at_their_coefficient(tmp_path):

@@ -5,15 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from dem.contact.registry import ContactParameters, Material
+from dem.contact.registry import ContactParameters, Laws, Material
 from dem.errors import LightBodyError, RefusedStateError
 from dem.experiments import phases
 from dem.measure.heap import measure_heap, readings_apart
 from dem.run import run
-from dem.simulation import Simulation
 from dem.spec import parse_spec
 from dem.walls.builder import WallSet
 from facts import refused
+from scenes import floor, make, measure
 
 RADIUS, G = 1e-3, 9.81
 BED = {"count": 400, "diameter_mm": 2.0}
@@ -55,11 +55,9 @@ def test_each_experiment_refuses_grains_that_still_fall(tmp_path, experiment, pa
     assert not (tmp_path / "result.json").exists()
 
 
-def simulation(walls, **more):
-    salt, steel = Material(1210.0, 3e6, 0.25), Material(7800.0, 8e10, 0.3)
-    contact = ContactParameters(0.5, 0.5, 0.1)
-    pairs = {("g", "g"): contact, ("g", "w"): contact}
-    return Simulation({"g": salt, "w": steel}, pairs, time_step=1e-5, walls=walls, **more)
+def simulation(walls):
+    contact, soft = ContactParameters(0.5, 0.5, 0.1), Material(1210.0, 3e6, 0.25)
+    return make(contact, laws=Laws(), grain=soft, walls=walls, dt=1e-5, gravity=G)
 
 
 def test_pressed_grains_move_against_their_weight_and_the_load_on_them():
@@ -76,7 +74,7 @@ def test_pressed_grains_move_against_their_weight_and_the_load_on_them():
         (slope, grain, 0.0, 0.75),
     ):
         free = {"mass": mass, "axis": axis, "load": load}
-        walls = WallSet().body("lid", material="w", origin=(0, 0, 0.05), free=free).disc(0.02)
+        walls = WallSet().body("lid", material="wall", origin=(0, 0, 0.05), free=free).disc(0.02)
         sim = simulation(walls)
         sim.add_particles([[0.0, 0.0, RADIUS]], RADIUS, velocity=[[speed, 0.0, 0.0]])
         assert phases.motion(sim) == pytest.approx(alone / (1.0 + pressed), rel=1e-3)
@@ -87,12 +85,10 @@ def test_pressed_grains_move_against_their_weight_and_the_load_on_them():
 def test_a_free_lid_too_light_for_its_contacts_is_refused_and_a_heavy_one_rests():
     """Leapfrog bears a frequency of 2 / dt: S dt^2 < 4 M for a lid on springs of stiffness S."""
     for share, light in ((1e-3, True), (2.0, False)):
-        walls = WallSet().body("floor", material="w").plane((0, 0, 0), (0, 0, 1))
         grain = 4 / 3 * math.pi * RADIUS**3 * 1210.0
         free = {"mass": share * grain, "axis": (0, 0, 1), "load": -40.0 * grain * G}
-        walls = walls.body("lid", material="w", origin=(0, 0, 1.999 * RADIUS), free=free)
-        walls = walls.disc(0.02)
-        sim = simulation(walls)
+        walls = floor().body("lid", material="wall", origin=(0, 0, 1.999 * RADIUS), free=free)
+        sim = simulation(walls.disc(0.02))
         places = np.array([[x, y, RADIUS] for x in (-3e-3, 0.0, 3e-3) for y in (-3e-3, 0.0, 3e-3)])
         sim.add_particles(places, RADIUS)
         if light:
@@ -133,18 +129,14 @@ def test_two_readings_that_differ_are_told_and_those_of_a_cone_are_not():
 @pytest.mark.slow
 def test_a_drop_in_air_has_the_restitution_of_its_impact(tmp_path):
     """The restitution of 0.8 read against the vacuum's speed is mostly drag."""
-    result = run(
-        parse_spec(
-            {
-                "experiment": "drop",
-                "particles": {"diameter_mm": 1.0},
-                "materials": {"particle": {"density_kg_m3": 50, "shear_modulus_Pa": 1e6}},
-                "contacts": {"particle_wall": {"restitution": 0.8}},
-                "laws": {"drag": "schiller_naumann"},
-                "geometry": {"drop_height_mm": 150},
-            }
-        ),
+    result = measure(
         tmp_path,
-    )["metrics"]
+        "drop",
+        particles={"diameter_mm": 1.0},
+        materials={"particle": {"density_kg_m3": 50, "shear_modulus_Pa": 1e6}},
+        contacts={"particle_wall": {"restitution": 0.8}},
+        laws={"drag": "schiller_naumann"},
+        geometry={"drop_height_mm": 150},
+    )
     assert result["effective_restitution"] == pytest.approx(0.8, abs=0.02)
     assert result["impact_speed_m_s"] < 0.9 * math.sqrt(2 * G * 0.15)

@@ -3,25 +3,14 @@
 import numpy as np
 import pytest
 
-from dem.contact.registry import ContactParameters, Laws, Material
-from dem.simulation import Simulation
-from dem.walls.builder import WallSet
+from dem.contact.registry import ContactParameters, Laws
 from law_cases import alone, values
-
-SALT, STEEL = Material(1210.0, 1e7, 0.25), Material(7800.0, 8e10, 0.3)
+from scenes import floor, make
 
 
 def collide(precision, laws, contact):
     """Nine grains thrown at each other above a plate; returns their state after 400 steps."""
-    walls = WallSet().body("plate", material="steel").plane((0, 0, 0), (0, 0, 1))
-    sim = Simulation(
-        {"salt": SALT, "steel": STEEL},
-        {("salt", "salt"): contact, ("salt", "steel"): contact},
-        laws=laws,
-        time_step=5e-6,
-        precision=precision,
-        walls=walls,
-    )
+    sim = make(contact, laws=laws, walls=floor(), dt=5e-6, gravity=9.81, precision=precision)
     grid = np.array([(x, y, 0.0) for x in (-1, 0, 1) for y in (-1, 0, 1)]) * 2.02e-3
     sim.add_particles(grid + (0, 0, 1.0005e-3), 1e-3, velocity=-20.0 * grid, spin=1e4 * grid)
     sim.advance(400)

@@ -12,30 +12,18 @@ from dem.render import export_vtk, read_run
 from dem.run import run
 from dem.spec import canonical, parse_spec
 from facts import refused, tells
+from scenes import revolved
 from vtk_files import read_vtp
 
 SIDES = 96
 
 
-def rounded(profile, sides=SIDES):
+def rounded(profile):
     """Vertices and triangles of a closed profile of (radius, height), turned about z. The polygon
     has the area of the circle: volumes are alike."""
-    turn = 2.0 * np.pi * np.arange(sides) / sides
-    wide = np.sqrt(2.0 * np.pi / sides / np.sin(2.0 * np.pi / sides))
-    rings = [
-        np.column_stack([wide * r * np.cos(turn), wide * r * np.sin(turn), np.full(sides, z)])
-        for r, z in profile
-    ]
-    here, after = np.arange(sides), (np.arange(sides) + 1) % sides
-    faces = []
-    for k in range(len(profile)):
-        a, b = k * sides, (k + 1) % len(profile) * sides
-        faces.append(np.column_stack([a + here, a + after, b + here]))
-        faces.append(np.column_stack([a + after, b + after, b + here]))
-    points, faces = np.concatenate(rings), np.concatenate(faces)
-    p = points[faces]
-    area = np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1)
-    return points, faces[area > 1e-12]
+    turn = 2.0 * np.pi / SIDES
+    wide = np.sqrt(turn / np.sin(turn))
+    return revolved([(wide * r, z) for r, z in (*profile, profile[0])], SIDES)
 
 
 def slab(low, high):

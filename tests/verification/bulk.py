@@ -3,11 +3,10 @@
 import math
 
 import numpy as np
-from scenes import GRAVITY, Laws
 
 from dem.contact.registry import Material
 from dem.simulation import Simulation
-from dem.timescales import rayleigh_time
+from scenes import GRAVITY, Laws, rayleigh
 
 SPREAD = 0.1
 """Grains are uniform in size within this share of the mean: equal spheres would order along the
@@ -16,19 +15,19 @@ GRAIN = Material(2500.0, 4.0e6, 0.25)
 """Glass, but soft: under the beds here, at 1 kPa, the overlap is half a per cent of the grain."""
 
 
-def make_sim(walls, pair, sides, diameter, rolling="none"):
-    """Simulation of GRAIN under gravity.
+def make_sim(
+    walls, pair, sides, diameter, rolling="none", grain=GRAIN, spread=SPREAD, down=(0.0, 0.0, -1.0)
+):
+    """Simulation of a material under gravity.
 
     pair: ContactParameters among grains; sides: those with each material of the walls, by name;
     diameter: mean [m]."""
-    smallest = 0.5 * (1 - SPREAD) * diameter
-    rayleigh = rayleigh_time(smallest, GRAIN.density, GRAIN.shear_modulus, GRAIN.poisson_ratio)
     return Simulation(
-        {"grain": GRAIN} | dict.fromkeys(sides, GRAIN),
+        {"grain": grain} | dict.fromkeys(sides, grain),
         {("grain", "grain"): pair} | {("grain", name): side for name, side in sides.items()},
         laws=Laws(rolling=rolling),
-        time_step=0.4 * rayleigh,
-        gravity=(0.0, 0.0, -GRAVITY),
+        time_step=0.4 * rayleigh(0.5 * (1 - spread) * diameter, grain),
+        gravity=GRAVITY * np.array(down),
         walls=walls,
     )
 

@@ -23,13 +23,11 @@ import math
 
 import numpy as np
 import pytest
-from bulk import advance_for, settle
-from scenes import GRAVITY, ContactParameters, Laws, from_young
+from bulk import advance_for, make_sim, settle
 
 from dem.experiments import drum
-from dem.simulation import Simulation
-from dem.timescales import rayleigh_time
 from dem.walls.builder import WallSet
+from scenes import ContactParameters, from_young
 
 TOPIC = "rotating drum"
 SOURCE = "Alizadeh et al. (2013)"
@@ -70,18 +68,9 @@ def turned(seed):
     rng = np.random.default_rng(seed)
     walls = WallSet().body("shell", material="shell").cylinder(RADIUS, 0.0, SLICE)
     walls.body("ends", material="end").disc(RADIUS, 0.0).disc(RADIUS, SLICE)
-    rayleigh = rayleigh_time(
-        0.5 * DIAMETER, GLASS.density, GLASS.shear_modulus, GLASS.poisson_ratio
-    )
     sides = {"shell": SHELL, "end": ContactParameters(0.85, 0.0)}
-    sim = Simulation(
-        {"grain": GLASS} | dict.fromkeys(sides, GLASS),
-        {("grain", "grain"): GRAINS} | {("grain", name): side for name, side in sides.items()},
-        laws=Laws(rolling="constant_torque_relative"),
-        time_step=0.4 * rayleigh,
-        gravity=(0.0, -GRAVITY, 0.0),
-        walls=walls,
-    )
+    law = "constant_torque_relative"
+    sim = make_sim(walls, GRAINS, sides, DIAMETER, law, GLASS, 0.0, (0.0, -1.0, 0.0))
     place = sites(rng)[: round(COUNT * SLICE / LENGTH)]
     sim.add_particles(
         place,

@@ -9,28 +9,25 @@ from ledger import Ledger
 
 from dem.contact.registry import ContactParameters, Laws, Material
 from dem.simulation import Air, Simulation
-from dem.timescales import rayleigh_time
 from dem.walls.builder import WallSet
 from law_cases import alone, values
+from scenes import make, rayleigh
 
-RADIUS, DENSITY, MODULUS, G = 1e-3, 1210.0, 3e6, 9.81
+RADIUS, G = 1e-3, 9.81
+SOFT = Material(1210.0, 3e6, 0.25)
 CLOSED = 1e-4
-MASS = 4 / 3 * math.pi * RADIUS**3 * DENSITY
+MASS = 4 / 3 * math.pi * RADIUS**3 * SOFT.density
 
 
 def simulation(walls, laws, parameters=(), *, e=0.5, mu=0.5, mu_r=0.2, share=0.1, **more):
-    grain = Material(DENSITY, MODULUS, 0.25)
     contact = ContactParameters(e, mu, mu_r, **dict(parameters))
-    step = share * rayleigh_time(RADIUS, DENSITY, MODULUS, 0.25)
-    pairs = {("g", "g"): contact, ("g", "w"): contact}
-    return Simulation(
-        {"g": grain, "w": grain}, pairs, laws=laws, time_step=step, walls=walls,
-        overlap_limit=0.5, **more,
-    )  # fmt: skip
+    scene = {"gravity": G, "overlap_limit": 0.5} | more
+    step = share * rayleigh(RADIUS, SOFT)
+    return make(contact, laws=laws, grain=SOFT, wall=SOFT, walls=walls, dt=step, **scene)
 
 
 def cup(**motion):
-    walls = WallSet().body("cup", material="w", **motion)
+    walls = WallSet().body("cup", material="wall", **motion)
     return walls.cylinder(4.5 * RADIUS, 0.0, 20 * RADIUS).disc(4.5 * RADIUS)
 
 
@@ -91,7 +88,7 @@ def test_the_ledger_closes_with(case, record):
 def test_the_ledger_closes_under_a_lid_that_falls_under_a_load(record):
     walls = cup()
     lid = {"mass": 5 * MASS, "axis": (0.0, 0.0, 1.0), "load": -20 * MASS * G, "drag": 2e-3}
-    walls = walls.body("lid", material="w", origin=(0.0, 0.0, 9 * RADIUS), free=lid)
+    walls = walls.body("lid", material="wall", origin=(0.0, 0.0, 9 * RADIUS), free=lid)
     sim = simulation(walls.disc(4.4 * RADIUS), Laws(), precision="double")
     thrown(sim)
     ledger, least = followed(sim, 6000)

@@ -6,10 +6,9 @@ from itertools import product
 
 import numpy as np
 import pytest
-from scenes import ContactParameters, Laws, effective, make
 
 from dem.contact.registry import Material
-from dem.timescales import rayleigh_time
+from scenes import ContactParameters, Laws, effective, make, rayleigh
 
 TOPIC = "JKR of small grains"
 RADII = (1e-6, 1e-3)
@@ -27,7 +26,7 @@ def pair(radius, modulus, energy, precision):
         ContactParameters(0.9, 0.3, surface_energy=energy),
         laws=JKR,
         grain=grain,
-        dt=0.05 * rayleigh_time(radius, grain.density, modulus, grain.poisson_ratio),
+        dt=0.05 * rayleigh(radius, grain),
         precision=precision,
     )
     sim.add_particles([(0, 0, 0), (2.1 * radius, 0, 0)], radius)

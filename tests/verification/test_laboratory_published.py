@@ -5,8 +5,7 @@ import pytest
 
 from dem.constants import GRAVITY
 from dem.experiments import bed, drum
-from dem.run import run
-from dem.spec import parse_spec
+from scenes import both, measure
 
 COUNTING = 0.004
 """A core of some 1,500 grains counts those at its surface whole or not at all: about 600 of them,
@@ -15,16 +14,6 @@ each off by 0.3 of a grain at random, are 0.5 % of the core's."""
 SMOOTH = {"restitution": 0.3, "static_friction": 0.0, "rolling_friction": 0.0}
 GLASS = {"restitution": 0.6, "static_friction": 0.3, "rolling_friction": 0.01}
 ROUGH = SMOOTH | {"static_friction": 0.5}
-
-
-def both(contact):
-    """The same contact among grains and with walls."""
-    return {"particle_particle": contact, "particle_wall": contact}
-
-
-def measure(folder, experiment, **parts):
-    """Metrics of a run."""
-    return run(parse_spec({"experiment": experiment} | parts), folder)["metrics"]
 
 
 @pytest.mark.slow

@@ -5,29 +5,24 @@ import math
 
 import numpy as np
 import pytest
-from scenes import led
 
 from dem.contact.registry import ContactParameters, Laws, Material, pair_properties
-from dem.simulation import Simulation
-from dem.timescales import rayleigh_time
 from dem.walls.builder import WallSet
+from scenes import led, make, rayleigh
 
-RADIUS, DENSITY, G = 1e-3, 1210.0, 9.81
+RADIUS, G = 1e-3, 9.81
+SOFT = Material(1210.0, 3e6, 0.25)
 LAWS = Laws(rolling="elastic_plastic", torsion="marshall")
 
 
 def simulation(walls, *, e=0.5, mu=0.8, rolling=0.2, laws=LAWS, share=0.2, **more):
-    grain, wall = Material(DENSITY, 3e6, 0.25), Material(7800.0, 8e10, 0.3)
-    contact = ContactParameters(e, mu, rolling)
-    step = share * rayleigh_time(RADIUS, DENSITY, 3e6, 0.25)
-    pairs = {("g", "g"): contact, ("g", "w"): contact}
-    return Simulation(
-        {"g": grain, "w": wall}, pairs, laws=laws, time_step=step, walls=walls, **more
-    )
+    contact, scene = ContactParameters(e, mu, rolling), {"gravity": G, "overlap_limit": 0.2} | more
+    step = share * rayleigh(RADIUS, SOFT)
+    return make(contact, laws=laws, grain=SOFT, walls=walls, dt=step, **scene)
 
 
 def table(rate):
-    return WallSet().body("table", material="w", spin=(0.0, 0.0, rate)).disc(0.02)
+    return WallSet().body("table", material="wall", spin=(0.0, 0.0, rate)).disc(0.02)
 
 
 @pytest.mark.parametrize("rate", [10.0, 30.0])
@@ -62,7 +57,7 @@ RING = 5.2 * RADIUS  # of the vessel
 
 def bed_in_a_vessel(precision):
     """60 grains that fell into a vessel and rest."""
-    walls = WallSet().body("vessel", material="w").cylinder(RING, 0.0, 40 * RADIUS).disc(RING)
+    walls = WallSet().body("vessel", material="wall").cylinder(RING, 0.0, 40 * RADIUS).disc(RING)
     sim = simulation(walls, mu=0.6, share=0.3, precision=precision)
     line = np.array([-3.2, -1.05, 1.1, 3.3])
     layer = np.array([(a, b) for a in line for b in line if math.hypot(a, b) < 4.1])
@@ -96,8 +91,7 @@ def test_a_bed_that_turns_with_its_drum_is_unchanged_after_ten_turns(rate, preci
 def test_a_pair_s_spring_turns_with_it():
     """Two grains pressed and sheared, then spun alike about their normal: in the turned frame the
     spring is what it was."""
-    salt = Material(DENSITY, 3e6, 0.25)
-    p = pair_properties(LAWS, salt, salt, ContactParameters(0.5, 0.8, 0.2))
+    p = pair_properties(LAWS, SOFT, SOFT, ContactParameters(0.5, 0.8, 0.2))
     steps, dt = 3000, 1e-5
     held = np.zeros((steps + 1, 4))
     held[:, 0] = 2e-5
@@ -127,14 +121,14 @@ def rebound(walls, place, asked=0.5):
 def halves(*names):
     walls = WallSet()
     for name, side in zip(names, (-1.0, 1.0), strict=True):
-        walls = walls.body(name, material="w")
+        walls = walls.body(name, material="wall")
         walls = walls.rectangle((side * 0.05, 0.0, 0.0), (0.05, 0.0, 0.0), (0.0, 0.05, 0.0))
     return walls
 
 
 @pytest.mark.parametrize("across", [0.0, 0.3, -0.7])
 def test_two_bodies_in_one_plane_act_as_one(across, record):
-    alone = WallSet().body("a", material="w").rectangle((0, 0, 0), (0.1, 0, 0), (0, 0.05, 0))
+    alone = WallSet().body("a", material="wall").rectangle((0, 0, 0), (0.1, 0, 0), (0, 0.05, 0))
     place = (across * 2e-4, 0.0)
     one, two = rebound(alone, place), rebound(halves("a", "b"), place)
     record("two bodies in one plane", f"rebound at {across:g} of a contact from the seam", two, one,
@@ -143,8 +137,8 @@ def test_two_bodies_in_one_plane_act_as_one(across, record):
 
 
 def test_a_grain_in_the_corner_of_two_bodies_feels_both():
-    walls = WallSet().body("a", material="w").plane((0, 0, 0), (0, 0, 1))
-    walls = walls.body("b", material="w").plane((0, 0, 0), (1, 0, 0))
+    walls = WallSet().body("a", material="wall").plane((0, 0, 0), (0, 0, 1))
+    walls = walls.body("b", material="wall").plane((0, 0, 0), (1, 0, 0))
     sim = simulation(walls, mu=0.0, gravity=(-G, 0.0, -G))
     sim.add_particles([[0.9999 * RADIUS] * 1 + [0.0, 0.9999 * RADIUS]], RADIUS)
     sim.advance(20000)

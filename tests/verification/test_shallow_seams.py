@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 import pytest
+
 from scenes import (
     GRAVITY,
     SALT,
@@ -20,9 +21,9 @@ from scenes import (
     effective,
     make,
     mass_of,
+    rayleigh,
+    revolved,
 )
-
-from dem.timescales import rayleigh_time
 
 TOPIC = "shallow concave seams"
 R = 1e-3
@@ -72,26 +73,11 @@ def test_an_elastic_hit_beside_a_shallow_valley_keeps_its_energy(record, angle, 
     record(TOPIC, f"{what}: energy kept, the worst of {len(x)}", worst, 1.0, CONSERVED)
 
 
-def rings(radii, heights, n, turn=0.0):
-    """Vertices and triangles of n facets between two rings about z."""
-    angle = 2 * math.pi * (np.arange(n) + turn) / n
-    vertices = [
-        (r * math.cos(a), r * math.sin(a), z)
-        for r, z in zip(radii, heights, strict=True)
-        for a in angle
-    ]
-    triangles = []
-    for k in range(n):
-        j = (k + 1) % n
-        triangles += [(k, j, n + k), (j, n + j, n + k)]
-    return vertices, triangles
-
-
 def cylinder(radius, n, half):
     """A cylinder about z, or n facets of two triangles with their vertices on it."""
     if n is None:
         return body().cylinder(radius, -half, half)
-    return body().mesh(*rings((radius, radius), (-half, half), n))
+    return body().mesh(*revolved([(radius, -half), (radius, half)], n))
 
 
 def restitutions(radius, n, v_t=0.0, places=21):
@@ -215,8 +201,8 @@ def test_a_grain_that_plugs_a_faceted_hole_gains_no_energy(record, precision):
     sim = make(
         ContactParameters(0.5, 0.5, 0.1),
         laws=Laws(rolling="elastic_plastic", torsion="marshall"),
-        walls=body().mesh(*rings((hole, 3 * R), (0, 0), n, turn=0.3)),
-        dt=0.4 * rayleigh_time(R, SALT.density, SALT.shear_modulus, SALT.poisson_ratio),
+        walls=body().mesh(*revolved([(hole, 0), (3 * R, 0)], n, turn=0.3)),
+        dt=0.4 * rayleigh(R),
         gravity=GRAVITY,
         precision=precision,
     )

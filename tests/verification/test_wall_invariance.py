@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scenes import SALT, STEEL, ContactParameters, Laws, rotation
 
-from dem.simulation import Simulation, SkinPolicy
+from dem.simulation import SkinPolicy
 from dem.walls.builder import WallSet
+from scenes import ContactParameters, Laws, make, rotation
 
 SETTINGS = settings(max_examples=8, deadline=None, derandomize=True)
 SIDE = 9e-3
@@ -108,15 +108,13 @@ def throw(
                 "paddle", material="wall", origin=q @ PADDLE + shift, velocity=boost, spin=turn
             )
             walls.rectangle((0, 0, 0), q @ (2.2e-3, 0, 0), q @ (0, 0, 1e-3))
-    sim = Simulation(
-        {"grain": SALT, "wall": STEEL},
-        {("grain", "grain"): CONTACT, ("grain", "wall"): CONTACT},
+    sim = make(
+        CONTACT,
         laws=Laws(rolling="elastic_plastic"),
-        time_step=dt,
+        dt=dt,
         gravity=q @ (0, 0, -9.81),
         precision=precision,
         walls=walls,
-        overlap_limit=0.5,
         skin=skin,
     )
     x, v, w, pairs, u = grains()

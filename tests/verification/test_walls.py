@@ -1,38 +1,15 @@
 """Each analytic wall against its meshed twin read from STL, and against the closed form of a
 plane."""
 
-import math
-
 import numpy as np
 import pytest
-from scenes import GRAVITY, ContactParameters, Laws, make
 
 from dem.io.stl import read_stl, write_stl
 from dem.walls.builder import WallSet
+from scenes import GRAVITY, ContactParameters, Laws, make, revolved
 
 FINE = 256
 TIME_STEP = 5e-6
-
-
-def revolved_mesh(r0, z0, r1, z1, rings=1):
-    """Triangles of a surface of revolution with FINE sides."""
-    angle = np.linspace(0, 2 * np.pi, FINE, endpoint=False)
-    vertices, triangles = [], []
-    for r, z in zip(np.linspace(r0, r1, rings + 1), np.linspace(z0, z1, rings + 1), strict=True):
-        vertices += [(r * math.cos(a), r * math.sin(a), z) for a in angle]
-    for k in range(rings):
-        for i in range(FINE):
-            a, b = k * FINE + i, k * FINE + (i + 1) % FINE
-            c, d = a + FINE, b + FINE
-            triangles += [(a, b, d), (a, d, c)]
-    return np.array(vertices), np.array(triangles)
-
-
-def disc_mesh(radius):
-    v, t = revolved_mesh(radius / 2, 0, radius, 0)
-    centre = len(v)
-    v = np.vstack([v, [[0, 0, 0]]])
-    return v, np.vstack([t, [(i, (i + 1) % FINE, centre) for i in range(FINE)]])
 
 
 def rectangle_mesh(a, b):
@@ -42,16 +19,21 @@ def rectangle_mesh(a, b):
 
 
 SHAPES = {
-    "disc": (lambda w: w.disc(0.01), disc_mesh(0.01), (0.001, 0.002, 0.004), (0.06, 0.03, 0)),
+    "disc": (
+        lambda w: w.disc(0.01),
+        revolved([(0, 0), (0.005, 0), (0.01, 0)], FINE),
+        (0.001, 0.002, 0.004),
+        (0.06, 0.03, 0),
+    ),
     "frustum": (
         lambda w: w.frustum(0.004, 0, 0.012, 0.014),
-        revolved_mesh(0.004, 0, 0.012, 0.014, 4),
+        revolved(np.linspace((0.004, 0), (0.012, 0.014), 5), FINE),
         (0.006, 0.001, 0.012),
         (0, 0.15, 0),
     ),
     "cylinder": (
         lambda w: w.cylinder(0.006, -0.02, 0.02),
-        revolved_mesh(0.006, -0.02, 0.006, 0.02, 8),
+        revolved(np.linspace((0.006, -0.02), (0.006, 0.02), 9), FINE),
         (0.002, 0.001, 0.01),
         (0.15, 0.1, 0),
     ),

@@ -1,4 +1,4 @@
-"""Small scenes for the verification tests: two spheres, or a sphere on a wall."""
+"""Small scenes: two spheres, or a sphere on a wall."""
 
 import math
 
@@ -7,7 +7,10 @@ from numba import njit
 
 from dem.contact.model import contact_force
 from dem.contact.registry import ContactParameters, Laws, Material
+from dem.run import run
 from dem.simulation import Simulation
+from dem.spec import parse_spec
+from dem.timescales import rayleigh_time
 from dem.walls.builder import WallSet
 
 GRAVITY = 9.81
@@ -21,22 +24,36 @@ def from_young(young, poisson, density):
 
 
 def make(contact, *, laws=None, grain=SALT, wall=STEEL, walls=None, dt=1e-6, gravity=0.0, **more):
-    """Simulation with one contact law for all pairs; gravity [m/s2] points down."""
+    """Simulation with one contact law for all pairs; gravity [m/s2] points down, or is (3,)."""
     return Simulation(
         {"grain": grain, "wall": wall},
         {("grain", "grain"): contact, ("grain", "wall"): contact},
         laws=laws or Laws(rolling="none"),
         time_step=dt,
-        gravity=(0.0, 0.0, -gravity),
+        gravity=(0.0, 0.0, -gravity) if np.ndim(gravity) == 0 else gravity,
         walls=walls,
-        overlap_limit=0.9,
-        **more,
+        **({"overlap_limit": 0.9} | more),
     )
+
+
+def rayleigh(radius, grain=SALT):
+    """Rayleigh time of a grain of a material [s]."""
+    return rayleigh_time(radius, grain.density, grain.shear_modulus, grain.poisson_ratio)
 
 
 def body(name="w", **motion):
     """Walls of one body that is begun."""
     return WallSet().body(name, material="wall", **motion)
+
+
+def both(contact):
+    """Contacts of a run spec: the same among grains and with walls."""
+    return {"particle_particle": contact, "particle_wall": contact}
+
+
+def measure(folder, experiment, **parts):
+    """Metrics of a run."""
+    return run(parse_spec({"experiment": experiment} | parts), folder)["metrics"]
 
 
 def floor():
@@ -49,6 +66,23 @@ def rotation(angle, axis):
     a = np.asarray(axis) / np.linalg.norm(axis)
     k = np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
     return np.eye(3) + math.sin(angle) * k + (1 - math.cos(angle)) * k @ k
+
+
+def revolved(profile, sides, turn=0.0):
+    """Vertices and triangles of a line through (radius, z), turned about z as a polygon of so many
+    sides, whose first corner is `turn` sides from the x axis; none without area."""
+    angle = 2 * math.pi * (np.arange(sides) + turn) / sides
+    points = np.concatenate(
+        [np.column_stack([r * np.cos(angle), r * np.sin(angle), 0 * angle + z]) for r, z in profile]
+    )
+    low = np.arange(sides * (len(profile) - 1)).reshape(-1, sides)
+    after = np.roll(low, -1, axis=1)
+    corners = [(low, after, after + sides), (low, after + sides, low + sides)]
+    faces = np.concatenate([np.stack(three, axis=-1).reshape(-1, 3) for three in corners])
+    a, b, c = np.moveaxis(points[faces], 1, 0)
+    return points, faces[
+        np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-12 * np.ptp(points) ** 2
+    ]
 
 
 def effective(grain, other=None):
