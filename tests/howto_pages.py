@@ -9,10 +9,10 @@ text. New files stand in `examples/extend/NAME` where they stand in the project.
 import os
 import re
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 from textwrap import indent
+
+from started import python
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples" / "extend"
@@ -59,13 +59,6 @@ def _apply(path, how, text, block):
     path.write_text(old.replace(line, f"{indent(block, margin)}{gap}{line}"))
 
 
-def python(folder, *words):
-    """Run Python with the copy's packages in its folder; the finished process."""
-    return subprocess.run(
-        [sys.executable, *words],
-        cwd=folder,
-        env=os.environ | {"PYTHONPATH": str(folder / "src")},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+def own_python(folder, *words):
+    """Python with the copy's packages in its folder, as `started.python`."""
+    return python(folder, *words, env=os.environ | {"PYTHONPATH": str(folder / "src")})

@@ -12,8 +12,6 @@ import os
 import re
 import shlex
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -27,6 +25,7 @@ from calibration.runs.snakemake_command import rule_names
 from calibration.study.config import Config, overlay, parse_config
 from dem.spec import RunSpec, parse_spec
 from dem.units import in_ascii, unit_of, without_unit
+from started import python
 
 ROOT = Path(__file__).parents[2]
 PAGES = (
@@ -77,11 +76,7 @@ def test_python_runs(page, text, tmp_path):
     if page in EXECUTED:
         ast.parse(text)
         return
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", text],
-        cwd=tmp_path, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    python(tmp_path, "-W", "error", "-c", text)
 
 
 def as_the_reader_has_it(folder, data):

@@ -7,8 +7,6 @@ Each of the package's own experiments is named by one file.
 import json
 import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +15,7 @@ import yaml
 
 from dem.fingerprint import engine_fingerprint
 from facts import tells
+from started import python
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "extend" / "experiment"
@@ -32,16 +31,10 @@ def folder(tmp_path):
     return tmp_path
 
 
-def command(folder, script):
-    """Run Python with the page's folder in the environment; its finished process."""
-    return subprocess.run(
-        [sys.executable, "-c", script],
-        cwd=folder,
-        env=os.environ | {"DEM_EXPERIMENTS": str(folder / "mine")},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+def command(folder, script, status=0):
+    """Python with the page's folder in the environment, as `started.python`."""
+    env = os.environ | {"DEM_EXPERIMENTS": str(folder / "mine")}
+    return python(folder, "-c", script, status=status, env=env)
 
 
 @pytest.mark.slow
@@ -56,7 +49,6 @@ def test_the_pages_commands_run_it_to_its_closed_form(folder):
         "open('short.yaml', 'w').write(text)\n"
         "assert main('check short.yaml'.split()) == 2\n",
     )
-    assert done.returncode == 0, done.stderr
     assert tells(done.stderr, "geometry.plate_length_mm = 2.0", "4")
     result = json.loads((folder / "thrown" / "result.json").read_text())
     friction = result["spec"]["contacts"]["particle_wall"]["static_friction"]
@@ -73,8 +65,7 @@ def test_the_pages_commands_run_it_to_its_closed_form(folder):
 )
 def test_a_file_that_declares_no_new_experiment_is_one_line(folder, text, says):
     (folder / "mine" / "throw.py").write_text(text)
-    done = command(folder, "import sys; from dem.cli import main; sys.exit(main(['init']))")
-    assert done.returncode == 2
+    done = command(folder, "import sys; from dem.cli import main; sys.exit(main(['init']))", 2)
     [line] = done.stderr.strip().splitlines()
     assert line.startswith("dem: ")
     assert "throw.py" in line
@@ -116,17 +107,9 @@ def test_a_study_screens_and_diagnoses_it_and_a_made_up_law_without_another_file
     ]
     header = "experiment,quantity,value,unit,sd,n,launch_speed_m_s"
     (folder / "measured.csv").write_text("\n".join([header, *lines]) + "\n")
-    done = subprocess.run(
-        [sys.executable, "-m", "snakemake", "-j2", "--configfile", "study.yaml", "--"]
-        + ["screening", "diagnose"],
-        cwd=folder,
-        env=os.environ
-        | {"DEM_EXPERIMENTS": str(folder / "mine"), "PYTHONPATH": str(folder / "src")},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr[-3000:]
+    words = "-m snakemake -j2 --configfile study.yaml -- screening diagnose".split()
+    own = {"DEM_EXPERIMENTS": str(folder / "mine"), "PYTHONPATH": str(folder / "src")}
+    python(folder, *words, env=os.environ | own)
     made = [json.loads(p.read_text()) for p in folder.glob("results/runs/throw-*/result.json")]
     assert {r["engine"] for r in made} != {engine_fingerprint()}
     assert {r["spec"]["laws"]["friction"] for r in made} == {"rate_free", "stress_dependent"}

@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 
 from calibration.intake.measurements import read_measured
-from howto_pages import ROOT, copy_with, python
+from howto_pages import ROOT, copy_with, own_python
 from vtk_files import read_vtp
 
 
@@ -25,8 +25,7 @@ def extended(tmp_path_factory):
     copy_with(folder, "stage", "figure", "metric")
     (folder / "config").unlink()
     shutil.copytree(ROOT / ".test" / "config", folder / "config")
-    done = python(folder, "-m", "snakemake", "-j1", "repeat", "screening")
-    assert done.returncode == 0, done.stderr[-3000:]
+    own_python(folder, "-m", "snakemake", "-j1", "repeat", "screening")
     return folder
 
 
@@ -48,15 +47,14 @@ def test_a_stage_added_as_the_page_says_runs(extended):
 
 @pytest.mark.slow
 def test_the_page_of_the_study_and_a_second_start_know_it(extended):
-    done = python(extended, "-c", "from calibration.study.stage import load_stages\n"
+    done = own_python(extended, "-c", "from calibration.study.stage import load_stages\n"
                   "stage = load_stages()['repeat']\n"
                   "from calibration.figures import response_of\n"
                   "words = stage.sentences({'sd': 1.5}, response_of('height_mm'))\n"
                   "print(stage.rule, *words)")  # fmt: skip
     assert done.stdout.startswith("repeat "), done.stderr
     assert "1.5 mm" in done.stdout
-    again = python(extended, "-m", "snakemake", "-n", "repeat")
-    assert again.returncode == 0
+    again = own_python(extended, "-m", "snakemake", "-n", "repeat")
     assert not re.search(r"^repeat +\d", again.stdout + again.stderr, re.M)
 
 
@@ -70,7 +68,7 @@ def test_a_figure_added_as_the_page_says_is_drawn_and_shown(extended):
     drawn = (made / "runs_in_order.svg").read_text()
     [points] = re.findall(r'<g id="PathCollection_1">.*?\n   </g>', drawn, re.S)
     assert points.count("<use ") == len((made / "runs.csv").read_text().splitlines()) - 1 == 8
-    told = python(extended, "-c", "from calibration.study.stage import load_stages\n"
+    told = own_python(extended, "-c", "from calibration.study.stage import load_stages\n"
                   "print(*[f.name for f in load_stages()['screening'].figures])")  # fmt: skip
     assert told.stdout.split() == ["runs_in_order", "half_normal", "pareto"], told.stderr
 
@@ -94,8 +92,7 @@ print("sliding_time_s" in experiments()["tilt"].targets)
 
 @pytest.mark.slow
 def test_a_metric_added_as_the_page_says_is_measured(extended):
-    done = python(extended, "-c", RUN)
-    assert done.returncode == 0, done.stderr[-3000:]
+    done = own_python(extended, "-c", RUN)
     time, target = done.stdout.splitlines()
     # friction 0.5 holds up to its angle; a slide is seen a little later
     assert float(time) == pytest.approx(math.degrees(math.atan(0.5)) / 20, rel=0.05)
@@ -119,8 +116,7 @@ DEM = "import sys; from calibration.interface.commands import main; sys.exit(mai
 def test_a_format_added_as_the_page_says_is_read(with_import):
     log = with_import / "log.txt"
     log.write_text("start\nslides at 24.3 deg\nnext\nslides at 25.1 deg\n")
-    done = python(with_import, "-c", DEM, "tilts", "log.txt", "--out", "tilts.csv")
-    assert done.returncode == 0, done.stderr
+    done = own_python(with_import, "-c", DEM, "tilts", "log.txt", "--out", "tilts.csv")
     assert "2 angles, mean 24.7 deg" in done.stdout
     [measured] = read_measured(with_import / "tilts.csv").conditions
     assert (measured.experiment, measured.n) == ("tilt", 2)

@@ -4,13 +4,12 @@ machine."""
 import os
 import re
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from dem import fingerprint, kernel_cache
+from started import python
 
 ROOT = Path(__file__).parents[2]
 
@@ -20,10 +19,7 @@ def folder_of(source, tmp_path, **environment):
     env = {k: v for k, v in os.environ.items() if not k.startswith(("NUMBA_", "PYTHON"))}
     env |= {"PYTHONPATH": str(source), "NUMBA_CACHE_DIR": str(tmp_path / "cache")} | environment
     code = "import dem, os; print(dem.__file__); print(os.environ['NUMBA_CACHE_DIR'])"
-    done = subprocess.run(
-        [sys.executable, "-c", code], env=env, capture_output=True, text=True, check=True
-    )
-    file, folder = done.stdout.splitlines()
+    file, folder = python(None, "-c", code, env=env).stdout.splitlines()
     assert Path(file).is_relative_to(source)
     return Path(folder)
 
@@ -117,8 +113,7 @@ print(os.environ["NUMBA_CACHE_DIR"])
 def test_the_engine_loads_for_a_user_whom_nobody_knows(tmp_path):
     drop = ("HOME", "NUMBA_CACHE_DIR", "XDG_CACHE_HOME")
     env = {k: v for k, v in os.environ.items() if k not in drop} | {"TMPDIR": str(tmp_path)}
-    done = subprocess.run([sys.executable, "-c", NOBODY], env=env, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    done = python(None, "-c", NOBODY, env=env)
     assert Path(done.stdout.strip()).is_relative_to(tmp_path)
 
 
@@ -186,11 +181,8 @@ def compiled(tmp_path_factory):
 
     def start():
         env = {k: v for k, v in os.environ.items() if not k.startswith("NUMBA_")}
-        return subprocess.run(
-            [sys.executable, str(folder / "twice.py")],
-            env=env | {"NUMBA_CACHE_DIR": str(folder / "cache")},
-            capture_output=True, text=True, check=False,
-        )  # fmt: skip
+        cache = {"NUMBA_CACHE_DIR": str(folder / "cache")}
+        return python(None, folder / "twice.py", status=None, env=env | cache)
 
     assert start().stdout == "42.0\n"
     return start, folder / "cache"

@@ -5,8 +5,6 @@ import inspect
 import os
 import re
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -18,6 +16,7 @@ from dem.contact.registry import DEFAULTS, Laws
 from dem.errors import SpecError
 from dem.spec import LawParameters, LawsSpec, parse_spec
 from facts import refused, tells
+from started import python
 
 ROOT = Path(__file__).parents[2]
 SRC = ROOT / "src"
@@ -99,19 +98,8 @@ def with_the_law(tmp_path):
     shutil.copyfile(ROOT / "examples/extend/law" / LAW, tmp_path / LAW)
 
     def run(code):
-        environment = os.environ | {
-            "PYTHONPATH": str(tmp_path / "src"),
-            "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
-        }
-        done = subprocess.run(
-            [sys.executable, "-c", code],
-            env=environment,
-            capture_output=True,
-            text=True,
-            cwd=tmp_path,
-        )
-        assert done.returncode == 0, done.stderr
-        return done.stdout
+        own = {"PYTHONPATH": str(tmp_path / "src"), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+        return python(tmp_path, "-c", code, env=os.environ | own).stdout
 
     return run
 

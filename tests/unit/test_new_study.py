@@ -2,8 +2,6 @@
 computes."""
 
 import math
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -23,6 +21,7 @@ from calibration.telling.start_and_end import opening
 from dem.errors import StoppedError
 from dem.spec import parse_spec
 from facts import tells
+from started import python
 
 RIG = "--density 1.35g/cm3 --grain 4mm --orifice 25mm --plate 10cm --height 75mm --no-pilot".split()
 ANGLES = ["--measured", "26.1", "28.4", "27.0°"]
@@ -377,9 +376,5 @@ def test_a_pilot_of_a_new_study_and_its_dry_run(here, capsys):
     root = __import__("pathlib").Path(__file__).parents[2]
     for name in ("Snakefile", "workflow", "config", "profiles", "src", "data"):
         (here / name).symlink_to(root / name)
-    done = subprocess.run(
-        [sys.executable, "-m", "snakemake", "-n", "--configfile", "Weizen Prüfung/config.yaml"],
-        cwd=here, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stdout + done.stderr
+    done = python(here, *"-m snakemake -n --configfile".split(), "Weizen Prüfung/config.yaml")
     assert "3 values, 26.1° to 28.4°" in done.stderr

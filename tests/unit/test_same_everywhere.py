@@ -5,14 +5,13 @@ import ast
 import json
 import os
 import platform
-import subprocess
-import sys
 
 import pytest
 import small_rigs
 from test_enlarged import TYPE_A, spec_of
 
 from dem.fingerprint import ROOT, engine_sources
+from started import python
 
 # what numpy and scipy hand to BLAS or LAPACK, whose kernels round by the processor
 BANNED = {
@@ -120,15 +119,8 @@ def target(name):
 
 def run_all(runs, precisions, **environment):
     """{run: [digest of the last state, metrics]} of runs in a process of its own."""
-    done = subprocess.run(
-        [sys.executable, "-c", RUN_ALL, *precisions],
-        input=json.dumps(runs),
-        env=os.environ | environment,
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    more = {"input": json.dumps(runs), "env": os.environ | environment}
+    return json.loads(python(None, "-c", RUN_ALL, *precisions, **more).stdout)
 
 
 @pytest.mark.slow

@@ -3,13 +3,12 @@ has just run."""
 
 import base64
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from calibration.telling.report.embed import READABLE
+from started import python
 
 ROOT = Path(__file__).parents[2]
 STUDY = ROOT / "results" / "salt-test"
@@ -70,14 +69,7 @@ def test_paper_shows_every_section_and_no_empty_viewer(tab, page):
 
 def test_snakemake_makes_its_own_report_with_captions(tmp_path):
     out = tmp_path / "report.html"
-    done = subprocess.run(
-        [sys.executable, "-m", "snakemake", "--profile", "profiles/test", "--report", str(out)],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
+    python(ROOT, *"-m snakemake --profile profiles/test --report".split(), out)
     text = out.read_text()
     for category in ("1 Screening", "4 Optimum", "8 Heaps"):
         assert category in text

@@ -1,7 +1,6 @@
 """A configuration from elsewhere runs nothing, not even in a dry run."""
 
 import json
-import subprocess
 import sys
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from deployed import done, write_study
 from calibration.errors import ConfigError
 from calibration.study.config.as_data import data_of
 from facts import refused, tells
+from started import python
 
 ROOT = Path(__file__).parents[2]
 
@@ -38,13 +38,7 @@ CODE = {"definitions": DEFINES, "an expression": EVALUATES, "a branch": BRANCHES
 def dry_run(folder, *arguments):
     for name in ("Snakefile", "workflow", "config", "profiles", "src", "data"):
         (folder / name).symlink_to(ROOT / name)
-    done = subprocess.run(
-        [sys.executable, "-m", "snakemake", "-n", "-j1", *arguments],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = python(folder, *"-m snakemake -n -j1".split(), *arguments, status=None)
     return done, done.stdout + done.stderr
 
 

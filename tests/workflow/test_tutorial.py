@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from facts import tells
+from started import python
 
 ROOT = Path(__file__).parents[2]
 BLOCK = re.compile(r"^```bash\n(.*?)^```", re.M | re.S)
@@ -59,7 +60,5 @@ def test_the_notebook_runs_from_top_to_bottom(tmp_path):
     for name in ("Snakefile", "workflow", "config", "profiles", "src", "data"):
         (tmp_path / name).symlink_to(ROOT / name)
     folder = shutil.copytree(ROOT / "examples", tmp_path / "examples")  # a notebook begins in it
-    command = [sys.executable, "-c", "\n".join(cells())]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    python(folder, "-c", "\n".join(cells()))
     assert (tmp_path / "results/soybean/screening/effects.csv").is_file()
