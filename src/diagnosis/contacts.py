@@ -286,7 +286,7 @@ def _rows(measurements, levels):
             off = float((seen - log) / error)
             rows[place[id(m)]] = {
                 "experiment": kind,
-                "levers": m.levers,
+                "levers": m.levers | m.covariates,
                 "measured": m.value,
                 "predicted": float(value),
                 "sd": float(error * value),

@@ -30,16 +30,6 @@ LEAST = 2
 variance, and strong cohesion clogs a silo at most strengths."""
 
 
-def forward(experiment: str, value: Any, levers: Mapping[str, Any]) -> Any:
-    """Transformed response; value in the quantity's unit, levers a mapping of floats or arrays."""
-    return scale_of(experiment).forward(value, levers)
-
-
-def inverse(experiment: str, z: Any, levers: Mapping[str, Any]) -> tuple[Any, Any]:
-    """Value in the quantity's unit and its derivative by z."""
-    return scale_of(experiment).inverse(z, levers)
-
-
 @dataclass(frozen=True)
 class Moved:
     """Emulator of what a run of the base model with one input moved tells: of a mechanism that
@@ -156,4 +146,5 @@ def _responses(experiment, rows, metrics, settings, names):
     own = settings.experiments[experiment]
     ranges = own.levers
     levers = {n: np.array([log_span(*ranges[n], s) for s in x[:, names.index(n)]]) for n in ranges}
-    return x, forward(experiment, np.array([metrics[name][own.metric] for _, name in runs]), levers)
+    value = np.array([metrics[name][own.metric] for _, name in runs])
+    return x, scale_of(experiment).forward(value, levers)

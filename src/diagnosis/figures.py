@@ -38,10 +38,12 @@ def _draw_axes(panels, height=3.2):
 
 
 def _lever_axis(axis, kind, lever):
-    name, unit = LEVERS[lever].words, LEVERS[lever].unit
-    axis.set(
-        xscale="log", xlabel=f"{name} [{unit}]" if unit else name, title=QUANTITIES[kind].words
-    )
+    known = LEVERS.get(lever)
+    name, unit = (known.words, known.unit) if known else (label(lever), "")
+    axis.set(xlabel=f"{name} [{unit}]" if unit else name, title=QUANTITIES[kind].words)
+    if axis.dataLim.xmin <= 0.0:  # a recorded number
+        return
+    axis.set(xscale="log")
     axis.xaxis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5)))
     axis.xaxis.set_major_formatter("{x:g}")
     axis.xaxis.set_minor_formatter(ticker.NullFormatter())

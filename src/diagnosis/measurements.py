@@ -56,7 +56,7 @@ def read_measurements(path: str | Path) -> list[Measurement]:
 
 def read_all(path: str | Path) -> Measured:
     """`Measured` of the quantities that the diagnosis knows; raises as `read_measurements`."""
-    rows = read_measured(path).conditions
+    rows = read_measured(path, apart=True).conditions
     rows = [m for m in rows if m.quantity == QUANTITIES[m.experiment].name]
     valued = [r for r in rows if not r.outcome]
     _need_spread(valued, path)

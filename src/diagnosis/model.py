@@ -10,8 +10,8 @@ import numpy as np
 
 from calibration.errors import CalibrationError
 from diagnosis.design import WIDENED, factor_share, inputs_of
-from diagnosis.emulator import inverse
 from diagnosis.rig import combine
+from diagnosis.scale import scale_of
 from diagnosis.settings import BASE, lever_values
 
 if TYPE_CHECKING:
@@ -146,7 +146,7 @@ class _Part:
     """The conditions of one experiment, by what was trained: {(experiment, mechanism): ...}."""
 
     def __init__(self, trained, settings, model, conditions, experiment):
-        self.experiment, self.model = experiment, model
+        self.scale, self.model = scale_of(experiment), model
         self.rows = [i for i, (e, _) in enumerate(conditions) if e == experiment]
         self.given = [conditions[i][1] for i in self.rows]
         values = [lever_values(settings, experiment, g) for g in self.given]
@@ -175,7 +175,7 @@ class _Part:
         """Values (b, n) of this experiment, their errors (b, n) where `errors`, derivatives (b, n,
         p) where `slope`."""
         z, by_theta, variance = self.transformed(theta, slope, errors)
-        value, by_z = inverse(self.experiment, z, self.levers)
+        value, by_z = self.scale.inverse(z, self.levers)
         error = np.abs(by_z) * np.sqrt(variance) if errors else None
         if slope:
             by_theta = by_theta * by_z[:, :, None]
@@ -195,7 +195,7 @@ class _Part:
     def scatter(self, theta):
         """Standard deviations (n,) of single runs of the base model at theta (p,)."""
         z = self.transformed(theta[None], slope=False, errors=False)[0]
-        by_z = inverse(self.experiment, z, self.levers)[1][0]
+        by_z = self.scale.inverse(z, self.levers)[1][0]
         own = np.repeat(factor_share(theta[None, self.columns]), len(self.rows), axis=0)
         return np.abs(by_z) * self.base.sd_of_run(np.hstack([own, self.share]))
 

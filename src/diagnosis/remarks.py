@@ -24,6 +24,11 @@ def remarks(measured: Measured, counted: Collection[str] = ()) -> list[str]:
         out += _few_levels(kind, own)
         for name in ("batch", "instrument"):
             out += _alone(name, own)
+        out += [
+            f"{_lines([m for m in own if name in m.pooled])}: {name} differs among the readings of "
+            "a setting, and their mean is used: two readings or more at each value tell more."
+            for name in dict.fromkeys(n for m in own for n in m.pooled)
+        ]
     return out + [
         f"{_lines([m])}: {m.label} ended {m.outcome.replace('_', ' ')}: it enters no fit, for "
         "that needs readings of the same experiment and simulated runs that end so."

@@ -54,15 +54,16 @@ def tails(measurements: Sequence[Measurement], drawn: np.ndarray, off: np.ndarra
 def residual_rows(
     measurements: Sequence[Measurement], fitted: Fit, drawn: np.ndarray
 ) -> list[dict[str, Any]]:
-    """A mapping for each condition: measured, predicted (with what its batch and its instrument
-    add), residual in sd, tail probability when it is left out; drawn: see `by_chance`."""
+    """A mapping for each condition: its levers and what was recorded beside, measured, predicted
+    (with what its batch and its instrument add), residual in sd, tail probability when it is left
+    out; drawn: see `by_chance`."""
     tail = tails(measurements, drawn, fitted.residual[0] / np.sqrt(1.0 - fitted.leverage[0]))
     rows = []
     for i, m in enumerate(measurements):
         rows.append(
             {
                 "experiment": m.experiment,
-                "levers": m.levers,
+                "levers": m.levers | m.covariates,
                 "measured": m.value,
                 "predicted": float(fitted.expected[0, i]),
                 "sd": float(fitted.sd[0, i]),
@@ -102,7 +103,8 @@ def _trend(kind, lever, rows, drawn):
     if len(some) < 3 or len(set(x)) < 2:
         return None
     r = np.array([row["standardised"] for row in some])
-    shape = np.log(x) - np.log(x).mean()
+    shape = np.log(x) if (x > 0.0).all() else x
+    shape = shape - shape.mean()
     slope = float((shape * r).sum() / (shape**2).sum())
     p = share_above(np.abs(drawn[:, at] @ shape), abs(float(shape @ r)))
     if p > P_TREND:

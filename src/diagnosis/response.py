@@ -135,10 +135,6 @@ class Response:
         sd: np.ndarray = self.spread * np.sqrt(self._variance_of_runs(x))
         return sd
 
-    def __call__(self, x: ArrayLike) -> np.ndarray:
-        """Responses (k,) at (k, d) inputs."""
-        return self.with_slope(np.asarray(x, float), [], error=False)[0]
-
     def with_slope(
         self, x: np.ndarray, columns: Sequence[int], error: bool = True
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:

@@ -15,7 +15,7 @@ from scipy.stats import binom
 from benchmarks.rates.simulated import salt_settings
 from calibration.inference.chance_of_no_value import Chance, log_likelihood
 from calibration.intake.measurements import Measurement
-from diagnosis import emulator_waves, stages
+from diagnosis import emulator_waves, setup, stages
 from diagnosis.extend import extension_plan
 from diagnosis.failures import train_failures
 from diagnosis.fit import Data, held_out
@@ -101,16 +101,16 @@ def test_runs_that_blow_up_are_no_tests(tmp_path, monkeypatch):
     part = chance(large[::4])
     assert (part.failed, part.runs) == (len(large[2::4]), 200 - len(large[::4]))
     # the stage asks the kept failures which runs these are
-    monkeypatch.setattr(stages, "train", lambda *_: ({}, []))
-    monkeypatch.setattr(stages, "untested", set)
-    written = {}
-    monkeypatch.setattr(
-        stages, "write_emulators", lambda path, own, failing: written.update(failing)
-    )
-    monkeypatch.setattr(stages, "simulate", lambda specs: metrics)
-    specs = {key: {"experiment": "heap"} for key in metrics}
-    stages._train(settings, [], rows, specs, "", tmp_path / "errors.json")
-    assert written == {}
+    monkeypatch.setattr(setup, "train", lambda *_: ({}, []))
+    monkeypatch.setattr(setup, "untested", set)
+    monkeypatch.setattr(setup, "simulate", lambda specs: metrics)
+    design, plan = tmp_path / "design.json", tmp_path / "plan.json"
+    design.write_text(json.dumps(rows))
+    plan.write_text(json.dumps({key: {"experiment": "heap"} for key in metrics}))
+    rig = types.SimpleNamespace(factors=[])
+    own = types.SimpleNamespace(settings=settings, rig=rig, catalogue={}, lever_laws={})
+    emulated, _ = setup.Setup.emulated(own, [design], [plan])
+    assert emulated.failures == {}
 
 
 SIZES = (1.7, 1.9, 2.1, 2.3, 2.5)
@@ -191,11 +191,13 @@ def test_every_stage_fits_the_outcomes_that_the_verdict_fits(emulated, tmp_path)
     verdict = findings(emulated, read, found)
     own = types.SimpleNamespace(
         of_contacts=False, settings=settings, measurements=read, tested=rows,
-        emulated=lambda file: emulated,
+        emulated=lambda designs, plans: (emulated, []),
     )  # fmt: skip
     files = {k: str(tmp_path / k) for k in ("table", "residuals.svg", "summary")}
     files["residuals"] = files.pop("residuals.svg")
-    stages.calibrate(own, types.SimpleNamespace(emulators=""), types.SimpleNamespace(**files))
+    stages.calibrate(
+        own, types.SimpleNamespace(designs=(), plans=()), types.SimpleNamespace(**files)
+    )
     shown = json.loads((tmp_path / "summary").read_text())
     assert shown["calibration"] == verdict["calibration"]
     assert shown["lack_of_fit"] == verdict["lack_of_fit"]

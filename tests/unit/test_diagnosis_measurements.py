@@ -10,7 +10,8 @@ from calibration.errors import ConfigError
 from calibration.intake.measurements import read_measured
 from diagnosis.fit import data_of
 from diagnosis.measurements import read_all, read_measurements
-from facts import refused
+from diagnosis.remarks import remarks
+from facts import refused, tells
 
 HEADER = "experiment,quantity,value,unit,sd,n,drop_height_mm,tilt_rate_deg_s,output_interval_s,note"
 GOOD = [
@@ -150,6 +151,29 @@ def test_further_numbers_are_covariates_and_a_near_name_is_refused(tmp_path):
         table("batsh", "1", "2")
     with refused(ConfigError, path="further.csv", line=1, column="day_of_week"):
         table("day_of_week", "monday", "2")
+
+
+def test_readings_of_a_setting_are_parted_by_what_was_recorded_beside_them(tmp_path):
+    """A diagnosis takes readings at two temperatures for two conditions, where of each there are
+    two; a reading with a number of its own leaves one condition, and the page says so."""
+
+    def table(*degrees):
+        path = tmp_path / "degrees.csv"
+        head = "experiment,quantity,value,unit,drop_height_mm,temperature_C"
+        rows = [f"drop,rebound_height,{h / 5 + t / 20},mm,{h},{t}" for h in (50, 90, 150)
+                for t in degrees]  # fmt: skip
+        path.write_text("\n".join([head, *rows]) + "\n")
+        return path
+
+    parted = table(0, 0, 30, 30)
+    found = read_all(parted)
+    assert [(m.n, m.covariates["temperature_C"]) for m in found.fitted] == [(2, 0), (2, 30)] * 3
+    assert remarks(found) == []
+    assert [m.n for m in read_measured(parted).conditions] == [4, 4, 4]  # one test at a setting
+    pooled = read_all(table(0, 10, 20, 30))
+    assert [(m.n, m.covariates["temperature_C"]) for m in pooled.fitted] == [(4, 15)] * 3
+    [told] = remarks(pooled)
+    assert tells(told, "temperature_C")
 
 
 def test_readings_that_are_all_alike_have_a_spread_of_nothing(tmp_path):

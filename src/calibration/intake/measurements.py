@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import difflib
 import math
+from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -61,8 +62,8 @@ class Measurement:
     ended with where it has no value; readings: the values that it is the mean of, where the table
     holds them, and lines: where they stand; known: ((factor, value), ...) of another code's run;
     covariates: {column: value} of what was recorded beside the reading and is no lever, the mean
-    over its readings; test: its name in the study's configuration, empty where experiment and
-    levers tell it.
+    over its readings, and pooled: those of them that differ among these; test: its name in the
+    study's configuration, empty where experiment and levers tell it.
     """
 
     experiment: str
@@ -84,6 +85,7 @@ class Measurement:
     known: tuple = ()
     covariates: dict = field(default_factory=dict)
     lines: tuple = field(default=(), compare=False)
+    pooled: tuple = ()
 
     @property
     def proportional(self) -> str | None:
@@ -154,13 +156,18 @@ def raise_faults(faults: Sequence[ConfigError]) -> None:
 
 
 def read_measured(
-    path: str | Path, parameters: Collection[str] = (), sheet: str | None = None
+    path: str | Path,
+    parameters: Collection[str] = (),
+    sheet: str | None = None,
+    apart: bool = False,
 ) -> Measurements:
     """`Measurements` of a table. Raises ConfigError naming file, line and column of every fault,
     one message a fault.
 
     parameters: factors whose values each row gives in a column of that name, for runs of another
-    code that take the place of measurements. sheet: of a workbook with several."""
+    code that take the place of measurements. sheet: of a workbook with several. apart: whether
+    readings beside which other numbers were recorded are other conditions, where of each there are
+    two or more."""
     path = Path(path)
     faults, rows = [], []
     table = read_table(
@@ -174,19 +181,22 @@ def read_measured(
         found = _measurement(row, parameters)
         rows.append(found and replace(found, covariates=_recorded(table, cells, line, covariates)))
         faults += row.faults
-    conditions = _gathered([r for r in rows if r is not None], path, faults)
+    conditions = _gathered([r for r in rows if r is not None], path, faults, apart)
     raise_faults(faults)
     return Measurements(path, tuple(conditions), table.how)
 
 
-def _gathered(rows, path, faults):
+def _gathered(rows, path, faults, apart):
     """The rows with readings of a condition made one; faults for conditions that come twice."""
     kept, groups = [r for r in rows if r.outcome], {}
-    for row in rows:
+    recorded = [tuple(sorted(row.covariates.items())) for row in rows]
+    counts = Counter((r.shared, own) for r, own in zip(rows, recorded, strict=True) if r.readings)
+    alone = {shared for (shared, _), count in counts.items() if count == 1}
+    for row, own in zip(rows, recorded, strict=True):
         if not row.outcome:
             # a mean stands for itself where something else was recorded beside it
-            own = () if row.readings else tuple(sorted(row.covariates.items()))
-            groups.setdefault((row.shared, own), []).append(row)
+            one = row.readings and (not apart or row.shared in alone)
+            groups.setdefault((row.shared, () if one else own), []).append(row)
     for own in groups.values():
         means = [m for m in own if not m.readings]
         faults += [_twice(m, own[0], path) for m in own[1:] if means]
@@ -225,9 +235,9 @@ def _mean(own):
     mean = {"value": fmean(values), "sd": sd, "n": len(values), "replicate": ""}
     mean["lines"] = tuple(m.line for m in own)
     names = dict.fromkeys(name for m in own for name in m.covariates)
-    mean["covariates"] = {
-        name: fmean(m.covariates[name] for m in own if name in m.covariates) for name in names
-    }
+    beside = {name: [m.covariates[name] for m in own if name in m.covariates] for name in names}
+    mean["covariates"] = {name: fmean(values) for name, values in beside.items()}
+    mean["pooled"] = tuple(name for name, values in beside.items() if len({*values}) > 1)
     return replace(own[0], **mean, readings=tuple(values))
 
 

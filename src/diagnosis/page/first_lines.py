@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from calibration.intake.quantities import LEVERS, QUANTITIES
+from calibration.intake.quantities import QUANTITIES
 from calibration.study.cost import duration
 from diagnosis.catalogue import load_catalogue
 from diagnosis.derived import CORES
@@ -110,7 +110,7 @@ def _where(rows):
     """{lever, value, miss} of the level that is missed by most standard errors, of the levers with
     several levels; of None without one."""
     misses, most, found = _misses(rows), 0.0, (None, None, None)
-    for lever in dict.fromkeys(name for r in rows for name in r["levers"] if name in LEVERS):
+    for lever in dict.fromkeys(name for r in rows for name in r["levers"]):
         levels = [r["levers"].get(lever) for r in rows]
         if len(set(levels)) < 2:
             continue

@@ -61,7 +61,7 @@ def chance(p: float | None) -> str:
     """A probability in per cent, at least 0.1 %; nothing of None."""
     if p is None:
         return ""
-    return "less than 0.1 %" if p < 1e-3 else f"{100 * p:.2g} %"
+    return "less than 0.1 %" if p < 1e-3 else f"{float(f'{100 * p:.2g}'):g} %"
 
 
 def amount(value: float, unit: str) -> str:
@@ -102,7 +102,9 @@ def in_unit(experiment: str, value: float, form: str) -> str:
 
 
 def at(lever: str, value: float) -> str:
-    """A lever's value as a place."""
+    """The value of a lever, or of what was recorded beside a reading, as a place."""
+    if lever not in LEVERS:
+        return f"a {label(lever)} of {value:.4g}"
     return f"a {LEVERS[lever].words} of {value:.4g} {LEVERS[lever].unit}".rstrip()
 
 
