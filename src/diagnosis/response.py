@@ -74,7 +74,7 @@ class Response:
         features, near = self._features(x), self._near(x)[0]
         sizes, noise = _likeliest(features, kinds, near, y)
         self.noise = noise  # logarithms (1 + s,) of the variance: of all runs, and of each site
-        self.own_level = float(sizes[4])
+        self.own_level = float(sizes[-1])
         self.paid = self.runs / max(self.runs - inputs - 1.0, 1.0)
         self.mean = np.zeros(len(kinds))
         self.covariance = np.diag(sizes[kinds])
@@ -128,7 +128,7 @@ class Response:
 
     def _variance_of_runs(self, x):
         """Variance (k,) of single runs at x (k, d), in that of the responses."""
-        return np.exp(self.noise[0] + self._near(x)[0] @ self.noise[1:])
+        return np.exp(np.maximum(self.noise[0] + self._near(x)[0] @ self.noise[1:], LEAST))
 
     def sd_of_run(self, x: np.ndarray) -> np.ndarray:
         """Standard deviation (k,) of single runs at inputs x (k, d)."""

@@ -87,6 +87,14 @@ def test_many_runs_at_one_point_are_their_mean():
     assert np.sqrt(variance) == pytest.approx(1.5 / np.sqrt(400), rel=0.2)
 
 
+def test_a_level_beside_those_that_were_run_is_as_uncertain_as_these_differ():
+    """Steps of two or so from level to level: between two of them one more of that size."""
+    x = points(100, np.random.default_rng(5))
+    own = Response(x, truth(x) + 0.1 * np.random.default_rng(6).standard_normal(100), [2])
+    between = own.with_slope(np.array([[0.5, 0.5, 0.42]]), [])[2]
+    assert np.sqrt(between) == pytest.approx(STEPS.std(), rel=0.5)
+
+
 def test_slopes_are_those_of_the_responses():
     own, _, rng = trained(2)
     more = np.column_stack([points(6, rng), 0.2 + 0.8 * rng.random(6)])
