@@ -21,8 +21,9 @@ from mkdocs.structure.files import File
 from calibration.interface.commands import main as dem
 from calibration.study.config import METRICS, Config
 from calibration.study.factors import COLUMNS
+from dem.contact.catalogue import every_law, groups_needed, keys_allowed
 from dem.experiments import experiments
-from dem.spec import GEOMETRY, OPTIONAL, REQUIRED, RunSpec
+from dem.spec import GEOMETRY, RunSpec, keys_of
 from dem.units import unit_of
 
 ROOT = Path(__file__).parents[1]
@@ -153,12 +154,10 @@ def run_spec():
         text += rows(part, part.get("$defs", {}), "geometry.")
         text += "\n" + metrics_of(experiments()[experiment])
     text += "\n## Which law needs what\n\n| law | needs | may take |\n|---|---|---|\n"
-    for slot, law in [*REQUIRED, *(key for key in OPTIONAL if key not in REQUIRED)]:
-        needs = " and ".join(
-            " or ".join(f"`{n}`" for n in group) for group in REQUIRED.get((slot, law), ())
-        )
-        more = ", ".join(f"`{n}`" for n in OPTIONAL.get((slot, law), ()))
-        text += f"| `{slot}: {law}` | {needs} | {more} |\n"
+    for law in sorted(filter(keys_of, every_law()), key=lambda law: not groups_needed(law)):
+        needs = " and ".join(" or ".join(f"`{n}`" for n in group) for group in groups_needed(law))
+        more = ", ".join(f"`{n}`" for n in keys_allowed(law))
+        text += f"| `{law.slot}: {law.name}` | {needs} | {more} |\n"
     return text
 
 

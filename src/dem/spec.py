@@ -13,17 +13,17 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, Union
 from pydantic import BaseModel, Field, ValidationError, create_model, model_validator
 
 from dem.contact.catalogue import LAWS, completed, every_law, groups_needed, keys_allowed
+from dem.contact.law import Law
 from dem.errors import SpecError
 from dem.experiments import experiment_of, experiments, source_outside
 from dem.grains import sphere
 from dem.grains.clump import fault, shape_of
 from dem.grains.dumbbell import MAX_ELONGATION
-from dem.grains.sizes import classes, smallest_radius, spheres_in
+from dem.grains.sizes import classes, rayleigh_of, smallest_radius, spheres_in
 from dem.io.grain_tables import COLUMNS, read_clump, read_sizes
 from dem.io.mapping import line_of, read_mapping
 from dem.materials import contact_parameters, laws_of
 from dem.schema import Part, field
-from dem.timescales import rayleigh_time
 from dem.units import UnitError, converted
 
 MAX_SIZE_RATIO = 10.0
@@ -130,10 +130,10 @@ LawParameters = create_model(  # type: ignore[misc]
     **_parameters(),
 )
 
-REQUIRED = {(one.slot, one.name): groups_needed(one) for one in every_law() if groups_needed(one)}
-"""Law -> groups of parameters of which at least one must be given."""
 
-OPTIONAL = {(one.slot, one.name): keys_allowed(one) for one in every_law() if keys_allowed(one)}
+def keys_of(law: Law) -> set[str]:
+    """Keys of `law_parameters` that a law has."""
+    return {key for group in groups_needed(law) for key in group} | set(keys_allowed(law))
 
 
 class Sizes(Part):
@@ -268,13 +268,10 @@ def parse_spec(data: Any, file: str | Path | None = None) -> "RunSpec":
         spec = RunSpec.model_validate({k: v for k, v in data.items() if v is not None})
     except ValidationError as error:
         raise _first_error(error, file, RunSpec, None) from None
-    _check_laws(spec, file)
-    _check_sizes(spec, file)
-    _check_shape(spec, file)
-    _check_mass(spec, file)
-    _check_time_step(spec, file)
+    own = experiment_of(spec).check
     try:
-        experiment_of(spec).check(spec)
+        for check in (_check_laws, _check_sizes, _check_shape, _check_mass, _check_time_step, own):
+            check(spec)
     except SpecError as error:
         raise SpecError(error.key, error.value, error.allowed, file) from None
     return spec
@@ -342,30 +339,20 @@ def _keys_beside(model, loc):
     return list(model.model_fields)
 
 
-def _check_laws(spec, file):
+def _check_laws(spec):
     given = {k for k, v in spec.law_parameters.model_dump().items() if v is not None}
-    useful = set()
-    for (slot, law), groups in REQUIRED.items():
-        if getattr(spec.laws, slot) != law:
-            continue
-        for group in groups:
-            useful.update(group)
+    chosen = laws_of(spec).chosen()
+    for law in chosen:
+        for group in groups_needed(law):
             if not given & set(group):
-                wanted = " or ".join(group)
-                raise SpecError(f"laws.{slot}", law, f"only with law_parameters.{wanted}", file)
-    for (slot, law), names in OPTIONAL.items():
-        if getattr(spec.laws, slot) == law:
-            useful.update(names)
-    for name in sorted(given - useful):
-        owners = [
-            f"laws.{slot}: {law}"
-            for (slot, law), groups in REQUIRED.items()
-            if any(name in g for g in groups)
-        ] + [f"laws.{slot}: {law}" for (slot, law), names in OPTIONAL.items() if name in names]
-        value = getattr(spec.law_parameters, name)
-        raise SpecError(f"law_parameters.{name}", value, f"only with {' or '.join(owners)}", file)
+                allowed = f"only with law_parameters.{' or '.join(group)}"
+                raise SpecError(f"laws.{law.slot}", law.name, allowed)
+    for name in sorted(given.difference(*map(keys_of, chosen))):
+        owners = [f"laws.{law.slot}: {law.name}" for law in every_law() if name in keys_of(law)]
+        value, allowed = getattr(spec.law_parameters, name), f"only with {' or '.join(owners)}"
+        raise SpecError(f"law_parameters.{name}", value, allowed)
     for slot, law, other, name, allowed in laws_of(spec).clashes():
-        raise SpecError(f"laws.{other}", name, f"{allowed} where laws.{slot} is {law}", file)
+        raise SpecError(f"laws.{other}", name, f"{allowed} where laws.{slot} is {law}")
 
 
 def _expand_tables(data, file):
@@ -399,53 +386,53 @@ def _entry_of_table(data, key, columns, file):
     return entry
 
 
-def _check_sizes(spec, file):
+def _check_sizes(spec):
     s = spec.particles.sizes
     if s is None:
         return
     if len(s.diameters_mm) != len(s.fractions):
         allowed = f"as many as particles.sizes.diameters_mm ({len(s.diameters_mm)})"
-        raise SpecError("particles.sizes.fractions", s.fractions, allowed, file)
+        raise SpecError("particles.sizes.fractions", s.fractions, allowed)
     if not math.isclose(sum(s.fractions), 1.0, abs_tol=1e-6):
-        raise SpecError("particles.sizes.fractions", s.fractions, "fractions that sum to 1", file)
+        raise SpecError("particles.sizes.fractions", s.fractions, "fractions that sum to 1")
     low, high = classes(s)
     if len(high) != len(low) or (high < low).any():
         allowed = "one for each of particles.sizes.diameters_mm, and none smaller"
-        raise SpecError("particles.sizes.upper_diameters_mm", s.upper_diameters_mm, allowed, file)
+        raise SpecError("particles.sizes.upper_diameters_mm", s.upper_diameters_mm, allowed)
     if high.max() > MAX_SIZE_RATIO * low.min():
         allowed = f"a ratio of largest to smallest of at most {MAX_SIZE_RATIO:g}"
-        raise SpecError("particles.sizes.diameters_mm", s.diameters_mm, allowed, file)
+        raise SpecError("particles.sizes.diameters_mm", s.diameters_mm, allowed)
 
 
-def _check_shape(spec, file):
+def _check_shape(spec):
     p, able = spec.particles, [name for name, e in experiments().items() if e.poured]
     bonds = spec.experiment in able
     if p.elongation != 1.0 and not bonds:
         allowed = f"1 in this experiment; elongated grains are for {', '.join(able)}"
-        raise SpecError("particles.elongation", p.elongation, allowed, file)
+        raise SpecError("particles.elongation", p.elongation, allowed)
     if p.clump is None:
         return
     if not bonds:
         allowed = f"nothing in this experiment; clumps are for {', '.join(able)}"
-        raise SpecError("particles.clump", "a clump", allowed, file)
+        raise SpecError("particles.clump", "a clump", allowed)
     if p.elongation != 1.0:
-        raise SpecError("particles.elongation", p.elongation, "1 beside particles.clump", file)
+        raise SpecError("particles.elongation", p.elongation, "1 beside particles.clump")
     for column in COLUMNS:
         given, wanted = len(getattr(p.clump, column)), len(p.clump.radius_mm)
         if given != wanted:
             allowed = f"as many values as particles.clump.radius_mm ({wanted})"
-            raise SpecError(f"particles.clump.{column}", f"{given} values", allowed, file)
+            raise SpecError(f"particles.clump.{column}", f"{given} values", allowed)
     wrong = fault(spheres_in(p.clump))
     if wrong:
-        raise SpecError(f"particles.clump, sphere {wrong[0] + 1}", *wrong[1:], file)
+        raise SpecError(f"particles.clump, sphere {wrong[0] + 1}", *wrong[1:])
 
 
-def _check_mass(spec, file):
+def _check_mass(spec):
     """float32 does not hold the product of the masses of two grains that are lighter."""
     mass = _least_mass(spec)
     if spec.numerics.precision == "mixed" and mass < LIGHTEST:
         allowed = f"double where a grain has {mass:.1e} kg; mixed is for {LIGHTEST:g} kg and more"
-        raise SpecError("numerics.precision", "mixed", allowed, file)
+        raise SpecError("numerics.precision", "mixed", allowed)
 
 
 def _least_mass(spec):
@@ -453,25 +440,19 @@ def _least_mass(spec):
     return sphere.mass(smallest_radius(spec), spec.materials.particle.density_kg_m3)
 
 
-def _check_time_step(spec, file):
-    m, dt = spec.materials.particle, spec.numerics.time_step_s
-    rayleigh = rayleigh_time(
-        smallest_radius(spec), m.density_kg_m3, m.shear_modulus_Pa, m.poisson_ratio
-    )
+def _check_time_step(spec):
+    dt, rayleigh = spec.numerics.time_step_s, rayleigh_of(spec)
     limit = MAX_RAYLEIGH_FRACTION * rayleigh
-    _check_law_step(
-        spec, spec.numerics.rayleigh_fraction * rayleigh if dt is None else dt, limit, file
-    )
-    if dt is None:
-        return
-    if dt > limit:
+    chosen = spec.numerics.rayleigh_fraction * rayleigh if dt is None else dt
+    _check_law_step(spec, chosen, limit)
+    if dt is not None and dt > limit:
         allowed = (
             f"at most {limit:.4g} s, {MAX_RAYLEIGH_FRACTION} of the smallest grain's Rayleigh time"
         )
-        raise SpecError("numerics.time_step_s", dt, allowed, file)
+        raise SpecError("numerics.time_step_s", dt, allowed)
 
 
-def _check_law_step(spec, dt, limit, file):
+def _check_law_step(spec, dt, limit):
     """A law that is stiffer than the elastic contact behind the Rayleigh time says which step [s]
     it bears."""
     mass = _least_mass(spec)
@@ -482,10 +463,10 @@ def _check_law_step(spec, dt, limit, file):
         if dt > longest:
             allowed = f"at most {longest:.4g} s where laws.{law.slot} is {law.name}"
             if spec.numerics.time_step_s is not None:
-                raise SpecError("numerics.time_step_s", dt, allowed, file)
+                raise SpecError("numerics.time_step_s", dt, allowed)
             fraction = spec.numerics.rayleigh_fraction
             allowed = f"at most {fraction * longest / dt:.4g}, a time step of {allowed}"
-            raise SpecError("numerics.rayleigh_fraction", fraction, allowed, file)
+            raise SpecError("numerics.rayleigh_fraction", fraction, allowed)
 
 
 def canonical(spec: "RunSpec") -> str:

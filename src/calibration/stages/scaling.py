@@ -38,9 +38,10 @@ from calibration.statistics.numbers import fixed
 from calibration.study.config import given, overlay, point_spec
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.constants import GRAVITY
+from dem.contact.catalogue import LAWS
 from dem.grains.sizes import mean_radius
 from dem.io.files import write_json
-from dem.spec import OPTIONAL, REQUIRED, parse_spec
+from dem.spec import keys_of, parse_spec
 from dem.units import in_ascii, unit_of
 
 if TYPE_CHECKING:
@@ -71,13 +72,7 @@ HELD_IN = {
 }
 """Unit of a run spec's key -> the quantity of `DIMENSIONS` that the key holds."""
 
-COHESION = {
-    name
-    for (slot, _), groups in REQUIRED.items()
-    if slot == "cohesion"
-    for group in groups
-    for name in group
-} | {name for (slot, _), names in OPTIONAL.items() if slot == "cohesion" for name in names}
+COHESION = set().union(*map(keys_of, LAWS["cohesion"].values()))
 NOT_SCALED = ("output", "seed")  # what is written, not what is simulated
 
 

@@ -12,11 +12,10 @@ from dem.constants import DOWN, GRAVITY
 from dem.grains import sphere
 from dem.grains.clump import random_turns, turned
 from dem.grains.dumbbell import moments, sphere_radius
-from dem.grains.sizes import clump_shape, smallest_radius
+from dem.grains.sizes import clump_shape, rayleigh_of
 from dem.linear import length
 from dem.materials import PARTICLE, WALL, contact_parameters, laws_of, material_of
 from dem.simulation import Air, Simulation, SkinPolicy
-from dem.timescales import rayleigh_time
 
 if TYPE_CHECKING:
     from dem.spec import RunSpec
@@ -85,11 +84,7 @@ def time_step_of(spec: RunSpec) -> float:
     grain."""
     if spec.numerics.time_step_s is not None:
         return spec.numerics.time_step_s
-    m = spec.materials.particle
-    rayleigh = rayleigh_time(
-        smallest_radius(spec), m.density_kg_m3, m.shear_modulus_Pa, m.poisson_ratio
-    )
-    return spec.numerics.rayleigh_fraction * rayleigh
+    return spec.numerics.rayleigh_fraction * rayleigh_of(spec)
 
 
 def build_simulation(spec: RunSpec, walls: WallSet, gravity: ArrayLike = DOWN) -> Simulation:

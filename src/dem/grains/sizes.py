@@ -10,10 +10,19 @@ import numpy as np
 from dem.constants import GRAVITY
 from dem.grains.clump import shape_of
 from dem.grains.dumbbell import sphere_radius
+from dem.timescales import rayleigh_time
 
 if TYPE_CHECKING:
     from dem.grains.clump import Shape
     from dem.spec import Clump, RunSpec, Sizes
+
+
+def rayleigh_of(spec: RunSpec) -> float:
+    """Rayleigh time of the smallest grain [s]."""
+    m = spec.materials.particle
+    return rayleigh_time(
+        smallest_radius(spec), m.density_kg_m3, m.shear_modulus_Pa, m.poisson_ratio
+    )
 
 
 def classes(sizes: Sizes) -> tuple[np.ndarray, np.ndarray]:

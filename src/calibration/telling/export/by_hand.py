@@ -25,9 +25,8 @@ from calibration.engines.templates import macros
 from dem.constants import GRAVITY
 from dem.contact.catalogue import LAWS
 from dem.experiments.heap import Rig
-from dem.grains.sizes import classes, longest_mm, smallest_radius, spheres_in
+from dem.grains.sizes import classes, longest_mm, rayleigh_of, spheres_in
 from dem.schema import Part
-from dem.timescales import rayleigh_time
 from dem.units import in_ascii, unit_of, without_unit
 
 PLAIN = ("parameter", "value", "unit")
@@ -53,7 +52,7 @@ def block(
     entry of calibrated.yaml}; expected: what the calibrated model gives in the runs that validated
     it (metric, unit, mean, sd, runs, and low and high, between which 95 % of single heaps lie), or
     None at a point that no study has calibrated."""
-    spec, known, grain = material.spec, known or {}, material.grain
+    spec, known = material.spec, known or {}
     law, own_law = conversion.export("rolling", code), LAWS["rolling"][spec.laws.rolling]  # type: ignore[attr-defined]  # a field for each law
     sizes, clump = spec.particles.sizes, spec.particles.clump
     point = {
@@ -70,9 +69,7 @@ def block(
         "parts": list(_keys(spec.geometry)),
         "spheres": spheres_in(clump) if clump else (), "longest": longest_mm(spec),
         "classes": _classes(spec.particles) if sizes else (),
-        "rayleigh": rayleigh_time(
-            smallest_radius(spec), grain.density, grain.shear_modulus, grain.poisson_ratio
-        ),
+        "rayleigh": rayleigh_of(spec),
     }  # fmt: skip
     return getattr(macros("calibration.telling.export", "by_hand"), code)(point)
 
