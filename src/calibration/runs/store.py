@@ -8,14 +8,12 @@ of a campaign is known without reading any result.
 
 import json
 import os
-import stat
 from pathlib import Path
 from typing import Any
 
 from calibration.files import set_aside
 from dem.errors import ResultError
 from dem.results import FAILED, RESULT, RUN_NAME, is_current, read_failure, read_result
-from dem.tables.limits import KINDS
 
 REFUSED = "refused"
 """Where a result without metrics says why it has none: {kind, reason}."""
@@ -131,8 +129,7 @@ class RunStore:
         line = json.dumps(entry, separators=(",", ":")) + "\n"
         try:
             # one short write to the end: lines of several processes do not mix
-            flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_NONBLOCK", 0)
-            number = os.open(self._index, flags, 0o666)
+            number = os.open(self._index, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
         except OSError:  # a store that can only be read is checked each time
             return entry
         try:
@@ -143,12 +140,9 @@ class RunStore:
 
     def _load(self):
         """Read what has been added to the index since the last time; a line that is not whole is
-        left out, and so is all of what is no plain file or larger than a record."""
+        left out."""
         try:
-            found = self._index.stat()
-            if not stat.S_ISREG(found.st_mode) or found.st_size > KINDS["record"].most:
-                return
-            if found.st_size < self._read_to:
+            if self._index.stat().st_size < self._read_to:
                 self._known, self._read_to = {}, 0
             with open(self._index, "rb") as stream:
                 stream.seek(self._read_to)
@@ -169,30 +163,10 @@ class RunStore:
 def _whole(read, folder, **keys):
     """What `read` finds in the folder of a run. Raises ResultError, also for a file whose checksum
     fits and whose content is that of no run: it was made by hand, or by another program."""
-    _refuse_endless(folder)
     try:
         return read(folder, **keys)
     except (KeyError, TypeError, AttributeError, ValueError):
         raise ResultError(folder, "is not as a run is written") from None
-
-
-def _refuse_endless(folder):
-    """Raise ResultError for what would be read without end: a pipe or a device in the folder of a
-    run, a result larger than a record."""
-    try:
-        found = [(Path(entry.path), entry.stat()) for entry in os.scandir(folder) if _there(entry)]
-    except OSError:  # who reads it says so
-        return
-    for path, state in found:
-        if not (stat.S_ISREG(state.st_mode) or stat.S_ISDIR(state.st_mode)):
-            raise ResultError(path, "is no plain file")
-        if path.name in (RESULT, FAILED) and state.st_size > KINDS["record"].most:
-            raise ResultError(path, "is larger than a run's result can be")
-
-
-def _there(entry):
-    """Whether a name of a folder stands for something: a link may point at nothing."""
-    return not entry.is_symlink() or os.path.exists(entry.path)
 
 
 def _is_entry(entry):
