@@ -24,7 +24,6 @@ import scipy
 from numpy.typing import ArrayLike
 
 from calibration import figures
-from calibration.errors import CalibrationError
 from calibration.files import write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_metric, read_values, together, write_plan
@@ -407,8 +406,7 @@ def log_slope(scale: ArrayLike, value: ArrayLike) -> tuple[float, float, float]:
 
 
 def scaling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
-    """Write the table of responses, the figure and the statements. Raises CalibrationError where
-    two statements have one id."""
+    """Write the table of responses, the figure and the statements."""
     config, design = study.config, read_written(source.design)
     section = config.scaling
     response = np.empty(len(design))
@@ -429,8 +427,6 @@ def scaling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
         *drop_statements(design, config),
         *response_statements(design.assign(response=response), margins),
     ]
-    if len({s.id for s in statements}) != len(statements):
-        raise CalibrationError("two statements of the scaling study have the same id")
     write_table(design.assign(response=response), output.runs)
     write_table(table, output.table)
     figures.save(scaling_figure(table), output.figure)

@@ -26,8 +26,7 @@ them instead and takes 60 and 84 runs; the published designs take 48 and 56."""
 def box_behnken(
     factors: Sequence[Factor], centre_runs: int = 5, replicates: int = 1
 ) -> pd.DataFrame:
-    """Box-Behnken design for 3 to 7 factors. Raises CalibrationError when the matrix has not the
-    design's properties."""
+    """Box-Behnken design for 3 to 7 factors. Raises CalibrationError for another number."""
     k = len(factors)
     if not 3 <= k <= 7:
         raise CalibrationError(f"a Box-Behnken design takes 3 to 7 factors, not {k}")
@@ -37,13 +36,6 @@ def box_behnken(
         import pyDOE3
 
         matrix = np.asarray(pyDOE3.bbdesign(k, center=centre_runs), float)
-    edges = np.abs(matrix).sum(1) > 0
-    if (
-        not np.isin(matrix, (-1, 0, 1)).all()
-        or matrix.sum(0).any()
-        or (~edges).sum() != centre_runs
-    ):
-        raise CalibrationError(f"the matrix for {k} factors is not a Box-Behnken design")
     return tabulate(matrix, factors, replicates)
 
 
@@ -112,10 +104,8 @@ def path_from_effects(
 
     Each factor moves in the direction of its effect, from the end of its range where the response
     is low, by steps in proportion to its effect. The factor with the largest effect crosses its
-    whole range. Raises CalibrationError for fewer than two steps, or when no factor has an effect.
+    whole range. steps: two or more. Raises CalibrationError when no factor has an effect.
     """
-    if steps < 2:
-        raise CalibrationError(f"a path takes at least 2 steps, not {steps}")
     largest = max(abs(effects[f.code]) for f in factors)
     if largest == 0.0:
         raise CalibrationError("no factor has an effect; there is no way up")
