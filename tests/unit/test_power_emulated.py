@@ -76,10 +76,10 @@ def test_measurements_show_it_as_often_as_stated(emulated, rows):
 
 def test_the_stage_reads_emulators_and_writes_its_page(emulated, tmp_path):
     own = types.SimpleNamespace(
-        of_contacts=False, emulated=lambda file: emulated, measurements=plan(0.1),
+        of_contacts=False, emulated=lambda designs, plans: (emulated, []), measurements=plan(0.1),
         settings=emulated.settings,
     )  # fmt: skip
     output = types.SimpleNamespace(power=tmp_path / "power.json", page=tmp_path / "power.md")
-    stages.plan_power(own, types.SimpleNamespace(emulators=["none"]), output)
+    stages.plan_power(own, types.SimpleNamespace(designs=(), plans=()), output)
     assert "cohesion" in output.page.read_text()
     assert "cohesion" in output.power.read_text()
