@@ -13,9 +13,9 @@ from bulk import (
     settle,
     sites_in_circle,
 )
-from scenes import GRAVITY, ContactParameters
 
 from dem.walls.builder import WallSet
+from scenes import GRAVITY, ContactParameters
 
 DIAMETER = 4e-3
 SILO = 12 * DIAMETER  # radius

@@ -5,8 +5,9 @@ import math
 
 import numpy as np
 import pytest
-from scenes import SALT, ContactParameters, Laws, body, floor, make, mass_of
 from scipy.integrate import solve_ivp
+
+from scenes import SALT, ContactParameters, Laws, body, floor, make, mass_of
 
 R = 1e-3
 TENSION, LIQUID, STIFFNESS = 0.07, 0.01, 2000.0

@@ -8,6 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
+from dem.contact.registry import attraction_reach, pair_properties
+from dem.kernel.simd import FIELDS
+from dem.simulation import SkinPolicy
+from law_cases import alone, values
 from scenes import (
     GRAVITY,
     SALT,
@@ -22,11 +27,6 @@ from scenes import (
     mass_of,
     rotation,
 )
-
-from dem.contact.registry import attraction_reach, pair_properties
-from dem.kernel.simd import FIELDS
-from dem.simulation import SkinPolicy
-from law_cases import alone, values
 
 R = 1e-3
 TENSION, LIQUID, ANGLE = 0.07, 0.01, 0.3

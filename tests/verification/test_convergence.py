@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+
 from scenes import SALT, ContactParameters, contact_time, effective, make, mass_of, pair_impact
 
 R, SPEED = 1e-3, 0.5

@@ -5,6 +5,11 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.interpolate import BarycentricInterpolator
+
+from dem.materials import contact_parameters
+from dem.spec import parse_spec
 from scenes import (
     GRAVITY,
     SALT,
@@ -16,11 +21,6 @@ from scenes import (
     pair_impact,
     plane_impact,
 )
-from scipy.integrate import solve_ivp
-from scipy.interpolate import BarycentricInterpolator
-
-from dem.materials import contact_parameters
-from dem.spec import parse_spec
 
 R = 1e-3
 BOUNCES = Laws(rolling="none", damping="restitution_curve")

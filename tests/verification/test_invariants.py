@@ -4,6 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+
+from dem.contact.catalogue import LAWS
+from dem.kernel.neighbours import NEARLY
+from law_cases import alone, values
 from scenes import (
     SALT,
     ContactParameters,
@@ -13,10 +17,6 @@ from scenes import (
     make,
     mass_of,
 )
-
-from dem.contact.catalogue import LAWS
-from dem.kernel.neighbours import NEARLY
-from law_cases import alone, values
 
 SETTINGS = settings(max_examples=12, deadline=None, derandomize=True)
 unit = st.floats(-1, 1)

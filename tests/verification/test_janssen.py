@@ -13,10 +13,10 @@ from bulk import (
     settle,
     sites_in_circle,
 )
-from scenes import GRAVITY, ContactParameters, effective
 from scipy.optimize import curve_fit
 
 from dem.walls.builder import WallSet
+from scenes import GRAVITY, ContactParameters, effective
 
 DIAMETER = 4e-3
 TUBE = 5 * DIAMETER  # radius

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scenes import GRAVITY, ContactParameters, Laws, body, make
 
 from facts import refused
+from scenes import GRAVITY, ContactParameters, Laws, body, make
 
 R = 1e-3
 DT = 2e-6

@@ -5,6 +5,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+
+from dem.contact.damping.plastic import yield_pressure
+from dem.materials import contact_parameters
+from dem.spec import parse_spec
 from scenes import (
     SALT,
     ContactParameters,
@@ -18,10 +22,6 @@ from scenes import (
     pair_impact,
     plane_impact,
 )
-
-from dem.contact.damping.plastic import yield_pressure
-from dem.materials import contact_parameters
-from dem.spec import parse_spec
 
 ELASTIC = ContactParameters(1.0, 0.0)
 

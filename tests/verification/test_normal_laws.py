@@ -5,10 +5,10 @@ import math
 
 import numpy as np
 import pytest
-from scenes import SALT, ContactParameters, Laws, effective, led, make, mass_of
 
 from dem.contact.registry import pair_properties
 from dem.kernel.simd import FIELDS
+from scenes import SALT, ContactParameters, Laws, effective, led, make, mass_of
 
 R, K, D = 1e-3, 800.0, 2e-5
 SPRING = {"normal_stiffness": K}

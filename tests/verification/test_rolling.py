@@ -4,6 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
+
+from dem.simulation import Air
 from scenes import (
     GRAVITY,
     SALT,
@@ -14,9 +17,6 @@ from scenes import (
     mass_of,
     pair_impact,
 )
-from scipy.optimize import brentq
-
-from dem.simulation import Air
 
 R = 1e-3
 DT = 5e-6

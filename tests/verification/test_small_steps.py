@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+
 from scenes import GRAVITY, ContactParameters, Laws, floor, make
 
 

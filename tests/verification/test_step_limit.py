@@ -13,12 +13,12 @@ import math
 
 import numpy as np
 import pytest
-from scenes import SALT, STEEL, ContactParameters, WallSet, effective, make, mass_of
 
 from dem.advice import pressed_step, pressure_of, warnings_of
 from dem.contact.registry import Laws
 from dem.experiments.setup import time_step_of
 from dem.spec import parse_spec
+from scenes import SALT, STEEL, ContactParameters, WallSet, effective, make, mass_of
 
 R, E = 1e-3, 0.5
 SIDES = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0))

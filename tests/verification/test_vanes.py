@@ -8,10 +8,10 @@ import math
 
 import numpy as np
 import pytest
-from scenes import GRAVITY, SALT, ContactParameters, effective, make, mass_of
 
 from dem.experiments import shear_ring
 from dem.spec import parse_spec
+from scenes import GRAVITY, SALT, ContactParameters, effective, make, mass_of
 from small_heap import RUN
 
 R, DT = 1e-3, 2e-6

@@ -6,11 +6,11 @@ import math
 import numpy as np
 import pytest
 from bulk import add_layers, advance_for, make_sim, settle, sites_in_rectangle
-from scenes import GRAVITY, ContactParameters
 from scipy import stats
 
 from dem.measure.heap import fit_flank, outline
 from dem.walls.builder import WallSet
+from scenes import GRAVITY, ContactParameters
 
 EXPONENTS = {
     "sliding, grain on grain": 0.27,

@@ -2,7 +2,6 @@
 the same code."""
 
 import numpy as np
-from scenes import SALT, floor, make
 from scipy.spatial import cKDTree
 
 from benchmarks.speed import cases as benchmark
@@ -10,6 +9,7 @@ from dem.contact.registry import ContactParameters, Laws
 from dem.experiments import heap
 from dem.measure.heap import measure_heap
 from dem.spec import parse_spec
+from scenes import SALT, floor, make
 
 from . import peer
 
