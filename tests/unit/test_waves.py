@@ -18,15 +18,14 @@ CHANGES = {"runs": 80, "experiments": {"shear": {"mechanisms": ["cohesion"]}}}
 FRICTION, ROLLING, ENERGY = 0.6, 0.15, 0.1
 
 
-def scattered(spec):
+def scattered(spec, draw=0):
     """The closed form of a shear test, each run by itself off by some percent."""
     value = closed_form(spec)["shear_stress_kPa"]
-    rng = np.random.default_rng([spec["seed"], int(1e6 * value)])
+    rng = np.random.default_rng([spec["seed"], int(1e6 * value), draw])
     return {"shear_stress_kPa": value * (1.0 + 0.04 * rng.standard_normal())}
 
 
-@pytest.fixture(scope="module")
-def refined():
+def through_waves(draw):
     """(rig, measurements, emulators, what was left, runs) before any wave, after one, after two."""
     settings = salt_settings(CHANGES)
     catalogue = catalogue_of(settings, ["shear"])
@@ -44,13 +43,18 @@ def refined():
     first = len(specs)
     out = []
     for wave in (1, 2, 3):
-        metrics = {name: scattered(spec) for name, spec in specs.items()}
+        metrics = {name: scattered(spec, draw) for name, spec in specs.items()}
         emulators, _ = train(rows, metrics, settings, factors)
         emulated = Emulated(emulators, settings, factors, catalogue)
         more, own, found = emulator_waves.plan_wave(emulated, measured, rig, wave, first)
         out.append((emulated, found, own))
         rows, specs = rows + more, specs | own
     return rig, measured, out
+
+
+@pytest.fixture(scope="module")
+def refined():
+    return through_waves(0)
 
 
 def error_of(found, mechanism):
@@ -64,19 +68,21 @@ def test_each_wave_makes_the_emulators_sharper_at_the_mode(refined):
     assert after < between < before
 
 
-def test_the_emulator_comes_nearer_to_the_truth_at_the_mode(refined):
-    _, measured, (first, _, third) = refined
+@pytest.mark.slow
+def test_the_emulator_comes_nearer_to_the_truth_at_the_mode():
+    """The mean squared miss of the measured stresses, over draws of the runs' scatter."""
     misses = []
-    for emulated, *_ in (first, third):
-        model = emulated.model([m.condition for m in measured], ["cohesion"])
-        strength = model.mechanisms[0].strength.coded(ENERGY)
-        names = {"static_friction": FRICTION, "rolling_friction": ROLLING}
-        theta = [f.coded(names[f.key.split(".")[-1]]) for f in model.factors]
-        value, _ = model.predict(np.array([[*theta, strength]]))
-        misses.append(
-            np.mean([(v / m.value - 1) ** 2 for v, m in zip(value[0], measured, strict=True)])
-        )
-    assert misses[1] < 0.5 * misses[0]
+    for draw in range(12):
+        _, measured, (first, _, third) = through_waves(draw)
+        for emulated, *_ in (first, third):
+            model = emulated.model([m.condition for m in measured], ["cohesion"])
+            strength = model.mechanisms[0].strength.coded(ENERGY)
+            names = {"static_friction": FRICTION, "rolling_friction": ROLLING}
+            theta = [f.coded(names[f.key.split(".")[-1]]) for f in model.factors]
+            value, _ = model.predict(np.array([[*theta, strength]]))
+            misses.append(np.mean((value[0] / [m.value for m in measured] - 1.0) ** 2))
+    before, after = np.array(misses).reshape(-1, 2).mean(0)
+    assert after < 0.85 * before
 
 
 def test_no_wave_beyond_the_cap_and_none_where_emulators_are_sharp(refined):
