@@ -11,20 +11,6 @@ DIAGNOSIS_READS += ["measurements"]
 EACH_WAVE = [f"{STUDY}/diagnosis/wave_{k}" for k in range(1, WAVES + 1)]
 
 
-def training(waves):
-    """Inputs that train the emulators after so many waves; none where single contacts are
-    integrated."""
-    folders = trained(SETTINGS, [f"{STUDY}/diagnosis", *EACH_WAVE[:waves]])
-    if not folders:
-        return {}
-    last = f"diagnosis/wave_{waves}" if waves else "diagnosis"
-    return {
-        "designs": [f"{folder}/design.json" for folder in folders],
-        "plans": [f"{folder}/plan.json" for folder in folders],
-        "runs": runs_of(last)(None),
-    }
-
-
 checkpoint diagnosis_plan:
     input:
         factors=FACTORS,

@@ -65,6 +65,20 @@ def also_shown(wildcards):
     return [local(str(path.resolve())) for paths in found for path in sorted(paths)]
 
 
+def training(waves):
+    """Inputs that train the emulators after so many waves; none where single contacts are
+    integrated."""
+    folders = trained(SETTINGS, [f"{STUDY}/diagnosis", *EACH_WAVE[:waves]])
+    if not folders:
+        return {}
+    last = f"diagnosis/wave_{waves}" if waves else "diagnosis"
+    return {
+        "designs": [f"{folder}/design.json" for folder in folders],
+        "plans": [f"{folder}/plan.json" for folder in folders],
+        "runs": runs_of(last)(None),
+    }
+
+
 def of_supplements(files):
     """Those files {stage: file in its folder} that a supplement of the study makes."""
     return [
