@@ -10,7 +10,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from calibration.chain.study import Study
-    from calibration.study.config import Config
 
 
 WAVES = 2
@@ -43,18 +42,12 @@ def other_settings(path: str | Path) -> str:
     return f" Measure {', or '.join(ways)}." if ways else ""
 
 
-def trained(config: Config, files: str | list[str]) -> str | list[str]:
-    """A file, or some, that the emulators or their waves leave, as an input; none where single
-    contacts are integrated, so that none of the rules that train them is run."""
-    from diagnosis.measurements import need_emulators
-
-    return files if need_emulators(config.measurements) else []
-
-
 def _rules(config):
     """Rules of a diagnosis before the one that ends it, without its waves; one that trains nothing
     plans nothing."""
-    plans = ("diagnosis_plan",) if trained(config, ["runs"]) else ()
+    from diagnosis.measurements import need_emulators
+
+    plans = ("diagnosis_plan",) if need_emulators(config.measurements) else ()
     return (*plans, "diagnosis_calibrate", "diagnosis_identify")
 
 

@@ -2,8 +2,8 @@
 # metrics, two waves of runs refine them near the posterior mode, one rule names the cause and plans
 # the runs that measure the gain, and the last one gives the verdict
 
-from diagnosis.declared import WAVES, other_settings, trained
-from diagnosis.measurements import read_measurements
+from diagnosis.declared import WAVES, other_settings
+from diagnosis.measurements import need_emulators, read_measurements
 
 # tests and fixed levels give what the settings do not
 DIAGNOSIS_READS = [*TESTS, "own_run", "experiment", "fixed", "factors", "diagnosis"]
@@ -73,7 +73,7 @@ checkpoint diagnosis_identify:
         unpack(lambda w: training(WAVES)),
         factors=FACTORS,
         measurements=MEASUREMENTS,
-        left=lambda w: trained(SETTINGS, [f"{wave}/left.json" for wave in EACH_WAVE]),
+        left=lambda w: of_waves("left.json"),
     output:
         plan=f"{STUDY}/diagnosis/extension/plan.json",
         findings=f"{STUDY}/diagnosis/findings.json",

@@ -50,7 +50,7 @@ def shown(wildcards):
     names = [rule for stage in stages for rule in stage.rules(SETTINGS)]
     files = [file for name in names for file in getattr(rules, name).output]
     if "diagnosis" in SETTINGS.supplements:
-        files += trained(SETTINGS, [f"{wave}/plan.json" for wave in EACH_WAVE])
+        files += of_waves("plan.json")
     return files
 
 
@@ -65,17 +65,23 @@ def also_shown(wildcards):
     return [local(str(path.resolve())) for paths in found for path in sorted(paths)]
 
 
+def of_waves(file):
+    """A file of each wave; none where single contacts are integrated, so that none of the rules
+    that train emulators is run."""
+    asked = need_emulators(SETTINGS.measurements)
+    return [f"{wave}/{file}" for wave in EACH_WAVE] if asked else []
+
+
 def training(waves):
     """Inputs that train the emulators after so many waves; none where single contacts are
     integrated."""
-    folders = trained(SETTINGS, [f"{STUDY}/diagnosis", *EACH_WAVE[:waves]])
-    if not folders:
+    if not need_emulators(SETTINGS.measurements):
         return {}
-    last = f"diagnosis/wave_{waves}" if waves else "diagnosis"
+    folders = ["diagnosis", *(f"diagnosis/wave_{k}" for k in range(1, waves + 1))]
     return {
-        "designs": [f"{folder}/design.json" for folder in folders],
-        "plans": [f"{folder}/plan.json" for folder in folders],
-        "runs": runs_of(last)(None),
+        "designs": [f"{STUDY}/{folder}/design.json" for folder in folders],
+        "plans": [f"{STUDY}/{folder}/plan.json" for folder in folders],
+        "runs": runs_of(folders[-1])(None),
     }
 
 
