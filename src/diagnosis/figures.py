@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+LARGE = 10.0  # nats from which on the axis of gains is logarithmic
+
+
 def _panels(rows):
     """[(experiment, lever or None, rows)]: a panel for each lever that varies, one for experiments
     that vary none."""
@@ -143,5 +146,6 @@ def ranking_figure(verdict: Mapping[str, Any]) -> Figure:
     axis.set_yticks(y, [label(r["mechanism"]) for r in rows])
     axis.set_xlabel("gain in log evidence [nats]")
     axis.set_title("dashed: threshold for the best of all")
-    axis.set_xscale("symlog", linthresh=10)
+    if np.abs(axis.dataLim.intervalx).max() > LARGE:
+        axis.set_xscale("symlog", linthresh=LARGE)
     return figure
