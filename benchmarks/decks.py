@@ -102,16 +102,19 @@ def poured(name: str, folder: str | Path, seeds: int = SEEDS) -> dict[str, Any]:
     return {"changes": kind.changes, "rolling": found, "heaps": heaps}
 
 
-def converted(mapping: dict[str, Any], folder: Path, metric: str = METRIC) -> dict[str, Any]:
+def converted(mapping: dict[str, Any], folder: Path) -> dict[str, Any]:
     """What the stage `export_converted` finds for a run spec (a mapping) of few grains: content of
-    rolling.json. folder: where its runs are kept; metric: the angle that is to be met."""
+    rolling.json. folder: where its runs are kept."""
     runs = folder / "runs"
 
     def made(name, plan):
         files = cast("NamedFiles", SimpleNamespace(plan=folder / name / "plan.json"))
         plan(files)
         design = read_written(folder / name / "design.csv")
-        return _with_angles(design, read_json(files.plan), runs, metric)
+        found = simulate(read_json(files.plan), runs)
+        # NaN of one that ends without, such as a clogged funnel
+        angles = [(found[name] or {}).get(METRIC, math.nan) for name in design["run_id"]]
+        return design.assign(response=angles)
 
     scan = made("scan", lambda files: rolling.plan_scan(mapping, files))
     if scan.empty:
@@ -121,14 +124,6 @@ def converted(mapping: dict[str, Any], folder: Path, metric: str = METRIC) -> di
     evidence = rolling.Evidence(scan, check, own, MARGIN)
     moved = made("correction", lambda files: rolling.plan_correction(mapping, evidence, files))
     return rolling.conclude(parse_spec(mapping), evidence, moved, UNIT)
-
-
-def _with_angles(design, specs, root, metric):
-    """A design table with its runs' angles, NaN of one that ends without, such as a clogged
-    funnel."""
-    runs = simulate(specs, root)
-    angles = [(runs[name] or {}).get(metric, math.nan) for name in design["run_id"]]
-    return design.assign(response=angles)
 
 
 def deck_in(folder: Path, code: str, spec: RunSpec, found: Mapping[str, Any] | None) -> Deck:

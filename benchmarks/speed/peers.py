@@ -32,7 +32,8 @@ RELAX, BLOCK = 6000, 3000
 # YADE runs this many times fewer steps: it needs minutes for what the others do in seconds
 FEWER = {"yade": 6}
 INPUTS = Path(__file__).with_name("inputs")
-LOOP = r"Loop time of (\S+) on"
+TIMED = re.compile(r"(?:Loop time of|block seconds) (\S+)")
+"""A wall time in the output of LIGGGHTS and LAMMPS, and of YADE's input."""
 
 
 def run_peers(sim: Simulation, width: float, folder: str | Path) -> dict[str, Any]:
@@ -41,12 +42,13 @@ def run_peers(sim: Simulation, width: float, folder: str | Path) -> dict[str, An
     folder = Path(folder)
     write_states(sim, width, folder)
     out = {}
-    for name, seconds in RUNNERS.items():
+    for name, command in COMMANDS.items():
         relax, block = (steps // FEWER.get(name, 1) for steps in (RELAX, BLOCK))
         variables = {"width": f"{width:.9e}", "relax": str(relax), "block": str(block)}
         variables["gravity"] = str(GRAVITY)
         with suppress(EngineError):  # it is not installed
-            out[name] = sim.n * block / np.mean(seconds(folder, variables))
+            output = run_program(command(variables), folder, name)
+            out[name] = sim.n * block / np.mean(_seconds(*output))
     return out
 
 
@@ -72,10 +74,6 @@ def write_states(sim: Simulation, width: float, folder: Path) -> None:
         csv.writer(stream).writerows(np.column_stack([r, x, v, w]).tolist())
 
 
-def _input(name):
-    return str(INPUTS / name)
-
-
 def run_program(command: list[str], folder: Path, name: str) -> tuple[str, float, float]:
     """(output, processor time [s], wall time [s]) of a program, whose output is kept in `folder`.
     Raises DemError where it fails."""
@@ -94,30 +92,30 @@ def _children_time():
     return used.ru_utime + used.ru_stime
 
 
-def _seconds(pattern, output):
+def _seconds(text, spent, wall):
     """Seconds of processor of the timed blocks: the last three wall times in the engine's output,
     each times the share of a processor that its process had."""
-    text, spent, wall = output
-    return [spent / wall * float(s) for s in re.findall(pattern, text)][-3:]
+    return [spent / wall * float(s) for s in TIMED.findall(text)][-3:]
 
 
-def _run_liggghts(folder, variables):
+def _input(name, variables):
+    """Words that name an input of LIGGGHTS or LAMMPS, with its variables."""
     flags = [p for k, v in variables.items() for p in ("-var", k, v)]
-    program = [*liggghts.launcher(), find("liggghts", liggghts.INSTALL)]
-    command = [*program, "-in", _input("bed.liggghts.in"), *flags]
-    return _seconds(LOOP, run_program(command, folder, "liggghts"))
+    return ["-in", str(INPUTS / name), *flags]
 
 
-def _run_lammps(folder, variables):
-    flags = [p for k, v in variables.items() for p in ("-var", k, v)]
-    command = [find("lmp", lammps.INSTALL), "-in", _input("bed.lammps.in"), *flags]
-    return _seconds(LOOP, run_program(command, folder, "lammps"))
-
-
-def _run_yade(folder, variables):
-    arguments = [variables[k] for k in ("width", "relax", "block", "gravity")]
-    command = [find("yade", yade.INSTALL), "-j1", "-n", "-x", _input("bed.yade.py"), *arguments]
-    return _seconds(r"block seconds (\S+)", run_program(command, folder, "yade"))
-
-
-RUNNERS = {"liggghts": _run_liggghts, "lammps": _run_lammps, "yade": _run_yade}
+COMMANDS = {
+    "liggghts": lambda variables: [
+        *liggghts.launcher(), find("liggghts", liggghts.INSTALL),
+        *_input("bed.liggghts.in", variables),
+    ],
+    "lammps": lambda variables: [
+        find("lmp", lammps.INSTALL), *_input("bed.lammps.in", variables),
+    ],
+    "yade": lambda variables: [
+        find("yade", yade.INSTALL), "-j1", "-n", "-x", str(INPUTS / "bed.yade.py"),
+        *(variables[k] for k in ("width", "relax", "block", "gravity")),
+    ],
+}  # fmt: skip
+"""Engine -> its command, of the variables {name: text} of its input. Raises EngineError where it is
+not installed."""
