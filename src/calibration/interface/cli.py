@@ -154,7 +154,7 @@ def _check_settings(arguments):
 
 
 def _verify(args):
-    from calibration.runs import draws  # loads pandas and scipy
+    from calibration.runs.draws import mixtures  # loads pandas and scipy
     from calibration.runs.verify import checked_runs, faults_of, hold, repair
 
     if not args.results.is_dir():
@@ -164,7 +164,9 @@ def _verify(args):
     faults = list(faults_of(args.results))
     for fault in faults:
         print(fault)
-    draws.of_all(args.results, print)
+    for folder in sorted({plan.parents[1] for plan in args.results.glob("*/*/plan.json")}):
+        for mixture in mixtures(folder):
+            print(f"{folder.name}: {mixture}")
     print(f"{args.results}: {checked_runs(args.results)} runs, {len(faults)} faults")
     if args.repair:
         repair(faults, args.results)

@@ -6,7 +6,7 @@ of and tested: within each point of a design, runs that differ by their seed alo
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -148,10 +148,3 @@ def _mean_of(labels, values):
     """(n,) mean of the values of the same label."""
     sums, counts = np.bincount(labels, values), np.bincount(labels)
     return (sums / np.maximum(counts, 1))[labels]
-
-
-def of_all(results: str | Path, tell: Callable[[str], object]) -> None:
-    """Tell of the mixtures of all studies below a folder of results."""
-    for folder in sorted({plan.parents[1] for plan in Path(results).glob("*/*/plan.json")}):
-        for mixture in mixtures(folder):
-            tell(f"{folder.name}: {mixture}")

@@ -50,16 +50,26 @@ class Fault:
         return self.text
 
 
-def faults_of(results: str | Path = "results", full: bool = True) -> list[Fault]:
-    """`Fault`s of all runs, plans and files of stages below a folder of results; `full` reads all
-    files, else only those runs that the store's index does not know as unchanged."""
+def faults_of(results: str | Path = "results") -> list[Fault]:
+    """`Fault`s of all runs, plans and files of stages below a folder of results, every file read;
+    and of tables that have changed since: their digest makes the workflow make again what was made
+    from them, here they are told of."""
     store = RunStore(Path(results) / "runs")
     studies = sorted(p.parent for p in Path(results).glob(f"*/{FOLDER}"))
     return [
-        *_run_faults(store, full),
+        *_run_faults(store, full=True),
         *(f for s in studies for f in _study_faults(s)),
-        *(f for s in studies for p in _plans(s) for f in _unknown(s, p)),
-        *(f for s in studies for f in _table_faults(s)),
+        *(
+            Fault(f"{plan}: nothing says what it was planned from", file=plan)
+            for s in studies
+            for plan in _plans(s)
+            if recorded(s, plan) is None
+        ),
+        *(
+            Fault(f"{file}: has changed since {name} read it")
+            for s in studies
+            for name, file in changed_inputs(s)
+        ),
     ]
 
 
@@ -71,6 +81,7 @@ def checked_runs(results: str | Path) -> int:
 
 
 def _run_faults(store, full):
+    """`Fault`s of runs; not `full`: of those that the store's index does not know as unchanged."""
     for name in store.names():
         folder = store.folder(name)
         try:
@@ -104,19 +115,6 @@ def plan_faults(folder: str | Path) -> Iterator[Fault]:
         if found != name:
             text = "what it reads has changed since it was planned, or it was edited"
             yield Fault(f"{plan}: {name} is now {found}: {text}", file=plan)
-
-
-def _unknown(study, plan):
-    """`Fault` of a plan of which no record says what it was made from."""
-    if recorded(study, plan) is None:
-        yield Fault(f"{plan}: nothing says what it was planned from", file=plan)
-
-
-def _table_faults(study):
-    """`Fault`s of files of a study that were made from a table which has changed since. Its digest
-    makes the workflow make them again; here they are told of."""
-    for name, file in changed_inputs(study):
-        yield Fault(f"{file}: has changed since {name} read it")
 
 
 def _one_of_each_rig(specs):

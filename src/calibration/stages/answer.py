@@ -238,9 +238,7 @@ def _values(names, metric):
 def _error(row):
     """(standard error of a row's mean, its degrees of freedom); (None, inf) where nobody states
     it."""
-    if row.outcome:
-        return None, np.inf
-    if row.sd is None:
+    if row.outcome or row.sd is None:
         return None, np.inf
     return row.sd / np.sqrt(row.n), row.n - 1.0 if row.n > 1 else np.inf
 

@@ -30,11 +30,8 @@ if TYPE_CHECKING:
 def read_target(config: Config, target: Target | None = None) -> np.ndarray | Stated:
     """(n,) readings of `target`, of the main one unless given, in the metric's unit; a `Stated`
     mean where the table holds nothing else. Raises ConfigError."""
-    return _sample(config, read_measured(config.measurements), target or config.target)
-
-
-def _sample(config, table, target):
-    return sample(rows_of(config, table, config.own, target.metric), table.path)
+    metric = (target or config.target).metric
+    return sample(read_swept(config, config.own, metric), config.measurements)
 
 
 def rows_of(
@@ -68,7 +65,7 @@ def read_back(config: Config) -> list[str]:
         if table.of(config.experiment, name):
             unit = behind(unit_of(target.metric))
             try:
-                said = _said(_sample(config, table, target), unit, table.how)
+                said = _said(read_target(config, target), unit, table.how)
             except NotComparableError as error:
                 said = f"no calibration can use it, only a diagnosis ({error})"
             found.append(f"{table.path}, {name}: {said}")

@@ -66,7 +66,7 @@ def _entry(raw, faults):
     }
     for q in method.questions:
         if q.needed and not raw.answers.get(q.key):
-            by_itself = q.option and not raw.answers.keys() & _own_words(method)
+            by_itself = q.option and all(p.option for p in method.asked if p.key in raw.answers)
             option = by_itself and raw.place.startswith("option ")
             faults.append(
                 f"{f'option --{q.option}' if option else f'{raw.place}: {q.key}'} is missing; "
@@ -74,11 +74,6 @@ def _entry(raw, faults):
             )
     faults += _uneven(method, answers, raw)
     return Entry(method, answers)
-
-
-def _own_words(method):
-    """Keys of a method's questions that have no option by themselves."""
-    return {q.key for q in method.asked if not q.option}
 
 
 def _read(method, key, texts, raw, faults):

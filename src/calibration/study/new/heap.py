@@ -105,7 +105,8 @@ class Heap:
     def rayleigh_fraction(self) -> float:
         """Rayleigh times in a time step: RAYLEIGH, or fewer where an impact on the plate would last
         less than IMPACT_STEPS or pressed grains would tremble."""
-        radius, material = 0.5e-3 * self.diameter_mm, self._material
+        radius = 0.5e-3 * self.diameter_mm
+        material = Material(self.density_kg_m3, self.shear_modulus_Pa, self.poisson_ratio)
         speed = math.sqrt(2.0 * GRAVITY * 1e-3 * self.discharge_height_mm)
         longest = [hertz_contact_time(radius, speed, material, STEEL) / IMPACT_STEPS]
         if self.least_restitution is not None:
@@ -113,17 +114,10 @@ class Heap:
             contact = ContactParameters(self.least_restitution, 0.0)
             pressed = pressed_step(radius, material, contact, pressure, Laws())
             longest.append(TREMBLES * pressed)
-        return min(RAYLEIGH, math.floor(100 * min(longest) / self._rayleigh_time) / 100)
-
-    @property
-    def _material(self):
-        return Material(self.density_kg_m3, self.shear_modulus_Pa, self.poisson_ratio)
-
-    @property
-    def _rayleigh_time(self):
-        m = self._material
-        radius = 0.5e-3 * self.diameter_mm
-        return rayleigh_time(radius, m.density, m.shear_modulus, m.poisson_ratio)
+        rayleigh = rayleigh_time(
+            radius, self.density_kg_m3, self.shear_modulus_Pa, self.poisson_ratio
+        )
+        return min(RAYLEIGH, math.floor(100 * min(longest) / rayleigh) / 100)
 
     def of_at_most(self, most: int) -> "Heap":
         """The same heap of fewer, larger grains; an orifice of FREE_FLOW_RATIO grains stays so."""

@@ -114,7 +114,8 @@ def laboratory_of(
     said = [
         f"{e.method.title}: {summary(e.values(q.key), behind(unit_of(q.unit)))}" for e, q in read
     ] + said
-    said += [s for t in tests for s in t.said] + _sticky(grain) + _doubts(read)
+    said += [s for t in tests for s in t.said] + _sticky(grain)
+    said += [x for e, q in read if (x := far_apart(e.values(q.key), unit_of(q.unit)))]
     return Laboratory(name, folder, grain, tests, factors, given, list(dict.fromkeys(said)))
 
 
@@ -340,11 +341,6 @@ def _refuse_two_walls(tests, tested):
         )
 
 
-def _doubts(read):
-    doubts = (far_apart(e.values(q.key), unit_of(q.unit)) for e, q in read)
-    return [doubt for doubt in doubts if doubt]
-
-
 def _refuse_looser_when_tapped(tested):
     """Taps pack a bed, and never loosen it."""
     own = {e.method.name: e for e in tested}
@@ -481,15 +477,12 @@ WIDE = {
     "materials.particle.poisson_ratio": (0.2, 0.4),
 }
 """Key of a run spec -> range that holds most dry grains: a choice of this project, no source."""
-NAMES = (
-    "grain_wall_restitution",
-    "grain_wall_static_friction",
-    "grain_wall_rolling_friction",
-    "grain_grain_restitution",
-    "grain_grain_static_friction",
-    "grain_grain_rolling_friction",
-    "grain_poisson_ratio",
-)
+CALLED = {
+    "contacts.particle_wall": "grain_wall",
+    "contacts.particle_particle": "grain_grain",
+    "materials.particle": "grain",
+}
+"""Place of a key -> what a factor's name begins with."""
 BAND = 0.3  # of a single published value, to either side
 UNPUBLISHED = "wide: holds most dry grains"
 
@@ -517,13 +510,12 @@ def factors_of(material: str | None = None) -> list[Factor]:
     found = {
         row["key"]: (table, line, row) for line, row in table.rows if row["material"] == material
     }
-    return [
-        _factor(code, name, key, found.get(key))
-        for code, name, key in zip("ABCDEFG", NAMES, WIDE, strict=True)
-    ]
+    return [_factor(code, key, found.get(key)) for code, key in zip("ABCDEFG", WIDE, strict=True)]
 
 
-def _factor(code, name, key, known):
+def _factor(code, key, known):
+    place, _, number = key.rpartition(".")
+    name = f"{CALLED[place]}_{number}"
     if known is None:
         return Factor(code, name, key, *WIDE[key], UNPUBLISHED)
     table, line, row = known

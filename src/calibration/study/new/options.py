@@ -22,7 +22,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         for q in (q for q in method.questions if q.option):
             shape: dict[str, Any] = {"nargs": "+", "metavar": "X"} if q.option in MANY else {}
             group.add_argument(f"--{q.option}", dest=_dest(q), help=_help(q), **shape)
-        if _has_words(method):
+        if method.becomes or not method.own_options:
             group.add_argument(
                 f"--{method.name}", nargs="+", action="append", default=[], metavar="X",
                 dest=f"method_{method.name}", help=_words_help(method),
@@ -31,10 +31,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def _dest(q):
     return q.option.replace("-", "_")
-
-
-def _has_words(method):
-    return bool(method.becomes or not method.own_options)
 
 
 def _help(q):

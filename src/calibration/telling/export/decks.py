@@ -191,10 +191,6 @@ class Deck:
         """`Conversion` of its rolling friction."""
         return Conversion(self.spec, self.expected["rolling"])
 
-    def with_seed(self, seed: int) -> dict[str, Any]:
-        """Run spec (a mapping) of this heap with another seed."""
-        return overlay(self.spec.model_dump(mode="json"), {"seed": seed})
-
 
 def heaps_there(deck: Deck, seeds: Sequence[int], timeout_s: float) -> list[dict[str, float]]:
     """Profiles of heaps in the target code; a heap without one is told and left out. Raises
@@ -239,7 +235,8 @@ def _heaps(deck, seeds, pour, where):
     found = []
     for seed in seeds:
         with TemporaryDirectory() as folder:
-            parts, start = pour(parse_spec(deck.with_seed(seed)), Path(folder))
+            spec = parse_spec(overlay(deck.spec.model_dump(mode="json"), {"seed": seed}))
+            parts, start = pour(spec, Path(folder))
             try:
                 found.append(_kept(deck, parts, start))
             except DemError as error:
@@ -284,11 +281,8 @@ def check(folder: str | Path, seeds: int = SEEDS, timeout_s: float = 1e6) -> int
     """Pour `seeds` heaps of a deck in its code, hold them against the calibrated model's and say
     how they compare; returns 0 where all quantities hold, 1 where one does not."""
     deck = Deck.read(folder)
-    there = heaps_there(deck, _seeds(deck, seeds), timeout_s)
-    rows = judge(deck, there, heaps_here(deck, _seeds(deck, seeds)))
+    own = range(deck.spec.seed, deck.spec.seed + seeds)
+    there = heaps_there(deck, own, timeout_s)
+    rows = judge(deck, there, heaps_here(deck, own))
     print(_words().checked(deck.name, rows, len(there), READERS), end="")
     return int(any(row.verdict != "holds" for row in rows))
-
-
-def _seeds(deck, count):
-    return range(deck.spec.seed, deck.spec.seed + count)

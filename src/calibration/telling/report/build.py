@@ -200,14 +200,12 @@ def beside(study: Path, stage: Stage) -> dict[str, Any]:
         "title": stage.title,
         "texts": [stage.about, *_counts(paths)],
         "figures": [figure(p, _named(key, p), [*paths, *summary]) for p in figures],
-        "tables": [_beside_table(p, title, stage.unshown) for p, title in tables],
+        "tables": [
+            table(p, title, ("verdict", "disagrees"), ALL_ROWS, stage.unshown) | {"open": True}
+            for p, title in tables
+        ],
         "downloads": [] if figures else [download(p) for p in summary],
     }
-
-
-def _beside_table(path, title, unshown):
-    first = ("verdict", "disagrees")
-    return table(path, title, first, ALL_ROWS, unshown) | {"open": True}
 
 
 def _counts(tables):

@@ -19,14 +19,10 @@ def write_page(title: str, markdown: str, folder: str | Path, out: str | Path) -
     environment = Environment(
         loader=PackageLoader("calibration.telling.report", "."), autoescape=True, trim_blocks=True
     )
-    body = Markup("\n".join(_block(block, Path(folder)) for block in _blocks(markdown)))
+    blocks = [block for block in re.split(r"\n\s*\n", markdown.strip()) if block]
+    body = Markup("\n".join(_block(block, Path(folder)) for block in blocks))
     page = environment.get_template("plain.html.j2").render(title=title, body=body)
     write_text(page, out)
-
-
-def _blocks(markdown):
-    """Texts between empty lines; a heading is a block of its own."""
-    return [block for block in re.split(r"\n\s*\n", markdown.strip()) if block]
 
 
 def _block(block, folder):
