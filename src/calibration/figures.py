@@ -8,7 +8,7 @@ matplotlib, which takes a second to load, is loaded when the first one is drawn.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
@@ -171,13 +171,22 @@ def subplots(
         return plt.subplots(rows, columns, figsize=size, layout="constrained", **more)
 
 
-def panel_grid(count: int, size: tuple[float, float]) -> tuple[Figure, int, int]:
-    """Figure and rows, columns of a grid of `count` panels, two a row so that they read on a narrow
-    page; size: inches of one. Called where one is `styled`."""
-    columns = min(count, 2)
-    rows = -(-count // columns)
-    figure = _pyplot().figure(figsize=(size[0] * columns, size[1] * rows), layout="constrained")
-    return figure, rows, columns
+def panels(
+    items: Sequence[Any],
+    size: tuple[float, float],
+    draw: Callable[[Any, Any], None],
+    **axes: Any,
+) -> Figure:
+    """Figure with a panel for each item, which draw(its axes, item) fills, two a row so that they
+    read on a narrow page; size: inches of one; axes: as `add_subplot` takes them."""
+    columns = min(len(items), 2)
+    rows = -(-len(items) // columns)
+    whole = size[0] * columns, size[1] * rows
+    with styled() as plt:
+        figure = plt.figure(figsize=whole, layout="constrained")
+        for n, item in enumerate(items, start=1):
+            draw(figure.add_subplot(rows, columns, n, **axes), item)
+    return figure
 
 
 def save(figure: Figure, path: str | Path) -> None:

@@ -285,26 +285,26 @@ def contours(
     response: Response = figures.ANGLE,
 ) -> Drawing:
     """Contours through the chosen point with the solution set drawn in."""
-    pairs = pairs_of(region)
-    with figures.styled():
-        figure, rows, columns = figures.panel_grid(len(pairs), (4.1, 3.5))
-        for n, (i, j) in enumerate(pairs):
-            ax = figure.add_subplot(rows, columns, n + 1)
-            _contour(ax, surface, region, i, j, solution, response)
-    return figure
+
+    def draw(ax, pair):
+        a, b, levels = plane(region, *pair, at=solution.chosen)
+        y = surface.predict(levels).reshape(a.shape)
+        filled = ax.contourf(a, b, y, 12, cmap="viridis", alpha=0.85)
+        ax.figure.colorbar(filled, ax=ax, label=response.axis, shrink=0.9)
+        if y.min() < solution.target < y.max():
+            ax.contour(a, b, y, [solution.target], colors="white", linewidths=4.5)
+            ax.contour(a, b, y, [solution.target], colors=figures.ORANGE, linewidths=2.5)
+        _mark(ax, region, pair, solution.chosen)
+
+    return figures.panels(pairs_of(region), (4.1, 3.5), draw)
 
 
-def _contour(ax, surface, region, i, j, solution, response):
-    a, b, levels = plane(region, i, j, at=solution.chosen)
-    y = surface.predict(levels).reshape(a.shape)
-    filled = ax.contourf(a, b, y, 12, cmap="viridis", alpha=0.85)
-    ax.figure.colorbar(filled, ax=ax, label=response.axis, shrink=0.9)
-    if y.min() < solution.target < y.max():
-        ax.contour(a, b, y, [solution.target], colors="white", linewidths=4.5)
-        ax.contour(a, b, y, [solution.target], colors=figures.ORANGE, linewidths=2.5)
-    x, z = (region[k].natural(float(solution.chosen[k])) for k in (i, j))
-    ax.plot(x, z, "o", color="white", mec="black", ms=9, clip_on=False, zorder=4)
-    ax.set(xlabel=figures.label(region[i].name), ylabel=figures.label(region[j].name))
+def _mark(ax, region, pair, chosen):
+    """Mark the chosen point over a pair of factors, which the axes are named after."""
+    at = [region[k].natural(float(chosen[k])) for k in pair]
+    ax.plot(*at, "o", color="white", mec="black", ms=9, clip_on=False, zorder=4)
+    x, y = (figures.label(region[k].name) for k in pair)
+    ax.set(xlabel=x, ylabel=y)
     ax.grid(False)
 
 
@@ -317,33 +317,21 @@ def desirability_contours(
     """Overall desirability over each pair of factors, with the others at the chosen point. A line
     shows where a response meets its target. surfaces and goals have the same order; found:
     `Compromise`. Returns a matplotlib Figure."""
-    pairs = pairs_of(region)
-    with figures.styled():
-        figure, rows, columns = figures.panel_grid(len(pairs), (4.8, 4.0))
-        for n, pair in enumerate(pairs):
-            ax = figure.add_subplot(rows, columns, n + 1)
-            _desirability(ax, surfaces, goals, region, pair, found)
-    return figure
 
+    def draw(ax, pair):
+        x, y, levels = plane(region, *pair, at=found.chosen)
+        overall = overall_desirability(surfaces, goals, levels).reshape(x.shape)
+        filled = ax.contourf(x, y, overall, np.linspace(0.0, 1.0, 11), cmap="Greens", alpha=0.85)
+        ax.figure.colorbar(filled, ax=ax, label="overall desirability", shrink=0.9)
+        for n, (surface, goal) in enumerate(zip(surfaces, goals, strict=True)):
+            response = surface.predict(levels).reshape(x.shape)
+            if response.min() < goal.target < response.max():
+                colour = LINES[n % len(LINES)]
+                drawn = ax.contour(x, y, response, [goal.target], colors=colour, linewidths=2.0)
+                ax.clabel(drawn, fmt=f"target {n + 1}: %.4g", fontsize=8)
+        _mark(ax, region, pair, found.chosen)
 
-def _desirability(ax, surfaces, goals, region, pair, found):
-    i, j = pair
-    x, y, levels = plane(region, i, j, at=found.chosen)
-    overall = overall_desirability(surfaces, goals, levels).reshape(x.shape)
-    filled = ax.contourf(x, y, overall, np.linspace(0.0, 1.0, 11), cmap="Greens", alpha=0.85)
-    ax.figure.colorbar(filled, ax=ax, label="overall desirability", shrink=0.9)
-    for n, (surface, goal) in enumerate(zip(surfaces, goals, strict=True)):
-        if goal.target is None:
-            continue
-        response = surface.predict(levels).reshape(x.shape)
-        if response.min() < goal.target < response.max():
-            colour = LINES[n % len(LINES)]
-            drawn = ax.contour(x, y, response, [goal.target], colors=colour, linewidths=2.0)
-            ax.clabel(drawn, fmt=f"target {n + 1}: %.4g", fontsize=8)
-    at = [region[k].natural(float(found.chosen[k])) for k in pair]
-    ax.plot(*at, "o", color="white", mec="black", ms=9, clip_on=False, zorder=4)
-    ax.set(xlabel=figures.label(region[i].name), ylabel=figures.label(region[j].name))
-    ax.grid(False)
+    return figures.panels(pairs_of(region), (4.8, 4.0), draw)
 
 
 sentences = worded("optimise")

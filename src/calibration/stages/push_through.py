@@ -253,14 +253,11 @@ def pushed_through(rows: Sequence[tuple[Mapping[str, Any], pd.DataFrame]]) -> Dr
         ax.set_axis_off()
         ax.text(0.5, 0.5, "no run gave a value", ha="center")
         return figure
-    with figures.styled():
-        figure, down, across = figures.panel_grid(len(rows), (4.1, 3.2))
-        for n, (row, table) in enumerate(rows):
-            _panel(figure.add_subplot(down, across, n + 1), row, table)
-    return figure
+    return figures.panels(rows, (4.1, 3.2), _panel)
 
 
-def _panel(ax, row, table):
+def _panel(ax, pushed):
+    row, table = pushed
     over = row["decides"] or "draw"
     ax.scatter(table[over], table[row["metric"]], s=14, color=figures.BLUE, alpha=0.7)
     ax.axhspan(row["low"], row["high"], color=figures.BLUE, alpha=0.1, lw=0)

@@ -234,19 +234,15 @@ def surfaces(
     surface: Surface, region: Sequence[Factor], response: Response = figures.ANGLE
 ) -> Drawing:
     """Response surfaces of all pairs of factors, the others at the centre."""
-    pairs = pairs_of(region)
-    with figures.styled():
-        figure, rows, columns = figures.panel_grid(len(pairs), (3.9, 3.6))
-        for n, (i, j) in enumerate(pairs):
-            ax = figure.add_subplot(rows, columns, n + 1, projection="3d")
-            a, b, levels = plane(region, i, j, resolution=31)
-            y = surface.predict(levels).reshape(a.shape)
-            # some thousand faces: as an image they weigh a tenth, and the words stay words
-            ax.plot_surface(a, b, y, cmap="viridis", alpha=0.9, rasterized=True)
-            label_3d(
-                ax, figures.label(region[i].name), figures.label(region[j].name), response.axis
-            )
-    return figure
+
+    def draw(ax, pair):
+        a, b, levels = plane(region, *pair, resolution=31)
+        y = surface.predict(levels).reshape(a.shape)
+        # some thousand faces: as an image they weigh a tenth, and the words stay words
+        ax.plot_surface(a, b, y, cmap="viridis", alpha=0.9, rasterized=True)
+        label_3d(ax, *(figures.label(region[k].name) for k in pair), response.axis)
+
+    return figures.panels(pairs_of(region), (3.9, 3.6), draw, projection="3d")
 
 
 sentences = worded("response_surface")
