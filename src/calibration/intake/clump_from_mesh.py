@@ -65,7 +65,7 @@ def mesh_volume(vertices: np.ndarray, triangles: np.ndarray) -> float:
 
 
 def cells_inside(
-    vertices: np.ndarray, triangles: np.ndarray, cells: int = CELLS
+    vertices: np.ndarray, triangles: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Which cells of a grid have their middle inside a closed mesh (nx, ny, nz), the middle of the
     first cell (3,) and the cells' side, in the vertices' unit.
@@ -74,7 +74,7 @@ def cells_inside(
     shifted by shares of a cell that no mesh has, so that no line meets an edge.
     """
     low, high = vertices.min(0), vertices.max(0)
-    pitch = float((high - low).max()) / cells
+    pitch = float((high - low).max()) / CELLS
     origin = low + pitch * (np.array([0.41421356, 0.23606798, 0.5]) - 1.0)
     shape = np.ceil((high - origin) / pitch).astype(int) + 2
     crossed = np.zeros(shape, bool)

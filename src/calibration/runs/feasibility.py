@@ -132,14 +132,9 @@ def cost_ahead(config: Config) -> str:
     spec = parse_spec(point_spec(config.own_run, config.experiment, {}, config.seed))
     count = spec.particles.count
     grains = "1 grain" if count == 1 else f"{count:,} grains"
-    return f"a run of {grains} takes about {memory_mb(count):.0f} MB of memory{_time(spec)}"
-
-
-def _time(spec):
     seconds = seconds_of(spec)
-    if seconds is None:
-        return ""
-    return f" and about {duration(max(1.0, seconds))} of one core"
+    time = "" if seconds is None else f" and about {duration(max(1.0, seconds))} of one core"
+    return f"a run of {grains} takes about {memory_mb(count):.0f} MB of memory{time}"
 
 
 def _check_files(where, spec, key, tried):
