@@ -59,15 +59,13 @@ DECIDE = {
         "diagnosis/reading_errors.py",
         "diagnosis/response.py",
         "diagnosis/rig.py",
+        "diagnosis/rules.py",
         "diagnosis/scale.py",
         "diagnosis/set_up_errors.py",
         "diagnosis/shared_errors.py",
-        "diagnosis/with_errors.py",
-        "diagnosis/withdrawal.py",
     ),
 }
-# what runs of an engine are told beside
-DECIDE["engine tables"] = (*DECIDE["bulk"], "diagnosis/untried.py")
+DECIDE["engine tables"] = DECIDE["bulk"]
 """Files that decide what is said of single contacts before the engine's gains, of bulk tests, and
 of bulk tests whose runs an engine made."""
 

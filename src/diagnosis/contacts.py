@@ -24,11 +24,11 @@ from diagnosis.laws.known import COEFFICIENT, known_curves, with_coefficient
 from diagnosis.laws.readings import FREE, IN_AIR, from_log, readings_of
 from diagnosis.power import power
 from diagnosis.residuals import by_chance, tails, trends
+from diagnosis.rules import withdraw_refuted
 from diagnosis.table_model.block import LEVEL_SD
 from diagnosis.table_model.curve import BAND
 from diagnosis.table_model.found import discover, limits, table_misfit
 from diagnosis.table_model.limits import strength_limits
-from diagnosis.withdrawal import withdraw_refuted
 
 if TYPE_CHECKING:
     from calibration.intake.measurements import Measurement

@@ -62,15 +62,15 @@ ENOUGH = 12
 run about the best point decides more."""
 
 REPEATED = 4
-"""One of so many of the base model's runs within a budget repeats a point with another seed: runs
-at points of their own do not tell how much runs scatter."""
+"""One of so many of the base model's runs repeats a point with another seed: runs at points of
+their own do not tell how much runs scatter."""
 
 OF_BASE = 0.5
 """Share of a budget's training, and of each wave, that the base model has; the mechanisms that need
 runs of their own have the rest alike."""
 
 LEAST_OF_A_MECHANISM = 3
-"""Runs of a mechanism's emulator within a budget: they train what it adds to the base model."""
+"""Runs of a mechanism's emulator, at least: they train what it adds to the base model."""
 
 
 def budgeted(
@@ -207,7 +207,7 @@ def plan(
 
 
 def _repeated(count, inputs):
-    """How many of a budget's `count` runs of the base model repeat a point; the points are two more
+    """How many of `count` runs of the base model repeat a point; the points are two more
     than the inputs at least."""
     return max(min(count // REPEATED, count - inputs - 2), 0)
 

@@ -161,27 +161,3 @@ def _law(settings, factor, lever, kinds):
         law=(last, (STATES.get(lever, short),)),
         changes=(factor.key, lever),
     )
-
-
-def _told(verdict, law):
-    """A sentence on a law, with the change that was fitted."""
-    text = law.description[:1].upper() + law.description[1:]
-    fitted = next((r for r in verdict["ranking"] if r["mechanism"] == law.name), {})
-    for s in fitted.get("strength", {}).values():
-        text += f" by {s['value']:+.2g} (95 %: {s['low']:+.2g} to {s['high']:+.2g})"
-    return f"{text}: {law.strength.name}."
-
-
-def as_laws(verdict: dict[str, Any], laws: Mapping[str, Mechanism]) -> dict[str, Any]:
-    """The mapping of verdict.json, where what it names are free laws: `discovered`, for a free law
-    is a place and no name."""
-    named = [n for cause in verdict["causes"] for n in cause.split(" + ")]
-    if not named or not set(named) <= set(laws):
-        return verdict
-    changes = {"causes": []}  # type: ignore[var-annotated]
-    if verdict["verdict"] == "identified":
-        changes["verdict"] = "discovered"  # type: ignore[assignment]
-    for row in verdict.get("laws") or []:
-        row["sentence"] = " ".join(_told(verdict, laws[n]) for n in row["names"] if n in laws)
-        row["names"] = [n for n in row["names"] if n not in laws]
-    return verdict | changes

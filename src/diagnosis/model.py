@@ -186,24 +186,25 @@ class _Part:
     def transformed(self, theta, slope, errors):
         """What the emulators give: (b, n), derivatives (b, n, p) or None, variances (b, n)."""
         b, n = len(theta), len(self.rows)
-        own = np.repeat(factor_share(theta[:, self.columns]), n, axis=0)
-        x = np.hstack([own, np.tile(self.share, (b, 1))])
-        z, by_theta, variance = self._sum_of_laws(theta, x, n, slope, errors)
+        z, by_theta, variance = self._sum_of_laws(theta, self._inputs(theta), n, slope, errors)
         by_theta = by_theta.reshape(b, n, -1) if slope else None
         return z.reshape(b, n), by_theta, variance.reshape(b, n)
+
+    def _inputs(self, theta):
+        """Inputs (b n, d) of the base model's emulator at theta (b, p)."""
+        own = np.repeat(factor_share(theta[:, self.columns]), len(self.rows), axis=0)
+        return np.hstack([own, np.tile(self.share, (len(theta), 1))])
 
     def scatter(self, theta):
         """Standard deviations (n,) of single runs of the base model at theta (p,)."""
         z = self.transformed(theta[None], slope=False, errors=False)[0]
         by_z = self.scale.inverse(z, self.levers)[1][0]
-        own = np.repeat(factor_share(theta[None, self.columns]), len(self.rows), axis=0)
-        return np.abs(by_z) * self.base.sd_of_run(np.hstack([own, self.share]))
+        return np.abs(by_z) * self.base.sd_of_run(self._inputs(theta[None]))
 
     def error_correlation(self, theta):
         """Correlation (n, n) of the errors at theta (p,): that of the base's emulator, or of the
         first law's."""
-        own = np.repeat(factor_share(theta[None, self.columns]), len(self.rows), axis=0)
-        x = np.hstack([own, self.share])
+        x = self._inputs(theta[None])
         if not self.laws:
             return self.base.correlation(x)
         k, law = self.laws[0]

@@ -159,7 +159,11 @@ class Response:
     def correlation(self, x: np.ndarray) -> np.ndarray:
         """Correlation (k, k) of the errors at k inputs."""
         features = self._features(x)
-        return correlation_of(features @ self.covariance @ features.T + np.diag(self._unknown(x)))
+        covariance = features @ self.covariance @ features.T + np.diag(self._unknown(x))
+        size = np.sqrt(np.maximum(np.diag(covariance), 0.0) + 1e-12)
+        out = np.clip(covariance / np.outer(size, size), -1.0, 1.0)
+        np.fill_diagonal(out, 1.0)
+        return out
 
 
 class WithMechanism(Response):
@@ -234,14 +238,6 @@ class WithMechanism(Response):
 
     def _unknown(self, x):
         return super()._unknown(x[:, :-1]) + (self.miss * self._distance(x)) ** 2
-
-
-def correlation_of(covariance: np.ndarray) -> np.ndarray:
-    """Correlation (k, k) of errors with a covariance (k, k)."""
-    size = np.sqrt(np.maximum(np.diag(covariance), 0.0) + 1e-12)
-    out = np.clip(covariance / np.outer(size, size), -1.0, 1.0)
-    np.fill_diagonal(out, 1.0)
-    return out
 
 
 def _sites(at):

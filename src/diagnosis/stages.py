@@ -31,20 +31,16 @@ from diagnosis.design import plan, trained
 from diagnosis.extend import LEAST_RUNS, extension_plan, gain, real_values, refit_of, within
 from diagnosis.failures import as_tests
 from diagnosis.identify import identify, lack_of_fit, weigh
-from diagnosis.lever_laws import as_laws
 from diagnosis.page.first_lines import first_lines
 from diagnosis.page.markdown import page
 from diagnosis.residuals import by_chance, calibration, residual_rows, trends
+from diagnosis.rules import after_runs, after_scores
 from diagnosis.settings import BASE, study_settings, with_gain_runs
 from diagnosis.setup import Setup
-from diagnosis.untried import with_untried
 from diagnosis.verdict import extended_name, findings, unexplained, validate
-from diagnosis.with_errors import with_errors
-from diagnosis.withdrawal import undecided, withdraw_refuted
 
 if TYPE_CHECKING:
     from calibration.chain.handed_over import NamedFiles
-    from calibration.chain.study import Study
 
 
 def plan_power(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
@@ -138,17 +134,18 @@ def name_causes(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
         "left": emulator_waves.left(emulated, setup.tested),
         "run_seconds": seconds_of_kinds(setup.rig, setup.tested),
     }
-    verdict = with_errors(as_laws(verdict, setup.lever_laws), found, measurements)
+    verdict["outcomes"] = remarks.of_outcomes(found, name)
+    verdict = after_scores(
+        verdict, found, measurements, setup.lever_laws, errors, emulated.catalogue
+    )
     verdict["exclusion"] = exclusion.of_mechanisms(found)
     shown = {"before": ((), found.fits[BASE])}
     shown |= {"after": (tuple(name.split(" + ")), found.fits[name])} if name else {}  # type: ignore[dict-item]
     verdict["held_out"] = held_out.by_emulators(
         emulated, measurements, table.held_out, shown, found.data
     )
-    verdict["outcomes"] = remarks.of_outcomes(found, name)
     verdict["remarks"] = remarks.remarks(table, {r["experiment"] for r in verdict["outcomes"]})
     verdict["remarks"] += remarks.untrained(errors)
-    verdict = with_untried(verdict, errors, emulated.catalogue)
     models = {"before": found.models[BASE], "after": found.models[name]} if name else {}
     budget = settings.runs - trained(setup.rig, setup.catalogue, setup.emulated_kinds)  # type: ignore[operator]  # `derived` fills it in
     budget -= sum(wave["runs"] for wave in verdict["refinement"]["waves"])
@@ -217,7 +214,7 @@ def conclude(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
         refit = refit_of(rows, "after", len(measurements))[own]
         verdict["gain"] = gain([measurements[i] for i in own], *pair, shared=sds, refit=refit)  # type: ignore[arg-type, misc]
         verdict["extended_with"] = extension["mechanisms"]
-    verdict = verdict if setup.of_contacts else undecided(withdraw_refuted(verdict))
+    verdict = verdict if setup.of_contacts else after_runs(verdict)
     if verdict["verdict"] == "unexplained" and "discrepancy" not in verdict:
         verdict |= unexplained(verdict["residuals"])
     verdict["first_lines"] = first_lines(verdict)
@@ -229,39 +226,20 @@ def conclude(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     write_page("Diagnosis", text, Path(output.page).parent, output.alone)
 
 
-# as the workflow calls them
+def _of_study(stage):
+    """A stage as the workflow calls it: `stage(study, source, output)`."""
+    return lambda study, *files: stage(Setup(study, study_settings(study.config)), *files)
 
 
-def _setup(study):
-    return Setup(study, study_settings(study.config))
-
-
-def diagnosis_power(study: Study, source: NamedFiles, output: NamedFiles) -> None:
-    """See `plan_power`."""
-    plan_power(_setup(study), source, output)
-
-
-def diagnosis_plan(study: Study, source: NamedFiles, output: NamedFiles) -> None:
-    """See `plan_runs`."""
-    plan_runs(_setup(study), output)
-
-
-def diagnosis_wave(study: Study, source: NamedFiles, output: NamedFiles) -> None:
+def _wave(setup, source, output):
     """See `plan_refinement`; the wave's folder bears its number."""
     wave = int(Path(output.plan).parent.name.removeprefix("wave_"))
-    plan_refinement(_setup(study), source, output, wave)
+    plan_refinement(setup, source, output, wave)
 
 
-def diagnosis_calibrate(study: Study, source: NamedFiles, output: NamedFiles) -> None:
-    """See `calibrate`."""
-    calibrate(_setup(study), source, output)
-
-
-def diagnosis_identify(study: Study, source: NamedFiles, output: NamedFiles) -> None:
-    """Name the cause, and plan the runs that measure the gain."""
-    name_causes(_setup(study), source, output)
-
-
-def diagnose(study: Study, source: NamedFiles, output: NamedFiles) -> None:
-    """Measure the gain with the finished runs, and write the verdict."""
-    conclude(_setup(study), source, output)
+diagnosis_power = _of_study(plan_power)
+diagnosis_plan = _of_study(lambda setup, source, output: plan_runs(setup, output))
+diagnosis_wave = _of_study(_wave)
+diagnosis_calibrate = _of_study(calibrate)
+diagnosis_identify = _of_study(name_causes)
+diagnose = _of_study(conclude)

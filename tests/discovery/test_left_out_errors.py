@@ -8,7 +8,7 @@ from calibration.intake.measurements import Measurement
 from diagnosis import extend
 from diagnosis.extend import FIT, _as_known, gain, held_out_fits, refit_errors
 from diagnosis.fit import data_of
-from diagnosis.withdrawal import withdraw_refuted
+from diagnosis.rules import withdraw_refuted
 
 X = np.array([0.0, 1.0, 2.0, 6.0])
 DESIGN = np.column_stack([np.ones(4), X])

@@ -12,11 +12,11 @@ from scipy.stats import multivariate_normal
 from calibration.intake.measurements import Measurement
 from diagnosis.laws.known import Known
 from diagnosis.laws.readings import readings_of
+from diagnosis.rules import withdraw_refuted
 from diagnosis.table_model import found as found_module
 from diagnosis.table_model.block import LEVEL_SD
 from diagnosis.table_model.found import discover
 from diagnosis.table_model.selection import blocks_of, with_terms
-from diagnosis.withdrawal import withdraw_refuted
 from facts import tells
 
 ERROR, N = 0.02, 5  # of one reading, and readings of a setting

@@ -37,13 +37,13 @@ from diagnosis.emulator import train
 from diagnosis.extend import within
 from diagnosis.failures import as_tests
 from diagnosis.identify import identify, one_place
-from diagnosis.lever_laws import as_laws, lever_laws, with_laws
+from diagnosis.lever_laws import lever_laws, with_laws
 from diagnosis.model import Emulated
 from diagnosis.rig import Rig
+from diagnosis.rules import as_laws, with_errors
 from diagnosis.settings import catalogue_of, parameters_of, settings_of, study_settings
 from diagnosis.setup import Setup
 from diagnosis.stages import plan_runs
-from diagnosis.with_errors import with_errors
 from facts import refused
 
 LEVELS = (0.8, 1.0, 1.25)

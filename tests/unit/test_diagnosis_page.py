@@ -10,7 +10,7 @@ from calibration.figures import parameter_words
 from calibration.telling.report.plain import write_page
 from diagnosis.page.first_lines import first_lines
 from diagnosis.page.markdown import page
-from diagnosis.withdrawal import FIT, withdraw_refuted
+from diagnosis.rules import FIT, withdraw_refuted
 from facts import tells
 from frozen import FROZEN
 

@@ -4,7 +4,7 @@ fails."""
 import pytest
 
 from diagnosis.page.first_lines import first_lines
-from diagnosis.withdrawal import FAR, undecided
+from diagnosis.rules import FAR, undecided
 
 
 def verdict(error=0.2, change=0.0, uncertain=0.0, said="adequate"):

@@ -4,7 +4,7 @@ import pytest
 
 from diagnosis.catalogue import load_catalogue
 from diagnosis.page.first_lines import said as line_of
-from diagnosis.untried import with_untried
+from diagnosis.rules import with_untried
 from facts import tells
 
 FLOW = {"experiment": "discharge", "levers": {"orifice_diameter_mm": 10.4}, "tests": 5, "failed": 5}
