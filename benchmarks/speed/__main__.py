@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy import stats
 
 from benchmarks.speed.cases import (
     BLOCK,
-    BLOCKS,
     MILLION,
     RESTING,
     SETTLE_STEPS,
@@ -29,19 +29,19 @@ from benchmarks.speed.cases import (
     timed_bed,
     timed_heap,
 )
-from benchmarks.speed.peers import run_peers
+from benchmarks.speed.peers import WITHOUT_ROLLING, run_peers
 from calibration.files import write_table
 from calibration.intake.tables import read_written
 from dem.errors import DemError
-from dem.experiments.setup import rest_energy
+from dem.experiments.phases import motion
 from dem.fingerprint import engine_fingerprint
 from dem.precompile import compile_engine
 
 HISTORY = Path("results/reference/speed/history.csv")
 ROUNDS = 7
 COLUMNS = (
-    "date", "engine", "machine", "case", "particle_steps_per_s", "ratio", "wall_time_s",
-    "rebuild_share", "peak_memory_MiB", "commit", "dirty_files", "load",
+    "date", "engine", "machine", "case", "particle_steps_per_s", "ratio", "ratio_low", "ratio_high",
+    "wall_time_s", "rebuild_share", "peak_memory_MiB", "commit", "dirty_files", "load",
 )  # fmt: skip
 
 
@@ -78,7 +78,7 @@ def _million():
     begin, energy = time.perf_counter(), [math.inf]
     while energy[-1] >= RESTING and sim.steps < SETTLE_STEPS:
         sim.advance(300)
-        energy.append(rest_energy(sim))
+        energy.append(motion(sim))
     spent = time.perf_counter() - begin
     if energy[-1] >= RESTING:
         raise DemError(
@@ -127,21 +127,40 @@ CASES = {
 
 
 def peer_rows() -> list[dict[str, Any]]:
-    """This engine and the others on one settled bed, in one call, with ratios of processor time.
-    Raises DemError when none is installed."""
-    sim = bed()
-    sim.advance(SETTLE_STEPS)
+    """This engine and the others on one settled bed, in one call, with ratios of processor time and
+    their 95 % intervals over ten blocks. Raises DemError when none is installed."""
     with tempfile.TemporaryDirectory() as folder:
-        begin = time.process_time()
-        sim.advance(BLOCKS * BLOCK)
-        ours = sim.n * BLOCKS * BLOCK / (time.process_time() - begin)
+        sim, ours = _ten_blocks("constant_torque")
         others = run_peers(sim, box_width(sim.n), folder)
     if not others:
         raise DemError("none of liggghts, lmp and yade is installed")
-    rows = [{"case": "peers: this engine", "particle_steps_per_s": ours}]
-    for name, rate in others.items():
-        rows.append({"case": f"peers: {name}", "particle_steps_per_s": rate, "ratio": ours / rate})
+    _, alone = _ten_blocks("none")
+    rows = [
+        {"case": "peers: this engine", "particle_steps_per_s": np.mean(ours)},
+        {"case": "peers: this engine without rolling", "particle_steps_per_s": np.mean(alone)},
+    ]
+    for name, theirs in others.items():
+        own = alone if name.endswith(WITHOUT_ROLLING) else ours
+        logs = np.log(own), np.log(theirs)
+        middle = np.mean(logs[0]) - np.mean(logs[1])
+        error = math.sqrt(sum(np.var(x, ddof=1) / len(x) for x in logs))
+        low, high = np.exp(middle + stats.t.ppf([0.025, 0.975], 9) * error)
+        rows.append(
+            {"case": f"peers: {name}", "particle_steps_per_s": np.mean(theirs)}
+            | {"ratio": math.exp(middle), "ratio_low": low, "ratio_high": high}
+        )
     return rows
+
+
+def _ten_blocks(rolling):
+    """A settled bed, and its particle-steps per second of processor in each of ten blocks."""
+    sim, rates = bed(rolling=rolling), []
+    sim.advance(SETTLE_STEPS)
+    for _ in range(10):
+        begin = time.process_time()
+        sim.advance(BLOCK)
+        rates.append(sim.n * BLOCK / (time.process_time() - begin))
+    return sim, np.array(rates)
 
 
 def machine() -> str:

@@ -167,7 +167,7 @@ class _Tally:
 MILLION = "bed of 1000000 on two threads"
 """Name, in the history of speeds, of a million grains that come to rest."""
 RESTING = Numerics.model_fields["rest_energy_ratio"].default
-"""Energy of motion below which they are at rest, as `rest_energy` has it."""
+"""Energy of motion below which they are at rest, as `motion` has it."""
 
 
 def peak_memory() -> float:

@@ -30,7 +30,7 @@ O.engines = [
 ]
 O.dt = 7.5e-6
 O.run(relax, True)
-for _ in range(3):
+for _ in range(10):
     begin = time.perf_counter()
     O.run(block, True)
     print("block seconds", time.perf_counter() - begin, flush=True)

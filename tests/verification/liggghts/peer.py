@@ -74,11 +74,11 @@ def run_bed(sim, width, folder, steps):
     write_states(sim, width, folder)
     deck = INPUTS / "bed.liggghts.in"
     shutil.copy(deck, folder)  # LIGGGHTS' include takes no path with a space
-    block = steps // 4  # the deck relaxes and then times three blocks
+    block = steps // 11  # the deck relaxes and then times ten blocks
     numbers = {
         "deck": deck.name,
         "width": f"{width:.9e}",
-        "relax": steps - 3 * block,
+        "relax": steps - 10 * block,
         "block": block,
     }
     numbers["gravity"] = GRAVITY
