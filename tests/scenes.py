@@ -146,18 +146,19 @@ def plane_impact(
     grain=SALT,
     wall=STEEL,
     steps=200,
+    offset=0.3,
     laws=None,
     spin=(0, 0, 0),
     walls=None,
     **more,
 ):
     """Impact of a sphere on the floor with normal speed v_n and tangential velocity v_t along x;
-    runs until it parts."""
+    runs until it parts. offset: part of the first step before the touch."""
     young, _ = effective(grain, wall)
     dt = contact_time(young, radius, mass_of(radius, grain), v_n) / steps
     sim = make(contact, laws=laws, grain=grain, wall=wall, walls=walls or floor(), dt=dt, **more)
     sim.add_particles(
-        [[0, 0, radius + 0.3 * v_n * dt]], radius, velocity=[[v_t, 0, -v_n]], spin=[spin]
+        [[0, 0, radius + offset * v_n * dt]], radius, velocity=[[v_t, 0, -v_n]], spin=[spin]
     )
     sim.advance(4 * steps)
     return sim

@@ -131,8 +131,8 @@ class RunContext:
             write_frame(self.out / "frames" / f"grains_{self._frames:05d}.vtp", sim)
             self._frames += 1
 
-    def finish(self, sim: Simulation) -> None:
-        """Keep the last state and what the numerics came to."""
+    def finish(self, sim: Simulation, ended: str = "as far as asked") -> None:
+        """Keep the last state, what the numerics came to, and why the run `ended`."""
         write_arrays(
             self.out / STATE,
             {
@@ -149,6 +149,7 @@ class RunContext:
             "time_step_s": sim.time_step,
             "steps": sim.steps,
             "simulated_time_s": sim.time,
+            "ended": ended,
             "list_rebuilds": sim.rebuilds,
             "precision": sim.precision,
             "wall_force_over_weight": over_weight(sim, sim.wall_state.force.sum(0)),

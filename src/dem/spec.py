@@ -194,7 +194,7 @@ class Numerics(Part):
     time_step_s: float | None = field(None, "time step in place of the fraction", gt=0)
     precision: Literal["mixed", "double"] = field("mixed", "float32 forces, or float64 throughout")
     rest_energy_ratio: float = field(
-        1e-5, "kinetic energy over m g R at which the heap rests", gt=0
+        1e-5, "energy of motion over m g R at which the heap rests", gt=0
     )
     max_time_s: float = field(12.0, "end of the run at the latest (2.2.2: 12 s)", gt=0)
     skin: float = field(0.05, "skin of the pair list over the radius, at rest", gt=0, le=1)

@@ -1,12 +1,13 @@
 """A number only where there is one: phases that do not end as they must refuse the run."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from dem.contact.registry import ContactParameters, Laws, Material
-from dem.errors import LightBodyError, RefusedStateError
+from dem.errors import LightBodyError, MeasureError, RefusedStateError
 from dem.experiments import phases
 from dem.measure.heap import measure_heap, readings_apart
 from dem.run import run
@@ -124,6 +125,40 @@ def test_two_readings_that_differ_are_told_and_those_of_a_cone_are_not():
     assert told["cone"] is None
     assert "no one angle" in told["ridge"]
     assert "no one angle" in told["aside"]
+
+
+def ended_after(monkeypatch, motion, angle):
+    """Why and after how many looks a run ends; motion and angle: functions of the look."""
+    spec, now = spec_of("heap", 12.0), SimpleNamespace(time=0.0)
+    slopes, step = phases.Slopes(spec), phases.look(spec)
+    for k in range(400):
+        now.time = k * step
+        monkeypatch.setattr(phases, "motion", lambda _, k=k: motion(k))
+        why = slopes.ended(now, lambda k=k: (angle(k), 30.0))
+        if why:
+            return why, k
+    return "", k
+
+
+def test_a_run_ends_when_its_slopes_stand(monkeypatch):
+    """0.1 degrees over ten looks, of grains of which a few tremble; at rest at once."""
+    stir = 1e-3
+    assert ended_after(monkeypatch, lambda k: 1e-6, lambda k: 30.0) == (phases.REST, 0)
+    why, after = ended_after(monkeypatch, lambda k: stir, lambda k: 30.0)
+    assert (why, 10 <= after <= 14) == (phases.STOOD, True)
+    # the heap grows for 50 looks
+    why, after = ended_after(monkeypatch, lambda k: stir, lambda k: min(0.5 * k, 25.0))
+    assert (why, 58 <= after <= 68) == (phases.STOOD, True)
+    # it creeps by 0.02 degrees a look, or moves every eighth look
+    assert ended_after(monkeypatch, lambda k: stir, lambda k: 0.02 * k)[0] == ""
+    assert ended_after(monkeypatch, lambda k: 0.1 if k % 8 == 0 else stir, lambda k: 30.0)[0] == ""
+
+
+def test_a_heap_without_a_slope_does_not_stand(monkeypatch):
+    def none(k):
+        raise MeasureError("no heap")
+
+    assert ended_after(monkeypatch, lambda k: 1e-3, none)[0] == ""
 
 
 @pytest.mark.slow

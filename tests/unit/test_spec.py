@@ -79,20 +79,3 @@ def test_rayleigh_time_is_that_of_a_wave_around_half_the_sphere():
     assert rayleigh_time(radius, density, modulus, 0.25) == pytest.approx(
         3.14159265 * radius / speed, rel=5e-3
     )
-
-
-@pytest.mark.parametrize(
-    ("experiment", "laws", "warned"),
-    [
-        ("heap", {"rolling": "elastic_plastic"}, True),
-        ("heap", {"rolling": "constant_torque_relative"}, True),
-        ("heap", {"rolling": "none"}, True),
-        ("heap", {"rolling": "elastic_plastic", "torsion": "marshall"}, False),
-        ("heap", {"rolling": "constant_torque"}, False),
-        # grains in a bed count as at rest while they spin
-        ("bulk_density", {"rolling": "elastic_plastic"}, False),
-    ],
-)
-def test_a_heap_whose_grains_spin_on_is_warned_of(experiment, laws, warned):
-    found = warnings_of(parse_spec({"experiment": experiment, "laws": laws}))
-    assert any("choose laws.torsion marshall" in sentence for sentence in found) == warned

@@ -242,14 +242,13 @@ def refusal(refuse, *args):
     return caught.value
 
 
-def of_a_funnel(refuse):
-    """The same of a funnel, closed or clogged, after a second."""
+def of_a_funnel():
+    """The same of a clogged funnel, after a second."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(heap, "grains_above", lambda *_: 5)
-        patch.setattr(heap.setup, "rest_energy", lambda *_: 0.5)
         state = SimpleNamespace(time=1.0, orifice_height=0.0)
         spec = parse_spec({"experiment": "heap", "seed": 1})
-        return refusal(refuse, spec, state, *[state] * (refuse is heap._refuse_clogged))
+        return refusal(heap._refuse_clogged, spec, state, state)
 
 
 @pytest.mark.parametrize(
@@ -258,8 +257,7 @@ def of_a_funnel(refuse):
         (MeasureError("no heap"), False),
         (BlowUpError(particle=1, time=0.1, reason="overlap", hint="the time step"), True),
         (refusal(phases.refuse, "pouring", 1.0, 0.5, np.nan), True),
-        (of_a_funnel(heap._refuse_restless), True),
-        (of_a_funnel(heap._refuse_clogged), False),
+        (of_a_funnel(), False),
     ],
 )
 def test_a_physical_failure_is_kept(tmp_path, monkeypatch, error, no_test):

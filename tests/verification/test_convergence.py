@@ -5,7 +5,16 @@ import math
 import numpy as np
 import pytest
 
-from scenes import SALT, ContactParameters, contact_time, effective, make, mass_of, pair_impact
+from scenes import (
+    SALT,
+    ContactParameters,
+    contact_time,
+    effective,
+    make,
+    mass_of,
+    pair_impact,
+    plane_impact,
+)
 
 R, SPEED = 1e-3, 0.5
 COARSE = np.array([20, 40, 80, 160])
@@ -48,6 +57,26 @@ def slope(e, steps, order, depth=0.0):
 def test_elastic_contact_is_second_order(record):
     # the force has a kink in its second derivative at the touch, which costs a little
     record("convergence", "order, elastic", slope(1.0, COARSE, 2), 2.0, 0.1, "", "leapfrog")
+
+
+def slip_after_an_oblique_impact(steps):
+    """Tangential velocity over the normal one of an elastic grain that sticks to the plane, struck
+    at 45 degrees: mean over the moment of touch within a step."""
+    out = []
+    for offset in np.linspace(0.05, 0.95, 10):
+        sim = plane_impact(ContactParameters(1.0, 10.0), SPEED, SPEED, steps=steps, offset=offset)
+        out.append(sim.velocity[0, 0] / SPEED)
+    return np.mean(out)
+
+
+@pytest.mark.slow
+def test_an_elastic_contact_that_sticks_is_of_order_one_and_a_half_at_least(record):
+    steps = np.array([10, 20, 40, 80])
+    exact = slip_after_an_oblique_impact(1280)
+    error = np.array([abs(slip_after_an_oblique_impact(n) - exact) for n in steps])
+    order = -float(np.polyfit(np.log(steps), np.log(error), 1)[0])
+    record("convergence", "order, elastic, oblique, sticking", order, 1.75, 0.25, "", "leapfrog")
+    record("convergence", "elastic, oblique: error of the slip, 10 steps", error[0], 0.0, 0.02)
 
 
 @pytest.mark.slow

@@ -83,7 +83,6 @@ class Law:
     not_with : slot -> names of the laws that it cannot be combined with
     default : whether a spec has it unless another is named, see `catalogue.completed`
     creeps : whether a grain that should rest under it creeps, as it has no spring
-    remembers : what it keeps from step to step
     longest_step : (`ContactParameters`, mass of the smallest grain [kg], its longest step by the
         Rayleigh time [s]) -> longest step [s]; None where the Rayleigh time's is short enough
     exports : code -> `dem.contact.export.Export`, for each code that has the law too
@@ -105,7 +104,6 @@ class Law:
     not_with: dict = field(default_factory=dict)
     default: bool = False
     creeps: bool = False
-    remembers: str = ""
     longest_step: Callable | None = None
     exports: dict = field(default_factory=dict)
     holds_at_rest: str = ""

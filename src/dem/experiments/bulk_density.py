@@ -121,7 +121,7 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
         context.frame(sim)
     phases.rest(sim, spec, REST * phases.look(spec), "tapping")
     tapped = _packed(sim, spec, vessel)
-    context.finish(sim)
+    context.finish(sim, phases.REST)
     return {
         "poured_density_kg_m3": poured.density,
         "poured_density_error_kg_m3": poured.error,

@@ -106,7 +106,7 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
         context.frame(sim)
 
     times, masses = outflow.watch(sim, spec, leave, spec.numerics.max_time_s, look)
-    context.finish(sim)
+    context.finish(sim, "nothing leaves any more")
     flow = outflow.steady_flow(times, masses)
     law = beverloo(density, 2.0 * silo.orifice, 2.0 * mean_radius(spec))
     return {

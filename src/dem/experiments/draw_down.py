@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
 LEAST_DEPTH = 3.0  # of the largest grain
 STRIPS = 10  # of each flank
-CALM = 1e-5  # energy of motion at which the grains rest
 
 
 class DrawDownGeometry(Part):
@@ -156,20 +155,34 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
         context.frame(sim)
 
     times, masses = outflow.watch(sim, spec, leave, spec.numerics.max_time_s, look)
-    phases.rest(sim, spec, spec.numerics.max_time_s, "drawing down", CALM)
-    context.finish(sim)
+    ended, start, slopes = "", sim.time, phases.Slopes(spec)
+    while not ended and sim.time - start < spec.numerics.max_time_s:
+        bed.advance_for(sim, phases.look(spec))
+        ended = slopes.ended(sim, lambda: _angles(sim, spec, boxes))
+    if not ended:
+        phases.refuse("drawing down", sim.time - start, phases.motion(sim), math.nan, phases.RESTS)
+    context.finish(sim, ended)
+    shear, repose = _angles(sim, spec, boxes)
+    return {
+        "shear_angle_deg": shear,
+        "angle_of_repose_deg": repose,
+        "mass_flow_g_s": 1e3 * outflow.steady_flow(times, masses),
+        "discharged_share": float(masses[-1] / total),
+        "emptying_time_s": outflow.ended(times, masses),
+    }
+
+
+def _angles(sim, spec, boxes):
+    """Shear angle above and angle of repose below [deg]."""
     position, radius = sim.position, sim.radius
     above = position[:, 2] > boxes.floor
     edge = mean_radius(spec)
     stays = boxes.slot + edge, boxes.upper - edge
     heap = 2.0 * edge, boxes.lower - edge  # from a grain beside its crest to the wall
-    return {
-        "shear_angle_deg": _flanks(position[above], radius[above], *stays, boxes.floor),
-        "angle_of_repose_deg": -_flanks(position[~above], radius[~above], *heap, 0.0),
-        "mass_flow_g_s": 1e3 * outflow.steady_flow(times, masses),
-        "discharged_share": float(masses[-1] / total),
-        "emptying_time_s": outflow.ended(times, masses),
-    }
+    return (
+        _flanks(position[above], radius[above], *stays, boxes.floor),
+        -_flanks(position[~above], radius[~above], *heap, 0.0),
+    )
 
 
 def _flanks(position, radius, low, high, floor):

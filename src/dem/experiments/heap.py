@@ -2,7 +2,7 @@
 repose is measured.
 
 Grains are made in the funnel's mouth at the given rate, run out through the orifice, and what
-passes the rim of the plate falls away. The run ends when the heap is at rest.
+passes the rim of the plate falls away. The run ends when the heap is at rest or its slopes stand.
 """
 
 import math
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from dem.constants import GRAVITY
-from dem.errors import RefusedStateError, SpecError
+from dem.errors import MeasureError, RefusedStateError, SpecError
 from dem.experiments.declare import Experiment, Metric, Quantity, lever, refuse, refuse_narrow
 from dem.experiments.late import builder, phases, setup
 from dem.flow import C_BEVERLOO, FREE_FLOW_RATIO, LOOSE, beverloo
@@ -43,7 +43,7 @@ Below, they lie about."""
 
 PACKING = 0.6  # solid fraction above the orifice
 NEAR_CAPACITY = 0.3  # feed within this share of the capacity: heaps come in two kinds
-LOST_BELOW = 0.75  # radii of the plate; grains this far below it have spilled
+LOST_BELOW = 0.2  # radii of the plate; grains this far below it have spilled
 AT_ORIFICE = 0.2  # radii of the orifice; grains this far below it have not left it
 JITTER = (
     0.09  # of half a grain's length: grains are made on a lattice of 2.2 of these, moved at random
@@ -293,40 +293,51 @@ class Flow:
         }
 
 
-def pour(spec: "RunSpec", context: "RunContext") -> "tuple[Simulation, Rig, int, Flow]":
-    """Build the heap described by `spec` and let it come to rest. Returns the simulation, the rig,
-    the grains spilled and the `Flow`."""
+def pour(spec: "RunSpec", context: "RunContext") -> "tuple[Simulation, Rig, int, Flow, str]":
+    """Build the heap described by `spec` and wait until its slopes stand. Returns the simulation,
+    the rig, the grains spilled, the `Flow`, and why it ended. Raises RefusedStateError where the
+    funnel is clogged or never opened, or the grains still move at max_time_s."""
     rig = Rig(spec.geometry)
     rng = np.random.default_rng(spec.seed)
     sim = setup.build_simulation(spec, rig.walls())
     source, flow = Source(spec, rig, rng), Flow()
-    spilled, closed = 0, rig.opened
+    spilled, closed, ended = 0, rig.opened, ""
+    slopes, calm = phases.Slopes(spec), spec.numerics.rest_energy_ratio
     resumed = context.resume()
     if resumed:
         arrays, meta = resumed
         sim.restore(arrays)
         rng.bit_generator.state = meta["rng"]
         source.made, spilled, closed = meta["made"], meta["spilled"], meta["closed"]
-        flow = Flow(meta["flow"])
+        flow, slopes = Flow(meta["flow"]), phases.Slopes(spec, meta["slopes"])
     chunk = max(round(source.interval / sim.time_step), 1)
     expected = spec.particles.count / spec.geometry.generation_rate_per_s + 0.7
+
+    def read():
+        if _holds_back(spec, sim, rig):
+            raise MeasureError("the funnel still holds grains")
+        heap = _heap(sim, rig)
+        return heap["angle_of_repose_deg"], heap["radial_angle_deg"]
+
     while sim.time < spec.numerics.max_time_s:
         if not source.exhausted:
             source.make_layer(sim)
         sim.advance(chunk)
         spilled += remove_spilled(sim, rig)
         flow.note(sim, rig, source.made)
-        if source.exhausted and setup.rest_energy(sim) < spec.numerics.rest_energy_ratio:
-            if not closed:
-                break
+        if source.exhausted and closed and phases.motion(sim) < calm:
             setup.take_away(sim, "gate")
             closed = False
+        elif source.exhausted and not closed:
+            ended = slopes.ended(sim, read, calm)
+            if ended:
+                break
         context.progress(
             min(sim.time / expected, 0.99), f"{sim.time:.2f} s, {sim.grain_count} grains"
         )
         context.frame(sim)
         context.checkpoint(
-            lambda lost=spilled, shut=closed: (  # type: ignore[misc]
+            lambda lost=spilled, shut=closed, seen=slopes.seen: (  # type: ignore[misc]
                 sim.state_dict(),
                 {
                     "rng": rng.bit_generator.state,
@@ -334,25 +345,29 @@ def pour(spec: "RunSpec", context: "RunContext") -> "tuple[Simulation, Rig, int,
                     "spilled": lost,
                     "closed": shut,
                     "flow": flow.record,
+                    "slopes": seen,
                 },
             )
         )
-    if closed and source.exhausted:
-        _refuse_restless(spec, sim)
     if not source.exhausted:
         _refuse_clogged(spec, sim, rig, len(source.radii) - source.made)
-    return sim, rig, spilled, flow
+    if not closed and _holds_back(spec, sim, rig):
+        _refuse_clogged(spec, sim, rig)
+    if not ended:
+        phase = "filling the closed funnel" if closed else "pouring"
+        phases.refuse(phase, sim.time, phases.motion(sim), math.nan, calm)
+    return sim, rig, spilled, flow, ended
 
 
-def _refuse_restless(spec, sim):
-    """Raise RefusedStateError for a closed funnel whose grains never came to rest."""
-    raise RefusedStateError(
-        "restless",
-        f"the funnel was never opened: after {sim.time:.1f} s its grains still move, with "
-        f"{setup.rest_energy(sim):.1e} of the energy that lifts them by a radius; "
-        f"numerics.rest_energy_ratio allows {spec.numerics.rest_energy_ratio:.1e}; lower "
-        "numerics.rayleigh_fraction, or give numerics.max_time_s more",
-    )
+def _holds_back(spec, sim, rig):
+    """Whether more grains than MOST_LEFT are in the funnel."""
+    return grains_above(sim, rig.left_height) > MOST_LEFT * spec.particles.count
+
+
+def _heap(sim, rig):
+    """`measure_heap` of the grains above the plate's rim."""
+    where = sim.position - [0.0, 0.0, rig.plate_rim]
+    return measure_heap(where, sim.radius, sim.velocity, rig.plate_radius, sim.grain)
 
 
 def _refuse_clogged(spec, sim, rig, unmade=0):
@@ -373,19 +388,11 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
 
     Raises RefusedStateError where the funnel is clogged or never opened or the plate is not
     covered, MeasureError where no heap stands."""
-    sim, rig, spilled, flow = pour(spec, context)
-    context.finish(sim)
-    energy = setup.rest_energy(sim)
-    rested = energy < spec.numerics.rest_energy_ratio
+    sim, rig, spilled, flow, ended = pour(spec, context)
+    context.finish(sim, ended)
     left = grains_above(sim, rig.left_height)
-    share = left / spec.particles.count
-    if share > MOST_LEFT:
-        _refuse_clogged(spec, sim, rig)
-    moved = phases.motion(sim)  # a grain that spins about its contacts moves no heap
-    if moved >= spec.numerics.rest_energy_ratio:
-        phases.refuse("pouring", sim.time, moved, math.nan, spec.numerics.rest_energy_ratio)
+    metrics = _heap(sim, rig)
     where = sim.position - [0.0, 0.0, rig.plate_rim]
-    metrics = measure_heap(where, sim.radius, sim.velocity, rig.plate_radius, sim.grain)
     covered = coverage(where, sim.radius, rig.plate_radius)
     if covered < LEAST_COVERAGE:
         raise RefusedStateError(
@@ -398,21 +405,14 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     apart = readings_apart(metrics)
     if apart:
         context.note(apart)
-    if not rested:
-        context.note(
-            f"the grains did not come to rest by numerics.max_time_s "
-            f"({spec.numerics.max_time_s:g} s): some still spin, with {energy:.1e} of the energy "
-            f"that lifts all grains by a radius where {spec.numerics.rest_energy_ratio:.0e} is "
-            "allowed; the heap was read then, and its angle may still creep"
-        )
     return (
         metrics
         | {
             "spilled": spilled,
             "in_funnel": left,
-            "rest_time_s": sim.time if rested else None,
-            "rest_energy_ratio": energy,
-            "share_in_funnel": share,
+            "rest_time_s": sim.time,
+            "rest_energy_ratio": phases.motion(sim),
+            "share_in_funnel": left / spec.particles.count,
             "plate_coverage": covered,
         }
         | flow.metrics()
@@ -433,7 +433,7 @@ EXPERIMENT = Experiment(
         Metric("on_plate", "grains in the heap", 0),
         Metric("spilled", "grains that fell past the plate", 0),
         Metric("in_funnel", "grains left in the funnel", 0),
-        Metric("rest_time_s", "time until all rest", 0.0),
+        Metric("rest_time_s", "time until its slopes stood", 0.0),
         Metric("rest_energy_ratio", "energy of motion at the end", 0.0, target=False),
         Metric("share_in_funnel", "grains left in the funnel over all", 0.0, 1.0),
         Metric("plate_coverage", "share of the plate that lies under grains", 0.0, 1.0),

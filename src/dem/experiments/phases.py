@@ -3,17 +3,19 @@ the run with a sentence, and no number is read.
 
 A static phase ends at rest: the grains move no more, and the walls carry their weight. Both are
 needed. Grains at the top of their flight are slow, and grains that jam in a fall are carried by
-nothing. All in SI.
+nothing. A slope that is read at the end may stand long before the last grain rests: the run ends
+then. All in SI.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from dem.constants import GRAVITY
-from dem.errors import RefusedStateError
+from dem.errors import MeasureError, RefusedStateError
 from dem.grains.sizes import fall_time
 from dem.linear import length
 
@@ -30,6 +32,14 @@ ten-thousandth of their radius."""
 CARRIED = 0.05
 """Of the weight: how far the mean force on the walls over a look may be from it. A bed that still
 falls or packs is off by the acceleration of its grains over g."""
+
+STANDS = 10.0
+"""Looks over which a slope must stand: 0.1 s for grains of 2 mm."""
+WITHIN = 0.1  # how far it may move meanwhile [deg]
+STILL = 1e-2  # energy of motion below which a slope may stand
+RESTS = 1e-5  # and below which it is read at once
+REST, STOOD = "at rest", "its slopes stand"
+"""Why a run ended that reads a slope."""
 
 
 def look(spec: RunSpec) -> float:
@@ -82,11 +92,11 @@ def pressed(sim: Simulation) -> np.ndarray:
     return sim.wall_state.impulse.sum(0)
 
 
-def rest(sim: Simulation, spec: RunSpec, limit: float, phase: str, calm: float = CALM) -> None:
+def rest(sim: Simulation, spec: RunSpec, limit: float, phase: str) -> None:
     """Wait until the grains rest. Raises RefusedStateError where they do not within `limit` [s].
 
-    phase: what ends, for the sentence; calm: largest `motion` [-] at which they rest. A state that
-    moves no more but is not carried yet is waited for.
+    phase: what ends, for the sentence. They rest below a `motion` of CALM; a state that moves no
+    more but is not carried yet is waited for.
     """
     start, pause = sim.time, look(spec)
     moved = load = np.nan
@@ -96,12 +106,43 @@ def rest(sim: Simulation, spec: RunSpec, limit: float, phase: str, calm: float =
         if sim.time - start <= SOONEST * pause:
             continue
         moved = motion(sim)
-        if moved >= calm:
+        if moved >= CALM:
             continue
         load = carried(sim, before, sim.time - begin)
         if abs(load - 1.0) < CARRIED:
             return
-    refuse(phase, sim.time - start, moved, load, calm)
+    refuse(phase, sim.time - start, moved, load)
+
+
+class Slopes:
+    """Slopes that a run waits for, as they were seen over time: rows (time [s], angles [deg])."""
+
+    def __init__(self, spec: RunSpec, seen: Iterable[Sequence[float]] = ()) -> None:
+        self.span, self.seen = STANDS * look(spec), [list(row) for row in seen]
+
+    def ended(
+        self, sim: Simulation, read: Callable[[], Sequence[float]], calm: float = RESTS
+    ) -> str:
+        """REST where the grains' `motion` is below `calm`, STOOD where each angle of read() [deg]
+        has stayed WITHIN over STANDS looks of grains that are STILL; empty where neither holds."""
+        moved = motion(sim)
+        if moved < calm:
+            return REST
+        if moved >= STILL:
+            self.seen.clear()
+        elif not self.seen or sim.time - self.seen[-1][0] >= 0.25 * self.span:
+            self._note(sim.time, read)
+            if self.seen and sim.time - self.seen[0][0] >= self.span:
+                if np.ptp(np.array(self.seen)[:, 1:], axis=0).max() <= WITHIN:
+                    return STOOD
+                del self.seen[0]
+        return ""
+
+    def _note(self, time, read):
+        try:
+            self.seen.append([time, *read()])
+        except MeasureError:  # no slope yet
+            self.seen.clear()
 
 
 def refuse(phase: str, waited: float, moved: float, load: float, calm: float = CALM) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dem.constants import DOWN, GRAVITY
+from dem.constants import DOWN
 from dem.grains import sphere
 from dem.grains.clump import random_turns, turned
 from dem.grains.dumbbell import moments, sphere_radius
@@ -111,9 +111,3 @@ def take_away(sim: Simulation, name: str) -> None:
     """Remove a wall at once: far below, where no grain falls."""
     sim.wall_state.origin[sim.walls.index(name), 2] = FAR
     sim.move_wall(name)
-
-
-def rest_energy(sim: Simulation) -> float:
-    """Kinetic energy in units of the energy that lifts every grain by its radius [-]."""
-    radius, mass = sim.radius, sim.mass
-    return sim.kinetic_energy() / max(float((mass * radius).sum()) * GRAVITY, 1e-300)

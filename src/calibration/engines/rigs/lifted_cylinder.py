@@ -10,6 +10,7 @@ import numpy as np
 from calibration.engines import bed
 from calibration.engines.program import read_dump, state_of, time_of
 from dem.experiments import lifted_cylinder as own
+from dem.experiments.phases import RESTS
 from dem.experiments.phases import look as pause_of
 from dem.experiments.setup import time_step_of
 from dem.measure.heap import coverage, measure_heap
@@ -41,7 +42,7 @@ def deck(spec: RunSpec, dialect: Dialect, folder: Path) -> str:
         dialect.lift("cylinder", speed), dialect.hold("cylinder"),
     )  # fmt: skip
     looks = max(round(spec.numerics.max_time_s / pause), 1)
-    text += bed.words().until("rest", look, looks, own.CALM * grains.lift_energy, 0)
+    text += bed.words().until("rest", look, looks, RESTS * grains.lift_energy, 0)
     return text + bed.words().dump("end")
 
 

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, replace
 
 from calibration.study.config.schema import COARSER
-from dem.advice import TREMBLES, bed_pressure, pressed_step
+from dem.advice import bed_pressure, pressed_step
 from dem.constants import GRAVITY
 from dem.contact.registry import ContactParameters, Laws, Material
 from dem.experiments.heap import PACKING, solid_rate
@@ -113,7 +113,7 @@ class Heap:
             pressure = bed_pressure(self.count, 2.0 * radius, self.density_kg_m3)
             contact = ContactParameters(self.least_restitution, 0.0)
             pressed = pressed_step(radius, material, contact, pressure, Laws())
-            longest.append(TREMBLES * pressed)
+            longest.append(pressed)
         rayleigh = rayleigh_time(
             radius, self.density_kg_m3, self.shear_modulus_Pa, self.poisson_ratio
         )

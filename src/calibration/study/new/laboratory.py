@@ -26,7 +26,7 @@ from calibration.study.new.grains import (
 from calibration.study.new.heap import FEWEST, MOST, RAYLEIGH
 from calibration.study.new.methods import Entry, LaboratoryTest
 from calibration.study.new.methods.shear import EXPERIMENT as SLID_ON_A_WALL
-from dem.advice import TREMBLES, bed_pressure, pressed_step
+from dem.advice import bed_pressure, pressed_step
 from dem.constants import GRAVITY
 from dem.contact.registry import ContactParameters, Laws, Material
 from dem.experiments import experiments
@@ -277,7 +277,7 @@ def steady(test: LaboratoryTest, grains: Grains) -> dict:
                  default=0.0)  # fmt: skip
     contact = ContactParameters(grains.least_restitution, 0.0)
     pressed = max(pressure, stress) + _pull(grains, diameter)
-    step = TREMBLES * pressed_step(radius, material, contact, pressed, Laws())
+    step = pressed_step(radius, material, contact, pressed, Laws())
     rayleigh = rayleigh_time(radius, grains.density_kg_m3, modulus, material.poisson_ratio)
     usual = experiment.defaults.get("numerics", {}).get("rayleigh_fraction", RAYLEIGH)
     usual = min(usual, numerics.get("rayleigh_fraction", usual))

@@ -134,7 +134,6 @@ def one_run(
         restless = late and getattr(error, "kind", "restless") == "restless"
     if left := metrics.get("in_funnel"):
         fault = f"clogged: {left} grains left in the funnel"
-    restless = restless or metrics.get("rest_time_s", 0.0) is None
     return Trial(point, metrics, fault, time.process_time() - begun, restless)
 
 

@@ -107,6 +107,5 @@ LAW = Law(
     constants=("cohesion",),
     values=lambda contact: {"cohesion": contact.surface_energy},
     only_with={"normal": ("hertz",), "damping": ("tsuji",)},
-    remembers="the contact radius of the neck",
     left_out="NOT CONVERTED: cohesion jkr; these grains do not stick.",
 )

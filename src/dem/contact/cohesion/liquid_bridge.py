@@ -85,6 +85,5 @@ LAW = Law(
     ),
     constants=("cohesion", "wetting", "liquid", "bridge_reach"),
     values=values,
-    remembers="that the contact has touched",
     left_out="NOT CONVERTED: cohesion liquid_bridge; these grains do not stick.",
 )

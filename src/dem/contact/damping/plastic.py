@@ -81,7 +81,6 @@ LAW = Law(
         "yield_pressure": contact.yield_pressure,
     },
     only_with={"normal": ("hertz",)},
-    remembers="the deepest overlap",
     left_out="NOT CONVERTED: damping plastic, whose restitution depends on the impact speed; the "
     "constant "
     "coefficient of restitution stands in its place.",

@@ -63,7 +63,6 @@ LAW = Law(
     constants=constants(KEY, POWERS),
     values=_values,
     only_with={"normal": ("hertz",)},
-    remembers="the speed at the first touch",
     left_out="NOT CONVERTED: damping restitution_curve; the constant coefficient of restitution "
     "stands in its place.",
 )

@@ -92,7 +92,6 @@ LAW = Law(
         "tangential": ("mindlin",),
         "cohesion": ("none", "liquid_bridge"),
     },
-    remembers="the deepest overlap",
     longest_step=lambda contact, mass, rayleigh: math.sqrt(1.0 - contact.plasticity) * rayleigh,
     left_out="NOT CONVERTED: normal eepa; the exported contact is elastic with a dashpot and does "
     "not stick.",

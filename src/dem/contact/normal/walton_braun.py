@@ -52,7 +52,6 @@ LAW = Law(
         "torsion": ("none",),
         "cohesion": ("none", "liquid_bridge"),
     },
-    remembers="the deepest overlap",
     longest_step=lambda contact, mass, rayleigh: step_of(values(contact)["normal_unloading"], mass),
     left_out="NOT CONVERTED: normal walton_braun; the exported spring is that of Hertz, with a "
     "dashpot for the same e.",

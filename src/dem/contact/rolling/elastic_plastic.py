@@ -145,7 +145,6 @@ LAW = Law(
         "rolling_damping": contact.rolling_damping,
         "rolling_limit": limit(contact.rolling_damping),
     },
-    remembers="the spring moment",
     exports={
         "liggghts": Export(
             "epsd3",

@@ -7,6 +7,7 @@ the contact unloads.
 """
 
 from dem.contact.law import Law, Parameter
+from dem.contact.tangential.mindlin import settled
 from dem.kernel.arithmetic import sqrt
 from dem.kernel.decorator import law
 from dem.kernel.vectors import at_most, reject, scale, subtract
@@ -18,7 +19,8 @@ def force(p, n, v_t, stiffness, contact_radius, radius_before, m_eff, spring, li
     tangential = p.stiffness_ratio * stiffness
     spring = subtract(reject(spring, n), scale(tangential * dt, v_t))
     spring = at_most(limit, spring)
-    whole = subtract(spring, scale(p.damping * sqrt(tangential * m_eff), v_t))
+    dashpot = settled(p.damping * sqrt(tangential * m_eff), m_eff, dt)
+    whole = subtract(spring, scale(dashpot, v_t))
     return at_most(limit, whole), spring
 
 
@@ -39,6 +41,5 @@ LAW = Law(
     ),
     constants=("stiffness_ratio", "damping"),
     values=lambda contact: {"stiffness_ratio": contact.stiffness_ratio},
-    remembers="the spring force",
     left_out="NOT CONVERTED: tangential linear; the exported spring is that of Mindlin.",
 )

@@ -39,7 +39,6 @@ LAW = Law(
     default=True,
     constants=("damping",),
     only_with={"tangential": ("mindlin",)},
-    remembers="the spring moment",
     exports={"lammps": Export(words="twisting marshall")},
     left_out="NOT CONVERTED: torsion marshall; a grain that spins about the normal of its contact "
     "spins on.",
