@@ -98,7 +98,7 @@ def test_one_that_multiplies_a_lever_is_the_base_model_at_another_lever(name, tm
         levers = {
             n: (lo + hi) / 2 for n, (lo, hi) in settings.experiments[experiment].levers.items()
         }
-        levers |= {"particle_count": 200} if "particle_count" in levers else {}
+        levers |= {"particle_count": 400} if "particle_count" in levers else {}
         own, strength = levers[mechanism.multiplies], mechanism.strength.natural(0.8)
         plain = Rig(settings, {}).spec(Condition(experiment, levers), 3)
         moved = {mechanism.multiplies: own * strength}
