@@ -9,7 +9,7 @@ Before the runs of the gain (`after_scores`):
 After them (`after_runs`):
 4. `withdraw_refuted`: a mechanism can win the comparison and still be wrong, being only the best
    of those tried: what does not predict settings left out is withdrawn;
-5. `undecided`: a base model that is called adequate, though the simulations could not have shown
+5. `undecided`: a base model that is called adequate, though the simulations could not have shown it
    wrong, is `not decided`.
 """
 

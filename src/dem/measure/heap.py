@@ -54,11 +54,12 @@ def measure_heap(
     if height < MIN_HEIGHT * 2.0 * float(np.mean(r)):
         raise MeasureError(f"no heap: the grains on the plate stand {1e3 * height:.2f} mm high")
     flanks = silhouette_angles(p, r, plate_radius)
-    radial = radial_angles(p, r, plate_radius)
+    seen = *surface(p, r, plate_radius), _clear_of_rim(plate_radius, r)
+    radial = radial_angles(*seen)
     return {
         "angle_of_repose_deg": float(np.mean(flanks)),
         "angle_of_repose_sd_deg": float(np.std(flanks, ddof=1)),
-        "radial_angle_deg": radial_angle(p, r, plate_radius),
+        "radial_angle_deg": radial_angle(*seen),
         "radial_angle_sd_deg": float(np.std(radial, ddof=1)),
         "height_mm": 1e3 * height,
         "on_plate": count,
@@ -114,6 +115,8 @@ def outline(
     there is none. [m]"""
     height = np.zeros(len(stations))
     step = stations[1] - stations[0]
+    near = across + radius >= stations[0]  # the others lie on the far side of the axis
+    across, z, radius = across[near], z[near], radius[near]
     first = np.ceil((across - radius - stations[0]) / step).astype(int)
     last = np.floor((across + radius - stations[0]) / step).astype(int)
     for shift in range(int((last - first).max(initial=0)) + 1):
@@ -172,22 +175,19 @@ def coverage(position: np.ndarray, radius: np.ndarray, plate_radius: float) -> f
     return float(((height > 0.0) * stations).sum() / (AZIMUTHS * stations.sum()))
 
 
-def radial_angle(position: np.ndarray, radius: np.ndarray, plate_radius: float) -> float:
-    """Angle [deg] of the flank of the surface averaged over the azimuth. position (n, 3), radius
-    (n,), plate_radius [m]. Raises MeasureError where it has no flank."""
-    stations, height = surface(position, radius, plate_radius)
-    angle = fit_flank(stations, height.mean(axis=0), _clear_of_rim(plate_radius, radius))
+def radial_angle(stations: np.ndarray, height: np.ndarray, limit: float) -> float:
+    """Angle [deg] of the flank of a `surface` averaged over the azimuth, within `limit` [m] of the
+    axis. Raises MeasureError where it has no flank."""
+    angle = fit_flank(stations, height.mean(axis=0), limit)
     if not np.isfinite(angle):
         raise MeasureError("no heap: the radial surface has no flank")
     return angle
 
 
-def radial_angles(position: np.ndarray, radius: np.ndarray, plate_radius: float) -> np.ndarray:
-    """Angles [deg] of the surface averaged over each of SECTORS sectors that have a flank. position
-    (n, 3), radius (n,), plate_radius [m]."""
-    stations, height = surface(position, radius, plate_radius)
+def radial_angles(stations: np.ndarray, height: np.ndarray, limit: float) -> np.ndarray:
+    """Angles [deg] of a `surface` averaged over each of SECTORS sectors that have a flank within
+    `limit` [m] of the axis."""
     sectors = height.reshape(SECTORS, -1, len(stations)).mean(axis=1)
-    limit = _clear_of_rim(plate_radius, radius)
     return _valid([fit_flank(stations, s, limit) for s in sectors], "radial surface")
 
 

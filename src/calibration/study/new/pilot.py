@@ -69,8 +69,7 @@ class Trial:
     @property
     def found(self) -> str:
         """The angle, or why there is none, in words."""
-        trembles = ", where its grains do not come to rest" if self.restless else ""
-        return self.fault or f"{self.angle_deg:.1f}°{trembles}"
+        return self.fault or f"{self.angle_deg:.1f}°"
 
 
 def try_study(lab: Laboratory, show: Show, estimate: Callable[[Config], str]) -> list[str]:
