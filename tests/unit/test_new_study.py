@@ -135,6 +135,14 @@ def test_no_more_grains_are_simulated_than_asked(here, capsys):
     assert "--grains 4000 gives it 1000" in said
 
 
+def test_designs_of_heaps_that_take_little_time_are_run_several_times(here, capsys):
+    assert main(["new", "peas", *ANGLES, *RIG]) == 0
+    assert main(["new", "salt", *ANGLES, *("1.8mm" if x == "4mm" else x for x in RIG)]) == 0
+    peas, salt = read(here / "peas"), read(here / "salt")
+    assert peas.screening.replicates == peas.response_surface.replicates == 4
+    assert salt.screening.replicates == salt.response_surface.replicates == 1
+
+
 def test_a_sieve_curve_keeps_mass(tmp_path):
     path = tmp_path / "sieve.csv"
     path.write_text("diameter_mm;mass_percent\n1,0;25\n2,0;75\n")

@@ -108,9 +108,10 @@ def _new(args):
                 f"wrote {args.folder}; do not start it as it is: {', '.join(without)} gave no value"
             )
             return
+    run = f"calibration run '{args.folder}'"
+    look = f", for a first look: {run} --config resolution=quick"
     print(
-        f"wrote {args.folder}; next, for a first look: calibration run '{args.folder}' --config "
-        "resolution=quick"
+        f"wrote {args.folder}; next" + (look if study.replicates(laboratory) == 1 else f": {run}")
     )
 
 

@@ -240,8 +240,10 @@ def _natural(factors, u):
 def _parameters(factors, experiment, posterior, prior):
     """Mean, standard deviation, interval of each parameter; the share of its prior's standard
     deviation that is left; whether the measurements bound it; the side of its region on which it
-    presses, and the level that the region would have to reach, or the last that is possible."""
+    presses, and the level that the region would have to reach, or the last that is possible. An
+    interval that is not bounded on a side ends there where the region ends."""
     low, high = posterior.interval(LEVEL)
+    low, high = np.where(low > INSIDE, low, 0.0), np.where(high < 1.0 - INSIDE, high, 1.0)
     before = prior.draw(PRIOR_DRAWS, np.random.default_rng(1)).std(axis=0)
     pressed, found = borders(posterior.draws, prior), {}
     for k, f in enumerate(factors):
@@ -252,7 +254,7 @@ def _parameters(factors, experiment, posterior, prior):
             "sd": float(2.0 * u.std(ddof=1) * f.half_range),
             "interval": [f.natural(float(2.0 * x - 1.0)) for x in (low[k], high[k])],
             "left": float(u.std(ddof=1) / before[k]),
-            "bounded": bool(low[k] > INSIDE and high[k] < 1.0 - INSIDE),
+            "bounded": bool(low[k] > 0.0 and high[k] < 1.0),
             "border": own.side if own else None,
             **_reach(f, experiment, own),
         }

@@ -113,7 +113,7 @@ def _told(answer):
 def _question(method, key, answers):
     """The question of a key; a stated spread has the unit of the reading that was answered."""
     read = next((q for q in method.questions if q.reading and answers.get(q.key)), None)
-    if method.spread and key in ("sd", "n") and read:
+    if method.becomes and key in ("sd", "n") and read:
         return dict(zip(("sd", "n"), spread_of(read), strict=True))[key]
     return method.question(key)
 
@@ -134,7 +134,7 @@ def _readings(entry):
 
 def _spread_faults(entry):
     """A single reading says nothing of its error, and several say it themselves."""
-    if not entry.method.spread:
+    if not entry.method.becomes:
         return []
     read, sd, n = _readings(entry), entry.values("sd"), entry.values("n")
     if len(read) == 1 and not sd:

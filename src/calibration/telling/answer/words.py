@@ -59,7 +59,8 @@ def known(parameter: Parameter) -> str:
     """How a parameter is known, in words."""
     if parameter.interval_95 is None:
         return parameter.source
-    low, high = (f"{end:.3g}" for end in parameter.interval_95)
+    digits = 2 if parameter.bounded is False else 3
+    low, high = (f"{end:.{digits}g}" for end in parameter.interval_95)
     if parameter.bounded is False:
         return f"not bounded by what was measured: {low} to {high}"
     of = OF[parameter.interval_of] if parameter.interval_of else ""

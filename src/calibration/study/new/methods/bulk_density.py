@@ -134,7 +134,6 @@ METHODS = (Method(
     ),
     rank=20,
     becomes=poured,
-    spread=True,
     leads=True,
 ), Method(
     name="tapped-density",
@@ -151,5 +150,4 @@ METHODS = (Method(
     ),
     rank=21,
     becomes=tapped,
-    spread=True,
 ),)  # fmt: skip

@@ -214,7 +214,7 @@ class Method:
 
     name: its option and its name in a table; title: for a heading; about: what is done, in a
     sentence; questions; becomes: becomes(entry, grains) -> `LaboratoryTest`, None where the answers
-    describe the grain; spread: whether a single reading needs a stated spread; own_options: whether
+    describe the grain, and a single reading needs a stated spread elsewhere; own_options: whether
     each question is an option of `dem new` by itself; rank: the order in which methods are asked,
     and the lowest rank that was measured is what the study's chain is calibrated to; leads: whether
     it can be; under: key of the question whose answers tell several rigs of the method apart, a
@@ -229,7 +229,6 @@ class Method:
     questions: tuple[Question, ...]
     rank: int
     becomes: Callable[..., LaboratoryTest] | None = None
-    spread: bool = False
     own_options: bool = False
     leads: bool = False
     under: str = ""
@@ -244,7 +243,7 @@ class Method:
     @property
     def asked(self) -> tuple[Question, ...]:
         """All questions, those of a stated spread among them."""
-        if not self.spread:
+        if not self.becomes:
             return self.questions
         first = next(q for q in self.questions if q.reading)
         return (*self.questions, *spread_of(first))

@@ -141,6 +141,5 @@ METHODS = (Method(
     ),
     rank=30,
     becomes=becomes,
-    spread=True,
     leads=True,
 ),)  # fmt: skip

@@ -310,7 +310,6 @@ METHODS = (Method(
     ),
     rank=10,
     becomes=funnel,
-    spread=True,
     own_options=True,
     leads=True,
 ), Method(
@@ -331,6 +330,5 @@ METHODS = (Method(
     ),
     rank=11,
     becomes=cylinder,
-    spread=True,
     leads=True,
 ),)  # fmt: skip

@@ -136,7 +136,6 @@ METHODS = (Method(
     ),
     rank=40,
     becomes=dropped,
-    spread=True,
     under="height",
     scatter=about_one_restitution,
     scatter_about="one restitution from {n} heights",
@@ -154,5 +153,4 @@ METHODS = (Method(
     ),
     rank=41,
     becomes=tilted,
-    spread=True,
 ),)  # fmt: skip
