@@ -22,7 +22,7 @@ import numpy as np
 import yaml
 
 from calibration.statistics.screening_design import screening_design
-from calibration.study.config import overlay, parse_config, point_spec, read_target
+from calibration.study.config import overlay, parse_config, point_spec
 from calibration.study.config.joint import joint_targets, read_joint_target
 from calibration.study.new.study import configuration, write_settings
 from calibration.study.simulated_tests import WITH_SIZE, ratios, simulated
@@ -327,14 +327,16 @@ def _of_one_heap(lab, show):
 
     cut, trials = shrunk(lab.factors, pour(lab.factors, points), again)
     lab = _with_factors(lab, cut, show)
-    measured = float(read_target(_config(lab, "full")).mean())
+    config = _config(lab, "full")
+    measured, error = _measured(config, joint_targets(config)[0])
     for sentence in advice(trials, measured):
         show(sentence)
     end = beyond(trials, measured)
     if end is not None:
         (trial,) = pour(cut, [end])
         steeper = measured > max(_angles(trials))
-        reached = trial.angle_deg is not None and (trial.angle_deg >= measured) == steeper
+        short = (measured - (trial.angle_deg or 0.0)) * (1.0 if steeper else -1.0)
+        reached = trial.angle_deg is not None and short <= error
         show(
             "at the ends that bring it nearest the heap reaches yours"
             if reached
