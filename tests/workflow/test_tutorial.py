@@ -35,11 +35,11 @@ def test_the_tutorial_runs_from_top_to_bottom(tmp_path):
         shown.append(done.stdout + done.stderr)
     text = "\n".join(shown)
     assert tells(text, "option --measured 281", "3 to 89")
-    assert tells(text, "68 of 68", "none failed")
+    assert tells(text, "beans", "runs done", "none failed")
     assert "angle_of_repose_deg" in text
     assert "particles.cuont" in text
     assert not (tmp_path / "wrong").exists()
-    study = tmp_path / "results" / "beans-quick"
+    study = tmp_path / "results" / "beans"
     assert (study / "report.html").is_file()
     optimum = json.loads((study / "optimise" / "optimum.json").read_text())
     assert optimum["interval_95_others_held"]

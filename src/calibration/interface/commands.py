@@ -211,9 +211,7 @@ def _add_clump(commands):
         "the table that particles.clump reads.",
     )
     clump.add_argument("mesh", type=Path, metavar="STL")
-    clump.add_argument(
-        "--spheres", type=int, default=8, help="at most; up to ten, eight unless given"
-    )
+    clump.add_argument("--spheres", type=int, default=8, help="at most, up to ten; 8 unless given")
     clump.add_argument("--out", type=Path, help="table to write; beside the mesh unless given")
     clump.set_defaults(command=_clump)
 
