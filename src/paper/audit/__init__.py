@@ -1,7 +1,8 @@
 """Recompute every printed figure of the paper from its printed tables and say which agree.
 
-Each module of a part of the paper has a table CLAIMS: claim of claims.csv -> what the printed
-tables give for it, and functions CELLS of the cells of tables. This is the one evaluator."""
+Each module of a part of the paper has a table CLAIMS, claim of claims.csv -> what the printed
+tables give for it, and a table CELLS of the claims that the cells of tables make. This is the one
+evaluator."""
 
 from __future__ import annotations
 
@@ -10,7 +11,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import pandas as pd
 
 from calibration.files import write_text
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 MODULES = (bench, materials, screening, surface, theory)
 CLAIMS = {i: give for m in MODULES for ids, give in m.CLAIMS.items() for i in ids.split()}
+CELLS = {key: cells for m in MODULES for key, cells in m.CELLS.items()}
 AGREES, DISAGREES, NOT_COMPUTABLE = "agrees", "disagrees", "not_computable"
 USUAL = {AGREES: "None: the printed figure stands.", DISAGREES: "Use the recomputed figure."}
 COLUMNS = (
@@ -77,34 +78,39 @@ def _findings(paper: Paper) -> Iterator[tuple[Claim, Found]]:
     for claim in paper.claims.values():
         found = CLAIMS[claim.id](paper, claim)
         if not isinstance(found, dict):
-            yield claim, found if isinstance(found, Found) else Found(found)
+            yield claim, _as_found(found)
             continue
         for end, part in found.items():
             yield replace(claim, id=f"{claim.id}.{end}", claim=f"{claim.claim} ({end})"), part
-    told = paper.text("cell_claims", "id", "where", "claim", "unit", AGREES, DISAGREES)
-    told = told.set_index("id")
-    for cells in (cells for module in MODULES for cells in module.CELLS):
-        for key, printed, found in cells(paper):
-            row = told.loc[key]
-            filled = {k: row[k].format(**found.names) for k in ("where", "claim", "unit")}
-            sentences = {verdict: row[verdict] for verdict in USUAL}
-            yield (
-                Claim(key.format(**found.names), printed=printed, sentences=sentences, **filled),
-                found,
-            )
+    told = paper.text("cell_claims", "id", "where", "claim", "unit", *USUAL).set_index("id")
+    for key, (rows, columns, judge) in CELLS.items():
+        sentences = {verdict: told.loc[key, verdict] for verdict in USUAL}
+        listed = paper.text(rows).to_dict("records") if isinstance(rows, str) else rows(paper)
+        for k, row in enumerate(listed, start=1):
+            for cell in columns.split():
+                found = _as_found(judge(paper, row | {"row": k, "cell": cell}))
+                if not row[cell] and pd.isna(found.value):
+                    continue  # as F of a residual
+                found.names = row | {"row": k, "cell": cell} | found.names
+                texts = [key, *told.loc[key, ["where", "claim", "unit"]]]
+                ident, where, claim, unit = (text.format(**found.names) for text in texts)
+                yield Claim(ident, where, claim, row[cell], unit, sentences), found
+
+
+def _as_found(given):
+    return given if isinstance(given, Found) else Found(given)
 
 
 def _judged(claim: Claim, found: Found) -> dict[str, Any]:
     """Return one row of the audit."""
     text = claim.printed if found.printed is None else found.printed
-    value = found.value.item() if isinstance(found.value, np.generic) else found.value
     holds, tolerance = found.compared(text)
-    verdict = NOT_COMPUTABLE if value is None else AGREES if holds else DISAGREES
-    told = claim.sentences.get("unknown" if value is None else verdict, "")
-    names = {"value": value, "printed": text, "unit": claim.unit} | dict(found.names)
+    verdict = NOT_COMPUTABLE if found.value is None else AGREES if holds else DISAGREES
+    told = claim.sentences.get("unknown" if found.value is None else verdict, "")
+    names = found.names | {"value": found.value, "printed": text, "unit": claim.unit}
     return {
         "id": claim.id, "where": claim.where, "claim": claim.claim, "printed": text,
-        "recomputed": value, "unit": claim.unit, "tolerance": tolerance, "verdict": verdict,
+        "recomputed": found.value, "unit": claim.unit, "tolerance": tolerance, "verdict": verdict,
         "consequence": told.format(**names) if told else USUAL.get(verdict, ""),
     }  # fmt: skip
 

@@ -2,13 +2,14 @@
 inverses, and what too few steps in a contact do to Table 9."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from dem.contact.registry import Material
 from dem.timescales import hertz_contact_time, rayleigh_time
 from paper.audit.materials import SIEVES_MM, intrinsic
-from paper.audit.paper import Cells, Claims, Found, Paper, Printed, propagate
+from paper.audit.paper import Cells, Claims, Found, Paper, Printed, propagate, relative_error
 
 # Hertz: duration = 2.9432 x peak overlap / speed (Johnson, Contact Mechanics, 1985, 11.4).
 DURATION_OVER_OVERLAP_TIME = 2.9432
@@ -47,7 +48,8 @@ DROP = Sweep(
     "table09_drop_test", "salt_steel_restitution", "rebound_height_mm", "eq23",
     "measured_rebound_height", "simulated_rebound_at_0.421", "mm",
 )  # fmt: skip
-SWEEPS = {"table08": TILT, "tilt": TILT, "table09": DROP, "drop": DROP}
+SWEEPS = dict.fromkeys(("table08", "tilt", "eq21"), TILT)
+SWEEPS |= dict.fromkeys(("table09", "drop", "eq23"), DROP)
 """First part of a claim's id: sweep."""
 
 
@@ -56,12 +58,8 @@ def r_squared(y: np.ndarray, predicted: np.ndarray) -> float:
     return float(1 - np.sum((y - predicted) ** 2) / np.sum((y - y.mean()) ** 2))
 
 
-def inverse_quadratic(curve: np.ndarray, y: float, low: float, high: float) -> float:
-    """The x where the quadratic (highest power first) is y: the root nearest the middle of
-    low..high; nan if none."""
-    roots = np.roots(np.asarray(curve, float) - [0.0, 0.0, y])
-    real = roots[np.isreal(roots)].real
-    return float(real[np.argmin(np.abs(real - (low + high) / 2))]) if len(real) else float("nan")
+def _points(paper, claim):
+    return SWEEPS[claim.group].points(paper)
 
 
 def _readings(name):
@@ -69,14 +67,6 @@ def _readings(name):
     added."""
     file = f"readings_{name}"
     return lambda paper, _: paper.numbers(file, "value").value.mean() if paper.has(file) else None
-
-
-def _points(paper, claim):
-    return SWEEPS[claim.group].points(paper)
-
-
-def _end(of):
-    return lambda paper, claim: Found(of(_points(paper, claim)[0]), exact=True)
 
 
 def _increment(paper, claim):
@@ -91,88 +81,72 @@ def _implied_count(paper, claim):
     return round((high - low) / step) + 1
 
 
-def coefficients(paper: Paper) -> Cells:
-    """The printed coefficients of Eqs. 21 and 23."""
-    for sweep in (TILT, DROP):
-        x, y = sweep.points(paper)
-        printed = sweep.curve(paper)
-        deviation = np.abs(np.polyval([p.value for p in printed], x) - y).max()
-        where = f"Eq. {sweep.equation[2:]}"
-        for power, value, cell in zip((2, 1, 0), np.polyfit(x, y, 2), printed, strict=True):
-            names = {"equation": sweep.equation, "power": power, "unit": sweep.unit}
-            names |= {"where": where, "deviation": deviation}
-            yield "{equation}.c{power}", cell.text, Found(value, names=names)
+def _printed_coefficients(paper):
+    return [
+        {"equation": sweep.equation, "where": f"Eq. {sweep.equation[2:]}", "unit": sweep.unit,
+         "power": power, "printed": cell.text}
+        for sweep in (TILT, DROP)
+        for power, cell in zip((2, 1, 0), sweep.curve(paper), strict=True)
+    ]  # fmt: skip
+
+
+def _coefficient(paper, row):
+    sweep = SWEEPS[row["equation"]]
+    x, y = sweep.points(paper)
+    printed = np.polyval([p.value for p in sweep.curve(paper)], x)
+    return Found(np.polyfit(x, y, 2)[2 - row["power"]], deviation=np.abs(printed - y).max())
 
 
 def _fit_r2(paper, claim):
     x, y = _points(paper, claim)
     printed = [p.value for p in SWEEPS[claim.group].curve(paper)]
     best, curve = (r_squared(y, np.polyval(c, x)) for c in (np.polyfit(x, y, 2), printed))
-    return Found(best, names={"curve": curve})
+    return Found(best, curve=curve)
+
+
+def _inverse(paper, claim, curve):
+    """The parameter at which a quadratic, highest power first, gives the measured response: the
+    root nearest the middle of the table; nan if none. What is measured was put into the equation
+    and counts as exact."""
+    x, _ = _points(paper, claim)
+    measured = paper.value(SWEEPS[claim.group].measured)
+    roots = np.roots(np.asarray(curve, float) - [0.0, 0.0, measured])
+    real = roots[np.isreal(roots)].real
+    return real[np.argmin(np.abs(real - (x.min() + x.max()) / 2))] if len(real) else np.nan
 
 
 def _inverse_of_print(paper, claim):
-    sweep = SWEEPS[claim.group]
-    x, _ = sweep.points(paper)
-    measured = paper.value(sweep.measured)  # it was put into the equation, and counts as exact
-
     def inverse(curve):
-        return inverse_quadratic(curve, measured, x.min(), x.max())
+        return _inverse(paper, claim, curve)
 
-    printed = sweep.curve(paper)
-    return Found(inverse([p.value for p in printed]), half_width=propagate(inverse, printed))
-
-
-def _inverse_of_fit(paper, claim):
-    x, y = _points(paper, claim)
-    measured = paper.value(SWEEPS[claim.group].measured)
-    return inverse_quadratic(np.polyfit(x, y, 2), measured, x.min(), x.max())
-
-
-def _direct_tilt(paper, claim):
-    value = np.tan(np.radians(paper.value(TILT.measured)))
-    return Found(value, names={"law": "tan(angle)"})
-
-
-def _direct_drop(paper, claim):
-    value = np.sqrt(paper.value(DROP.measured) / paper.value("drop_height"))
-    return Found(value, names={"law": "sqrt(h/H)"})
-
-
-def _confirmation_error(paper, claim):
-    sweep = SWEEPS[claim.group]
-    measured = paper.value(sweep.measured)
-    return 100 * abs(paper.value(sweep.confirmed) - measured) / measured
+    printed = SWEEPS[claim.group].curve(paper)
+    return Found(inverse([p.value for p in printed]), propagate(inverse, printed))
 
 
 def _between(paper, claim):
     x, y = _points(paper, claim)
     at = paper.value(SWEEPS[claim.group].parameter)
     low, high = y[x <= at].max(initial=-np.inf), y[x >= at].min(initial=np.inf)
-    return Found(f"{low:g} to {high:g}", holds=low <= claim.value <= high, names={"at": at})
+    return Found(f"{low:g} to {high:g}", holds=low <= claim.value <= high, at=at)
 
 
-def _tilt_reach(paper, claim):
-    angles = TILT.points(paper)[1]
-    needed = paper.value("tilt_start") + angles.max() / paper.value("inclined_plane_tilt_rate")
-    return Found(needed, holds=claim.value >= needed)
+def _lasts(needed):
+    """Whether a printed duration is at least what is needed, a function of the paper [s]."""
+    return lambda paper, claim: Found(needed(paper), holds=claim.value >= needed(paper))
 
 
-def _drop_duration(paper, claim):
-    """Fall, then rise to the highest printed rebound."""
-    heights, g = DROP.points(paper)[1], paper.value("gravity")
-    needed = sum(np.sqrt(2e-3 * h / g) for h in (paper.value("drop_height"), heights.max()))
-    return Found(needed, holds=claim.value >= needed)
+def _fall_and_rise(paper):
+    """To the highest printed rebound."""
+    heights = (paper.value("drop_height"), DROP.points(paper)[1].max())
+    return sum(np.sqrt(2e-3 * h / paper.value("gravity")) for h in heights)
 
 
-def tangents(paper: Paper) -> Cells:
-    """The friction that each angle of Table 8 implies."""
-    printed = paper.printed(TILT.table, TILT.parameter)
-    for row, (cell, angle) in enumerate(zip(printed, TILT.points(paper)[1], strict=True), start=1):
-        late = angle - np.degrees(np.arctan(cell.value))
-        names = {"row": row, "late": abs(late), "when": "after" if late > 0 else "before"}
-        value = np.tan(np.radians(angle))
-        yield "table08.tangent.{row}", cell.text, Found(value, names=names)
+def _tangent(paper, row):
+    """The friction that an angle of Table 8 implies."""
+    friction, angle = (column[row["row"] - 1] for column in TILT.points(paper))
+    late = angle - np.degrees(np.arctan(friction))
+    when = "after" if late > 0 else "before"
+    return Found(np.tan(np.radians(angle)), late=abs(late), when=when)
 
 
 def _yield_locus(paper, claim):
@@ -181,18 +155,17 @@ def _yield_locus(paper, claim):
     value = None
     if paper.has("readings_yield_locus"):
         points = paper.numbers("readings_yield_locus", "normal_stress_kPa", "shear_stress_kPa")
-        line = np.polyfit(points.normal_stress_kPa, points.shear_stress_kPa, 1)
-        value = line[int(claim.part == "intercept")]
+        value = np.polyfit(*points.to_numpy().T, 1)[int(claim.part == "intercept")]
     slope = np.tan(np.radians(paper.value("measured_angle_of_repose")))
     height_m = 0.5e-3 * paper.value("base_plate_diameter") * slope
     stress = paper.value("section_1_1_density") * paper.value("gravity") * height_m
     intercept, friction = map(paper.value, ("yield_locus_intercept", "yield_locus_slope"))
-    return Found(value, names={"share": 1e3 * intercept / (friction * stress)})
+    return Found(value, share=1e3 * intercept / (friction * stress))
 
 
 def _yield_friction(paper, claim):
     slope = paper.scalar("yield_locus_slope")
-    return Found(slope.value, half_width=slope.half_unit)
+    return Found(slope.value, slope.half_unit)
 
 
 # --- time steps -----------------------------------------------------------------------------------
@@ -238,44 +211,38 @@ def _salt_constants(paper):
     return 1e6 * paper.value("section_1_1_shear_modulus"), paper.value("section_1_1_poisson_ratio")
 
 
-def _by_diameter(paper, judged):
-    """{simulated diameter: Found}, sieve size times scale factor; judged(radius [m], density,
-    constants) gives each. The paper prints no constants of the salt where these are None."""
-    constants, scale = _salt_constants(paper), paper.value("scale_factor")
-    density = intrinsic(paper, "salt_density").value
-    sizes = [scale * float(d) for d in SIEVES_MM]
-    return {
-        f"{d:g}mm": Found(None) if constants is None else judged(0.5e-3 * d, density, constants)
-        for d in sizes
-    }
+def _longer_times(time):
+    """{simulated diameter: Found}, sieve size times scale factor: whether the time step is below a
+    time of a grain, time(paper, radius [m], density, constants of the salt). The paper may print no
+    constants."""
+
+    def found(paper, claim):
+        constants, scale = _salt_constants(paper), paper.value("scale_factor")
+        density, every = intrinsic(paper, "salt_density").value, {}
+        for diameter in (scale * float(size) for size in SIEVES_MM):
+            every[f"{diameter:g}mm"] = Found(None)
+            if constants is not None:
+                limit = time(paper, 0.5e-3 * diameter, density, constants)
+                share, steps = claim.value / limit, limit / claim.value
+                every[f"{diameter:g}mm"] = Found(limit, holds=share < 1, share=share, steps=steps)
+        return every
+
+    return found
 
 
-def _below_rayleigh(paper, claim):
-    def judged(radius, density, constants):
-        limit = rayleigh_time(radius, density, *constants)
-        share = claim.value / limit
-        return Found(limit, holds=share < 1, names={"share": share})
-
-    return _by_diameter(paper, judged)
-
-
-def _shorter_than_contact(paper, claim):
+def _contact_time(paper, radius, density, constants):
+    """Of a grain that falls on the plate of the drop test [s]."""
     names = ("density", "shear_modulus", "poisson_ratio")
     plate = Material(*(intrinsic(paper, f"steel_{n}").value for n in names))
     speed = np.sqrt(2e-3 * paper.value("drop_height") * paper.value("gravity"))
-
-    def judged(radius, density, constants):
-        duration = hertz_contact_time(radius, speed, Material(density, *constants), plate)
-        steps = duration / claim.value
-        return Found(duration, holds=steps > 1, names={"steps": steps})
-
-    return _by_diameter(paper, judged)
+    return hertz_contact_time(radius, speed, Material(density, *constants), plate)
 
 
 def _law_heights(paper):
     return DROP.points(paper)[0] ** 2 * paper.value("drop_height")
 
 
+@lru_cache(maxsize=8)
 def _stepped_heights(paper, steps):
     """Lowest and highest rebound [mm] that `steps` steps in a contact give each row of Table 9, and
     which of the printed heights lie between them, (n,) each."""
@@ -293,52 +260,60 @@ def _heights_on_law(paper, claim):
         low, high, inside = _stepped_heights(paper, steps)
         width = np.mean(high - low)
         counts.append(f"{inside.sum()} at N = {steps:g} (ranges {width:.1f} mm wide)")
-    return Found(on, names={"counts": ", ".join(counts)})
+    return Found(on, counts=", ".join(counts))
 
 
-def heights(paper: Paper) -> Cells:
-    """The rebounds of Table 9."""
-    within = {f"{s:g}": _stepped_heights(paper, s)[2] for s in FEW_STEPS}
-    printed, law_heights = paper.printed(DROP.table, DROP.response), _law_heights(paper)
-    for i, e in enumerate(DROP.points(paper)[0]):
-        cell, law = printed[i], law_heights[i]
-        steps = ", ".join(s for s, inside in within.items() if inside[i])
-        names = {"row": i + 1, "e": e, "off": cell.value / law - 1}
-        names["steps"] = steps or "neither 3, 3.5 nor 4"
-        yield "table09.height.{row}", cell.text, Found(law, names=names)
-
-
-def _generation(paper, claim):
-    needed = paper.value("particle_count") / paper.value("generation_rate")
-    return Found(needed, holds=needed <= claim.value)
+def _height(paper, row):
+    k, (restitution, heights) = row["row"] - 1, DROP.points(paper)
+    law = _law_heights(paper)[k]
+    steps = ", ".join(f"{s:g}" for s in FEW_STEPS if _stepped_heights(paper, s)[2][k])
+    off = heights[k] / law - 1
+    return Found(law, e=restitution[k], off=off, steps=steps or "neither 3, 3.5 nor 4")
 
 
 CLAIMS: Claims = {
     "table08.groups table09.groups": lambda paper, claim: len(_points(paper, claim)[0]),
-    "table08.low table09.low": _end(np.min),
-    "table08.high table09.high": _end(np.max),
+    "table08.low table09.low": lambda *of: Found(_points(*of)[0].min(), exact=True),
+    "table08.high table09.high": lambda *of: Found(_points(*of)[0].max(), exact=True),
     "table08.step table09.step": _increment,
     "table08.range table09.range": _implied_count,
     "tilt.r2 drop.r2": _fit_r2,
     "tilt.inverse drop.inverse": _inverse_of_print,
-    "tilt.refit drop.refit": _inverse_of_fit,
-    "tilt.direct": _direct_tilt,
-    "drop.direct": _direct_drop,
-    "tilt.error drop.error": _confirmation_error,
+    "tilt.refit drop.refit": lambda *of: _inverse(*of, np.polyfit(*_points(*of), 2)),
+    "tilt.direct": lambda paper, _: Found(
+        np.tan(np.radians(paper.value(TILT.measured))), law="tan(angle)"
+    ),
+    "drop.direct": lambda paper, _: Found(
+        np.sqrt(paper.value(DROP.measured) / paper.value("drop_height")), law="sqrt(h/H)"
+    ),
+    "tilt.error": lambda paper, _: relative_error(paper, TILT.confirmed, TILT.measured),
+    "drop.error": lambda paper, _: relative_error(paper, DROP.confirmed, DROP.measured),
     "tilt.between drop.between": _between,
-    **{
-        f"{t}.{of}": _readings(f"{t}_{of}")
-        for t in ("tilt", "drop")
-        for of in ("bench", "simulated")
-    },
-    "tilt.reach": _tilt_reach,
-    "drop.duration": _drop_duration,
+    "tilt.bench": _readings("tilt_bench"),
+    "tilt.simulated": _readings("tilt_simulated"),
+    "drop.bench": _readings("drop_bench"),
+    "drop.simulated": _readings("drop_simulated"),
+    "tilt.reach": _lasts(
+        lambda paper: (
+            paper.value("tilt_start")
+            + TILT.points(paper)[1].max() / paper.value("inclined_plane_tilt_rate")
+        )
+    ),
+    "drop.duration": _lasts(_fall_and_rise),
     "shear.slope shear.intercept": _yield_locus,
     "shear.friction": _yield_friction,
     "shear.particle": _readings("particle_shear_slope"),
-    "tilt.time_step drop.time_step": _below_rayleigh,
-    "drop.contact": _shorter_than_contact,
+    "tilt.time_step drop.time_step": _longer_times(
+        lambda _, radius, density, constants: rayleigh_time(radius, density, *constants)
+    ),
+    "drop.contact": _longer_times(_contact_time),
     "table09.law": _heights_on_law,
-    "heap.generation": _generation,
+    "heap.generation": _lasts(
+        lambda paper: paper.value("particle_count") / paper.value("generation_rate")
+    ),
 }
-CELLS = coefficients, tangents, heights
+CELLS: Cells = {
+    "table08.tangent.{row}": (TILT.table, TILT.parameter, _tangent),
+    "table09.height.{row}": (DROP.table, DROP.response, _height),
+    "{equation}.c{power}": (_printed_coefficients, "printed", _coefficient),
+}

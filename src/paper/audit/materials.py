@@ -11,6 +11,7 @@ UNITS = {
 """Unit: powers of mass, length and time."""
 RIGHT_UNITS = {"density": "kg m-3", "modulus": "Pa", "angle": "1"}
 SIEVES_MM = ("0.3", "0.5", "1", "1.43", "2")
+SIEVED, DENSITY = "table02_sieve_fractions", "table03_density"
 
 
 def salt_crystal_density(paper: Paper) -> float:
@@ -31,84 +32,56 @@ def _readings(paper, claim):
     return sizes.iloc[0] if sizes.nunique() == 1 else ", ".join(map(str, sizes))
 
 
-def group_means(paper: Paper) -> Cells:
-    """The printed means of Tables 1 and 13."""
-    tables = {"table01": paper.angles(), "table13": paper.numbers("table13_validation")}
-    for table, readings in tables.items():
-        means = readings.groupby("group").angle_deg.mean()
-        printed = paper.text(f"{table}_printed_means", "group", "mean")
-        for group, text in zip(printed.group, printed["mean"], strict=True):
-            yield (
-                f"{table}.mean.{{group}}",
-                text,
-                Found(means[float(group)], names={"group": group}),
-            )
+def _group_mean(readings, row):
+    return readings.groupby("group").angle_deg.mean()[float(row["group"])]
 
 
 def _sieve_sums(paper, claim):
-    name = "table02_sieve_fractions"
-    rows = zip(*(paper.printed(name, sieve) for sieve in SIEVES_MM), strict=True)
+    rows = zip(*(paper.printed(SIEVED, sieve) for sieve in SIEVES_MM), strict=True)
     found = {}
-    for group, row in zip(paper.text(name, "group").group, rows, strict=True):
-        total = sum(x.value for x in row)
-        names = {"gap": abs(total - 100), "side": "missing" if total < 100 else "too many"}
-        half_width = sum(x.half_unit for x in row)
-        found[f"group{group}"] = Found(total, half_width=half_width, names=names)
+    for group, row in zip(paper.text(SIEVED, "group").group, rows, strict=True):
+        total, half_width = sum(x.value for x in row), sum(x.half_unit for x in row)
+        side = "missing" if total < 100 else "too many"
+        found[f"group{group}"] = Found(total, half_width, gap=abs(total - 100), side=side)
     return found
 
 
-def sieve_means(paper: Paper) -> Cells:
-    """The printed means of Table 2."""
-    fractions = paper.numbers("table02_sieve_fractions", *SIEVES_MM)
-    printed = paper.text("table02_printed_means", "sieve_mm", "mean")
-    for sieve, text in zip(printed.sieve_mm, printed["mean"], strict=True):
-        yield "table02.mean.{sieve}", text, Found(fractions[sieve].mean(), names={"sieve": sieve})
-
-
-def densities(paper: Paper) -> Cells:
-    """The densities of Table 3."""
-    name = "table03_density"
-    table = paper.numbers(name, "number", "mass_g", "volume_cm3")
-    printed = paper.printed(name, "density_printed_kg_m3")
-    for row, cell in zip(table.itertuples(), printed, strict=True):
-        density = 1000 * row.mass_g / row.volume_cm3
-        why = (
-            "The figure is cut off, not rounded: no consequence."
-            if int(density) == cell.value
-            else "Mass over volume gives another figure."
-        )
-        names = {"row": f"{row.number:.0f}", "why": why}
-        yield "table03.density.{row}", cell.text, Found(density, names=names)
+def _density(paper, row):
+    mass_g, volume_cm3 = paper.numbers(DENSITY, "mass_g", "volume_cm3").iloc[row["row"] - 1]
+    density = 1000 * mass_g / volume_cm3
+    cut_off = int(density) == paper.printed(DENSITY, row["cell"])[row["row"] - 1].value
+    why = (
+        "The figure is cut off, not rounded: no consequence."
+        if cut_off
+        else "Mass over volume gives another figure."
+    )
+    return Found(density, why=why)
 
 
 def _particle_density(paper, claim):
-    crystal, brine = salt_crystal_density(paper), paper.value("brine_density")
-    low, high = paper.value("loosest_packing"), paper.value("densest_packing")
-    printed = float(claim.printed)
+    names = ("brine_density", "loosest_packing", "densest_packing")
+    brine, low, high = map(paper.value, names)
+    crystal, printed = salt_crystal_density(paper), claim.value
     share = printed / crystal
-    numbers = {"share": share, "low": low, "high": high, "light": 1 / share, "number": printed}
-    numbers |= {"brine": brine, "apart": abs(printed / brine - 1)}
-    is_not = "a" if low <= share <= high else "not a"
-    return Found(crystal, names={**numbers, "is_not": is_not})
+    return Found(
+        crystal, share=share, low=low, high=high, light=1 / share, number=printed, brine=brine,
+        apart=abs(printed / brine - 1), is_not="a" if low <= share <= high else "not a",
+    )  # fmt: skip
 
 
 def _brine_volume(paper, claim):
     """The least liquid that fills the voids of the sample at its densest packing."""
-    mass_g = paper.numbers("table03_density", "mass_g").mass_g.max()
+    mass_g = paper.numbers(DENSITY, "mass_g").mass_g.max()
     solid = 1000 * mass_g / salt_crystal_density(paper)
     voids = solid * (1 / paper.value("densest_packing") - 1)
-    return Found(voids, holds=float(claim.printed) >= voids, names={"mass": mass_g})
+    return Found(voids, holds=claim.value >= voids, mass=mass_g)
 
 
-def units(paper: Paper) -> Cells:
-    """The units of Table 4."""
-    table = paper.text("table04_printed_units", "parameter", "printed_unit")
-    for parameter, unit in zip(table.parameter, table.printed_unit, strict=True):
-        quantity = next((q for q in ("density", "modulus") if parameter.endswith(q)), "angle")
-        holds = unit_dimension(unit) == DIMENSIONS[quantity]
-        names = {"parameter": parameter, "shown": parameter.replace("_", " ")}
-        found = Found(RIGHT_UNITS[quantity], holds=holds, names=names)
-        yield "table04.unit.{parameter}", unit, found
+def _unit(paper, row):
+    parameter = row["parameter"]
+    quantity = next((q for q in ("density", "modulus") if parameter.endswith(q)), "angle")
+    holds = unit_dimension(row["printed_unit"]) == DIMENSIONS[quantity]
+    return Found(RIGHT_UNITS[quantity], holds=holds, shown=parameter.replace("_", " "))
 
 
 def unit_dimension(unit: str) -> tuple[int, ...] | None:
@@ -135,33 +108,24 @@ def _of_steel(name, scale=1.0):
             if salts
             else "Section 1.1 and Table 4 differ"
         )
-        half_width = given.half_unit * scale
-        return Found(given.value * scale, half_width=half_width, names={"reason": reason})
+        return Found(given.value * scale, given.half_unit * scale, reason=reason)
 
     return found
 
 
-def _poisson_ratio(paper, claim):
-    return None if paper.optional("salt_poisson_ratio") is None else "calibrated"
-
-
-def citations(paper: Paper) -> Cells:
-    """What the text cites."""
+def _citation(paper, row):
     labels = paper.text("labels", "label", "shows")
-    cited = paper.text("cross_references", "id", "where", "cites", "about")
-    for row in cited.itertuples(index=False):
-        right = list(labels.label[labels.shows == row.about])
-        kind = row.cites.split()[0]
-        first = next(iter(sorted(right, key=lambda label: not label.startswith(kind))), None)
-        value = row.cites if row.cites in right else first or "nothing printed"
-        names = {"id": row.id, "where": row.where, "about": row.about, "named": first or "none"}
-        yield "reference.{id}", row.cites, Found(value, names=names)
+    right = list(labels.label[labels.shows == row["about"]])
+    kind = row["cites"].split()[0]
+    first = next(iter(sorted(right, key=lambda label: not label.startswith(kind))), None)
+    value = row["cites"] if row["cites"] in right else first or "nothing printed"
+    return Found(value, named=first or "none")
 
 
 def _unique_labels(paper, claim):
     counts = paper.text("labels", "label").label.value_counts()
     twice = sorted(counts.index[counts > 1])
-    return Found(len(twice), names={"twice": ", ".join(twice)})
+    return Found(len(twice), twice=", ".join(twice))
 
 
 CLAIMS: Claims = {
@@ -169,15 +133,30 @@ CLAIMS: Claims = {
     "table01.groups": lambda paper, _: paper.angles().group.nunique(),
     "table01.readings": _readings,
     "table02.sum": _sieve_sums,
-    "table03.mean": lambda paper, _: paper.numbers(
-        "table03_density", "density_printed_kg_m3"
-    ).density_printed_kg_m3.mean(),
+    "table03.mean": lambda paper, _: paper.numbers(DENSITY)["density_printed_kg_m3"].mean(),
     "table03.particle": _particle_density,
     "table03.brine": _brine_volume,
     "section11.density": _of_steel("density"),
     "section11.poisson": _of_steel("poisson_ratio"),
     "section11.shear": _of_steel("shear_modulus", 1e-6),  # the claim is in MPa
-    "section235.poisson": _poisson_ratio,
+    "section235.poisson": lambda paper, _: (
+        None if paper.optional("salt_poisson_ratio") is None else "calibrated"
+    ),
     "labels.unique": _unique_labels,
 }
-CELLS = group_means, sieve_means, densities, units, citations
+CELLS: Cells = {
+    "table01.mean.{group}": (
+        "table01_printed_means", "mean", lambda paper, row: _group_mean(paper.angles(), row)
+    ),
+    "table13.mean.{group}": (
+        "table13_printed_means", "mean",
+        lambda paper, row: _group_mean(paper.numbers("table13_validation"), row),
+    ),
+    "table02.mean.{sieve_mm}": (
+        "table02_printed_means", "mean",
+        lambda paper, row: paper.numbers(SIEVED, row["sieve_mm"]).iloc[:, 0].mean(),
+    ),
+    "table03.density.{row}": (DENSITY, "density_printed_kg_m3", _density),
+    "table04.unit.{parameter}": ("table04_printed_units", "printed_unit", _unit),
+    "reference.{id}": ("cross_references", "cites", _citation),
+}  # fmt: skip

@@ -1,7 +1,7 @@
 """The folder of printed tables, read as text so that no printed digit is lost: its figures with the
 rounding that their digits allow, its claims, and what is found for one."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal, InvalidOperation
 from functools import cached_property
@@ -16,8 +16,6 @@ from calibration.intake.tables import read_written
 
 GROUP = 5
 """Readings of a group of Table 1, in the order of the print."""
-KEYS = ("experiment", "quantity")
-CLAIM = ("id", "where", "claim", "printed", "unit")
 SENTENCES = ("agrees", "disagrees", "unknown")
 """Columns of claims.csv that say what each verdict means for a reader."""
 FACTORS = tuple("ABCDEFG")
@@ -116,11 +114,9 @@ class Claim:
         return printed_number(self.printed, path="claims.csv", key=self.id).value
 
 
-@dataclass(frozen=True)
 class Found:
-    """What the tables give for a claim.
+    """What the tables give for a claim: a number, a text, or None where they do not determine it.
 
-    value : number, text, or None where the printed tables do not determine it
     half_width : what the rounding of printed inputs adds to the tolerance, in the claim's unit
     exact : a setting or an exponent, which has no rounding; an integer, a count, is always exact
     holds : whether the claim holds, where that is not equality with `value` within the tolerance
@@ -128,12 +124,13 @@ class Found:
     names : what the claim's id and sentences are filled with, beside value, printed and unit
     """
 
-    value: float | str | None
-    half_width: float = 0.0
-    exact: bool = False
-    holds: bool | None = None
-    printed: str | None = None
-    names: Mapping[str, Any] = field(default_factory=dict)
+    def __init__(
+        self, value: Any, half_width: float = 0.0, exact: bool = False, holds: bool | None = None,
+        printed: str | None = None, **names: Any,
+    ) -> None:  # fmt: skip
+        self.value = value.item() if isinstance(value, np.generic) else value
+        self.half_width, self.holds, self.printed, self.names = half_width, holds, printed, names
+        self.exact = exact or isinstance(self.value, int)
 
     def compared(self, text: str) -> tuple[bool | None, float | None]:
         """(whether the claim that is printed as `text` holds, None where it cannot be computed; the
@@ -146,20 +143,21 @@ class Found:
         if printed.relation:
             below = self.value < printed.value
             return (below if printed.relation == "<" else self.value > printed.value), None
-        exact = self.exact or isinstance(self.value, int | np.integer)
-        tolerance = 0.0 if exact else printed.half_unit + self.half_width
+        tolerance = 0.0 if self.exact else printed.half_unit + self.half_width
         # A decimal half unit is not exact in binary: allow it its last bits.
         slack = 1e-9 * max(abs(printed.value), tolerance)
         return abs(self.value - printed.value) <= tolerance + slack, tolerance
 
 
-Given = Found | dict[str, Found] | float | str | None
-"""What the table of a module gives for a claim of claims.csv: a value, a `Found`, or {end of the
-id: Found} where the claim stands for several rows."""
-Claims = dict[str, Callable[["Paper", Claim], Given]]
-"""{ids of claims.csv, with spaces between: what the printed tables give for each}."""
-Cells = Iterator[tuple[str, str, Found]]
-"""(Row of cell_claims.csv, printed text, what is found) of the cells of a table."""
+Claims = dict[str, Callable[["Paper", Claim], Any]]
+"""{ids of claims.csv, with spaces between: what the printed tables give for each}: a value, a
+`Found`, or {end of the id: Found} where the claim stands for several rows."""
+Row = dict[str, Any]
+Rows = str | Callable[["Paper"], list[Row]]
+Cells = dict[str, tuple[Rows, str, Callable[["Paper", Row], Any]]]
+"""{row of cell_claims.csv: (file, or rows of other texts; its columns that are judged, with spaces
+between; what the printed tables give for a cell: a value or a `Found`)}. A row has its texts by
+column, its number as `row`, and as `cell` the column of the cell that is judged."""
 
 
 class Paper:
@@ -213,38 +211,32 @@ class Paper:
         """The named columns of `name`.csv as float64, by the texts of its column `key`."""
         return self.numbers(name, *columns).set_axis(self.text(name, key)[key])
 
+    def measured(self, experiment: str, quantity: str) -> list[str]:
+        """The printed values of a quantity in measurements.csv."""
+        table = self.text("measurements", "experiment", "quantity", "value")
+        own = (table["experiment"] == experiment) & (table["quantity"] == quantity)
+        return list(table.loc[own, "value"])
+
     def angles(self) -> pd.DataFrame:
         """Table 1: `group` and `angle_deg` of the 25 measured angles of repose."""
-        table = self.text("measurements", *KEYS, "value")
-        own = (table["experiment"] == "heap") & (table["quantity"] == "angle_of_repose")
-        angles = table.loc[own, "value"].astype(float).reset_index(drop=True)
-        group = angles.index // GROUP + 1
-        return pd.DataFrame({"group": group.astype(float), "angle_deg": angles})
+        angles = np.array(self.measured("heap", "angle_of_repose"), float)
+        return pd.DataFrame({"group": np.arange(len(angles)) // GROUP + 1.0, "angle_deg": angles})
 
-    def _measured(self) -> dict[str, str]:
-        """Printed text of the single measured figures."""
-        table = self.text("measurements", *KEYS, "value")
+    @cached_property
+    def _scalars(self) -> dict[str, str]:
         found = {}
         for name, asked in MEASURED.items():
-            own = list(table.loc[(table[list(KEYS)] == list(asked)).all(axis=1), "value"])
+            own = self.measured(*asked)
             if len(own) != 1:
                 raise AuditInputError(
                     f"{len(own)} rows", path=self.folder / "measurements.csv",
                     key=", ".join(asked), allowed="one",
                 )  # fmt: skip
             found[name] = own[0]
+        for file in ("scalars", "settings", "reference_values"):
+            table = self.text(file, "name", "value")
+            found |= dict(zip(table["name"], table["value"], strict=True))
         return found
-
-    @cached_property
-    def _scalars(self) -> dict[str, str]:
-        files = [
-            self.text(name, "name", "value") for name in ("scalars", "settings", "reference_values")
-        ]
-        return self._measured() | {
-            name: value
-            for file in files
-            for name, value in zip(file["name"], file["value"], strict=True)
-        }
 
     def scalar_text(self, name: str) -> str:
         """The printed text of a single figure of scalars.csv, settings.csv, reference_values.csv or
@@ -273,15 +265,20 @@ class Paper:
     def claims(self) -> dict[str, Claim]:
         """The rows of claims.csv by id, `=name` put in."""
         claims = {}
-        for row in self.text("claims", *CLAIM, *SENTENCES).to_dict("records"):
+        told = self.text("claims", "id", "where", "claim", "printed", "unit", *SENTENCES)
+        for row in told.to_dict("records"):
             text = row["printed"]
             if text.startswith("=") and text != "=table":
-                text = self.scalar_text(text[1:])
-            sentences = {name: row[name] for name in SENTENCES}
-            claims[row["id"]] = Claim(
-                row["id"], row["where"], row["claim"], text, row["unit"], sentences
-            )
+                row["printed"] = self.scalar_text(text[1:])
+            sentences = {name: row.pop(name) for name in SENTENCES}
+            claims[row["id"]] = Claim(**row, sentences=sentences)
         return claims
+
+
+def relative_error(paper: Paper, name: str, measured: str) -> float:
+    """What a single figure is off a measured one [%]."""
+    target = paper.value(measured)
+    return 100 * abs(paper.value(name) - target) / target
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,13 @@
 """Tables 5, 6, 7 and 10: the screening and the steepest ascent."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from calibration.statistics.screening import Screening, screen
 from paper.audit.paper import FACTORS, NAMES, Cells, Claims, Found, Paper
 
-ANOVA = ("sum_sq", "df", "mean_sq", "F", "p")
+ANOVA = "sum_sq df mean_sq F p"
 PATH = "table10_steepest_ascent"
 RANGES = "table05_contact_parameter_ranges"
 
@@ -14,6 +16,7 @@ def _design(paper):
     return paper.numbers("table06_plackett_burman", *FACTORS, "angle_deg")
 
 
+@lru_cache(maxsize=1)
 def screened(paper: Paper) -> Screening:
     """Main effects of the Plackett-Burman design."""
     return screen(_design(paper), list(FACTORS), _design(paper).angle_deg)
@@ -34,7 +37,7 @@ def _letters(paper):
 
 def _twice(paper, claim):
     ratios = (_ranges(paper).high / _ranges(paper).low).round(6)
-    return Found((ratios == 2).sum(), names={"ratios": ", ".join(f"{r:.2f}" for r in ratios)})
+    return Found((ratios == 2).sum(), ratios=", ".join(f"{r:.2f}" for r in ratios))
 
 
 def _orthogonal(paper, claim):
@@ -52,43 +55,23 @@ def _coded(paper, claim):
         if natural
         else "is no level of Table 5"
     )
-    shown = ", ".join(f"{c:g}" for c in sorted(set(odd)))
-    return Found(len(odd), names={"shown": shown, "what": what})
-
-
-def anova_cells(paper: Paper) -> Cells:
-    """Table 7."""
-    anova, name = _anova(paper), "table07_plackett_burman_anova"
-    for row in paper.text(name, "source", *ANOVA).to_dict("records"):
-        for column in ANOVA:
-            names = {"source": row["source"], "column": column}
-            found = Found(anova.loc[row["source"], column], names=names)
-            yield "table07.{source}.{column}", row[column], found
+    return Found(len(odd), shown=", ".join(f"{c:g}" for c in sorted(set(odd))), what=what)
 
 
 def _significant(paper, claim):
     p = _anova(paper).p[list(FACTORS)]
-    chosen = p < 0.01 if claim.part == "highly" else p > 0.05
-    found = [f for f in FACTORS if chosen[f]]
+    found = p.index[p < 0.01 if claim.part == "highly" else p > 0.05]
     holds = set(claim.printed.split()) == set(found)
-    return Found(" ".join(found), holds=holds, names={"smallest": p[~(p < 0.01)].min()})
-
-
-def _largest_p(paper, claim):
-    return _anova(paper).p[_letters(paper)[list(NAMES.values())]].max()
+    return Found(" ".join(found), holds=holds, smallest=p[~(p < 0.01)].min())
 
 
 def _path(paper):
     return paper.numbers(PATH, "level", *NAMES, "angle_deg")
 
 
-def ascent_errors(paper: Paper) -> Cells:
-    """The relative errors of Table 10."""
+def _relative_error(paper, row):
     target = paper.value("measured_angle_of_repose")
-    printed = paper.text(PATH, "relative_error_printed").relative_error_printed
-    for row, text in zip(_path(paper).itertuples(), printed, strict=True):
-        found = Found(abs(row.angle_deg - target) / target, names={"level": f"{row.level:.0f}"})
-        yield "table10.error.{level}", text, found
+    return abs(_path(paper).angle_deg[row["row"] - 1] - target) / target
 
 
 def _start(paper, claim):
@@ -113,7 +96,7 @@ def _step(paper, claim):
     cells = paper.printed(PATH, axis)
     decimals = max(len(x.text.partition(".")[2]) for x in cells)
     printed = f"{cells[1].value - cells[0].value:.{decimals}f}"
-    return Found(step, printed=printed, names={"axis": axis, "times": abs(float(printed) / step)})
+    return Found(step, printed=printed, axis=axis, times=abs(float(printed) / step))
 
 
 def _best(paper, claim):
@@ -123,7 +106,7 @@ def _best(paper, claim):
         for t in (target, paper.angles().angle_deg.mean())
     )
     best = table.level[(table.angle_deg - target).abs().idxmin()]
-    return Found(int(best), names={"printed_gap": printed_gap, "gap": gap})
+    return Found(int(best), printed_gap=printed_gap, gap=gap)
 
 
 def _levels(paper, claim):
@@ -136,8 +119,7 @@ def _levels(paper, claim):
     match = table.level[np.all(same, axis=0)]
     said = table[table.level == claim.value]
     span = ", ".join(f"{axis} {said[axis].iloc[0]:g}" for axis in NAMES) if len(said) else ""
-    value = int(match.iloc[0]) if len(match) else "none"
-    return Found(value, names={"span": span or "no level"})
+    return Found(int(match.iloc[0]) if len(match) else "none", span=span or "no level")
 
 
 CLAIMS: Claims = {
@@ -145,10 +127,16 @@ CLAIMS: Claims = {
     "table06.orthogonal": _orthogonal,
     "table06.coded": _coded,
     "table07.highly table07.others": _significant,
-    "table07.first": _largest_p,
+    "table07.first": lambda paper, _: _anova(paper).p[_letters(paper)[list(NAMES.values())]].max(),
     "ascent.start": _start,
     "ascent.step_y ascent.step_z": _step,
     "ascent.best": _best,
     "ascent.low ascent.high": _levels,
 }
-CELLS = anova_cells, ascent_errors
+CELLS: Cells = {
+    "table07.{source}.{cell}": (
+        "table07_plackett_burman_anova", ANOVA,
+        lambda paper, row: _anova(paper).loc[row["source"], row["cell"]],
+    ),
+    "table10.error.{level}": (PATH, "relative_error_printed", _relative_error),
+}  # fmt: skip

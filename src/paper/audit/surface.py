@@ -2,6 +2,7 @@
 regression, the optimum and its validation."""
 
 from collections.abc import Mapping
+from functools import lru_cache
 
 import numpy as np
 import pandas as pd
@@ -25,10 +26,12 @@ from paper.audit.paper import (
     Printed,
     printed_number,
     propagate,
+    relative_error,
 )
 from paper.audit.screening import ANOVA
 
 DESIGN, RUNS = "table11_box_behnken", "table13_validation"
+TABLE_12 = "table12_box_behnken_anova"
 CODES = ["A", "B", "C"]
 INTERACTIONS = ("AB", "AC", "BC")
 EDGES = 12
@@ -83,6 +86,7 @@ def _angles(paper):
     return paper.numbers(DESIGN, "angle_deg").angle_deg.to_numpy()
 
 
+@lru_cache(maxsize=1)
 def regression(paper: Paper) -> Surface:
     """Full quadratic regression of Table 11's angles on the restored levels."""
     return _fit(restored_levels(paper), _angles(paper))
@@ -90,20 +94,26 @@ def regression(paper: Paper) -> Surface:
 
 def _anova(paper):
     anova = regression(paper).anova
-    return anova.set_index(anova["source"].map(_key))[list(ANOVA)].astype(float)
+    return anova.set_index(anova["source"].map(_key))[ANOVA.split()].astype(float)
 
 
 def _rank(paper, claim):
     terms = model_matrix(_printed_levels(paper), CODES, list(ALL_TERMS.values()))
-    right = [found.compared(text)[0] for _, text, found in anova_cells(paper)]
-    names = {"terms": terms.shape[1], "right": sum(right), "cells": len(right)}
-    return Found(int(np.linalg.matrix_rank(terms)), names=names)
+    printed, found = paper.text(TABLE_12).set_index("source"), _anova(paper)
+    right = [
+        Found(found.loc[source, column]).compared(text)[0]
+        for column in ANOVA.split()
+        for source, text in printed[column].items()
+        if text
+    ]
+    rank = int(np.linalg.matrix_rank(terms))
+    return Found(rank, terms=terms.shape[1], right=sum(right), cells=len(right))
 
 
 def _misprints(paper, claim):
     wrong = np.any(_printed_levels(paper) != restored_levels(paper), axis=1)
     runs = paper.text(DESIGN, "run").run[wrong]
-    return Found(wrong.sum(), names={"runs": ", ".join(runs)})
+    return Found(wrong.sum(), runs=", ".join(runs))
 
 
 def _rotatable(paper, claim):
@@ -112,36 +122,20 @@ def _rotatable(paper, claim):
     return Found(ratio, exact=True)
 
 
-def anova_cells(paper: Paper) -> Cells:
-    """The analysis of variance of Table 12."""
-    anova, name = _anova(paper), "table12_box_behnken_anova"
-    for row in paper.text(name, "source", *ANOVA).to_dict("records"):
-        for column in (c for c in ANOVA if row[c]):
-            names = {"source": row["source"], "column": column}
-            found = Found(anova.loc[row["source"], column], names=names)
-            yield "table12.{source}.{column}", row[column], found
-
-
-def headings(paper: Paper) -> Cells:
+def _heading(paper, row):
     """Which of two columns is df times the other, by the majority of the rows with more than one
     df."""
     rows = [
         (Printed.parse(r.sum_sq), float(r.df), Printed.parse(r.mean_sq))
-        for r in paper.text("table12_box_behnken_anova", "sum_sq", "df", "mean_sq").itertuples()
+        for r in paper.text(TABLE_12, "sum_sq", "df", "mean_sq").itertuples()
         if r.sum_sq and r.mean_sq and float(r.df) > 1
     ]
     forward = sum(_is_product(a, df, b) for a, df, b in rows)
     backward = sum(_is_product(b, df, a) for a, df, b in rows)
-    right = ["sum of squares", "mean square"]
-    if forward <= backward:
-        right.reverse()
-    printed = paper.text("table12_printed_headings", "column", "printed_heading")
-    shown = dict(zip(printed.column, printed.printed_heading, strict=True))
-    places = (("sum_sq", "first"), ("mean_sq", "third"))
-    for (column, place), heading in zip(places, right, strict=True):
-        names = {"column": column, "place": place, "most": max(forward, backward)}
-        found = Found(heading, names=names | {"rows": len(rows)})
-        yield "table12.heading.{column}", shown[column], found
+    first = row["column"] == "sum_sq"
+    value = "sum of squares" if first == (forward > backward) else "mean square"
+    place, most = "first" if first else "third", max(forward, backward)
+    return Found(value, place=place, most=most, rows=len(rows))
 
 
 def _is_product(total, df, mean):
@@ -149,20 +143,12 @@ def _is_product(total, df, mean):
     return abs(total.value - df * mean.value) <= slack
 
 
-def summary_cells(paper: Paper) -> Cells:
-    """The statistics below Table 12."""
-    found = regression(paper).summary
-    table = paper.text("table12_summary", "statistic", "value")
-    for name, text in zip(table.statistic, table.value, strict=True):
-        yield "table12.summary.{statistic}", text, Found(found[name], names={"statistic": name})
-
-
 def _statistic(name):
     return lambda paper, _: regression(paper).summary[name]
 
 
 def _p(source):
-    return lambda paper, _: _anova(paper).loc[source, "p"]
+    return lambda paper, _: _anova(paper).p[source]
 
 
 def _significant(paper, claim):
@@ -172,7 +158,7 @@ def _significant(paper, claim):
     found = [t for t in terms if low <= p[t] < high]
     shown = ", ".join(f"{t} p = {p[t]:.4f}" for t in terms if t in INTERACTIONS)
     holds = set(claim.printed.split()) == set(found)
-    return Found(" ".join(found) or "none", holds=holds, names={"shown": shown})
+    return Found(" ".join(found) or "none", holds=holds, shown=shown)
 
 
 def _trend(paper, claim):
@@ -187,36 +173,34 @@ def _trend(paper, claim):
     share = float((slope > 0).mean())
     # The statement is about the tendency: the mean slope decides.
     value = "rises" if slope.mean() > 0 else "falls"
-    return Found(value, names={"name": name, "rises": share, "falls": 1 - share})
+    return Found(value, name=name, rises=share, falls=1 - share)
 
 
-def _printed_equation(paper):
+def printed_equation(paper: Paper) -> dict[str, Printed]:
     """Eq. 28's coefficients by term, the intercept as "1"."""
     tokens = [t.rpartition(":") for t in paper.scalar_text("eq28_coefficients").split()]
     return {term or "1": printed_number(text) for term, _, text in tokens}
 
 
-def equation_coefficients(paper: Paper) -> Cells:
-    """Against the full model and the model of the printed terms alone; the one that comes nearer
+def _coefficient(paper, row):
+    """By the full model and by that of the printed terms alone; the one that comes nearer
     counts."""
-    printed = _printed_equation(paper)
+    printed, term = printed_equation(paper), row["term"]
     kept = tuple(term for term in ALL_TERMS if term in printed)
     full = _coefficients(regression(paper))
     reduced = _coefficients(_fit(restored_levels(paper), _angles(paper), kept))
     misses = [sum((c[t] - cell.value) ** 2 for t, cell in printed.items()) for c in (full, reduced)]
     nearer = full if misses[0] <= misses[1] else reduced
-    for term, cell in printed.items():
-        names = {"term": term, "full": full[term], "reduced": reduced[term]}
-        yield "eq28.{term}", cell.text, Found(nearer[term], names=names)
+    return Found(nearer[term], full=full[term], reduced=reduced[term])
 
 
 def _equation_terms(paper, claim):
     p = _anova(paper).p[list(TERMS)]
-    significant, kept = {t for t in TERMS if p[t] < 0.05}, set(_printed_equation(paper)) - {"1"}
+    significant, kept = {t for t in TERMS if p[t] < 0.05}, set(printed_equation(paper)) - {"1"}
     lost, idle = sorted(significant - kept), sorted(kept - significant)
     value, printed = (" ".join(t for t in TERMS if t in some) for some in (significant, kept))
-    names = {"lost": ", ".join(lost) or "none", "idle": ", ".join(idle) or "none"}
-    return Found(value, printed=printed, holds=not lost and not idle, names=names)
+    holds, lost, idle = not lost and not idle, *(", ".join(t) or "none" for t in (lost, idle))
+    return Found(value, printed=printed, holds=holds, lost=lost, idle=idle)
 
 
 def _optimum(paper):
@@ -243,7 +227,7 @@ def _setting_rounding(paper, equation):
 
 
 def _optimum_of_equation(paper, claim):
-    printed, at = _printed_equation(paper), [s.value for s in _optimum(paper)]
+    printed, at = printed_equation(paper), [s.value for s in _optimum(paper)]
     values = {term: cell.value for term, cell in printed.items()}
 
     def predict(numbers):
@@ -251,7 +235,7 @@ def _optimum_of_equation(paper, claim):
 
     value, target = _predict(paper, values, at), paper.value("measured_angle_of_repose")
     rounding = propagate(predict, list(printed.values())) + _setting_rounding(paper, values)
-    return Found(value, half_width=rounding, names={"miss": abs(value - target)})
+    return Found(value, rounding, miss=abs(value - target))
 
 
 def _optimum_of_regression(paper, claim):
@@ -266,8 +250,8 @@ def _optimum_of_regression(paper, claim):
     ends = zip(NAMES, low, high, strict=True)
     ranges = ", ".join(f"{axis} {a:.3g} to {b:.3g}" for axis, a, b in ends)
     value = _predict(paper, equation, [s.value for s in _optimum(paper)])
-    names = {"share": len(near) / len(cube), "ranges": ranges}
-    return Found(value, half_width=_setting_rounding(paper, equation), names=names)
+    share, rounding = len(near) / len(cube), _setting_rounding(paper, equation)
+    return Found(value, rounding, share=share, ranges=ranges)
 
 
 # --- Table 13 -------------------------------------------------------------------------------------
@@ -289,12 +273,7 @@ def _repeats(paper, claim):
     # difference at 0.
     each = min(1.0, resolution / (2 * np.sqrt(np.pi) * runs.angle_deg.std()))
     chance = stats.binom.sf(equal - 1, len(neighbours), each)
-    return Found(chance, names={"equal": equal, "neighbours": len(neighbours)})
-
-
-def _relative_error(paper, claim):
-    measured = paper.value("measured_angle_of_repose")
-    return 100 * abs(paper.value("validated_angle_of_repose") - measured) / measured
+    return Found(chance, equal=equal, neighbours=len(neighbours))
 
 
 def _t_test(paper, claim):
@@ -303,7 +282,7 @@ def _t_test(paper, claim):
     means = (t.groupby("group").angle_deg.mean() for t in tables)
     low, high = welch.confidence_interval()
     groups = stats.ttest_ind(*means, equal_var=False).pvalue
-    return Found(welch.pvalue, names={"low": low, "high": high, "groups": groups})
+    return Found(welch.pvalue, low=low, high=high, groups=groups)
 
 
 CLAIMS: Claims = {
@@ -327,7 +306,23 @@ CLAIMS: Claims = {
     "validation.mean": lambda paper, _: _runs(paper).angle_deg.mean(),
     "validation.replicates": lambda paper, _: len(_runs(paper)),
     "validation.repeats": _repeats,
-    "validation.error": _relative_error,
+    "validation.error": lambda paper, _: relative_error(
+        paper, "validated_angle_of_repose", "measured_angle_of_repose"
+    ),
     "validation.t_test": _t_test,
 }
-CELLS = anova_cells, headings, summary_cells, equation_coefficients
+CELLS: Cells = {
+    "table12.{source}.{cell}": (
+        TABLE_12, ANOVA, lambda paper, row: _anova(paper).loc[row["source"], row["cell"]]
+    ),
+    "table12.heading.{column}": ("table12_printed_headings", "printed_heading", _heading),
+    "table12.summary.{statistic}": (
+        "table12_summary", "value", lambda paper, row: regression(paper).summary[row["statistic"]]
+    ),
+    "eq28.{term}": (
+        lambda paper: [
+            {"term": term, "printed": cell.text} for term, cell in printed_equation(paper).items()
+        ],
+        "printed", _coefficient,
+    ),
+}  # fmt: skip

@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 
 from calibration.statistics import dimensions
-from paper.audit.paper import Cells, Claims, Found, Paper
+from paper.audit.paper import Cells, Claims, Found
 
 RULE = dimensions.PAPER_RULE.held
 REAL_GRAVITY = dimensions.GRAVITY_RULE.held
@@ -21,13 +21,13 @@ def _weight(paper, claim):
     settings = dimensions.settings_of(dimensions.PAPER_RULE, ("acceleration",))
     table = dimensions.group_exponents(settings)
     needed = dimensions.exponent("acceleration", RULE)
-    names = {"broken": ", ".join(table.group[~table.kept]), "needed": needed}
-    return Found(_power("force", REAL_GRAVITY), names=names)
+    broken = ", ".join(table.group[~table.kept])
+    return Found(_power("force", REAL_GRAVITY), broken=broken, needed=needed)
 
 
 def _modulus_adapts(paper, claim):
     value = "adapts" if dimensions.exponent("modulus", RULE) else "is unchanged"
-    return Found(value, names={"power": dimensions.exponent("modulus", REAL_GRAVITY)})
+    return Found(value, power=dimensions.exponent("modulus", REAL_GRAVITY))
 
 
 def _groups(paper):
@@ -47,20 +47,18 @@ def _needed(paper, group, quantity):
     return -rest / powers[quantity]
 
 
-def dimensionless(paper: Paper) -> Cells:
-    """The dimensions of each group of Eq. 15."""
-    for group, powers in _groups(paper).items():
-        total = [sum(p * dimensions.DIMENSIONS[q][i] for q, p in powers.items()) for i in range(3)]
-        value = " ".join(f"{t:g}" for t in total)
-        yield "eq15.{group}", "0 0 0", Found(value, names={"group": group})
+def _dimensions(paper, row):
+    powers = _groups(paper)[row["group"]].items()
+    total = (sum(p * dimensions.DIMENSIONS[q][i] for q, p in powers) for i in range(3))
+    return " ".join(f"{t:g}" for t in total)
 
 
 def _ratio(group, quantity):
     """How a quantity must go with the radius for a group of Eq. 15 to stay as it is."""
 
     def found(paper, claim):
-        names = {"group": group, "quantity": quantity.replace("_", " ")}
-        return Found(_needed(paper, group, quantity), exact=True, names=names)
+        shown = quantity.replace("_", " ")
+        return Found(_needed(paper, group, quantity), exact=True, group=group, quantity=shown)
 
     return found
 
@@ -70,7 +68,7 @@ def _restitution(paper, claim):
     c = _needed(paper, "pi3", "damping_coefficient")
     # of c / (2 sqrt(k m)), which alone sets the restitution of a linear contact
     ratio = Fraction(c) - (Fraction(k) + dimensions.exponent("mass", RULE)) / 2
-    return Found(float(ratio), exact=True, names={"damping": c, "ratio": ratio})
+    return Found(float(ratio), exact=True, damping=c, ratio=ratio)
 
 
 def _identity(paper, claim):
@@ -118,4 +116,9 @@ CLAIMS: Claims = {
     "eq10.mass eq11.radius eq14.terms": _identity,
     "eq9.signs": _contact_signs,
 }
-CELLS = (dimensionless,)
+CELLS: Cells = {
+    "eq15.{group}": (
+        lambda paper: [{"group": group, "implied": "0 0 0"} for group in _groups(paper)],
+        "implied", _dimensions,
+    )
+}  # fmt: skip
