@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import jinja2
 import pandas as pd
 
 from calibration.files import write_text
@@ -119,28 +120,17 @@ def write_audit(table: pd.DataFrame, csv: str | Path, html: str | Path) -> None:
     """Write the audit, a table as of `run_audit`, as CSV and as a page."""
     shown = table.map(_shown)
     write_text(shown.to_csv(index=False), csv)
-    write_text(_page(table, shown), html)
+    rows = shown[list(HEAD)].rename(columns=HEAD).to_html(index=False, border=0)
+    for verdict in (DISAGREES, NOT_COMPUTABLE):
+        rows = rows.replace(f"<td>{verdict}</td>", f'<td class="{verdict}">{verdict}</td>')
+    n = table.verdict.value_counts()
+    counts = [f"{n.get(v, 0)} {v.replace('_', ' ')}" for v in (*USUAL, NOT_COMPUTABLE)]
+    template = Path(__file__).with_name("audit.html.j2").read_text("utf-8")
+    page = jinja2.Template(template, keep_trailing_newline=True)
+    write_text(page.render(claims=len(table), counts=counts, rows=rows), html)
 
 
 def _shown(value):
     if value is None or (isinstance(value, float) and pd.isna(value)):
         return ""
     return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def _page(table, shown):
-    n = table.verdict.value_counts()
-    counts = ", ".join(f"{n.get(v, 0)} {v.replace('_', ' ')}" for v in (*USUAL, NOT_COMPUTABLE))
-    rows = shown[list(HEAD)].rename(columns=HEAD).to_html(index=False, border=0)
-    for verdict in (DISAGREES, NOT_COMPUTABLE):
-        rows = rows.replace(f"<td>{verdict}</td>", f'<td class="{verdict}">{verdict}</td>')
-    style = (
-        "body{font:14px sans-serif}table{border-collapse:collapse}"
-        "td,th{border:1px solid #ccc;padding:3px 6px;text-align:left;vertical-align:top}"
-        ".disagrees{background:#fbe3df}.not_computable{background:#eee}"
-    )
-    return (
-        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>Audit</title>'
-        f"<style>{style}</style></head>\n<body><h1>Audit of the printed figures</h1>"
-        f"<p>{len(table)} claims: {counts}.</p>\n{rows}\n</body></html>\n"
-    )

@@ -97,10 +97,15 @@ def _coefficient(paper, row):
     return Found(np.polyfit(x, y, 2)[2 - row["power"]], deviation=np.abs(printed - y).max())
 
 
+def _fit(paper, claim):
+    x, y = _points(paper, claim)
+    return np.polyfit(x, y, 2)
+
+
 def _fit_r2(paper, claim):
     x, y = _points(paper, claim)
     printed = [p.value for p in SWEEPS[claim.group].curve(paper)]
-    best, curve = (r_squared(y, np.polyval(c, x)) for c in (np.polyfit(x, y, 2), printed))
+    best, curve = (r_squared(y, np.polyval(c, x)) for c in (_fit(paper, claim), printed))
     return Found(best, curve=curve)
 
 
@@ -279,7 +284,7 @@ CLAIMS: Claims = {
     "table08.range table09.range": _implied_count,
     "tilt.r2 drop.r2": _fit_r2,
     "tilt.inverse drop.inverse": _inverse_of_print,
-    "tilt.refit drop.refit": lambda *of: _inverse(*of, np.polyfit(*_points(*of), 2)),
+    "tilt.refit drop.refit": lambda paper, claim: _inverse(paper, claim, _fit(paper, claim)),
     "tilt.direct": lambda paper, _: Found(
         np.tan(np.radians(paper.value(TILT.measured))), law="tan(angle)"
     ),

@@ -199,8 +199,8 @@ def _equation_terms(paper, claim):
     significant, kept = {t for t in TERMS if p[t] < 0.05}, set(printed_equation(paper)) - {"1"}
     lost, idle = sorted(significant - kept), sorted(kept - significant)
     value, printed = (" ".join(t for t in TERMS if t in some) for some in (significant, kept))
-    holds, lost, idle = not lost and not idle, *(", ".join(t) or "none" for t in (lost, idle))
-    return Found(value, printed=printed, holds=holds, lost=lost, idle=idle)
+    told = {"lost": ", ".join(lost) or "none", "idle": ", ".join(idle) or "none"}
+    return Found(value, printed=printed, holds=not lost and not idle, **told)
 
 
 def _optimum(paper):

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
+import pandas as pd
 import yaml
 
 from calibration.figures import label, response_of
@@ -17,7 +18,7 @@ from calibration.files import read_json, write_text
 from calibration.intake.tables import read_written
 from calibration.stages.joint import kinds
 from calibration.statistics.equivalence import judged
-from calibration.statistics.numbers import fixed
+from calibration.statistics.numbers import fixed, spread
 from calibration.telling.export import trials
 from calibration.telling.kept_results import put
 from diagnosis import compared
@@ -80,8 +81,9 @@ def counted(number: int) -> str:
     return NUMBERS[number] if number < len(NUMBERS) else str(number)
 
 
-def filled(template: str, kept: Path) -> str:
+def filled(template: str, kept: str | Path) -> str:
     """Text of a template, from the folder of kept results, wrapped."""
+    kept = Path(kept)
     environment = jinja2.Environment(
         undefined=jinja2.StrictUndefined, autoescape=False,
         loader=jinja2.FileSystemLoader(Path(__file__).parent),
@@ -89,6 +91,8 @@ def filled(template: str, kept: Path) -> str:
     environment.filters |= {
         "num": fixed,
         "signed": partial(fixed, sign="+"),
+        "spread": spread,
+        "known": pd.notna,
         "sig": lambda value, digits: f"{value:.{digits}g}",
         "minus": lambda text: text.replace("-", "−"),
         "degrees": lambda value, digits=1: f"{value:+.{digits}f}°".replace("-", "−"),
@@ -122,14 +126,11 @@ def filled(template: str, kept: Path) -> str:
 
 
 def pieces(kept: str | Path = KEPT) -> dict[tuple[Path, str, str], str]:
-    """{(page, begin, end): text between these marks} of the pages that only a part of is written:
-    the README's table and what it says, and what is known of ways to calibrate, bulk processes
-    and other codes."""
+    """{(page, begin, end): text between these marks} of the pages that only a part of is
+    written."""
     return {
-        (page, f"<!-- {mark}: begin -->", f"<!-- {mark}: end -->"): filled(
-            template, Path(kept)
-        ).strip()
-        for template, (page, mark) in PIECES.items()
+        (page, f"<!-- {mark}: begin -->", f"<!-- {mark}: end -->"): filled(piece, kept).strip()
+        for piece, (page, mark) in PIECES.items()
     }
 
 
@@ -151,6 +152,6 @@ def _refilled(found):
 
 def write_pages(kept: str | Path = KEPT, root: str | Path = ".") -> None:
     """Write every page that shows a release's data into the folder `root`."""
-    write_text(filled("results", Path(kept)), Path(root) / PAGE)
+    write_text(filled("results", kept), Path(root) / PAGE)
     for (page, begin, end), text in pieces(kept).items():
         put(Path(root) / page, text, begin, end)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +12,13 @@ import pandas as pd
 from scipy import stats
 
 from calibration.errors import CalibrationError
-from calibration.figures import label
 from calibration.files import read_json
 from calibration.intake.tables import read_written
 from calibration.stages.screening import aliasing
-from calibration.statistics.equivalence import UNDECIDABLE, UNDECIDED
-from calibration.statistics.numbers import fixed, spread
 from calibration.statistics.screening import screen
 from calibration.telling.export.decks import NAMES
+from paper.audit.paper import Paper
+from paper.audit.screening import screened
 from paper.reproduction.screening import CODES as FACTORS
 from paper.reproduction.screening import own_half
 
@@ -49,50 +48,6 @@ STARTS = {
 """Runs of this engine whose starts differ by one to four of a unit: what chance makes of a fall."""
 
 
-# --- the reproduction table ---------------------------------------------------------------------
-
-
-def verdict_of(row: Any, reason: str = "") -> str:
-    """A row's verdict, with the number of further runs that would decide it, or why none would."""
-    if row.agreement == UNDECIDED and not pd.isna(row.more_runs):
-        return f"{UNDECIDED}: {int(row.more_runs)} more runs"
-    if row.agreement == UNDECIDABLE and reason:
-        return f"{UNDECIDABLE}: {reason}"
-    return row.agreement
-
-
-def ours(row: Any) -> str:
-    """This project's value to a digit more than the paper prints, with its standard deviation where
-    it has one."""
-    if pd.isna(row.this_project):
-        return ""
-    try:
-        value = float(row.this_project)
-    except ValueError:
-        return str(row.this_project)
-    printed = str(row.paper).partition(".")[2]
-    digits = min(len(printed) + 1, 3)
-    sd = "" if pd.isna(row.sd) or row.sd == 0 else f" ± {spread(row.sd, digits)}"
-    return f"{fixed(value, digits)}{sd}"
-
-
-def difference(row: Any) -> tuple[str, str]:
-    """The difference with its interval, and the margin; empty where nothing was computed."""
-    if pd.isna(row.low) or pd.isna(row.margin):
-        return "", ""
-    digits = 3 if row.margin < 0.1 else 2
-    low, high, apart = (fixed(x, digits, "+") for x in (row.low, row.high, row.difference))
-    return f"{apart} ({low} to {high})", f"{row.margin:.{digits}g}"
-
-
-def strongest(table: pd.DataFrame, column: str) -> pd.Series:
-    """The row of the largest effect in a column of a reproduction table, with the effect's words
-    under `factor`."""
-    rows = table[table.index.str.startswith("table07.")]
-    row = rows.loc[rows[column].astype(float).abs().idxmax()]
-    return pd.concat([row, pd.Series({"factor": row["quantity"].removeprefix("effect of ")})])
-
-
 # --- the paper's results ------------------------------------------------------------------------
 
 
@@ -113,8 +68,7 @@ def funnels(kept: Path) -> dict[str, Any]:
 
 def off_the_paper(effects: pd.DataFrame) -> float:
     """Root mean square [deg] of the differences of a study's effects, by code, from the paper's."""
-    paper = read_written("data/paper/table06_plackett_burman.csv", comment="#")
-    printed = paper[FACTORS].mul(paper["angle_deg"], axis=0).mean() * 2.0
+    printed = screened(Paper("data/paper")).table.set_index("code")["effect"]
     return float(np.sqrt(((effects["effect"] - printed) ** 2).mean()))
 
 
@@ -196,17 +150,6 @@ def _of_all(found):
             causes[cause["cause"]] = cause
     ranking = sorted(causes.values(), key=lambda cause: -cause["gain"])
     return next(one for one in found if ranking[0] in one["ranking"]) | {"ranking": ranking}
-
-
-def outside(
-    parameters: Mapping[str, Any], held: Mapping[str, float], calibrated: Iterable[str] = ()
-) -> list[str]:
-    """ "name (value)" of the parameters that one target's calibration holds and has not calibrated,
-    where the value is outside the interval by all."""
-    ends = {n: parameters[n]["interval"] for n in held if n in parameters and n not in calibrated}
-    return [
-        f"{label(n)} ({held[n]:g})" for n, (low, high) in ends.items() if not low <= held[n] <= high
-    ]
 
 
 # --- evidence and other codes -------------------------------------------------------------------

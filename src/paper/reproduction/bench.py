@@ -11,23 +11,9 @@ from scipy import stats
 
 from calibration.statistics.equivalence import Error
 from paper.audit.bench import DROP, TILT, r_squared
-from paper.reproduction.rows import (
-    NOT_COMPARABLE,
-    NOT_RUN,
-    R2_MARGIN,
-    SHARE,
-    Place,
-    absent,
-    by_unit,
-    estimates,
-    means,
-    of_coefficient,
-    point,
-    printed_of,
-    said,
-    within,
-    words,
-)
+from paper.audit.paper import printed_number
+from paper.reproduction import rows as r
+from paper.reproduction.rows import Place
 
 if TYPE_CHECKING:
     from paper.audit.paper import Paper
@@ -56,44 +42,47 @@ def _sweep(paper, study, stage):
     runs, summary = study.table(stage, "runs"), study.summary(stage)
     if runs is None or summary is None:
         for what in (item, equation):
-            yield absent(Place(what, f"{stage}.{what}", f"{stage} test"), None, NOT_RUN, stage)
+            place = Place(what, f"{stage}.{what}", f"{stage} test")
+            yield r.row(place, None, None, r.NOT_RUN, stage)
         return
+
+    def place(what, name, text, unit="1", headline=False):
+        return Place(what, f"{stage}.{name}", text, unit, study.name, headline)
+
     levels, responses = sweep.points(paper)
     for level, text in zip(levels, paper.printed(sweep.table, sweep.response), strict=True):
-        place = Place(item, f"{stage}.{level:g}", f"{unit} at {factor} {level:g}", unit, study.name)
+        point = place(item, f"{level:g}", f"{unit} at {factor} {level:g}", unit)
         here = runs[np.isclose(runs[factor], level)]
         if here.empty:
-            yield absent(place, text.text, NOT_COMPARABLE, "not a level of this sweep")
+            reason = "not a level of this sweep"
+            yield r.row(point, text.text, None, r.NOT_COMPARABLE, reason)
             continue
         run = here.iloc[0]
         sd = run.get("response_sd", math.nan)  # their mean of five trials scatters as ours
         sd, theirs = (None, None) if math.isnan(sd) else (sd, sd / math.sqrt(TRIALS))
-        yield point(place, text, run["response"], sd, int(run.get("repeats", 1)), theirs)
+        yield r.point(point, text, [run["response"]], sd, theirs, int(run.get("repeats", 1)))
     theirs, ours = _quadratic(levels, responses), _quadratic(runs[factor], runs["response"])
-    margin = by_unit(unit, float(responses.mean()))
+
+    def errors(of):
+        return Error(of(ours), ours[2], len(runs)), Error(of(theirs), theirs[2])
+
+    # of a coefficient, what moves the response by its own margin at the end of the range
+    margin, half = r.by_unit(unit, float(responses.mean())), 0.5 * float(np.ptp(levels))
     for k, (name, printed) in enumerate(zip(("x²", "x", "1"), sweep.curve(paper), strict=True)):
-        place = Place(
-            equation, f"{stage}.coefficient{k}", f"coefficient of {name}", unit, study.name
-        )
-        own, other = (
-            Error(math.sqrt(fit[1][k, k]), fit[2], n)
-            for fit, n in ((ours, len(runs)), (theirs, None))
-        )
-        of_power = of_coefficient(margin, list(levels), 2 - k)
-        yield estimates(place, printed, float(ours[0][k]), own, other, of_power)
-    place = Place(equation, f"{stage}.R2", "R² of the quadratic", "1", study.name)
-    printed = printed_of(paper.claims[f"{stage}.r2"].printed)
-    yield _r2(place, printed, runs[factor].to_numpy(float), runs["response"].to_numpy(float))
-    place = Place(equation, f"{stage}.inverse", said(factor), "1", study.name, headline=True)
+        coefficient = place(equation, f"coefficient{k}", f"coefficient of {name}", unit)
+        own, other = errors(lambda fit, k=k: math.sqrt(fit[1][k, k]))
+        of_power = margin / math.pow(half, 2 - k)
+        yield r.estimates(coefficient, printed, float(ours[0][k]), own, other, of_power)
+    printed = printed_number(paper.claims[f"{stage}.r2"].printed)
+    statistic = place(equation, "R2", "R² of the quadratic")
+    yield _r2(statistic, printed, runs[factor].to_numpy(float), runs["response"].to_numpy(float))
     level = summary["inverse"]
-    own, other = (
-        Error(_inverse_se(fit, level), fit[2], n) for fit, n in ((ours, len(runs)), (theirs, None))
-    )
-    yield estimates(place, paper.scalar(factor), level, own, other)
-    text = f"mean of runs at the inverse [{unit}]"
-    place = Place(equation, f"{stage}.confirmation", text, unit, study.name)
+    inverse = place(equation, "inverse", r.said(factor), headline=True)
+    own, other = errors(lambda fit: _inverse_se(fit, level))
+    yield r.estimates(inverse, paper.scalar(factor), level, own, other)
+    confirmed = place(equation, "confirmation", f"mean of runs at the inverse [{unit}]", unit)
     mean, sd, count = (summary.get(f"confirmed_{of}") for of in ("mean", "sd", "n"))
-    yield means(place, paper.scalar(sweep.confirmed), mean, sd, count, paper_n=TRIALS)
+    yield r.means(confirmed, paper.scalar(sweep.confirmed), mean, sd, count, paper_n=TRIALS)
 
 
 def _quadratic(x, y):
@@ -126,14 +115,15 @@ def _r2(place, printed, x, y):
     low, high = np.quantile(1 - residual / total, (0.05, 0.95))
     ours = r_squared(y, fitted)
     basis = "90 % interval of our R², drawn from the fit"
-    return within(place, printed, ours, (ours - low, high - ours), basis, R2_MARGIN, len(y))
+    return r.within(place, printed, ours, (ours - low, high - ours), basis, r.R2_MARGIN, len(y))
 
 
 def _shear(paper, study):
     summary = study.summary("shear")
     if summary is None or "loci" not in summary:
         for item in ("Eq. 26", "Eq. 27"):
-            yield absent(Place(item, f"shear.{item}", "yield locus"), None, NOT_RUN, "shear")
+            place = Place(item, f"shear.{item}", "yield locus")
+            yield r.row(place, None, None, r.NOT_RUN, "shear")
         return
     found, runs = summary[summary["measure"]], study.table("shear", "runs")
 
@@ -141,7 +131,7 @@ def _shear(paper, study):
         place = Place(item, f"shear.{name}", text, unit, study.name, name != "intercept")
         reach = _reach(value, interval)
         printed = paper.scalar(scalar)
-        return within(place, printed, value, reach, basis, margin, len(runs), reach)
+        return r.within(place, printed, value, reach, basis, margin, len(runs), reach)
 
     friction = found["particle_friction"]
     text = f"slope of the yield locus at particle friction {friction:g}"
@@ -154,13 +144,13 @@ def _shear(paper, study):
     stress = paper.value("yield_locus_slope") * load + paper.value("yield_locus_intercept")
     yield row(
         "Eq. 26", "intercept", "intercept of the yield locus", "kPa", "yield_locus_intercept",
-        locus["intercept_kPa"], locus["intercept_interval_kPa"], margin=SHARE * stress,
+        locus["intercept_kPa"], locus["intercept_interval_kPa"], margin=r.SHARE * stress,
     )  # fmt: skip
     text, scalar = "particle friction for the measured slope", "salt_salt_static_friction"
     if found["inverse"] is None:
         place = Place("Eq. 27", "shear.friction", text, "1", study.name, headline=True)
         none = "none between {:g} and {:g}".format(*found["swept"])
-        yield words(place, paper.scalar_text(scalar), none, summary["sentence"])
+        yield r.words(place, paper.scalar_text(scalar), none, summary["sentence"])
     else:
         inverse, interval = found["inverse"], found["inverse_interval"]
         basis = f"{summary['sentence']} {UNPRINTED}"

@@ -6,7 +6,6 @@ three factors. The first study whose screening sent these on is taken.
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
@@ -19,23 +18,10 @@ from calibration.chain.responses import with_value
 from calibration.statistics.equivalence import ALPHA, Error, verdict
 from calibration.statistics.surface import fit_surface
 from calibration.statistics.validate import compare
-from paper.audit.paper import NAMES, TABLES, levels
-from paper.audit.surface import regression, restored_levels
-from paper.reproduction.rows import (
-    NOT_COMPARABLE,
-    NOT_RUN,
-    R2_MARGIN,
-    SCATTER_SHARE,
-    Place,
-    absent,
-    estimates,
-    means,
-    point,
-    printed_of,
-    spreads,
-    within,
-    words,
-)
+from paper.audit.paper import NAMES, TABLES, levels, printed_number
+from paper.audit.surface import printed_equation, regression, restored_levels
+from paper.reproduction import rows as r
+from paper.reproduction.rows import Place
 
 if TYPE_CHECKING:
     from paper.audit.paper import Paper
@@ -75,7 +61,8 @@ def rows(paper: Paper, studies: Sequence[Study]) -> Iterator[dict[str, Any]]:
             ("Eq. 28", "coefficients"),
             ("3.1", "the paper's optimum"),
         ):
-            yield absent(Place(item, f"{item}.{what}", what, "deg"), None, NOT_COMPARABLE, reason)
+            place = Place(item, f"{item}.{what}", what, "deg")
+            yield r.row(place, None, None, r.NOT_COMPARABLE, reason)
     yield from _statistics(paper, study or studies[0])
     for one in studies:
         yield from _validation(paper, one)
@@ -106,11 +93,9 @@ def _points(paper, study, item, stage, name, what, lacking):
         here = _runs_at(runs, dict(at.iloc[k])).iloc[used[key] :: printed[key]]
         used[key] += 1
         if here.empty:
-            yield absent(place, text.text, NOT_COMPARABLE, lacking)
-            continue
-        values = here["response"].dropna()
-        mean = float(values.mean()) if len(values) else math.nan
-        yield point(place, text, mean, own, len(values), theirs)
+            yield r.row(place, text.text, None, r.NOT_COMPARABLE, lacking)
+        else:
+            yield r.point(place, text, here["response"], own, theirs)
 
 
 def _runs_at(runs, point):
@@ -129,21 +114,20 @@ def _surface(study):
 
 def _equation(paper, study):
     theirs, ours = regression(paper), _surface(study)
-    printed = dict(
-        part.split(":") if ":" in part else ("Intercept", part)
-        for part in paper.scalar_text("eq28_coefficients").split()
-    )
+    printed = printed_equation(paper)
     table, other = (s.coefficients.set_index("term") for s in (ours, theirs))
     for term in table.index:
         name = term.replace("²", "2")
         place = Place("Eq. 28", f"eq28.{name}", f"coefficient of {term}", "deg", study.name)
         mine, error = table.loc[term, ["estimate", "se"]]
+        name = "1" if term == "Intercept" else name
         if name in printed:
             own = Error(error, ours.df, len(ours.diagnostics))
             their_own = Error(other.loc[term, "se"], theirs.df)
-            yield estimates(place, printed_of(printed[name]), mine, own, their_own)
+            yield r.estimates(place, printed[name], mine, own, their_own)
         else:
-            yield absent(place, None, NOT_COMPARABLE, "the paper leaves this term out", ours=mine)
+            reason = "the paper leaves this term out"
+            yield r.row(place, None, mine, r.NOT_COMPARABLE, reason)
 
 
 def _statistics(paper, study):
@@ -152,16 +136,16 @@ def _statistics(paper, study):
     runs, region = study.region_runs(), study.summary("response_surface", "region")
     if runs is None or region is None:
         place = Place("Table 12", "table12.statistics", "fit statistics")
-        yield absent(place, None, NOT_RUN, "response_surface")
+        yield r.row(place, None, None, r.NOT_RUN, "response_surface")
         return
     table = paper.text("table12_summary", "statistic", "value")
     printed = dict(zip(table["statistic"], table["value"], strict=True))
     runs, codes = with_value(runs, "response"), [f["code"] for f in region]
-    repeats = [r for _, r in runs.groupby("replicate")]
-    ours, theirs = [fit_surface(r, codes, r["response"]) for r in repeats], regression(paper)
+    repeats = [one for _, one in runs.groupby("replicate")]
+    ours = [fit_surface(one, codes, one["response"]) for one in repeats]
     pairs = zip(repeats, ours, strict=True)
-    draws = [_drawn(r, codes, fit, seed) for seed, (r, fit) in enumerate(pairs, 1)]
-    design = pd.DataFrame(restored_levels(paper), columns=list(LETTERS))
+    draws = [_drawn(one, codes, fit, seed) for seed, (one, fit) in enumerate(pairs, 1)]
+    theirs, design = regression(paper), pd.DataFrame(restored_levels(paper), columns=list(LETTERS))
     their_draws = _drawn(design, list(LETTERS), theirs)
     basis = "90 % interval, both sides drawn from their fits and residuals"
     if len(ours) > 1:
@@ -172,9 +156,9 @@ def _statistics(paper, study):
         value = float(np.mean([fit.summary[key] for fit in ours]))
         reach = _reach(np.mean([d[key] for d in draws], axis=0), value)
         their_reach = _reach(their_draws[key], theirs.summary[key])
-        said = printed_of(printed[key])
-        margin = R2_MARGIN if key.startswith("R2") else SCATTER_SHARE * said.value
-        yield within(place, said, value, reach, basis, margin, len(runs), their_reach)
+        said = printed_number(printed[key])
+        margin = r.R2_MARGIN if key.startswith("R2") else r.SCATTER_SHARE * said.value
+        yield r.within(place, said, value, reach, basis, margin, len(runs), their_reach)
 
 
 def _reach(drawn, value):
@@ -211,14 +195,15 @@ def _optimum(paper, study):
     their_reach = 2 * (float(stats.t.ppf(1 - ALPHA, n - 1)) * sd / np.sqrt(n),)
     basis = "90 % interval of the mean of 25 runs there, by our surface; Table 13 on the other side"
     angle = paper.scalar("validated_angle_of_repose")
-    yield within(place, angle, predicted, reach, basis, None, len(ours.diagnostics), their_reach)
+    yield r.within(place, angle, predicted, reach, basis, None, len(ours.diagnostics), their_reach)
 
 
 def _validation(paper, study):
     found, name = study.summary("validation"), study.name
+    angle = paper.scalar("validated_angle_of_repose")
     if found is None:
         place = Place("Table 13", f"table13.{name}", "validated angle", "deg", name)
-        yield absent(place, paper.scalar_text("validated_angle_of_repose"), NOT_RUN, "validation")
+        yield r.row(place, angle.text, None, r.NOT_RUN, "validation")
         return
     table = paper.numbers("table13_validation", "group", "replicate", "angle_deg")
     theirs = table.pivot(index="group", columns="replicate", values="angle_deg").to_numpy()
@@ -226,11 +211,10 @@ def _validation(paper, study):
     mean, sd, n = (found[f"simulated_{of}"] for of in ("mean", "sd", "n"))
     text = "validated angle of repose"
     place = Place("Table 13", f"table13.mean.{name}", text, "deg", name, True)
-    angle = paper.scalar("validated_angle_of_repose")
-    yield means(place, angle, mean, sd, n, their_sd, theirs.size)
+    yield r.means(place, angle, mean, sd, n, their_sd, theirs.size)
     text = "standard deviation of the validated angles"
     place = Place("Table 13", f"table13.sd.{name}", text, "deg", name, True)
-    yield spreads(place, their_sd, theirs.size, sd, n)
+    yield r.spreads(place, their_sd, theirs.size, sd, n)
     # simulated and measured angle by the equivalence test, in the paper's tables and in ours
     margin, low, high = found["margin"], "equivalence_low", "equivalence_high"
     said = compare(theirs, paper.angles()["angle_deg"].to_numpy(), margin).as_dict()
@@ -240,4 +224,4 @@ def _validation(paper, study):
     basis = " and ".join(
         f"{x['difference']:.2f} deg ({x[low]:.2f} to {x[high]:.2f})" for x in (said, found)
     )
-    yield words(place, *verdicts, f"{basis}: Tables 1 and 13, and ours; 90 % intervals")
+    yield r.words(place, *verdicts, f"{basis}: Tables 1 and 13, and ours; 90 % intervals")

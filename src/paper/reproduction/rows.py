@@ -14,12 +14,12 @@ Single runs are not judged one by one. The rows of such a table are judged toget
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
-from decimal import ROUND_HALF_UP, Decimal
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from scipy import stats
 
 from calibration.figures import label
@@ -75,28 +75,24 @@ class Place:
     headline: bool = False
 
 
-def _row(place, paper, ours, agreement, basis, **numbers):
-    row = {"paper": paper, "this_project": ours, "agreement": agreement, "basis": basis}
-    return dict.fromkeys(COLUMNS) | asdict(place) | row | numbers
+def row(
+    place: Place, paper: str | float | None, ours: str | float | None, agreement: str, basis: str,
+    **numbers: Any,
+) -> dict[str, Any]:  # fmt: skip
+    """A row; numbers: further columns. Where nothing is compared `agreement` and `basis` say why:
+    the stage has not run, the points differ, or the item holds no number."""
+    told = {"paper": paper, "this_project": ours, "agreement": agreement, "basis": basis}
+    return dict.fromkeys(COLUMNS) | asdict(place) | told | numbers
 
 
 def _judged(place, paper, ours, difference, decision, margin, basis, **numbers):
     """Row of a difference that was decided against the margin."""
-    numbers |= {"difference": difference, "low": decision.low, "high": decision.high}
-    numbers |= {"margin": margin, "more_runs": decision.more_runs}
     if decision.verdict == UNDECIDABLE:
         basis = f"{basis}; more runs of ours would not decide it"
-    return _row(place, paper, ours, decision.verdict, basis, **numbers)
-
-
-def _decide(place, printed, ours, errors, basis, margin=None, **numbers):
-    """Row of a difference with `errors`: ours and the paper's, as `Error`."""
-    apart, margin = ours - printed.value, _margin(place, printed, margin)
-    decision = decide_difference(apart, *errors, margin)
-    numbers |= {"se": errors[0].beside(errors[1])[0]}
-    if decision.verdict == UNDECIDABLE:
-        basis = f"{basis}; the paper's own standard error is {errors[1].se:.2g}"
-    return _judged(place, printed.text, ours, apart, decision, margin, basis, **numbers)
+    return row(
+        place, paper, ours, decision.verdict, basis, difference=difference, low=decision.low,
+        high=decision.high, margin=margin, more_runs=decision.more_runs, **numbers,
+    )  # fmt: skip
 
 
 def _margin(place, printed, margin):
@@ -108,17 +104,6 @@ def _margin(place, printed, margin):
 def by_unit(unit: str, value: float) -> float:
     """Margin of a quantity in `unit` whose printed value is `value`."""
     return ANGLE_DEG if unit == "deg" else SHARE * abs(value)
-
-
-def of_coefficient(response_margin: float, levels: Sequence[float], power: int) -> float:
-    """Margin of a polynomial's coefficient: what moves the response by its own margin at the end of
-    the range.
-
-    levels: (n,) of the factor; the range counts from its middle for the powers, and fully for the
-    constant.
-    """
-    half = 0.5 * (max(levels) - min(levels))
-    return response_margin / math.pow(half, power)
 
 
 def said(name: str) -> str:
@@ -140,7 +125,7 @@ def means(
     """Two means: ours of n runs with standard deviation sd, the paper's of paper_n with paper_sd
     where known."""
     if sd is None or n is None or n < 2:
-        return without_spread(place, printed, ours)
+        return _without_spread(place, printed, ours)
     own = Error(sd / math.sqrt(n), n - 1, n)
     if paper_sd is None:
         theirs = Error(sd / math.sqrt(paper_n), n - 1)
@@ -148,28 +133,37 @@ def means(
     else:
         theirs = Error(paper_sd / math.sqrt(paper_n), paper_n - 1)
         basis = f"Welch interval of means of {n} and {paper_n}"
-    return _decide(place, printed, ours, (own, theirs), basis, sd=sd, n=n)
+    return estimates(place, printed, ours, own, theirs, basis=basis) | {"sd": sd}
+
+
+def _without_spread(place, printed, ours):
+    """A number of ours whose spread is not known, so that no agreement can be computed."""
+    apart, reason = ours - printed.value, "our spread is not known"
+    return row(place, printed.text, ours, NOT_COMPARABLE, reason, difference=apart)
 
 
 def point(
     place: Place,
     printed: Printed,
-    ours: float,
+    ours: npt.ArrayLike,
     sd: float | None,
-    n: int,
-    paper_sd: float | None = None,
+    paper_sd: float | None,
+    repeats: int = 1,
 ) -> dict[str, Any]:
-    """A point of a table: the mean of n runs of ours beside one of theirs. sd: between our seeds;
-    paper_sd: between the paper's runs, as ours unless given. Its table is judged, not it (`whole`).
-    Ours may have no value, as of a funnel that clogged."""
-    if math.isnan(ours):
-        return absent(place, printed.text, NO_NUMBER, "our run gave no value")
-    if sd is None:
-        return without_spread(place, printed, ours)
-    error = math.hypot(sd / math.sqrt(n), sd if paper_sd is None else paper_sd)
+    """A point of a table: the mean of our runs (n,) beside one of theirs. sd: between our seeds;
+    paper_sd: between the paper's runs; repeats: how many runs each of ours is the mean of. Its
+    table is judged, not it (`whole`). Runs may have no value, as of a funnel that clogged."""
+    values = np.array(ours, float)
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return row(place, printed.text, None, NO_NUMBER, "our run gave no value")
+    mean, n = float(values.mean()), repeats * len(values)
+    if sd is None or paper_sd is None:
+        return _without_spread(place, printed, mean)
+    error, apart = math.hypot(sd / math.sqrt(n), paper_sd), mean - printed.value
     basis = f"{n} of our runs beside one of theirs; scatter between runs at one point"
-    numbers = {"sd": sd, "n": n, "se": error, "difference": ours - printed.value}
-    return _row(place, printed.text, ours, IN_TABLE, basis, **numbers)
+    numbers = {"sd": sd, "n": n, "se": error, "difference": apart}
+    return row(place, printed.text, mean, IN_TABLE, basis, **numbers)
 
 
 def estimates(
@@ -179,12 +173,18 @@ def estimates(
     own: Error,
     theirs: Error | None = None,
     margin: float | None = None,
+    basis: str = "",
 ) -> dict[str, Any]:
-    """Two fitted numbers with errors (`Error`); without one of the paper's its printed value counts
-    as exact."""
-    basis = "standard errors of both fits" if theirs else "standard error of our fit"
-    errors = own, theirs or EXACT
-    return _decide(place, printed, ours, errors, basis, margin, sd=own.se, n=own.runs)
+    """Two numbers with errors (`Error`), fitted ones where `basis` says nothing else; without one
+    of the paper's its printed value counts as exact."""
+    apart, margin = ours - printed.value, _margin(place, printed, margin)
+    basis = basis or ("standard errors of both fits" if theirs else "standard error of our fit")
+    theirs = theirs or EXACT
+    decision = decide_difference(apart, own, theirs, margin)
+    if decision.verdict == UNDECIDABLE:
+        basis = f"{basis}; the paper's own standard error is {theirs.se:.2g}"
+    numbers = {"sd": own.se, "n": own.runs, "se": own.beside(theirs)[0]}
+    return _judged(place, printed.text, ours, apart, decision, margin, basis, **numbers)
 
 
 def within(
@@ -201,7 +201,7 @@ def within(
     which ours narrows with the root of `runs`. Ours may be no number, as R² predicted where one run
     alone decides a coefficient."""
     if math.isnan(ours):
-        return absent(place, printed.text, NO_NUMBER, "ours is no number")
+        return row(place, printed.text, None, NO_NUMBER, "ours is no number")
     apart, margin = ours - printed.value, _margin(place, printed, margin)
     below, above = (max(x, 0.0) for x in reach)
     paper_below, paper_above = (max(x, 0.0) for x in paper_reach)
@@ -221,7 +221,7 @@ def spreads(place: Place, paper_sd: float, paper_n: int, sd: float, n: int) -> d
     ratio = sd / paper_sd
 
     def interval(count):
-        free = MANY if math.isinf(count) else count - 1
+        free = min(count - 1, 1e9)  # as good as infinitely many
         ends = (ratio / math.sqrt(stats.f.ppf(q, free, paper_n - 1)) for q in (1 - ALPHA, ALPHA))
         return tuple((end - 1.0) * paper_sd for end in ends)
 
@@ -230,24 +230,22 @@ def spreads(place: Place, paper_sd: float, paper_n: int, sd: float, n: int) -> d
     return _judged(place, f"{paper_sd:.3f}", sd, sd - paper_sd, decision, margin, basis, n=n)
 
 
-MANY = 1e9
-"""Degrees of freedom that are as good as infinitely many."""
-
-
-def whole(
-    place: Place, parts: Iterable[Mapping[str, Any]], margin: float, freedom: float = math.inf
-) -> dict[str, Any]:
-    """A table of single runs judged as one: the root mean square of the true differences of its
-    rows (`equivalence.together`), which the scatter of the runs on both sides is taken off.
-    freedom: degrees of freedom that this scatter is known on."""
-    judged = [row for row in parts if row["se"] is not None and row["difference"] is not None]
-    if len(judged) < 2:
-        return absent(place, None, NOT_COMPARABLE, "fewer than two of its values are compared")
-    own = [(row["sd"] or 0.0) / math.sqrt(row["n"] or 1) for row in judged]
-    square = [float(np.mean(np.square(x))) for x in (own, [row["se"] for row in judged])]
-    runs = int(sum(row["n"] or 1 for row in judged))
+def whole(item: str, unit: str, rows: Iterable[Mapping[str, Any]], study: str) -> dict[str, Any]:
+    """The row about a table of single runs, judged as one of all rows that there are: the root mean
+    square of the true differences of its own (`equivalence.together`), which the scatter of the
+    runs on both sides is taken off. study: whose they are where none says it."""
+    parts = [x for x in rows if x["item"] == item and x["agreement"] == IN_TABLE]
+    name = min({x["study"] for x in parts if x["study"]} or {study})
+    text = f"difference of {len(parts)} values beyond the runs' scatter (root mean square)"
+    place = Place(item, f"{item.lower().replace(' ', '')}.whole", text, unit, name, True)
+    if len(parts) < 2:
+        return row(place, None, None, NOT_COMPARABLE, "fewer than two of its values are compared")
+    margin = by_unit(unit, sum(abs(float(x["paper"])) for x in parts) / len(parts))
+    own = [x["sd"] / math.sqrt(x["n"]) for x in parts]
+    square = [float(np.mean(np.square(x))) for x in (own, [x["se"] for x in parts])]
+    runs = int(sum(x["n"] for x in parts))
     scatter = math.sqrt(square[0]), math.sqrt(max(square[1] - square[0], 0.0))
-    found = together([row["difference"] for row in judged], *scatter, freedom, runs, margin)
+    found = together([x["difference"] for x in parts], *scatter, math.inf, runs, margin)
     basis = (
         f"{found.n} differences: mean {found.mean:+.2f}, root mean square {found.rms:.2f}, of "
         f"which the runs' scatter makes {math.sqrt(square[1]):.2f} (p = {found.p:.2g})"
@@ -259,37 +257,4 @@ def words(place: Place, paper: str, ours: str, basis: str) -> dict[str, Any]:
     """Statements in words or sets: equal, or not, or undecided where one of the two is."""
     same = EQUIVALENT if paper == ours else DIFFERENT
     open_ones = [x for x in (UNDECIDED, UNDECIDABLE) if x in (paper, ours)]
-    return _row(place, paper, ours, open_ones[0] if open_ones else same, basis)
-
-
-def without_spread(place: Place, printed: Printed, ours: float) -> dict[str, Any]:
-    """A number of ours whose spread is not known, so that no agreement can be computed."""
-    apart = ours - printed.value
-    reason = "our spread is not known"
-    return _row(place, printed.text, ours, NOT_COMPARABLE, reason, difference=apart)
-
-
-def absent(
-    place: Place, paper: str | None, agreement: str, basis: str, ours: float | str | None = None
-) -> dict[str, Any]:
-    """A row without comparison: the stage has not run, the points differ, or the item holds no
-    number."""
-    return _row(place, paper, ours, agreement, basis)
-
-
-def printed_of(value: str | float, digits: int | None = None) -> Printed:
-    """Return the `Printed` of a text, or of a number computed from printed ones, to `digits`
-    places.
-
-    A half is rounded away from zero. Printed decimals make halves often, and a computed one is off
-    by its last digits, so a number is read to twelve digits first. Raises ValueError for a text
-    that is no number."""
-    place = Decimal(1).scaleb(-(digits or 0))
-    if isinstance(value, str):
-        text = value
-    else:
-        text = f"{Decimal(f'{value:.12g}').quantize(place, ROUND_HALF_UP):f}"
-    found = Printed.parse(text)
-    if found is None:
-        raise ValueError(f"{text!r} is not a number")
-    return found
+    return row(place, paper, ours, open_ones[0] if open_ones else same, basis)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
+from decimal import ROUND_HALF_UP, Decimal
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,19 +19,11 @@ from calibration.chain.responses import with_value
 from calibration.statistics.equivalence import Error
 from calibration.statistics.screening import screen
 from calibration.statistics.surface import pure_error
-from paper.audit.paper import FACTORS
+from paper.audit.paper import FACTORS, printed_number
 from paper.audit.screening import screened
+from paper.reproduction import rows as r
 from paper.reproduction.chain import spread
-from paper.reproduction.rows import (
-    NOT_COMPARABLE,
-    NOT_RUN,
-    Place,
-    absent,
-    estimates,
-    point,
-    printed_of,
-    said,
-)
+from paper.reproduction.rows import Place
 
 if TYPE_CHECKING:
     from paper.audit.paper import Paper
@@ -49,7 +42,7 @@ def rows(paper: Paper, study: Study, repeats: Iterable[Study] = ()) -> Iterator[
             ("Table 6", "table06", "screening runs"),
             ("Table 7", "table07", "effects"),
         ):
-            yield absent(Place(item, name, what), None, NOT_RUN, "screening")
+            yield r.row(Place(item, name, what), None, None, r.NOT_RUN, "screening")
         return
     more = [own_half(s.table("screening", "runs")) for s in repeats]
     runs = own_half(runs)
@@ -89,13 +82,11 @@ def _runs(paper, study, every):
     alike = _alike(every[0], paper.numbers(TABLE, *CODES))
     for k, text in enumerate(paper.printed(TABLE, "angle_deg")):
         place = Place("Table 6", f"table06.run{k + 1}", f"angle of run {k + 1}", "deg", study.name)
-        if not alike:
-            yield absent(place, text.text, NOT_COMPARABLE, "this study ran another design")
-            continue
-        values = np.array([t["response"].iloc[k] for t in every], float)
-        values = values[np.isfinite(values)]
-        mean = float(values.mean()) if len(values) else math.nan
-        yield point(place, text, mean, own, len(values), theirs)
+        if alike:
+            yield r.point(place, text, [t["response"].iloc[k] for t in every], own, theirs)
+        else:
+            reason = "this study ran another design"
+            yield r.row(place, text.text, None, r.NOT_COMPARABLE, reason)
 
 
 def _effects(paper, study, every):
@@ -112,16 +103,25 @@ def _effects(paper, study, every):
     paper_n = len(paper.numbers("table13_validation", "angle_deg"))
     their_error = Error(2.0 * paper_sd / math.sqrt(len(paper.text(TABLE))), paper_n - 1)
     for code in CODES:
-        words = f"effect of {said(names[code])}"
+        words = f"effect of {r.said(names[code])}"
         place = Place("Table 7", f"table07.{code}.effect", words, "deg", study.name, True)
         if code not in own or ours is None:
-            yield absent(place, None, NOT_COMPARABLE, "no factor of this study")
+            yield r.row(place, None, None, r.NOT_COMPARABLE, "no factor of this study")
             continue
-        printed, mine = printed_of(float(theirs[code]), 2), float(ours.loc[code, "effect"])
+        printed, mine = _rounded(theirs[code]), float(ours.loc[code, "effect"])
         if sd is None:
-            yield absent(place, printed.text, NOT_COMPARABLE, "our spread is not known", mine)
+            reason = "our spread is not known"
+            yield r.row(place, printed.text, mine, r.NOT_COMPARABLE, reason)
             continue
         # of an effect, which is twice a slope; the columns are not orthogonal where a run is lost
         k = own.index(code)
         error = 2.0 * sd * math.sqrt(inverse[k, k] / len(runs))
-        yield estimates(place, printed, mine, Error(error, freedom, len(runs)), their_error)
+        yield r.estimates(place, printed, mine, Error(error, freedom, len(runs)), their_error)
+
+
+def _rounded(effect):
+    """An effect to the two places of the angles, a half rounded away from zero. Printed decimals
+    make halves often, and a computed one is off by its last digits, so it is read to twelve digits
+    first."""
+    number = Decimal(f"{float(effect):.12g}").quantize(Decimal("0.01"), ROUND_HALF_UP)
+    return printed_number(f"{number:f}")

@@ -14,21 +14,10 @@ from scipy import stats
 from calibration.files import write_table
 from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDABLE, UNDECIDED, Error
 from dem.io.files import write_json
-from paper.audit.paper import TABLES, Paper
+from paper.audit.paper import TABLES, Paper, printed_number
 from paper.reproduction import bench, chain, screening
-from paper.reproduction.rows import (
-    COLUMNS,
-    IN_TABLE,
-    NO_NUMBER,
-    NOT_RUN,
-    SCALING,
-    Place,
-    absent,
-    by_unit,
-    estimates,
-    printed_of,
-    whole,
-)
+from paper.reproduction import rows as r
+from paper.reproduction.rows import Place
 from paper.reproduction.study import Study
 
 if TYPE_CHECKING:
@@ -72,20 +61,9 @@ def reproduce(
         *bench.rows(printed, studies[0]),
         *chain.rows(printed, studies),
     ]
-    rows += [_whole(item, table.unit, rows, studies[0]) for item, table in TABLES.items()]
+    rows += [r.whole(item, table.unit, rows, studies[0].name) for item, table in TABLES.items()]
     rows.sort(key=lambda row: ORDER.index(row["item"]))
-    return pd.DataFrame(rows, columns=list(COLUMNS))
-
-
-def _whole(item, unit, rows, study):
-    """The row about a table of simulated values as a whole, of its values in `unit`."""
-    parts = [row for row in rows if row["item"] == item and row["agreement"] == IN_TABLE]
-    name = min({row["study"] for row in parts if row["study"]} or {study.name})
-    values = [abs(float(row["paper"])) for row in parts]
-    margin = by_unit(unit, sum(values) / len(values) if values else 0.0)
-    key = item.lower().replace(" ", "")
-    text = f"difference of {len(values)} values beyond the runs' scatter (root mean square)"
-    return whole(Place(item, f"{key}.whole", text, unit, name, True), parts, margin)
+    return pd.DataFrame(rows, columns=list(r.COLUMNS))
 
 
 VERDICTS = {"holds": EQUIVALENT, "fails": DIFFERENT, "undecided": UNDECIDED}
@@ -100,32 +78,31 @@ def _scaling(study):
     summary = study.summary("scaling")
     if summary is None:
         place = Place("1.2", "heap.paper.plain.twice", ENLARGED, "deg", study.name)
-        yield absent(place, "0.0", NOT_RUN, CLAIMS)
+        yield r.row(place, "0.0", None, r.NOT_RUN, CLAIMS)
         return
     responses = study.table("scaling", "scaling")
     for statement in summary["statements"]:
         kind = statement["id"].split(".")[0]
         if kind == "section122":
             yield _statement(statement, study.name)
-        elif kind in ("heap", "drop"):
+        elif kind in r.SCALING:
             yield from _over_scales(statement, responses, study.name)
 
 
 def _statement(statement, study):
     place = Place("Eq. 15", statement["id"], statement["statement"], "1", study)
-    row = absent(place, None, VERDICTS[statement["verdict"]], statement["sentence"])
-    printed, found = statement["printed"], statement["found"]
+    printed, found, paper, numbers = statement["printed"], statement["found"], None, {}
     if found is not None:
-        low, high = statement["low"] - printed, statement["high"] - printed
-        row |= {"paper": f"{printed:g}", "this_project": found, "difference": found - printed}
-        row |= {"low": low, "high": high}
-    return row
+        ends = {end: statement[end] - printed for end in ("low", "high")}
+        paper, numbers = f"{printed:g}", ends | {"difference": found - printed}
+    agreement = VERDICTS[statement["verdict"]]
+    return r.row(place, paper, found, agreement, statement["sentence"], **numbers)
 
 
 def _over_scales(statement, responses, study):
     """Rows of a quantity that is said not to change with the scale: when grain and rig are doubled,
     and over the whole range of scales; responses: the table of the scaling study."""
-    name = statement["id"]
+    name, said, basis = statement["id"], statement["statement"], statement["sentence"]
     experiment, rule, kind = name.split(".")
     case = responses[
         (responses["experiment"] == experiment)
@@ -133,22 +110,20 @@ def _over_scales(statement, responses, study):
         & (responses["cohesive"] == (kind == "cohesive"))
     ]
     unit, digits, none = ("deg", 2, "0.0") if experiment == "heap" else ("1", 4, "0.000")
-    margin = SCALING[experiment]
-    runs = int(case["n"].sum())
-    place = Place("1.2", name, f"{statement['statement']}, over the whole range", unit, study)
+    margin, none, runs = r.SCALING[experiment], printed_number(none), int(case["n"].sum())
+    place = Place("1.2", name, f"{said}, over the whole range", unit, study)
     if statement["found"] is None:
-        yield absent(place, "0", NO_NUMBER, statement["sentence"])
+        yield r.row(place, "0", None, r.NO_NUMBER, basis)
     else:
         freedom = max(runs - 2, 1)
         reach = 0.5 * (statement["high"] - statement["low"])
         own = Error(reach / float(stats.t.ppf(0.975, freedom)), freedom, runs)
-        row = estimates(place, printed_of(none), statement["found"], own, margin=margin)
-        yield row | {"basis": statement["sentence"]}
+        yield r.estimates(place, none, statement["found"], own, margin=margin) | {"basis": basis}
     first, twice = (case[case["scale"] == h] for h in (case["scale"].min(), TWICE))
     if len(twice) and len(first) and min(twice["n"].iloc[0], first["n"].iloc[0]) > 1:
-        text = f"{statement['statement']}, when doubled as the paper did"
+        text = f"{said}, when doubled as the paper did"
         place = Place("1.2", f"{name}.twice", text, unit, study, experiment == "heap")
-        yield _doubled(place, printed_of(none), first.iloc[0], twice.iloc[0], margin, digits)
+        yield _doubled(place, none, first.iloc[0], twice.iloc[0], margin, digits)
 
 
 def _doubled(place, none, first, twice, margin, digits):
@@ -156,7 +131,7 @@ def _doubled(place, none, first, twice, margin, digits):
     one, two = (Error(x["sd"] / math.sqrt(x["n"]), x["n"] - 1) for x in (first, twice))
     se, freedom = two.beside(one)
     own = Error(se, freedom, int(first["n"] + twice["n"]))
-    row = estimates(place, none, twice["mean"] - first["mean"], own, margin=margin)
+    row = r.estimates(place, none, twice["mean"] - first["mean"], own, margin=margin)
     ends = ", ".join(
         f"{x['mean']:.{digits}f} at scale {x['scale']:g} ({int(x['n'])} runs)"
         for x in (first, twice)
