@@ -31,7 +31,7 @@ from diagnosis.rig import Rig
 from diagnosis.settings import catalogue_of, parameters_of, study_settings
 from diagnosis.switched_causes import plan, read_switched, tried
 from paper.audit.paper import TABLES, Paper, levels
-from paper.reproduction.chain import simulated_sd
+from paper.reproduction.chain import runs_at, simulated_sd
 from paper.reproduction.study import Study
 
 if TYPE_CHECKING:
@@ -100,10 +100,8 @@ def _at(known, groups, fixed):
     for tables in groups:
         here = []
         for table in tables:
-            own = {k: table[k] if k in table else fixed.get(k, math.nan) for k in known}
-            same = [np.isclose(own[k], v, atol=1e-6) | np.zeros(len(table), bool)
-                    for k, v in known.items()]  # fmt: skip
-            here.append(table.loc[np.all(same, axis=0), "response"])
+            held = {k: fixed.get(k, math.nan) for k in known if k not in table}
+            here.append(runs_at(table.assign(**held), known)["response"])
         if any(len(found) for found in here):
             return pd.concat(here).dropna().to_numpy(float)
     return None

@@ -78,19 +78,15 @@ def readings(position: np.ndarray, radius: np.ndarray, plate_radius: float) -> d
     return {"one_flank_deg": float(flanks[0]), "protractor_deg": float(np.mean(laid))}
 
 
-def steps(table: pd.DataFrame) -> pd.DataFrame:
-    """Table: what each reading changes by [°] from one injection speed to the next, where both have
-    two runs or more: point, rate, from, to, readings."""
-    rows = []
-    for (point, rate), group in table.groupby(KEYS[:2], sort=False):
-        by_speed = {s: g[READINGS].dropna() for s, g in group.groupby(KEYS[2])}
-        for slow, fast in pairwise(SPEEDS):
-            if min(len(by_speed.get(s, ())) for s in (slow, fast)) < 2:
-                continue
-            a, b = by_speed[slow], by_speed[fast]
-            row = {"point": point, "rate": rate, "from": slow, "to": fast}
-            rows.append(row | (b.mean() - a.mean()).to_dict())
-    return pd.DataFrame(rows)
+def _moves(runs, speed):
+    """The largest change [°] of a reading from a speed to the next at any point where both have two
+    runs or more, of the runs at one rate; NaN where there is none."""
+    faster, found = dict(pairwise(SPEEDS)).get(speed), []
+    for _, group in runs.groupby("point"):
+        at = [group.loc[group[KEYS[2]] == v, READINGS].dropna() for v in (speed, faster)]
+        if min(map(len, at)) > 1:
+            found.append((at[1].mean() - at[0].mean()).abs().max())
+    return max(found, default=np.nan)
 
 
 def judged(table: pd.DataFrame) -> pd.DataFrame:
@@ -98,12 +94,11 @@ def judged(table: pd.DataFrame) -> pd.DataFrame:
     one_kind (all runs have a value, and these differ by less than TWO_KINDS), moves (the largest
     change of a reading to the next speed at any point [°], NaN at the last speed, which has none)
     and well_posed."""
-    changes, rows = steps(table), []
+    rows = []
     for (rate, speed), group in table.groupby(KEYS[1:]):
         held = group["hold_up"]
         complete = not group[[*READINGS, "hold_up"]].isna().to_numpy().any()
-        here = changes[(changes["rate"] == rate) & (changes["from"] == speed)]
-        moves = here[READINGS].abs().to_numpy().max(initial=0.0) if len(here) else np.nan
+        moves = _moves(table[table[KEYS[1]] == rate], speed)
         one_kind = complete and held.max() < TWO_KINDS * held.min()
         row = {"rate": rate, "speed": speed, "least": held.min(), "most": held.max()}
         row |= {"one_kind": one_kind, "moves": moves}

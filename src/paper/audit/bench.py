@@ -168,11 +168,6 @@ def _yield_locus(paper, claim):
     return Found(value, share=1e3 * intercept / (friction * stress))
 
 
-def _yield_friction(paper, claim):
-    slope = paper.scalar("yield_locus_slope")
-    return Found(slope.value, slope.half_unit)
-
-
 # --- time steps -----------------------------------------------------------------------------------
 
 
@@ -306,7 +301,9 @@ CLAIMS: Claims = {
     ),
     "drop.duration": _lasts(_fall_and_rise),
     "shear.slope shear.intercept": _yield_locus,
-    "shear.friction": _yield_friction,
+    "shear.friction": lambda paper, _: Found(
+        paper.value("yield_locus_slope"), paper.scalar("yield_locus_slope").half_unit
+    ),
     "shear.particle": _readings("particle_shear_slope"),
     "tilt.time_step drop.time_step": _longer_times(
         lambda _, radius, density, constants: rayleigh_time(radius, density, *constants)

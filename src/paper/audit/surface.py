@@ -203,39 +203,38 @@ def _equation_terms(paper, claim):
     return Found(value, printed=printed, holds=not lost and not idle, **told)
 
 
-def _optimum(paper):
-    return [paper.scalar(f"optimum_{name}") for name in NAMES.values()]
-
-
 def _coding(paper):
-    return paper.keyed("table11_coding", "factor", "low", "centre", "high").loc[list(NAMES)]
+    """Low level, centre and high level of the axes of Table 11, (3,) each."""
+    coding = paper.keyed("table11_coding", "factor", "low", "centre", "high")
+    return coding.loc[list(NAMES)].to_numpy().T
 
 
-def _predict(paper, equation, natural):
-    coding = _coding(paper)
-    coded = (np.asarray(natural) - coding.centre) / ((coding.high - coding.low) / 2)
-    return float(_evaluate(equation, coded.to_numpy()[None, :])[0])
+def _at_optimum(paper, equation):
+    """(Value of an equation at the printed optimum, what the rounding of its settings adds); a
+    setting that is a level of the design is exact."""
+    low, centre, high = levels = _coding(paper)
 
+    def predict(natural):
+        coded = (np.asarray(natural) - centre) / ((high - low) / 2)
+        return float(_evaluate(equation, coded[None, :])[0])
 
-def _setting_rounding(paper, equation):
-    """What the optimum's rounding adds; a setting that is a level of the design is exact."""
-    settings = [
-        Printed(s.text, s.value, 0.0) if s.value in row else s
-        for s, row in zip(_optimum(paper), _coding(paper).to_numpy(), strict=True)
+    settings = [paper.scalar(f"optimum_{name}") for name in NAMES.values()]
+    rounded = [
+        Printed(s.text, s.value, 0.0) if s.value in own else s
+        for s, own in zip(settings, levels.T, strict=True)
     ]
-    return propagate(lambda natural: _predict(paper, equation, natural), settings)
+    return predict([s.value for s in settings]), propagate(predict, rounded)
 
 
 def _optimum_of_equation(paper, claim):
-    printed, at = printed_equation(paper), [s.value for s in _optimum(paper)]
-    values = {term: cell.value for term, cell in printed.items()}
+    printed, target = printed_equation(paper), paper.value("measured_angle_of_repose")
 
-    def predict(numbers):
-        return _predict(paper, dict(zip(printed, numbers, strict=True)), at)
+    def at_optimum(numbers):
+        return _at_optimum(paper, dict(zip(printed, numbers, strict=True)))
 
-    value, target = _predict(paper, values, at), paper.value("measured_angle_of_repose")
-    rounding = propagate(predict, list(printed.values())) + _setting_rounding(paper, values)
-    return Found(value, rounding, miss=abs(value - target))
+    value, of_settings = at_optimum([cell.value for cell in printed.values()])
+    rounding = propagate(lambda numbers: at_optimum(numbers)[0], list(printed.values()))
+    return Found(value, rounding + of_settings, miss=abs(value - target))
 
 
 def _optimum_of_regression(paper, claim):
@@ -244,14 +243,12 @@ def _optimum_of_regression(paper, claim):
     target = paper.value("measured_angle_of_repose")
     band = paper.claims["validation.error"].value / 100 * target
     near = cube[np.abs(_evaluate(equation, cube) - target) <= band]
-    coding = _coding(paper)
-    half = ((coding.high - coding.low) / 2).to_numpy()
-    low, high = (coding.centre.to_numpy() + half * f(near, axis=0) for f in (np.min, np.max))
-    ends = zip(NAMES, low, high, strict=True)
+    low, centre, high = _coding(paper)
+    natural = centre + (high - low) / 2 * near
+    ends = zip(NAMES, natural.min(axis=0), natural.max(axis=0), strict=True)
     ranges = ", ".join(f"{axis} {a:.3g} to {b:.3g}" for axis, a, b in ends)
-    value = _predict(paper, equation, [s.value for s in _optimum(paper)])
-    share, rounding = len(near) / len(cube), _setting_rounding(paper, equation)
-    return Found(value, rounding, share=share, ranges=ranges)
+    value, rounding = _at_optimum(paper, equation)
+    return Found(value, rounding, share=len(near) / len(cube), ranges=ranges)
 
 
 # --- Table 13 -------------------------------------------------------------------------------------

@@ -25,11 +25,6 @@ def _weight(paper, claim):
     return Found(_power("force", REAL_GRAVITY), broken=broken, needed=needed)
 
 
-def _modulus_adapts(paper, claim):
-    value = "adapts" if dimensions.exponent("modulus", RULE) else "is unchanged"
-    return Found(value, power=dimensions.exponent("modulus", REAL_GRAVITY))
-
-
 def _groups(paper):
     """{dimensionless group: {quantity: its exponent}}."""
     table = paper.text("dimensionless_groups", "group", "quantity", "exponent")
@@ -75,23 +70,22 @@ def _identity(paper, claim):
     """Whether both sides of an equation are equal for spheres of radii R and `ratio` R: the
     effective mass and radius, and Eq. 9 in the dimensionless quantities of Eq. 12."""
     radius, density, stiffness, damping, speed = 1e-3, 1210.0, 800.0, 0.01, 1.7
-    sphere, same = 4 / 3 * np.pi * density * radius**3, []
-    for ratio in (0.5, 1.0, 2.0, 4.0):
-        printed = 4 * np.pi * radius**3 * density * ratio**3 / (3 * (1 + ratio**3))
-        mass = sphere * ratio**3 / (1 + ratio**3)
-        terms = np.array([mass * speed**2 / radius, stiffness * radius, damping * speed])
-        numbers = [
-            4 * np.pi * ratio**3 / (3 * (1 + ratio**3)),
-            stiffness / (radius * density * speed**2),
-            damping / (radius**2 * density * speed),
-        ]
-        sides = {
-            "mass": (printed, 1 / (1 / sphere + 1 / (sphere * ratio**3))),
-            "radius": (radius * ratio / (1 + ratio), 1 / (1 / radius + 1 / (ratio * radius))),
-            "terms": (numbers, terms / (radius**2 * density * speed**2)),
-        }
-        same.append(np.allclose(*sides[claim.part], rtol=1e-12, atol=0.0))
-    return "equal" if all(same) else "not equal"
+    ratio, one = np.array([0.5, 1.0, 2.0, 4.0]), np.ones(4)
+    cube, sphere = ratio**3, 4 / 3 * np.pi * density * radius**3
+    mass = 4 * np.pi * radius**3 * density * cube / (3 * (1 + cube))
+    force = sphere * cube / (1 + cube) * speed**2 / radius
+    terms = [force, stiffness * radius * one, damping * speed * one]
+    numbers = [
+        4 * np.pi * cube / (3 * (1 + cube)),
+        stiffness / (radius * density * speed**2) * one,
+        damping / (radius**2 * density * speed) * one,
+    ]
+    left, right = {
+        "mass": (mass, 1 / (1 / sphere + 1 / (sphere * cube))),
+        "radius": (radius * ratio / (1 + ratio), 1 / (1 / radius + 1 / (ratio * radius))),
+        "terms": (numbers, np.array(terms) / (radius**2 * density * speed**2)),
+    }[claim.part]
+    return "equal" if np.allclose(left, right, rtol=1e-12, atol=0.0) else "not equal"
 
 
 def _contact_signs(paper, claim):
@@ -109,7 +103,10 @@ CLAIMS: Claims = {
     "eq4.mass eq5.mass": lambda paper, _: _power("mass", {"length": 1, "density": 0}),
     "eq6.force eq8.modulus section121.stiffness": lambda paper, claim: _power(claim.part),
     "eq2.weight": _weight,
-    "section121.modulus": _modulus_adapts,
+    "section121.modulus": lambda *_: Found(
+        "adapts" if dimensions.exponent("modulus", RULE) else "is unchanged",
+        power=dimensions.exponent("modulus", REAL_GRAVITY),
+    ),
     "section122.stiffness": _ratio("pi2", "stiffness"),
     "section122.damping": _ratio("pi3", "damping_coefficient"),
     "section122.restitution": _restitution,

@@ -19,8 +19,8 @@ from calibration.statistics.screening import screen
 from calibration.telling.export.decks import NAMES
 from paper.audit.paper import Paper
 from paper.audit.screening import screened
-from paper.reproduction.screening import CODES as FACTORS
-from paper.reproduction.screening import own_half
+from paper.reproduction.chain import CODES as FACTORS
+from paper.reproduction.chain import own_half
 
 PACKED = 1250
 """Most grains in the funnel at once [-] above which a pour of the paper's rig has packed: the two

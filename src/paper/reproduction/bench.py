@@ -1,24 +1,18 @@
 """Tables 8 and 9, Eqs. 21 to 27: tilted plane, drop and direct shear."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy import stats
 
 from calibration.statistics.equivalence import Error
 from paper.audit.bench import DROP, TILT, r_squared
-from paper.audit.paper import printed_number
+from paper.audit.paper import Paper, printed_number
 from paper.reproduction import rows as r
 from paper.reproduction.rows import Place
-
-if TYPE_CHECKING:
-    from paper.audit.paper import Paper
-    from paper.reproduction.study import Study
-
+from paper.reproduction.study import Study
 
 DRAWS = 2000
 SWEEPS = {"tilt": ("Table 8", TILT), "drop": ("Table 9", DROP)}

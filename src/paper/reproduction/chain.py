@@ -1,14 +1,18 @@
-"""Tables 10 to 13 and Eq. 28: ascent, response surface, optimum and validation.
+"""Tables 6, 7, 10 to 13 and Eq. 28: screening, ascent, response surface, optimum and validation.
+
+The screenings of the same study at other seeds count as repeats of its runs. Both sides ran the
+same rows, so that an effect carries the same interactions in both, and the scatter between seeds
+alone is the error of their difference.
 
 The paper's points, terms and optimum can be compared one by one only with a study of the paper's
 three factors. The first study whose screening sent these on is taken.
 """
 
-from __future__ import annotations
-
+import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping, Sequence
+from decimal import ROUND_HALF_UP, Decimal
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,18 +20,18 @@ from scipy import stats
 
 from calibration.chain.responses import with_value
 from calibration.statistics.equivalence import ALPHA, Error, verdict
-from calibration.statistics.surface import fit_surface
+from calibration.statistics.screening import screen
+from calibration.statistics.surface import fit_surface, pure_error
 from calibration.statistics.validate import compare
-from paper.audit.paper import NAMES, TABLES, levels, printed_number
+from paper.audit.paper import FACTORS, NAMES, TABLES, Paper, levels, printed_number
+from paper.audit.screening import screened
 from paper.audit.surface import printed_equation, regression, restored_levels
 from paper.reproduction import rows as r
 from paper.reproduction.rows import Place
+from paper.reproduction.study import Study
 
-if TYPE_CHECKING:
-    from paper.audit.paper import Paper
-    from paper.reproduction.study import Study
-
-
+CODES = list(FACTORS)
+DESIGN = "table06_plackett_burman"
 LETTERS = dict(zip("ABC", NAMES.values(), strict=True))
 """What Table 12 and Eq. 28 call X, Y and Z: factor."""
 STATISTICS = {
@@ -43,8 +47,9 @@ REGION = "Table 11", None, "run{}", "angle of run {}", "not a point of our desig
 
 
 def rows(paper: Paper, studies: Sequence[Study]) -> Iterator[dict[str, Any]]:
-    """Rows of the chain: the paper's points from a study of its factors, the validation of every
-    study."""
+    """Rows of the chain: the screening of the first study, the paper's points from a study of its
+    factors, the validation of every study."""
+    yield from _screening(paper, studies[0])
     alike = [s for s in studies if set(s.region_names() or ()) == set(NAMES.values())]
     study = alike[0] if alike else None
     if study is not None:
@@ -74,9 +79,102 @@ def simulated_sd(paper: Paper) -> float:
     return float(paper.numbers("table13_validation", "angle_deg")["angle_deg"].std(ddof=1))
 
 
-def spread(paper: Paper, study: Study) -> tuple[float | None, int | None, float]:
+def _spread(paper, study):
     """(our sd between seeds or None, runs it is from, the paper's sd between its runs) [deg]."""
     return *(study.seed_spread() or (None, None)), simulated_sd(paper)
+
+
+def _screening(paper, study):
+    """Rows of Tables 6 and 7."""
+    runs, summary = study.table("screening", "runs"), study.summary("screening")
+    if runs is None or summary is None:
+        for item, name, what in (
+            ("Table 6", "table06", "screening runs"),
+            ("Table 7", "table07", "effects"),
+        ):
+            yield r.row(Place(item, name, what), None, None, r.NOT_RUN, "screening")
+        return
+    more = [own_half(s.table("screening", "runs")) for s in study.repeats]
+    runs = own_half(runs)
+    every = [runs, *(t for t in more if t is not None and _alike(t, runs))]
+    yield from _runs(paper, study, every)
+    yield from _effects(paper, study, every)
+
+
+def own_half(runs: pd.DataFrame | None) -> pd.DataFrame | None:
+    """The runs of the configured table, without those of a foldover, which the paper has not; None
+    for None."""
+    return runs if runs is None or "fold" not in runs else runs[runs["fold"] == 1]
+
+
+def _alike(runs, first):
+    """Whether both tables ran the same rows."""
+    return (
+        set(CODES) <= set(runs) & set(first)
+        and len(runs) == len(first)
+        and np.allclose(runs[CODES], first[CODES])
+    )
+
+
+def _scatter(paper, study, every):
+    """(our standard deviation between seeds [deg], its degrees of freedom, the paper's): from the
+    repeats, else from the validation."""
+    own, n, theirs = _spread(paper, study)
+    if len(every) == 1:
+        return own, None if n is None else n - 1, theirs
+    valued = with_value(pd.concat(every, ignore_index=True), "response")
+    square, freedom = pure_error(valued[CODES].to_numpy(float), valued["response"].to_numpy())
+    return math.sqrt(square / freedom), freedom, theirs
+
+
+def _runs(paper, study, every):
+    own, _, theirs = _scatter(paper, study, every)
+    alike = _alike(every[0], paper.numbers(DESIGN, *CODES))
+    for k, text in enumerate(paper.printed(DESIGN, "angle_deg")):
+        place = Place("Table 6", f"table06.run{k + 1}", f"angle of run {k + 1}", "deg", study.name)
+        if alike:
+            yield r.point(place, text, [t["response"].iloc[k] for t in every], own, theirs)
+        else:
+            reason = "this study ran another design"
+            yield r.row(place, text.text, None, r.NOT_COMPARABLE, reason)
+
+
+def _effects(paper, study, every):
+    names = paper.text("table05_contact_parameter_ranges", "factor", "name")
+    names = names.set_index("factor")["name"]
+    effects = study.table("screening", "effects").set_index("code")
+    theirs = screened(paper).table.set_index("code")["effect"]
+    runs = with_value(pd.concat(every, ignore_index=True), "response")
+    own = [c for c in CODES if c in effects.index and effects.loc[c, "name"] == names[c]]
+    ours = screen(runs, own, runs["response"]).table.set_index("code") if own else None
+    inverse = np.linalg.inv(np.cov(runs[own].T, bias=True).reshape(len(own), len(own)))
+    sd, freedom, paper_sd = _scatter(paper, study, every)
+    # of the paper's effects, by the scatter between its runs, that of Table 13
+    paper_n = len(paper.numbers("table13_validation", "angle_deg"))
+    their_error = Error(2.0 * paper_sd / math.sqrt(len(paper.text(DESIGN))), paper_n - 1)
+    for code in CODES:
+        words = f"effect of {r.said(names[code])}"
+        place = Place("Table 7", f"table07.{code}.effect", words, "deg", study.name, True)
+        if code not in own or ours is None:
+            yield r.row(place, None, None, r.NOT_COMPARABLE, "no factor of this study")
+            continue
+        printed, mine = _rounded(theirs[code]), float(ours.loc[code, "effect"])
+        if sd is None:
+            reason = "our spread is not known"
+            yield r.row(place, printed.text, mine, r.NOT_COMPARABLE, reason)
+            continue
+        # of an effect, which is twice a slope; the columns are not orthogonal where a run is lost
+        k = own.index(code)
+        error = 2.0 * sd * math.sqrt(inverse[k, k] / len(runs))
+        yield r.estimates(place, printed, mine, Error(error, freedom, len(runs)), their_error)
+
+
+def _rounded(effect):
+    """An effect to the two places of the angles, a half rounded away from zero. Printed decimals
+    make halves often, and a computed one is off by its last digits, so it is read to twelve digits
+    first."""
+    number = Decimal(f"{float(effect):.12g}").quantize(Decimal("0.01"), ROUND_HALF_UP)
+    return printed_number(f"{number:f}")
 
 
 def _points(paper, study, item, stage, name, what, lacking):
@@ -85,12 +183,14 @@ def _points(paper, study, item, stage, name, what, lacking):
     runs = study.table(stage, "runs") if stage else study.region_runs()
     at = levels(paper, item)
     printed, used = Counter(map(tuple, at.to_numpy())), Counter()
-    own, _, theirs = spread(paper, study)
+    own, _, theirs = _spread(paper, study)
     for k, text in enumerate(paper.printed(TABLES[item].file, "angle_deg")):
         ident = f"{item.lower().replace(' ', '')}.{name.format(k + 1)}"
         place = Place(item, ident, what.format(k + 1), "deg", study.name)
         key = tuple(at.iloc[k])
-        here = _runs_at(runs, dict(at.iloc[k])).iloc[used[key] :: printed[key]]
+        known = runs is not None and set(at) <= set(runs)
+        here = runs_at(runs, dict(at.iloc[k])) if known else pd.DataFrame()
+        here = here.iloc[used[key] :: printed[key]]
         used[key] += 1
         if here.empty:
             yield r.row(place, text.text, None, r.NOT_COMPARABLE, lacking)
@@ -98,9 +198,8 @@ def _points(paper, study, item, stage, name, what, lacking):
             yield r.point(place, text, here["response"], own, theirs)
 
 
-def _runs_at(runs, point):
-    if runs is None or not set(point) <= set(runs):
-        return pd.DataFrame()
+def runs_at(runs: pd.DataFrame, point: Mapping[str, float]) -> pd.DataFrame:
+    """The runs of a table at a point, {column: level}."""
     return runs[np.all([np.isclose(runs[c], v, atol=1e-6) for c, v in point.items()], axis=0)]
 
 

@@ -15,7 +15,7 @@ from calibration.files import write_table
 from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDABLE, UNDECIDED, Error
 from dem.io.files import write_json
 from paper.audit.paper import TABLES, Paper, printed_number
-from paper.reproduction import bench, chain, screening
+from paper.reproduction import bench, chain
 from paper.reproduction import rows as r
 from paper.reproduction.rows import Place
 from paper.reproduction.study import Study
@@ -57,7 +57,6 @@ def reproduce(
     studies[0].repeats = tuple(Study(f) for f in repeats)
     rows = [
         *_scaling(studies[0]),
-        *screening.rows(printed, studies[0], studies[0].repeats),
         *bench.rows(printed, studies[0]),
         *chain.rows(printed, studies),
     ]
