@@ -34,17 +34,18 @@ def _of(key, study):
 def beside(study: Study) -> list[str]:
     """The validations of the further studies that count beside this one, where they have been
     run."""
-    names = _of("beside", study) or ()
-    paths = (study.folder.parent / n / "validation" / "validation.json" for n in names)
-    return [str(path) for path in paths if path.exists()]
+    return _there(study, "beside", ["validation/validation.json"])
 
 
 def repeats(study: Study) -> list[str]:
     """The screenings of the same study at other seeds, and their response surfaces, where they have
     been run."""
-    names = _of("repeats", study) or ()
-    stages = ("screening", "response_surface")
-    paths = (study.folder.parent / n / stage / "runs.csv" for n in names for stage in stages)
+    return _there(study, "repeats", ["screening/runs.csv", "response_surface/runs.csv"])
+
+
+def _there(study, key, files):
+    """Those of the files in the studies under a key that exist."""
+    paths = (study.folder.parent / n / f for n in _of(key, study) or () for f in files)
     return [str(path) for path in paths if path.exists()]
 
 

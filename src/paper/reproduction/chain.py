@@ -79,11 +79,6 @@ def simulated_sd(paper: Paper) -> float:
     return float(paper.numbers("table13_validation", "angle_deg")["angle_deg"].std(ddof=1))
 
 
-def _spread(paper, study):
-    """(our sd between seeds or None, runs it is from, the paper's sd between its runs) [deg]."""
-    return *(study.seed_spread() or (None, None)), simulated_sd(paper)
-
-
 def _screening(paper, study):
     """Rows of Tables 6 and 7."""
     runs, summary = study.table("screening", "runs"), study.summary("screening")
@@ -119,8 +114,9 @@ def _alike(runs, first):
 def _scatter(paper, study, every):
     """(our standard deviation between seeds [deg], its degrees of freedom, the paper's): from the
     repeats, else from the validation."""
-    own, n, theirs = _spread(paper, study)
+    theirs = simulated_sd(paper)
     if len(every) == 1:
+        own, n = study.seed_spread() or (None, None)
         return own, None if n is None else n - 1, theirs
     valued = with_value(pd.concat(every, ignore_index=True), "response")
     square, freedom = pure_error(valued[CODES].to_numpy(float), valued["response"].to_numpy())
@@ -183,7 +179,7 @@ def _points(paper, study, item, stage, name, what, lacking):
     runs = study.table(stage, "runs") if stage else study.region_runs()
     at = levels(paper, item)
     printed, used = Counter(map(tuple, at.to_numpy())), Counter()
-    own, _, theirs = _spread(paper, study)
+    own, theirs = (study.seed_spread() or (None,))[0], simulated_sd(paper)
     for k, text in enumerate(paper.printed(TABLES[item].file, "angle_deg")):
         ident = f"{item.lower().replace(' ', '')}.{name.format(k + 1)}"
         place = Place(item, ident, what.format(k + 1), "deg", study.name)

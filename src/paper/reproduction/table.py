@@ -35,11 +35,13 @@ ORDER = (
 
 def reproduction(study: CalibratedStudy, source: NamedFiles, output: NamedFiles) -> None:
     """Set the paper's results beside this study's values, and those of the studies beside it, as
-    the workflow calls it."""
+    CSV and as JSON with its counts."""
     others = [Path(path).parents[1] for path in source.beside]
     repeats = list(dict.fromkeys(Path(path).parents[1] for path in source.repeats))
     table = reproduce([study.folder, *others], repeats=repeats)
-    write_reproduction(table, output.table, output.summary)
+    write_table(table, output.table)
+    rows = table.astype(object).where(table.notna(), None).to_dict("records")
+    write_json(output.summary, {"counts": counts(table), "rows": rows})
 
 
 def reproduce(
@@ -144,10 +146,3 @@ def counts(table: pd.DataFrame) -> str:
     verdicts = (EQUIVALENT, DIFFERENT, UNDECIDED, UNDECIDABLE)
     each = [f"{n[w]} {w}" for w in (*verdicts, *n.index.difference(verdicts)) if w in n]
     return f"{len(table)} rows: {', '.join(each)}."
-
-
-def write_reproduction(table: pd.DataFrame, csv: str | Path, json: str | Path) -> None:
-    """Write the table atomically, as CSV and as JSON with its counts."""
-    write_table(table, csv)
-    rows = table.astype(object).where(table.notna(), None).to_dict("records")
-    write_json(json, {"counts": counts(table), "rows": rows})
