@@ -197,8 +197,8 @@ class Numerics(Part):
         1e-5, "energy of motion over m g R at which the heap rests", gt=0
     )
     max_time_s: float = field(12.0, "end of the run at the latest (2.2.2: 12 s)", gt=0)
-    skin: float = field(0.05, "skin of the pair list over the radius, at rest", gt=0, le=1)
-    skin_horizon: int = field(40, "steps of present speed that the skin allows for", ge=1, le=1000)
+    skin: float = field(0.1, "skin of the pair list over the radius, at rest", gt=0, le=1)
+    skin_horizon: int = field(80, "steps of present speed that the skin allows for", ge=1, le=1000)
     overlap_limit: float = field(
         0.3, "overlap over radius that stops a run as blown up", gt=0, le=1
     )
