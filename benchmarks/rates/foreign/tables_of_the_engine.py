@@ -1,6 +1,6 @@
-"""Tables of shear cells, bulk densities and a silo by this project's own engine, as they lie beside
-this file: `python -m
-benchmarks.rates.foreign.tables_of_the_engine NAME` prints one of TABLES.
+"""Tables of heaps, shear cells, bulk densities and a silo by this project's own engine, as they lie
+beside this file: `python -m benchmarks.rates.foreign.tables_of_the_engine NAME` prints one of
+TABLES.
 
 Nature has a step of three quarters of the diagnosis' own (pressed grains have a shorter one than
 others), seeds of its own and coefficients within the table of factors, with a law that the study
@@ -14,17 +14,19 @@ silo whose grains stand over the orifice at the end was `clogged`, whatever had 
 
 import sys
 import tempfile
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from benchmarks.rates.foreign_studies import DENSITIES, SHEARS, SILOS, filled
+from benchmarks.rates.foreign_studies import DENSITIES, HEAPS, SHEARS, SILOS, filled
 from calibration.intake.quantities import LEVERS, QUANTITIES, measurable
 from calibration.runs.simulated import named, simulate
 from calibration.study.config import overlay
 
 SEEDS = range(101, 106)
-STEPS = {"shear": 0.15, "bulk_density": 0.3, "discharge": 0.3}  # of the Rayleigh step
+STEPS = {"shear": 0.15, "bulk_density": 0.3, "discharge": 0.3, "heap": 0.3}  # of the Rayleigh step
 LOADS = ("normal_stress_kPa", (0.4, 0.8, 1.5, 3.0, 6.0))
 SIZES = ("particle_diameter_mm", (2.0, 2.5, 3.0, 3.6, 4.4))
+COARSE = ("particle_diameter_mm", (3.6, 4.2, 5.0, 5.8, 6.4))  # those of LIGGGHTS' heaps
 ORIFICES = ("orifice_diameter_mm", (10.4, 11.0, 11.5, 12.0, 12.5, 13.0))
 
 
@@ -42,16 +44,27 @@ FALLING = (
         "contacts": {"particle_particle": {"static_friction": 0.8}},
     },
 )
+LONG = "grains of two bonded spheres, 1.4 times as long as wide", {"particles": {"elongation": 1.4}}
+OPENED = "out of a funnel that is filled, then opened", {"geometry": {"feed": "opened"}}
 NOTHING: tuple[str, dict] = ("no further law", {})
+
+
+def of_two_sizes(diameter):
+    """Grains of two sizes, half by number, of the volume together that the stated one has."""
+    small, large = 0.8 * diameter, (2.0 - 0.8**3) ** (1.0 / 3.0) * diameter
+    return {"particles": {"sizes": {"diameters_mm": [small, large], "fractions": [0.5, 0.5]}}}
 
 
 @dataclass(frozen=True)
 class Table:
-    """What a table is of: the study, the lever and its levels, and what nature has beside it."""
+    """What a table is of: the study, the lever and its levels, what nature has beside it, at a
+    level, and by how much readings of a level are off."""
 
     study: dict
     levels: tuple
     nature: tuple = field(default=NOTHING)
+    at: Callable[[float], dict] = lambda level: {}
+    off: Mapping[float, float] = field(default_factory=dict)
 
 
 TABLES = {
@@ -61,6 +74,10 @@ TABLES = {
     "density_dry": Table(DENSITIES, SIZES),
     "density_cohesive": Table(DENSITIES, SIZES, jkr(0.02)),
     "silo_clogged": Table(SILOS, ORIFICES, jkr(0.01)),
+    "heaps_long": Table(HEAPS, COARSE, LONG),
+    "heaps_opened": Table(HEAPS, COARSE, OPENED),
+    "heaps_two_sizes": Table(HEAPS, COARSE, ("two sizes, 0.8 and 1.14 of it", {}), of_two_sizes),
+    "heaps_read_low": Table(HEAPS, COARSE, ("5 mm read 4 deg too low", {}), off={5.0: -4.0}),
 }
 
 
@@ -84,14 +101,16 @@ def main(name):
             if lever == "particle_diameter_mm":
                 base = filled(base, level)
             base = overlay(base, {"experiment": kind, part: {place: level}})
+            base = overlay(base, own.at(level))
             specs = named(overlay(base, {"seed": seed}) for seed in SEEDS)
             runs = list(simulate(specs, root).values())
             flows = [r for r in runs if r is not None and not r.get("arched")]
-            if kind == "discharge":  # a bed that did not come to rest is poured again
+            if kind in ("discharge", "heap"):  # a bed that did not come to rest is poured again
                 for _ in range(len(runs) - len(flows)):
                     print(f"{kind},{quantity.name},,{quantity.unit},,1,{level},clogged")
             for found in flows if len(flows) > 1 else ():  # of one the spread is not known
-                print(f"{kind},{quantity.name},{found[key]:.4g},{quantity.unit},,,{level},")
+                read = found[key] + own.off.get(level, 0.0)
+                print(f"{kind},{quantity.name},{read:.4g},{quantity.unit},,,{level},")
 
 
 if __name__ == "__main__":
