@@ -81,6 +81,13 @@ def _own_settings(tmp_path_factory):
         os.environ["XDG_CONFIG_HOME"] = before
 
 
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """An empty folder to work in."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
 @pytest.fixture(scope="module")
 def tab(tmp_path_factory):
     """A tab of a browser; skips the test where there is none."""

@@ -8,60 +8,24 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-import yaml
+from new_studies import GRAVEL, POWDER, WHEAT, begun, measured, piloted, read
 
 from calibration.errors import CalibrationError
 from calibration.interface.commands import main
 from calibration.runs.feasibility import check_ahead
 from calibration.runs.progress import progress
 from calibration.runs.runner import report
-from calibration.study.config import parse_config
-from calibration.study.config.joint import joint_targets, read_joint_target
+from calibration.study.config.joint import joint_targets
 from calibration.study.factors import read_factors
 from calibration.study.new.answers import separate
 from calibration.study.new.grains import clump_of_axes
 from calibration.study.new.methods import methods
 from dem.errors import BlowUpError, RefusedStateError
-from dem.experiments import experiments
 from dem.grains.clump import fault, shape_of
 from facts import tells
 
-WHEAT = (
-    "--lifted-cylinder 26.1,27.4,28.0,26.8,27.9 --bulk-density 765kg/m3 sd=6kg/m3 n=5 "
-    "--drop 78mm sd=4mm n=10 height=300mm wall=steel --tilted-plane 21 sd=1 n=5 wall=steel "
-    "--axes 6.2x3.3x2.9mm --density 1.32g/cm3"
-).split()
 OF_TWO = [*WHEAT[:6], "--grain", "4mm", *WHEAT[-2:]]
 """Two rigs, of which the pilot takes half as long."""
-POWDER = (
-    "--lifted-cylinder 51 52 53 cylinder=50mm depth=60mm speed=20mm/s --moisture moist "
-    "--bulk-density 0.9g/cm3 0.91g/cm3 --density 2.7g/cm3 --grain 0.05mm "
-    "--shear-cell 1.9kPa load=2kPa --shear-cell 3.4kPa load=4kPa "
-    "--shear-cell 4.8kPa load=6kPa --shear-cell 6.4kPa load=8kPa"
-).split()
-SIEVE = "Siebweite [mm];Durchgang [%]\n16;100\n8;60\n4;20\n2;0\n"
-GRAVEL = (
-    "--funnel 36 37 38 orifice=120mm plate=400mm height=250mm --density 2650kg/m3 "
-    "--sieve sieve.csv --bulk-density 1500kg/m3 1520kg/m3"
-).split()
-
-
-@pytest.fixture
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "sieve.csv").write_text(SIEVE)
-    return tmp_path
-
-
-def begun(name, options):
-    assert main(["new", name, *options, "--no-pilot"]) == 0
-    return parse_config(
-        yaml.safe_load(Path(name, "config.yaml").read_text()), files=[f"{name}/config.yaml"]
-    )
-
-
-def measured(config):
-    return {(t.tests[0], t.metric): read_joint_target(config, t) for t in joint_targets(config)}
 
 
 def test_wheat_becomes_four_rigs_on_one_calibration(here, capsys):
@@ -97,29 +61,13 @@ def test_wheat_becomes_four_rigs_on_one_calibration(here, capsys):
     assert joint_targets(config)[0].discrepancy > 0.0
 
 
-def piloted(monkeypatch, metrics_of):
-    """Runs of `metrics_of(spec)` in place of the engine's; returns the specs that were run."""
-    made = []
-
-    def run(spec, out):
-        made.append(spec)
-        return {"metrics": dict.fromkeys(experiments()[spec.experiment].targets, 1.0)
-                | metrics_of(spec)}  # fmt: skip
-
-    monkeypatch.setattr("dem.precompile.compile_engine", lambda: made.append("compiled"))
-    monkeypatch.setattr("dem.run.run", run)
-    return made
-
-
 def test_the_pilot_tells_the_time_that_a_dry_run_tells(here, monkeypatch, capsys):
     made = piloted(monkeypatch, lambda spec: {})
     assert main(["new", "wheat", *OF_TWO]) == 0
-    assert made[0] == "compiled"
-    assert {spec.experiment for spec in made[1:]} == {"lifted_cylinder", "bulk_density"}
+    assert {spec.experiment for spec in made} == {"lifted_cylinder", "bulk_density"}
     said = capsys.readouterr().out
     for resolution in ("quick", "full"):
-        data = yaml.safe_load(Path("wheat/config.yaml").read_text()) | {"resolution": resolution}
-        config = parse_config(data, files=["wheat/config.yaml"])
+        config = read("wheat", resolution=resolution)
         report(config)  # what -n prints
         told = capsys.readouterr().err.strip().removeprefix(f"{config.name}: ")
         left = re.search(r"about (.*) left", told)[1]
@@ -171,8 +119,9 @@ def test_a_rig_whose_grains_do_not_rest_is_changed_until_they_do(here, monkeypat
     piloted(monkeypatch, metrics)
     assert main(["new", "wheat", *OF_TWO]) == 0
     said = capsys.readouterr().out
-    config = parse_config(yaml.safe_load(Path("wheat/config.yaml").read_text()))
-    assert config.tests["vessel"].run["numerics"]["max_time_s"] == 6.0  # 3 s by the experiment
+    assert (
+        read("wheat").tests["vessel"].run["numerics"]["max_time_s"] == 6.0
+    )  # 3 s by the experiment
     assert tells(said, "vessel", "max_time_s", "6", "rest")
     assert "calibration run" in said.splitlines()[-1]
 
@@ -454,13 +403,12 @@ def test_wide_sizes_are_so_stiff_that_no_grain_is_squeezed_through(here, capsys)
 def test_a_rig_that_gives_no_value_is_no_next_step(here, monkeypatch, capsys):
     """Nor does the pilot tell what the runs take that end at once."""
 
-    def run(spec, out):
+    def metrics(spec):
         if spec.experiment == "bulk_density":
             raise BlowUpError(particle=1, time=0.1, reason="overlap", hint="the modulus")
-        return {"metrics": dict.fromkeys(experiments()[spec.experiment].targets, 1.0)}
+        return {}
 
-    monkeypatch.setattr("dem.precompile.compile_engine", lambda: None)
-    monkeypatch.setattr("dem.run.run", run)
+    piloted(monkeypatch, metrics)
     assert main(["new", "wheat", *OF_TWO]) == 0
     last = capsys.readouterr().out.splitlines()[-1]
     assert tells(last, "wheat", "vessel", "no value")

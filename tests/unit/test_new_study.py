@@ -5,11 +5,10 @@ import math
 
 import numpy as np
 import pytest
-import yaml
+from new_studies import piloted, read
 
 from calibration.intake.measurements import read_measured
 from calibration.interface.commands import main
-from calibration.study.config import parse_config
 from calibration.study.config.joint import joint_targets
 from calibration.study.factors import Factor, read_factors
 from calibration.study.new.grains import mean_diameter, sieve_curve
@@ -21,42 +20,26 @@ from calibration.telling.start_and_end import opening
 from dem.errors import RefusedStateError, StoppedError
 from dem.spec import parse_spec
 from facts import tells
-from started import python
 
 RIG = "--density 1.35g/cm3 --grain 4mm --orifice 25mm --plate 10cm --height 75mm --no-pilot".split()
 ANGLES = ["--measured", "26.1", "28.4", "27.0°"]
-
-
-@pytest.fixture
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
-def read(folder):
-    text = (folder / "config.yaml").read_text("utf-8")
-    return parse_config(yaml.safe_load(text), files=[folder / "config.yaml"])
 
 
 def test_a_study_begins_from_values_with_units(here, capsys):
     assert main(["new", "Weizen Prüfung 1", *ANGLES, *RIG]) == 0
     said = capsys.readouterr().out
     assert tells(said, "3 values", "26.1°", "28.4°", "27.17°", "1.2°")
-    config = read(here / "Weizen Prüfung 1")
+    config = read("Weizen Prüfung 1")
     assert config.name == "Weizen_Prufung_1"
     assert config.own_run["materials"]["particle"]["density_kg_m3"] == 1350
     assert config.own_run["geometry"]["plate_diameter_mm"] == 100
+    # laws that hold in motion
+    assert config.own_run["laws"] == {"rolling": "elastic_plastic", "torsion": "marshall"}
     assert len((here / "Weizen Prüfung 1" / "config.yaml").read_text("utf-8").splitlines()) < 60
     factors = read_factors(config.factors)
     assert {f.key: (f.low, f.high) for f in factors} == WIDE
     assert main(["new", "Weizen Prüfung 1", *ANGLES, *RIG]) == 2
     assert "exists already" in capsys.readouterr().err
-
-
-def test_a_new_material_rolls_by_laws_that_hold_in_motion(here, capsys):
-    assert main(["new", "peas", *ANGLES, *RIG]) == 0
-    laws = read(here / "peas").own_run["laws"]
-    assert (laws["rolling"], laws["torsion"]) == ("elastic_plastic", "marshall")
 
 
 def test_published_ranges_name_their_source(here):
@@ -91,10 +74,10 @@ def test_grains_and_feed_agree_with_closed_forms():
 
 def test_one_heap_is_calibrated_by_the_chain_and_a_density_beside_it_by_all(here, capsys):
     assert main(["new", "peas", *ANGLES, *RIG]) == 0
-    assert read(here / "peas").supplements == ["posterior"]
+    assert read("peas").supplements == ["posterior"]
     assert main(["new", "beans", *ANGLES, *RIG, "--bulk-density", "0.76g/cm3", "790 kg/m3"]) == 0
     assert tells(capsys.readouterr().out, "2 values", "760 kg/m³", "790 kg/m³")
-    both = read(here / "beans")
+    both = read("beans")
     assert both.supplements == ["joint"]
     metrics = [t.metric for t in joint_targets(both)]
     assert metrics == ["angle_of_repose_deg", "poured_density_kg_m3"]
@@ -104,7 +87,7 @@ def test_one_heap_is_calibrated_by_the_chain_and_a_density_beside_it_by_all(here
 
 def test_a_rim_holds_a_bed_and_carries_the_heap(here, capsys):
     assert main(["new", "peas", *ANGLES, *RIG, "--rim", "4mm"]) == 0
-    run = read(here / "peas").own_run
+    run = read("peas").own_run
     assert run["geometry"]["plate_rim_height_mm"] == 4
     bare, rimmed = (Heap(4.0, 1350, 25, 100, 75, 30, 3e6, plate_rim_height_mm=h) for h in (0, 4))
     bed = 1.3 * 0.6 * np.pi / 4 * 100**2 * 4 / (np.pi / 6 * 4**3)
@@ -124,7 +107,7 @@ def test_an_orifice_that_steeper_heaps_would_touch_is_warned_of(here, capsys):
 def test_no_more_grains_are_simulated_than_asked(here, capsys):
     assert main(["new", "peas", *ANGLES, *RIG, "--grains", "800"]) == 0
     said = capsys.readouterr().out
-    particles = read(here / "peas").own_run["particles"]
+    particles = read("peas").own_run["particles"]
     assert particles["count"] == pytest.approx(800, rel=1e-2)
     assert f"{particles['diameter_mm'] / 4:.2f} times" in said
     assert "--grains" not in said  # this rig takes no 4,000
@@ -187,15 +170,14 @@ def test_measured_angles_come_from_a_table_of_measurements(here, capsys):
 def test_a_rate_of_pouring_is_kept(here, capsys):
     assert main(["new", "peas", *ANGLES, *RIG, "--rate", "0.6kg/min"]) == 0
     # 10 g/s of grains of 1.35 g/cm3 and 4 mm, of 45.2 mg each
-    fed = read(here / "peas").own_run["geometry"]["generation_rate_per_s"]
+    fed = read("peas").own_run["geometry"]["generation_rate_per_s"]
     assert fed == round(10.0 / (1.35 * np.pi / 6 * 0.4**3))
 
 
 @pytest.mark.parametrize(("resolution", "fewer"), [("quick", 4), ("test", 8)])
 def test_a_resolution_keeps_the_volume(here, resolution, fewer):
     main(["new", "peas", *ANGLES, *RIG])
-    data = yaml.safe_load((here / "peas" / "config.yaml").read_text())
-    full, less = parse_config(data), parse_config(data | {"resolution": resolution})
+    full, less = read("peas"), read("peas", resolution=resolution)
     assert less.name == f"peas-{resolution}"
     spec, fine = (parse_spec({"experiment": "heap"} | c.own_run) for c in (less, full))
     assert spec.particles.count == pytest.approx(fine.particles.count / fewer, abs=1)
@@ -206,7 +188,7 @@ def test_a_resolution_keeps_the_volume(here, resolution, fewer):
 
 def test_a_range_that_holds_hardly_a_level_is_warned_of(here):
     main(["new", "peas", *ANGLES, *RIG])
-    config = read(here / "peas")
+    config = read("peas")
     assert not any("range" in s for s in opening(config))
     table = here / "peas" / "factors.tsv"
     text = table.read_text()
@@ -280,23 +262,9 @@ def test_ranges_stay_where_all_heaps_stand_or_none():
 def test_a_new_study_runs_without_a_warning_of_the_engine_in_all_profiles(here):
     wide = ["40mm" if x == "25mm" else x for x in RIG]
     main(["new", "peas", *ANGLES, *wide])
-    data = yaml.safe_load((here / "peas" / "config.yaml").read_text())
     for resolution in ("full", "quick"):
-        said = opening(parse_config(data | {"resolution": resolution}))
+        said = opening(read("peas", resolution=resolution))
         assert not [s for s in said if s.startswith("warning")]
-
-
-def poured(monkeypatch, metrics_of):
-    """Runs of `metrics_of(spec)` in place of the engine's; returns the specs that were run."""
-    seen = []
-
-    def run(spec, out):
-        seen.append(spec)
-        return {"metrics": metrics_of(spec)}
-
-    monkeypatch.setattr("dem.precompile.compile_engine", lambda: None)
-    monkeypatch.setattr("dem.run.run", run)
-    return seen
 
 
 def frictions(spec):
@@ -311,7 +279,7 @@ def test_an_angle_beyond_all_heaps_is_looked_for_at_the_ends(here, monkeypatch, 
     """Friction steepens, restitution flattens: no point of the screening has the steep ends of all
     seven. The measured mean is 27.17°."""
     rig = [x for x in RIG if x != "--no-pilot"]
-    seen = poured(monkeypatch, lambda spec: {ANGLE: 20.0 + frictions(spec)})
+    seen = piloted(monkeypatch, lambda spec: {ANGLE: 20.0 + frictions(spec)})
     assert main(["new", "peas", *ANGLES, *rig]) == 0
     said = capsys.readouterr().out
     assert len(seen) == 18  # the screening's, and one
@@ -326,10 +294,10 @@ def test_an_angle_beyond_all_heaps_is_looked_for_at_the_ends(here, monkeypatch, 
     best = max(frictions(spec) for spec in seen[:-1])
     assert frictions(steepest) > best
     high = 27.17 - best - 0.5 * (frictions(steepest) - best)
-    seen = poured(monkeypatch, lambda spec: {ANGLE: high + frictions(spec)})
+    seen = piloted(monkeypatch, lambda spec: {ANGLE: high + frictions(spec)})
     assert main(["new", "beans", *ANGLES, *rig]) == 0
     assert tells(capsys.readouterr().out, "ends", "reaches yours")
-    seen = poured(monkeypatch, lambda spec: {ANGLE: 27.0 + frictions(spec)})
+    seen = piloted(monkeypatch, lambda spec: {ANGLE: 27.0 + frictions(spec)})
     assert main(["new", "lentils", *ANGLES, *rig]) == 0
     assert len(seen) == 17  # within what was poured
 
@@ -353,10 +321,10 @@ def test_a_heap_that_trembles_gets_time_and_then_shorter_steps(here, monkeypatch
             raise RefusedStateError("restless", "they move; give numerics.max_time_s more")
         return {ANGLE: 27.0 + frictions(spec)}
 
-    seen = poured(monkeypatch, calm)
+    seen = piloted(monkeypatch, calm)
     assert main(["new", "peas", *ANGLES, *rig]) == 0
     assert len(seen) == 17 + 2
-    numerics = read(here / "peas").own_run["numerics"]
+    numerics = read("peas").own_run["numerics"]
     half = pytest.approx(0.5 * seen[0].numerics.rayleigh_fraction, abs=1e-4)
     assert (numerics["max_time_s"], numerics["rayleigh_fraction"]) == (24.0, half)
     assert tells(capsys.readouterr().out, "heap", "rayleigh_fraction", "rest")
@@ -373,19 +341,6 @@ def test_a_pilot_that_is_ended_ends(here, monkeypatch):
         raise StoppedError("stopped")
 
     monkeypatch.setattr(dem.run, "run", stopped)
-    config = read(here / "peas")
+    config = read("peas")
     with pytest.raises(StoppedError):
         one_run(config, config.own_run, "heap", {})
-
-
-@pytest.mark.slow
-def test_a_pilot_of_a_new_study_and_its_dry_run(here, capsys):
-    rig = [x for x in RIG if x != "--no-pilot"]
-    assert main(["new", "Weizen Prüfung", *ANGLES, *rig]) == 0
-    said = capsys.readouterr().out
-    assert tells(said, "17", "heaps")
-    root = __import__("pathlib").Path(__file__).parents[2]
-    for name in ("Snakefile", "workflow", "config", "profiles", "src", "data"):
-        (here / name).symlink_to(root / name)
-    done = python(here, *"-m snakemake -n --configfile".split(), "Weizen Prüfung/config.yaml")
-    assert "3 values, 26.1° to 28.4°" in done.stderr
