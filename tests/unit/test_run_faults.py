@@ -204,7 +204,7 @@ def test_results_removed_under_way_are_written_anew(counting, tmp_path):
 
 
 CHANGES = {
-    "particles": {"count": 150, "diameter_mm": 4.0},
+    "particles": {"count": 400, "diameter_mm": 4.0},
     "geometry": {"orifice_diameter_mm": 32, "plate_diameter_mm": 50},
     "output": {"checkpoint_interval_s": 0.01},
 }
