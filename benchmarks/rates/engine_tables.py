@@ -145,7 +145,8 @@ def told(rows: pd.DataFrame) -> Iterator[str]:
     yield "|---" * len(heads) + "|"
     known = rows.fillna("").set_index(["case", "budget"])
     for r in known.loc[[case for case in CASES if case in known.index]].itertuples():
-        said = (r.Index[0].replace("_", ", "), r.hidden, f"`{r.verdict}`", r.laws)
+        table = r.Index[0].replace("_", ", ", 1).replace("_", " ")
+        said = (table, r.hidden, f"`{r.verdict}`", r.laws)
         said += (r.names.replace("_", " "), f"{r.p:.2g}", r.made, "yes" if r.met else "no")
         yield f"| {' | '.join(map(str, said))} |"
 

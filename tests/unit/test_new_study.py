@@ -121,7 +121,7 @@ def test_no_more_grains_are_simulated_than_asked(here, capsys):
 def test_designs_of_heaps_that_take_little_time_are_run_several_times(here, capsys):
     assert main(["new", "peas", *ANGLES, *RIG]) == 0
     assert main(["new", "salt", *ANGLES, *("1.8mm" if x == "4mm" else x for x in RIG)]) == 0
-    peas, salt = read(here / "peas"), read(here / "salt")
+    peas, salt = read("peas"), read("salt")
     assert peas.screening.replicates == peas.response_surface.replicates == 4
     assert salt.screening.replicates == salt.response_surface.replicates == 1
 

@@ -1,6 +1,5 @@
 """Tables of heaps, shear cells, bulk densities and a silo by this project's own engine, as they lie
-beside this file: `python -m benchmarks.rates.foreign.tables_of_the_engine NAME` prints one of
-TABLES.
+beside this file: `python -m benchmarks.rates.foreign.tables_of_the_engine NAME` prints one.
 
 Nature has a step of three quarters of the diagnosis' own (pressed grains have a shorter one than
 others), seeds of its own and coefficients within the table of factors, with a law that the study
@@ -17,6 +16,7 @@ import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+from benchmarks.rates.foreign import heaps_of_liggghts
 from benchmarks.rates.foreign_studies import DENSITIES, HEAPS, SHEARS, SILOS, filled
 from calibration.intake.quantities import LEVERS, QUANTITIES, measurable
 from calibration.runs.simulated import named, simulate
@@ -26,7 +26,7 @@ SEEDS = range(101, 106)
 STEPS = {"shear": 0.15, "bulk_density": 0.3, "discharge": 0.3, "heap": 0.3}  # of the Rayleigh step
 LOADS = ("normal_stress_kPa", (0.4, 0.8, 1.5, 3.0, 6.0))
 SIZES = ("particle_diameter_mm", (2.0, 2.5, 3.0, 3.6, 4.4))
-COARSE = ("particle_diameter_mm", (3.6, 4.2, 5.0, 5.8, 6.4))  # those of LIGGGHTS' heaps
+COARSE = ("particle_diameter_mm", heaps_of_liggghts.SIZES)
 ORIFICES = ("orifice_diameter_mm", (10.4, 11.0, 11.5, 12.0, 12.5, 13.0))
 
 
@@ -100,8 +100,7 @@ def main(name):
             base = overlay(test["run"], overlay(law, {"numerics": {"rayleigh_fraction": step}}))
             if lever == "particle_diameter_mm":
                 base = filled(base, level)
-            base = overlay(base, {"experiment": kind, part: {place: level}})
-            base = overlay(base, own.at(level))
+            base = overlay(overlay(base, {"experiment": kind, part: {place: level}}), own.at(level))
             specs = named(overlay(base, {"seed": seed}) for seed in SEEDS)
             runs = list(simulate(specs, root).values())
             flows = [r for r in runs if r is not None and not r.get("arched")]

@@ -7,6 +7,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+import yaml
+
 from calibration.errors import CalibrationError
 from dem.cli import main as engine_main
 
@@ -108,11 +110,10 @@ def _new(args):
                 f"wrote {args.folder}; do not start it as it is: {', '.join(without)} gave no value"
             )
             return
-    run = f"calibration run '{args.folder}'"
-    look = f", for a first look: {run} --config resolution=quick"
-    print(
-        f"wrote {args.folder}; next" + (look if study.replicates(laboratory) == 1 else f": {run}")
-    )
+    written = yaml.safe_load((args.folder / "config.yaml").read_text("utf-8"))
+    dear = written["screening"]["replicates"] == 1
+    first, quick = (", for a first look", " --config resolution=quick") if dear else ("", "")
+    print(f"wrote {args.folder}; next{first}: calibration run '{args.folder}'{quick}")
 
 
 def _add_angle(commands):

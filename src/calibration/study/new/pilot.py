@@ -334,13 +334,12 @@ def _of_one_heap(lab, show):
     end = beyond(trials, measured)
     if end is not None:
         (trial,) = pour(cut, [end])
-        steeper = measured > max(_angles(trials))
-        short = (measured - (trial.angle_deg or 0.0)) * (1.0 if steeper else -1.0)
-        reached = trial.angle_deg is not None and short <= error
+        angle, sign = trial.angle_deg, 1.0 if measured > max(_angles(trials)) else -1.0
+        reached = angle is not None and sign * (measured - angle) <= error
         show(
             "at the ends that bring it nearest the heap reaches yours"
             if reached
-            else f"these ranges may not reach yours. {STEEPER if steeper else FLATTER}"
+            else f"these ranges may not reach yours. {STEEPER if sign > 0.0 else FLATTER}"
         )
     return lab, []
 

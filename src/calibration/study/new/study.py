@@ -112,10 +112,10 @@ def _measured(tests):
 
 def configuration(lab: Laboratory) -> str:
     """The text of the study's config.yaml."""
-    return _text(lab, replicates(lab))
+    return _text(lab, _replicates(lab))
 
 
-def replicates(lab: Laboratory) -> int:
+def _replicates(lab):
     """How often screening and surface are run: as DESIGNS_S allows, at most MOST_REPLICATES."""
     config = parse_config(yaml.safe_load(_text(lab, 1)))
     seconds = run_seconds(point_spec(config.own_run, config.experiment, {}, config.seed))

@@ -59,12 +59,11 @@ def known(parameter: Parameter) -> str:
     """How a parameter is known, in words."""
     if parameter.interval_95 is None:
         return parameter.source
-    digits = 2 if parameter.bounded is False else 3
-    low, high = (f"{end:.{digits}g}" for end in parameter.interval_95)
+    low, high = parameter.interval_95
     if parameter.bounded is False:
-        return f"not bounded by what was measured: {low} to {high}"
+        return f"not bounded by what was measured: {low:.2g} to {high:.2g}"
     of = OF[parameter.interval_of] if parameter.interval_of else ""
-    return f"95 %{' ' if of else ''}{of}: {low} to {high}"
+    return f"95 %{' ' if of else ''}{of}: {low:.3g} to {high:.3g}"
 
 
 def beside(found: Beside) -> dict[str, str]:
