@@ -22,6 +22,7 @@ from dem.spec import parse_spec
 from facts import tells
 
 RIG = "--density 1.35g/cm3 --grain 4mm --orifice 25mm --plate 10cm --height 75mm --no-pilot".split()
+PILOTED = RIG[:-1]  # without --no-pilot
 ANGLES = ["--measured", "26.1", "28.4", "27.0°"]
 
 
@@ -119,11 +120,10 @@ def test_no_more_grains_are_simulated_than_asked(here, capsys):
 
 
 def test_designs_of_heaps_that_take_little_time_are_run_several_times(here, capsys):
-    assert main(["new", "peas", *ANGLES, *RIG]) == 0
-    assert main(["new", "salt", *ANGLES, *("1.8mm" if x == "4mm" else x for x in RIG)]) == 0
-    peas, salt = read("peas"), read("salt")
-    assert peas.screening.replicates == peas.response_surface.replicates == 4
-    assert salt.screening.replicates == salt.response_surface.replicates == 1
+    for grain, often in (("4mm", 4), ("1.8mm", 1)):
+        assert main(["new", grain, *ANGLES, *(grain if x == "4mm" else x for x in RIG)]) == 0
+        assert read(grain).screening.replicates == often
+        assert read(grain).response_surface.replicates == often
 
 
 def test_a_sieve_curve_keeps_mass(tmp_path):
@@ -278,9 +278,8 @@ def frictions(spec):
 def test_an_angle_beyond_all_heaps_is_looked_for_at_the_ends(here, monkeypatch, capsys):
     """Friction steepens, restitution flattens: no point of the screening has the steep ends of all
     seven. The measured mean is 27.17°."""
-    rig = [x for x in RIG if x != "--no-pilot"]
     seen = piloted(monkeypatch, lambda spec: {ANGLE: 20.0 + frictions(spec)})
-    assert main(["new", "peas", *ANGLES, *rig]) == 0
+    assert main(["new", "peas", *ANGLES, *PILOTED]) == 0
     said = capsys.readouterr().out
     assert len(seen) == 18  # the screening's, and one
     steepest = seen[-1]
@@ -295,10 +294,10 @@ def test_an_angle_beyond_all_heaps_is_looked_for_at_the_ends(here, monkeypatch, 
     assert frictions(steepest) > best
     high = 27.17 - best - 0.5 * (frictions(steepest) - best)
     seen = piloted(monkeypatch, lambda spec: {ANGLE: high + frictions(spec)})
-    assert main(["new", "beans", *ANGLES, *rig]) == 0
+    assert main(["new", "beans", *ANGLES, *PILOTED]) == 0
     assert tells(capsys.readouterr().out, "ends", "reaches yours")
     seen = piloted(monkeypatch, lambda spec: {ANGLE: 27.0 + frictions(spec)})
-    assert main(["new", "lentils", *ANGLES, *rig]) == 0
+    assert main(["new", "lentils", *ANGLES, *PILOTED]) == 0
     assert len(seen) == 17  # within what was poured
 
 
@@ -312,7 +311,6 @@ def test_a_heap_that_grows_into_the_orifice_is_steep_enough():
 
 
 def test_a_heap_that_trembles_gets_time_and_then_shorter_steps(here, monkeypatch, capsys):
-    rig = [x for x in RIG if x != "--no-pilot"]
 
     def calm(spec):
         n = spec.numerics
@@ -322,7 +320,7 @@ def test_a_heap_that_trembles_gets_time_and_then_shorter_steps(here, monkeypatch
         return {ANGLE: 27.0 + frictions(spec)}
 
     seen = piloted(monkeypatch, calm)
-    assert main(["new", "peas", *ANGLES, *rig]) == 0
+    assert main(["new", "peas", *ANGLES, *PILOTED]) == 0
     assert len(seen) == 17 + 2
     numerics = read("peas").own_run["numerics"]
     half = pytest.approx(0.5 * seen[0].numerics.rayleigh_fraction, abs=1e-4)

@@ -1,6 +1,8 @@
 """Pictures of runs: spheres where they are, lit and hidden rightly, with the lines that the angle
 was read from."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -104,6 +106,10 @@ def test_the_image_shows_the_lines_and_is_reproducible(run):
     assert red[:, :150].sum() > 60
     assert red[:, 150:].sum() > 60
     assert (image == np.asarray(draw_run(finished, width=300))).all()
+    # a grain that falls beside the plate is none of the heap, and no reason to colour by speed
+    more = {"position": (0.02, 0, -0.003), "velocity": (0, 0, -1.0), "radius": RADIUS, "tag": 0}
+    grains = {k: np.concatenate([getattr(finished, k), [v]]) for k, v in more.items()}
+    assert (image == np.asarray(draw_run(replace(finished, **grains), width=300))).all()
 
 
 def test_the_last_state_opens_as_vtk(run):

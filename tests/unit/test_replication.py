@@ -81,10 +81,6 @@ def test_values_without_scatter_ask_for_no_more():
     assert runs_needed(np.full(5, 45.0), 0.1, 100) == 5
 
 
-LISTS = {"numerics": {"skin": 0.05, "skin_horizon": 40}}
-"""What the engine that made the kept runs had as defaults, which stand in the runs' names."""
-
-
 @pytest.mark.parametrize(
     ("name", "rig"), [("salt", ()), ("salt-printed", ("rigs/printed.yaml",)),
                       ("salt-opened", ("rigs/opened.yaml",))]
@@ -92,7 +88,8 @@ LISTS = {"numerics": {"skin": 0.05, "skin_horizon": 40}}
 def test_the_reference_plans_the_kept_runs(name, rig, monkeypatch, tmp_path):
     monkeypatch.chdir(ROOT)
     config, kept = salt_of("reference.yaml", *rig), ROOT / "results/reference" / name
-    config = config.model_copy(update={"run": overlay(config.run, LISTS)})
+    lists = {"numerics": {"skin": 0.05, "skin_horizon": 40}}  # defaults of the kept runs' engine
+    config = config.model_copy(update={"run": overlay(config.run, lists)})
     source = Files(ascent=kept / "ascent/ascent.json", optimum=kept / "optimise/optimum.json")
     stages = {"screening": plan_screening, "response_surface": plan_response_surface,
               "validation": plan_validation}  # fmt: skip

@@ -54,12 +54,10 @@ def draw_run(
     """
     plate = plate_of(run.spec)
     heap = plate is not None and "angle_of_repose_deg" in run.metrics
+    run = _heap_of(run, plate) if heap else run
     if azimuth is None:
         azimuth = _telling_view(run, plate) if heap else 0.0
-    # what hangs in the funnel would make the heap small
-    shown = _heap_of(run, plate) if heap else np.full(len(run.radius), True)
-    width_px = OVERSAMPLING * width
-    view = frame(run.position[shown], run.radius[shown], plate, width_px, azimuth, elevation)
+    view = frame(run.position, run.radius, plate, OVERSAMPLING * width, azimuth, elevation)
     quantity = colour_by(colour, run.radius, run.velocity)
     values = values_of(quantity, run.position, run.radius, run.velocity, run.tag)
     limits = float(values.min(initial=0.0 if quantity == "speed" else np.inf)), float(values.max())
@@ -200,15 +198,18 @@ def frame(
 
 
 def _heap_of(run, plate):
-    return heap_grains(run.position, run.radius, run.velocity, plate)
+    """The run without what hangs in the funnel, which would make the heap small, and without what
+    falls beside it."""
+    part = heap_grains(run.position, run.radius, run.velocity, plate)
+    kept = {k: getattr(run, k)[part] for k in ("position", "radius", "velocity", "tag")}
+    return replace(run, **kept)
 
 
 def _telling_view(run, plate):
     """Azimuth [deg] whose flanks come nearest to the run's angle of repose."""
-    part = _heap_of(run, plate)
 
     def distance(azimuth):
-        flanks = fitted_flanks(run.position[part], run.radius[part], plate, azimuth)
+        flanks = fitted_flanks(run.position, run.radius, plate, azimuth)
         if None in flanks:
             return np.inf
         return max(abs(f.angle_deg - run.metrics["angle_of_repose_deg"]) for f in flanks)
@@ -217,8 +218,7 @@ def _telling_view(run, plate):
 
 
 def _draw_flanks(draw, view, run, plate):
-    part = _heap_of(run, plate)
-    flanks = fitted_flanks(run.position[part], run.radius[part], plate, view.azimuth)
+    flanks = fitted_flanks(run.position, run.radius, plate, view.azimuth)
     font, thick = font_of(view.width), max(view.width // 250, 2)
     for flank in flanks:
         if flank:
