@@ -33,10 +33,10 @@ from stage_files import Files, PlanFiles
 ROOT = Path(__file__).parents[2]
 
 
-def salt_of(*files):
-    """The salt's configuration with files laid over it, in config/."""
+def salt_of(*files, **own):
+    """The salt's configuration with files of config/ and sections laid over it."""
     read = (yaml.safe_load(Path("config", file).read_text()) for file in ("config.yaml", *files))
-    return parse_config(reduce(overlay, read))
+    return parse_config(reduce(overlay, (*read, own)))
 
 
 @pytest.fixture
@@ -170,7 +170,7 @@ def test_a_fixed_number_and_a_moved_region_ask_for_no_more(config, tmp_path, mon
 def test_without_runs_at_the_candidate_the_surface_has_its_own_alone(tmp_path, monkeypatch):
     """So the second solution is the first one; only what lies off the surface is run again."""
     monkeypatch.chdir(ROOT)
-    config, responses = salt_of(), scattering(0.7)
+    config, responses = salt_of(optimise={"candidate_runs": 0}), scattering(0.7)
     design, plan, first = planned(config, tmp_path, responses, monkeypatch, {"optimum": AT})
     assert (len(design), len(first), plan) == (0, 0, {})
     runs = pd.DataFrame([AT, AT]).assign(response=[45.0, 46.0], E=0.0)

@@ -61,7 +61,7 @@ RUNS = 4
 """Runs at each measured setting, with seeds of their own."""
 HEAPS = 6
 """Runs of the study's own test with the level that a bench test found in place of the study's: with
-15 validated ones a change of the mean is known to about one standard deviation of a heap (95 %)."""
+10 validated ones a change of the mean is known to 1.1 standard deviations of a heap (95 %)."""
 ALPHA = 0.05
 """Chance, over all judged rows, at which one that is right is said to be missed."""
 PARTS = ("contacts.", "materials.", "law_parameters.", "laws.", "particles.")
