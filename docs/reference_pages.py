@@ -18,6 +18,7 @@ from pathlib import Path
 
 from mkdocs.structure.files import File
 
+from calibration.atlas.rigs import GRAIN, RIGS
 from calibration.interface.commands import main as dem
 from calibration.study.config import METRICS, Config
 from calibration.study.factors import COLUMNS
@@ -259,6 +260,16 @@ def starts_code():
     return text + "".join(f"| `{r['name']}` | {r['runs']} | {r['allowed_by']} |\n" for r in rows)
 
 
+def atlas():
+    """The page of the atlas' tests: the ranges of their inputs, and why."""
+    text = "# The atlas\n\n[What it is for](../atlas.md).\n"
+    shared = {"every test": GRAIN}
+    for title, inputs in (shared | {r.title: r.inputs for r in RIGS.values()}).items():
+        text += f"\n## Inputs of {title}\n\n| input | from | to | reason |\n|---|---|---|---|\n"
+        text += "".join(f"| {i.meaning} | {i.low:g} | {i.high:g} | {i.reason} |\n" for i in inputs)
+    return text
+
+
 def packages():
     """The page of every name at the top of each package, with its docstring's first sentence."""
     from every_name import tables
@@ -286,6 +297,7 @@ PAGES = {
     "command.md": command,
     "experiments.md": experiments_page,
     "verdict.md": verdict,
+    "atlas.md": atlas,
     "starts-code.md": starts_code,
     "packages.md": packages,
 }

@@ -4,6 +4,7 @@
 
 checkpoint plan_joint_first:
     input:
+        **({"measurements": MEASUREMENTS} if SETTINGS.by_atlas else {}),
         measured=refusing(lambda: check_targets(SETTINGS)),
         factors=FACTORS,
         fixed=BENCH_VALUES,
@@ -11,10 +12,16 @@ checkpoint plan_joint_first:
         **planned("joint_first"),
     params:
         function="calibration.stages.joint:plan_joint_first",
-        reads=[*PLANNING, *TESTS, "joint"],
+        reads=[
+            *PLANNING,
+            *TESTS,
+            "joint",
+            "by_atlas",
+            *(["measurements", "posterior"] if SETTINGS.by_atlas else []),
+        ],
         seeds=7,
     message:
-        "plan a common design for all rigs of the laboratory"
+        "plan the first runs for all rigs of the laboratory"
     script:
         "../scripts/task.py"
 
@@ -34,7 +41,7 @@ checkpoint plan_joint:
         f"{STUDY}/logs/plan_joint.tsv"
     params:
         function="calibration.stages.joint:plan_joint",
-        reads=[*PLANNING, *TESTS, "joint", "posterior", "measurements"],
+        reads=[*PLANNING, *TESTS, "joint", "by_atlas", "posterior", "measurements"],
         seeds=7,
     message:
         "plan runs where the joint posterior is wide"
@@ -67,6 +74,7 @@ rule joint:
             "experiment",
             "factors",
             "joint",
+            "by_atlas",
             "posterior",
             *TESTS,
             "measurements",

@@ -1,7 +1,8 @@
 """The Gaussian process of a response over coded inputs, trained by runs."""
 
 import warnings
-from typing import Self
+from collections.abc import Sequence
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,6 +28,10 @@ LEAST_ROUGH = 1e-4
 """Variance of the rough part, in that of the response, below which it counts as none."""
 
 
+Known = tuple[Sequence[float], float, float]
+"""Logarithms of the kernel's constants, and the middle and the spread of the responses."""
+
+
 class GaussianProcess:
     """A response over x in [0, 1]^d that scatters from run to run.
 
@@ -36,9 +41,10 @@ class GaussianProcess:
     together, by maximum likelihood.
     """
 
-    def fit(self, x: ArrayLike, y: ArrayLike) -> Self:
+    def fit(self, x: ArrayLike, y: ArrayLike, known: Known | None = None) -> Self:
         """Train by responses y (n,) of single runs at inputs x (n, d) in [0, 1]. Returns the
-        process.
+        process. known: `known` of a process that was trained by more runs of the response, whose
+        shares, lengths and scatter are taken as they are.
 
         How the scatter varies replicates tell, where they stand at several points: the log variance
         within points is linear in x (gamma regression: Harvey 1976, Econometrica 44:461). The
@@ -52,11 +58,16 @@ class GaussianProcess:
         self._usual = float(local.mean())
         self.middle, self.spread = float(y.mean()), float(y.std()) or 1.0
         kernel = _kernel(self.x, self._usual / local)
-        process = GaussianProcessRegressor(kernel, random_state=0, n_restarts_optimizer=1)
+        search: dict[str, Any] = {"n_restarts_optimizer": 1}
+        if known:
+            kernel, search = kernel.clone_with_theta(known[0]), {"optimizer": None}
+            self.middle, self.spread = known[1:]
+        process = GaussianProcessRegressor(kernel, random_state=0, **search)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ConvergenceWarning)  # a length at its bound is no fault
             process.fit(self.x, (y - self.middle) / self.spread)
         self._keep(process)
+        self.known: Known = [float(t) for t in process.kernel_.theta], self.middle, self.spread
         return self
 
     def _keep(self, process):

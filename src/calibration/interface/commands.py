@@ -1,6 +1,6 @@
-"""The `dem` command with what stands above the engine: `dem new` begins a study, `dem angle`
-measures photographs, `dem bounce` sounds, `dem shear` reads shear testers' tables, `dem clump`
-fills a grain's mesh with spheres."""
+"""The `dem` command with what stands above the engine: `dem new` begins a study, `dem estimate`
+tells its parameters before a run is made, `dem angle` measures photographs, `dem bounce` sounds,
+`dem shear` reads shear testers' tables, `dem clump` fills a grain's mesh with spheres."""
 
 import argparse
 import sys
@@ -19,7 +19,9 @@ JOBS = 2
 def main(argv: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit status: 0, or 2 with one line on stderr for bad input."""
     try:
-        return engine_main(argv, (_add_new, _add_angle, _add_bounce, _add_shear, _add_clump))
+        return engine_main(
+            argv, (_add_new, _add_estimate, _add_angle, _add_bounce, _add_shear, _add_clump)
+        )
     except CalibrationError as error:
         print(f"dem: {error}", file=sys.stderr)
         return 2
@@ -114,6 +116,37 @@ def _new(args):
     dear = written["screening"]["replicates"] == 1
     first, quick = (", for a first look", " --config resolution=quick") if dear else ("", "")
     print(f"wrote {args.folder}; next{first}: calibration run '{args.folder}'{quick}")
+
+
+def _add_estimate(commands):
+    from calibration.study.new.options import add_options
+
+    estimate = commands.add_parser(
+        "estimate",
+        help="parameters in a minute, from runs that are kept",
+        description="Tell the parameters that your readings ask for, what they leave open, what is "
+        "expected of other tests and which to make next. Options are those of dem new; no run is "
+        "made.",
+    )
+    estimate.add_argument("--from", type=Path, metavar="FILE", dest="filled",
+                          help="a table of dem new --table, filled in")  # fmt: skip
+    estimate.add_argument("--sheet", help="of a workbook with several: the one that is meant")
+    estimate.add_argument("--out", type=Path, help="new folder for tables and figure")
+    add_options(estimate)
+    estimate.set_defaults(command=_estimate)
+
+
+def _estimate(args):
+    from calibration.interface.estimate import estimate_of  # loads pandas and the schemas
+    from calibration.study.new import options, reading_tables
+    from calibration.study.new.answers import read_entries
+
+    raws = reading_tables.read_filled(args.filled, args.sheet) if args.filled else []
+    found = estimate_of(read_entries([*raws, *options.raws_of(args)]))
+    print(*found.said, sep="\n")
+    if args.out:
+        found.write(args.out)
+        print(f"wrote {args.out}")
 
 
 def _add_angle(commands):
@@ -222,6 +255,9 @@ def _clump(args):
 
     for line in fill_mesh(args.mesh, args.spheres, args.out):
         print(line)
+
+
+COMMANDS = (_add_new, _add_estimate, _add_angle, _add_bounce, _add_shear, _add_clump)
 
 
 if __name__ == "__main__":

@@ -51,12 +51,36 @@ if TYPE_CHECKING:
 
 def plan_joint_first(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan one space-filling design over the free factors (scrambled Sobol points) for every rig,
-    the first `joint.repeated` points twice where runs of the rig scatter."""
+    the first `joint.repeated` points twice where runs of the rig scatter; by the atlas `joint.runs`
+    points spread over what it makes of the measured tests."""
     config, factors, parts = study.config, free_factors(study), []
+    spread = _by_atlas(config, factors) if config.by_atlas else None
     for rig in joint_tests(config):
-        points = first_points(config, rig, len(factors))
+        points = first_points(config, rig, len(factors)) if spread is None else spread
         parts.append(_planned(study, rig, factors, points, 0))
     write_plan(Path(output.plan).parent, *_numbered(parts))
+
+
+def _by_atlas(config, factors):
+    """Points (n, d) of the first runs where the atlas expects the answer."""
+    from calibration.atlas.emulators import AtlasEmulators
+    from calibration.chain.joint.analysis import joint_of
+
+    atlas = AtlasEmulators(config, factors, some=True)
+    measured = measured_of(config, joint_targets(config))
+    told = {t: m for t, m in measured.items() if set(m.tests) <= set(atlas.tests)}
+    draws = joint_of(config, atlas, told).posterior(config.seed).draws
+    return _spread(draws, config.joint.runs, config.seed)
+
+
+def _emulators(config, factors, design):
+    """Emulators of a design's runs; by the atlas they correct it."""
+    from calibration.chain.joint.analysis import Emulators
+    from calibration.chain.joint.corrected import CorrectedEmulators
+
+    if config.by_atlas:
+        return CorrectedEmulators(config, factors, design)
+    return Emulators(factors, design)
 
 
 def plan_joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
@@ -66,10 +90,11 @@ def plan_joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     config, factors = study.config, free_factors(study)
     first, parts = read_written(source.first), []
     if config.joint.second_wave:
-        from calibration.chain.joint.analysis import Emulators, joint_of
+        from calibration.chain.joint.analysis import joint_of
 
         measured = measured_of(config, joint_targets(config))
-        draws = joint_of(config, Emulators(factors, first), measured).posterior(config.seed).draws
+        emulators = _emulators(config, factors, first)
+        draws = joint_of(config, emulators, measured).posterior(config.seed).draws
         points = _spread(draws, config.joint.second_wave, config.seed)
         before = config.joint.runs + config.joint.repeated
         for rig in refined_tests(config):
@@ -155,12 +180,12 @@ better than its outskirts."""
 def joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """The posterior of all tests, from runs over the whole levels. Writes the outputs that the rule
     declares."""
-    from calibration.chain.joint.analysis import Emulators, metrics_of
+    from calibration.chain.joint.analysis import metrics_of
 
     config, factors = study.config, free_factors(study)
     measured = measured_of(config, joint_targets(config))
     tests = {name: metrics_of(config, name, measured) for name in joint_tests(config)}
-    emulators = Emulators(factors, read_written(source.design))
+    emulators = _emulators(config, factors, read_written(source.design))
     _write(config, emulators, measured, tests, output, config.joint.machine)
 
 

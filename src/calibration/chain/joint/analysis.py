@@ -73,10 +73,14 @@ class Emulators:
             values = self.values(rig, [metric])[:, 0]
             has = np.isfinite(values)
             try:
-                self._kept[rig, metric] = GaussianProcess().fit(u[has], values[has])
+                self._kept[rig, metric] = self.trained(rig, metric, u[has], values[has])
             except CalibrationError as error:
                 raise CalibrationError(f"rig {rig}, {metric}: {error}") from None
         return self._kept[rig, metric]
+
+    def trained(self, rig: str, metric: str, u: np.ndarray, values: np.ndarray) -> GaussianProcess:
+        """The emulator of a rig's values (n,) at u (n, d)."""
+        return GaussianProcess().fit(u, values)
 
     def known(self, rig: str, metrics: Sequence[str]) -> dict[str, GaussianProcess]:
         """{metric: emulator} of those metrics that the rig's runs tell."""

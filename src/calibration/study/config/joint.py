@@ -144,7 +144,9 @@ def _of_curves(config, curves, names):
 
 
 def handed_out_by(config: Config) -> str:
-    """What the parameters that a study hands out come from, `chain` or `joint`."""
+    """The stages that the parameters come from which a study hands out, `chain` or `joint`."""
+    if config.by_atlas:
+        return "joint"
     return config.calibrate.by or ("joint" if _waits_for_all(config) else "chain")
 
 
@@ -238,9 +240,9 @@ def check_joint(config: Config, factors: Sequence[Factor | Choice]) -> None:
     _check_names(config, factors)
     if _waits_for_all(config):
         check_targets(config)
-    elif config.calibrate.by == "joint":
+    elif handed_out_by(config) == "joint":
         allowed = "chain, or joint among the supplements"
-        raise at_key("calibrate.by", "has no stage", "joint", allowed)
+        raise at_key("calibrate.by", "has no stage", config.calibrate.by, allowed)
 
 
 def check_targets(config: Config) -> None:

@@ -94,7 +94,7 @@ def named_section_of(annotation: Any) -> type[BaseModel] | None:
     return section_of(parts[1]) if get_origin(annotation) is dict else None
 
 
-VIEWS = ("own", "experiment", "own_run", "target", "further_targets")
+VIEWS = ("own", "experiment", "own_run", "target", "further_targets", "by_atlas")
 """What follows from a `Config`'s sections and what a stage may read in their place."""
 
 METRICS = {name: e.targets for name, e in experiments().items()}
@@ -389,10 +389,11 @@ class JointConfig(_Part):
 class CalibrateConfig(_Part):
     """Which parameters the study hands out."""
 
-    by: Literal["chain", "joint"] | None = Field(
+    by: Literal["chain", "joint", "atlas"] | None = Field(
         None,
         description="chain: those of the surface, of one test; joint: those of all tests "
-        "together. Unless given joint where the report waits for the stage `joint`",
+        "together; atlas: the same, and `joint.runs` stand where the atlas expects the answer and "
+        "correct it. Unless given joint where the report waits for the stage `joint`",
     )
     test: str | None = Field(
         None, description="test that the chain calibrates on; the first one unless given"
@@ -512,6 +513,11 @@ class Config(_Part):
     def own_run(self) -> dict[str, Any]:
         """Run spec of that test, without experiment and seed."""
         return self.run_of(self.own)
+
+    @property
+    def by_atlas(self) -> bool:
+        """Whether runs of the joint stage correct the atlas."""
+        return self.calibrate.by == "atlas"
 
     def run_of(self, name: str) -> dict[str, Any]:
         """Run spec of a test: what it states laid over what all share."""

@@ -1,0 +1,281 @@
+"""Emulators of a study's tests out of the atlas: in place of runs of its own, the runs of the atlas
+that are nearest to each of its rigs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+from scipy.optimize import brentq
+
+from calibration.atlas.rigs import GRAIN, RIGS, Input, Rig, relative_length, simulated_vessel
+from calibration.atlas.runs import coded, kept, lengths
+from calibration.errors import CalibrationError
+from calibration.inference.chance_of_no_value import Chance
+from calibration.inference.gaussian_process import GaussianProcess
+from calibration.inference.posterior_sampling import Formed
+from calibration.study.config.tests import spec_of
+from dem.constants import GRAVITY
+from dem.grains.sizes import clump_shape, mean_radius
+
+if TYPE_CHECKING:
+    from calibration.study.config import Config
+    from calibration.study.factors import Factor
+    from dem.spec import RunSpec
+
+NEAREST = 400
+"""Runs of the atlas by which a test is emulated: those nearest to its rig, in lengths over which
+the response bends (a local process: Gramacy and Apley 2015, Journal of Computational and Graphical
+Statistics 24:561)."""
+SLACK = 0.02  # of an input's range, by which a rig may lie beyond it
+KEYS = {
+    "contacts.particle_particle.static_friction": "grain_friction",
+    "contacts.particle_particle.rolling_friction": "grain_rolling",
+    "contacts.particle_wall.static_friction": "wall_friction",
+    "contacts.particle_wall.rolling_friction": "wall_rolling",
+    "contacts.particle_particle.restitution": "restitution",
+    "particles.elongation": "elongation",
+    "law_parameters.surface_energy_J_m2": "bond_number",
+}
+"""Keys of a run spec that are inputs of the atlas. No other key moves anything there: the wall's
+restitution is taken to be the grains', and Poisson's ratio to be nothing."""
+
+
+def rig_of(experiment: str) -> Rig | None:
+    """The atlas' test of an experiment, None where it has none."""
+    return next((r for r in RIGS.values() if r.experiment == experiment), None)
+
+
+def inputs_of(rig: Rig, spec: RunSpec) -> dict[str, float]:
+    """{input: value} of a run spec, whether it lies in the atlas or not."""
+    grain, wall = spec.contacts.particle_particle, spec.contacts.particle_wall
+    longer = elongation_of(spec)
+    energy = getattr(spec.law_parameters, "surface_energy_J_m2", None) or 0.0
+    own = (
+        grain.static_friction, grain.rolling_friction, wall.static_friction, wall.rolling_friction,
+        grain.restitution, longer, energy / energy_of_weight(spec),
+    )  # fmt: skip
+    named = dict(zip((i.name for i in GRAIN), own, strict=True))
+    return named | rig.read(spec, diameter_mm(spec), relative_length(longer))
+
+
+def diameter_mm(spec: RunSpec) -> float:
+    """Diameter of the grain of mean volume."""
+    return 2e3 * mean_radius(spec)
+
+
+def energy_of_weight(spec: RunSpec) -> float:
+    """Surface energy [J/m2] g at which the pull-off force of two grains, 3 pi g R* with R* a
+    quarter of the diameter, is the weight of one (Johnson, Kendall, Roberts 1971)."""
+    diameter = 1e-3 * diameter_mm(spec)
+    return spec.materials.particle.density_kg_m3 * GRAVITY * diameter**2 / 4.5
+
+
+def elongation_of(spec: RunSpec) -> float:
+    """Length over width of the grain; of a clump that of the two bonded spheres that are as long
+    and have its volume."""
+    shape = clump_shape(spec)
+    if shape is None:
+        return spec.particles.elongation
+    longest = min(max(shape.reach, 1.0), relative_length(2.0))
+    return float(brentq(lambda e: relative_length(e) - longest, 1.0, 2.0))
+
+
+class Response:
+    """A metric of a test over the study's free factors u (k, d) in [0, 1]; as `GaussianProcess`.
+
+    parts: [(weight, process of the atlas)], whose inputs (D,) are `base` but for those that a
+    factor moves; unit: of the atlas in that of the metric.
+    """
+
+    def __init__(
+        self,
+        parts: Sequence[tuple[float, GaussianProcess]],
+        base: np.ndarray,
+        moved: Sequence[tuple[int, int, Input, float, float]],
+        unit: float,
+    ) -> None:
+        self.parts, self.base, self.moved, self.unit = parts, base, moved, unit
+
+    def inputs(self, u: np.ndarray) -> np.ndarray:
+        """Coded inputs (k, D) of the atlas."""
+        x = np.tile(self.base, (len(u), 1))
+        for k, column, own, low, high in self.moved:
+            level = low + u[:, k] * (high - low)
+            x[:, column] = own.coded(np.clip(level, own.low, own.high))
+        return x
+
+    def mean(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(mean, variance of that mean), (k,) each."""
+        x = self.inputs(np.atleast_2d(u))
+        weights = self.unit * np.array([w for w, _ in self.parts])
+        means, variances = zip(*(p.mean(x) for _, p in self.parts), strict=True)
+        return weights @ np.array(means), weights**2 @ np.array(variances)
+
+    def sd_of_run(self, u: np.ndarray) -> np.ndarray:
+        """Standard deviation (k,) of a single run about the mean."""
+        x = self.inputs(np.atleast_2d(u))
+        own = [w * p.sd_of_run(x) for w, p in self.parts]
+        return np.asarray(self.unit * np.linalg.norm(own, axis=0))
+
+
+class AtlasEmulators:
+    """`calibration.chain.joint.analysis.Emulators` of a study's tests, out of the atlas.
+
+    factors: the free ones. Raises CalibrationError where a test lies outside the atlas, naming what
+    does, and by how much; of `some` tests only where all do.
+    """
+
+    def __init__(self, config: Config, factors: Sequence[Factor], some: bool = False) -> None:
+        self.config, self.factors = config, factors
+        names = [n for n, t in config.tests.items() if rig_of(t.experiment)]
+        outside = {name: [*self._outside(name)] for name in names}
+        self.tests = [name for name, faults in outside.items() if not faults]
+        if not self.tests or (len(self.tests) < len(names) and not some):
+            told = "; ".join(f for faults in outside.values() for f in faults)
+            raise CalibrationError(f"outside the atlas: {told or 'no test of the study is in it'}")
+        self._of: dict[tuple[str, str], Response] = {}
+        runs = [pd.DataFrame({"rig": n}, index=kept(self._rig(n).name).index) for n in self.tests]
+        self.design = pd.concat(runs)
+
+    def _rig(self, test):
+        rig = rig_of(self.config.tests[test].experiment)
+        if rig is None:
+            raise CalibrationError(f"tests.{test}: the atlas has no {test}")
+        return rig
+
+    def _moved(self, test):
+        """[(factor's number, input's column, input, low, high)] of the inputs that factors
+        move."""
+        rig, spec = self._rig(test), spec_of(self.config, test)
+        names = [i.name for i in rig.all_inputs]
+        for k, f in enumerate(self.factors):
+            if KEYS.get(f.key) and f.name not in self.config.tests[test].fixed:
+                column = names.index(KEYS[f.key])
+                unit = energy_of_weight(spec) if KEYS[f.key] == "bond_number" else 1.0
+                yield k, column, rig.all_inputs[column], f.low / unit, f.high / unit
+
+    def _outside(self, test):
+        """Sentences on inputs of a test that lie outside the atlas; those that factors move have
+        been cut to it."""
+        rig = self._rig(test)
+        moved = {own.name for _, _, own, _, _ in self._moved(test)}
+        at = inputs_of(rig, spec_of(self.config, test))
+        for own in (i for i in rig.all_inputs if i.name not in moved):
+            x = own.coded(at[own.name])
+            low, high = x < -SLACK, x > 1.0 + SLACK
+            if (low and own.beyond != "low") or (high and own.beyond != "high"):
+                yield (
+                    f"tests.{test}: {own.meaning} is {at[own.name]:.3g}; allowed: {own.low:g} to "
+                    f"{own.high:g}"
+                )
+
+    def of(self, test: str, metric: str) -> Response:
+        """The emulator of a metric. Raises CalibrationError where the atlas does not have it."""
+        if (test, metric) not in self._of:
+            self._of[test, metric] = self._made(test, metric)
+        return self._of[test, metric]
+
+    def _made(self, test, metric):
+        rig, spec = self._rig(test), spec_of(self.config, test)
+        if metric not in rig.readings:
+            raise CalibrationError(f"tests.{test}: the atlas has no {metric} of it")
+        at = inputs_of(rig, spec)
+        # an array of its own: `coded` of an input beyond its end is that end
+        base = np.array([np.clip(i.coded(at[i.name]), 0.0, 1.0) for i in rig.all_inputs])
+        moved = list(self._moved(test))
+        columns = [c for _, c, _, _, _ in moved]
+        diameter, density = 1e-3 * diameter_mm(spec), spec.materials.particle.density_kg_m3
+        near = [(w, nearest(rig.name, m, base, columns)) for w, m in _parts(rig, spec, metric)]
+        return Response(near, base, moved, rig.readings[metric](diameter, density))
+
+    def known(self, test: str, metrics: Sequence[str]) -> dict[str, Response]:
+        """{metric: emulator} of those metrics that the atlas has."""
+        rig = rig_of(self.config.tests[test].experiment)
+        return {m: self.of(test, m) for m in metrics if rig and m in rig.readings}
+
+    def values(self, test: str, metrics: Sequence[str]) -> np.ndarray:
+        """(n, q) metrics of the atlas' runs, nan where a run gave none."""
+        return kept(self._rig(test).name)[list(metrics)].to_numpy(float)
+
+    def formed(self, test: str, metrics: Sequence[str], tests: float) -> Formed:
+        """`Formed` of `tests` of a rig that gave all metrics."""
+        response = self.of(test, metrics[0])
+        return Formed(_Formed(chance(self._rig(test).name), response), tests)  # type: ignore[arg-type]
+
+
+class _Formed:
+    """`Chance` of the atlas at the free factors of a study."""
+
+    def __init__(self, own, response):
+        self.own, self.response = own, response
+
+    def with_slope(self, u: np.ndarray, columns: Sequence[int]) -> tuple[np.ndarray, Any, None]:
+        """As `Chance.with_slope`, without slopes."""
+        return self.own.with_slope(self.response.inputs(u), [])
+
+
+@cache
+def chance(name: str) -> Chance:
+    """How likely a run of a test gives no value."""
+    failed = kept(name)["fault"].notna().to_numpy()
+    return Chance(coded(RIGS[name], kept(name)), failed, np.ones(len(failed)))
+
+
+def nearest(name: str, metric: str, at: np.ndarray, free: Sequence[int]) -> GaussianProcess:
+    """The process of a metric, trained by the runs nearest to `at` (D,) in all inputs but the
+    `free` ones, with the lengths of all."""
+    x, y = coded(RIGS[name], kept(name)), kept(name)[metric].to_numpy(float)
+    known = lengths(name)[metric]
+    has = np.isfinite(y)
+    x, y = x[has], y[has]
+    rest = [k for k in range(x.shape[1]) if k not in free]
+    apart = (((x - at) / smooth_lengths(known, x.shape[1]))[:, rest] ** 2).sum(axis=1)
+    near = np.argsort(apart, kind="stable")[:NEAREST]
+    return GaussianProcess().fit(x[near], y[near], known)
+
+
+def smooth_lengths(known: Any, d: int) -> np.ndarray:
+    """Lengths (d,) of the smooth part of a process: behind its share in the kernel's constants."""
+    return np.exp(np.array(known[0][1 : 1 + d]))
+
+
+def _parts(rig, spec, metric):
+    """[(weight, metric of the atlas)]: a density in a vessel that is wider than the atlas' widest,
+    or than is simulated, lies between that in the narrow one and the core's, as the share of the
+    layer at the wall goes as one over the width (`dem.experiments.bulk_density`)."""
+    if metric != "poured_density_kg_m3":
+        return [(1.0, metric)]
+    length = relative_length(elongation_of(spec)) * diameter_mm(spec)
+    widest = next(i for i in rig.inputs if i.name == "vessel").high * length
+    share = min(simulated_vessel(spec), widest) / spec.geometry.vessel_diameter_mm
+    return [(share, metric)] + ([(1.0 - share, "poured_solid_fraction")] if share < 1.0 else [])
+
+
+def cut_to_atlas(config: Config, factors: Sequence[Factor]) -> tuple[list[Factor], list[str]]:
+    """(factors whose levels lie in the atlas, sentences on those that were cut). Raises
+    CalibrationError for one whose levels all lie outside."""
+    found, said = [], []
+    grain = {i.name: i for i in GRAIN}
+    spec = spec_of(config, config.own)
+    for f in factors:
+        name = KEYS.get(f.key)
+        if name is None:
+            continue
+        unit = energy_of_weight(spec) if name == "bond_number" else 1.0
+        low, high = (unit * end for end in (grain[name].low, grain[name].high))
+        if f.high <= low or f.low >= high:
+            raise CalibrationError(
+                f"{f.name}: {f.low:g} to {f.high:g} lies outside the atlas; allowed: {low:.3g} to "
+                f"{high:.3g}"
+            )
+        cut = replace(f, low=max(f.low, low), high=min(f.high, high))
+        if (cut.low, cut.high) != (f.low, f.high):
+            said.append(f"{f.name} is taken from {cut.low:.3g} to {cut.high:.3g}: the atlas ends "
+                        f"there (its range: {f.low:g} to {f.high:g})")  # fmt: skip
+        found.append(cut)
+    return found, said

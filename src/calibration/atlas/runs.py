@@ -1,0 +1,166 @@
+"""The runs of the atlas: a space-filling design a test, made part by part, and the tables that are
+kept of them."""
+
+import json
+import sys
+import tempfile
+from collections.abc import Sequence
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from scipy.stats import qmc
+
+from calibration.atlas.rigs import DENSITY, DIAMETER, RIGS, Rig
+from calibration.errors import CalibrationError
+from calibration.files import write_table
+from calibration.inference.gaussian_process import GaussianProcess, Known
+from dem.errors import DemError, StoppedError
+from dem.fingerprint import engine_fingerprint
+from dem.io.files import write_json
+from dem.spec import parse_spec
+
+PART = 25
+RUNS = {"heap": 2000, "cylinder": 1500, "density": 1500, "drum": 1500, "silo": 400}
+"""Runs of one part, which is made at once, and of each test when all are made."""
+DIGITS = 4
+TRAINED = 300
+"""Runs, the first of the design, by which lengths are trained: the likelihood takes the cube of
+their number."""
+KEPT = files("calibration.atlas") / "kept"
+
+
+@cache
+def design(rig: Rig) -> list[dict[str, float]]:
+    """{input: value} of every run: a scrambled Sobol sequence over all inputs (Owen 1998), so that
+    each beginning of it fills the space."""
+    points = qmc.Sobol(len(rig.all_inputs), seed=1).random_base2(11)
+    return [
+        {i.name: _rounded(i.value(u)) for i, u in zip(rig.all_inputs, point, strict=True)}
+        for point in points
+    ]
+
+
+def _rounded(value):
+    return float(f"{value:.{DIGITS}g}")
+
+
+def one(rig: Rig, at: dict[str, float], seed: int) -> dict[str, Any]:
+    """{reading: value without a unit} of a run, and `fault`, why it has none."""
+    from dem.run import run  # loads the engine
+
+    try:
+        spec = parse_spec(rig.spec(at, seed))
+        with tempfile.TemporaryDirectory() as work:
+            metrics = run(spec, Path(work) / "run")["metrics"]
+    except StoppedError:
+        raise
+    except DemError as error:
+        return {"fault": str(error).partition(";")[0][:60]}
+    own = {m: float(metrics[m]) / unit(DIAMETER, DENSITY) for m, unit in rig.readings.items()}
+    return {m: _rounded(x) for m, x in own.items()} | {"fault": ""}
+
+
+def make(name: str, part: int, out: Path) -> None:
+    """Make the runs of a part of a test, at the inputs that are kept of them or else the design's,
+    and write them as a table with the engine's fingerprint."""
+    rig, numbers = RIGS[name], range(part * PART, (part + 1) * PART)
+    points = {k: at for k, at in enumerate(design(rig)) if k in numbers}
+    if (KEPT / f"{name}.csv").is_file():
+        table = kept(name).set_index("run")[[i.name for i in rig.all_inputs]]
+        points |= table[table.index.isin(numbers)].to_dict("index")
+    rows = [{"run": k} | at | one(rig, at, k + 1) for k, at in points.items()]
+    table = pd.DataFrame(rows).assign(engine=engine_fingerprint())
+    write_table(table.reindex(columns=columns(rig)), out)
+
+
+def columns(rig: Rig) -> list[str]:
+    """Columns of a test's table."""
+    return ["run", *(i.name for i in rig.all_inputs), *rig.readings, "fault", "engine"]
+
+
+@cache
+def kept(name: str) -> pd.DataFrame:
+    """The kept table of a test: inputs and readings, a row a run. Raises CalibrationError where
+    none is kept."""
+    path = KEPT / f"{name}.csv"
+    if not path.is_file():
+        raise CalibrationError(f"the atlas has no runs of {name}")
+    return read_parts([Path(str(path))])
+
+
+@cache
+def lengths(name: str) -> dict[str, Known]:
+    """{reading: what is known of its process, trained by the kept runs of a test}."""
+    found: dict[str, Known] = json.loads((KEPT / f"{name}.json").read_text("utf-8"))
+    return found
+
+
+def coded(rig: Rig, table: pd.DataFrame) -> np.ndarray:
+    """Coded inputs (n, D) of runs of a test."""
+    return np.column_stack([i.coded(table[i.name].to_numpy(float)) for i in rig.all_inputs])
+
+
+def missing(name: str) -> list[int]:
+    """Parts of a test whose runs are not kept of this engine."""
+    done: set[int] = set()
+    if (KEPT / f"{name}.csv").is_file():
+        table = kept(name)
+        done = set(table["run"][table["engine"] == engine_fingerprint()])
+    parts = range(RUNS[name] // PART)
+    return [k for k in parts if not done.issuperset(range(k * PART, (k + 1) * PART))]
+
+
+def keep(name: str, parts: Sequence[Path], out: Path) -> None:
+    """Write the parts of a test, with what is kept already of this engine, as its kept table, and
+    what its processes learn of it beside."""
+    table = read_parts(parts)
+    if (out / f"{name}.csv").is_file():
+        before = read_parts([out / f"{name}.csv"])
+        own = (before["engine"] == engine_fingerprint()) & ~before["run"].isin(table["run"])
+        table = pd.concat([before[own], table])
+    table, rig = table.sort_values("run"), RIGS[name]
+    x, trained = coded(rig, table), {}
+    for metric in rig.readings:
+        y = table[metric].to_numpy(float)
+        has = np.flatnonzero(np.isfinite(y))[:TRAINED]
+        trained[metric] = GaussianProcess().fit(x[has], y[has]).known
+    write_table(table[columns(rig)], out / f"{name}.csv")
+    write_json(out / f"{name}.json", trained)
+
+
+def read_parts(parts: Sequence[Path]) -> pd.DataFrame:
+    """The runs of tables that `make` or `keep` wrote."""
+    return pd.concat([pd.read_csv(p, keep_default_na=False, na_values=[""]) for p in parts])
+
+
+SAMPLE = 2
+"""Parts of a test that are made again where the engine has changed."""
+STANDS = 3.0
+"""Standard errors of their mean difference up to which runs of two engines count as alike."""
+
+
+def compare(name: str, parts: Sequence[Path], out: Path) -> None:
+    """Hold runs that were made again against the kept ones and write a row a reading: their mean
+    difference, its standard error by the pairs' own scatter, and whether the table stands."""
+    new = read_parts(parts).set_index("run")
+    old, rows = kept(name).set_index("run"), []
+    for metric in RIGS[name].readings:
+        apart = (new[metric] - old[metric]).dropna()
+        mean, error = apart.mean(), apart.std(ddof=1) / len(apart) ** 0.5
+        stands = bool(abs(mean) <= STANDS * error)
+        rows.append({"test": name, "metric": metric, "pairs": len(apart), "difference": mean,
+                     "error": error, "stands": stands})  # fmt: skip
+    failed = int((new["fault"].notna() != old.loc[new.index, "fault"].notna()).sum())
+    write_table(pd.DataFrame(rows).assign(without_value_in_one=failed), out)
+
+
+if __name__ == "__main__":
+    task, name, *rest = sys.argv[1:]
+    if task == "make":
+        make(name, int(rest[0]), Path(rest[1]))
+    else:
+        {"keep": keep, "compare": compare}[task](name, [Path(p) for p in rest[:-1]], Path(rest[-1]))

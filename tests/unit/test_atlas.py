@@ -1,0 +1,179 @@
+"""The atlas: its runs have no unit, an emulator by the nearest of them knows its error, and an
+estimate says what readings ask for, what they leave open, and what lies outside."""
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from new_studies import begun, read
+
+from calibration.atlas import runs
+from calibration.atlas.emulators import KEYS, AtlasEmulators, inputs_of, nearest
+from calibration.atlas.rigs import DIAMETER, GRAIN, RIGS
+from calibration.atlas.runs import coded, compare, design, kept
+from calibration.chain.joint.analysis import middle
+from calibration.chain.study import Study
+from calibration.interface.commands import main
+from calibration.runs.plans import read_plan, result_path
+from calibration.stages.joint import first_points
+from calibration.study.factors import read_factors
+from dem.results import write_result
+from dem.spec import parse_spec
+from workflow_rules import rules_of
+
+RIG = ["--grain=4mm", "--density=1.3g/cm3", "--orifice=40mm", "--plate=160mm", "--height=100mm"]
+
+
+@pytest.mark.parametrize("rig", RIGS.values(), ids=RIGS)
+def test_a_run_spec_tells_the_inputs_that_it_was_made_of(rig):
+    for at in design(rig)[:40]:
+        found = inputs_of(rig, parse_spec(rig.spec(at, 1)))
+        assert found == pytest.approx(at, rel=0.01, abs=1e-9)  # a whole number of grains
+
+
+def test_grains_of_another_size_in_a_rig_as_much_larger_are_the_same_run():
+    rig = RIGS["heap"]
+    at = design(rig)[3]
+    own, large = rig.spec(at, 1), rig.spec(at, 1) | rig.run(at, 1e4 * DIAMETER)
+    large["particles"] |= {"diameter_mm": 1e4 * DIAMETER, "elongation": at["elongation"]}
+    assert large["geometry"]["plate_diameter_mm"] == 10 * own["geometry"]["plate_diameter_mm"]
+    assert inputs_of(rig, parse_spec(large)) == pytest.approx(inputs_of(rig, parse_spec(own)))
+
+
+def test_a_bond_number_is_the_pull_off_force_over_the_weight():
+    rig = RIGS["density"]
+    at = next(at for at in design(rig) if at["bond_number"] > 1.0)
+    spec = parse_spec(rig.spec(at, 1))
+    pull = 3.0 * math.pi * spec.law_parameters.surface_energy_J_m2 * DIAMETER / 4.0
+    weight = spec.materials.particle.density_kg_m3 * 9.81 * math.pi / 6.0 * DIAMETER**3
+    assert pull / weight == pytest.approx(at["bond_number"])
+
+
+@pytest.mark.parametrize("name", ["heap", "cylinder", "density", "drum"])
+def test_an_emulator_without_a_run_misses_it_by_the_error_that_it_states(name, monkeypatch):
+    metric = next(iter(RIGS[name].readings))
+    table = kept(name)
+    x = coded(RIGS[name], table)
+    left_out = np.flatnonzero(table[metric].notna())[5::20][:30]
+    pulls = []
+    for k in left_out:
+        without = table.drop(index=k)
+        monkeypatch.setattr("calibration.atlas.emulators.kept", lambda _, t=without: t)
+        process = nearest(name, metric, x[k], [0, 1, 2, 3, 4])
+        mean, variance = process.mean(x[[k]])
+        sd = math.sqrt(variance[0] + process.sd_of_run(x[[k]])[0] ** 2)
+        pulls.append((table[metric][k] - mean[0]) / sd)
+    assert 0.5 < np.std(pulls) < 1.6
+    assert abs(np.mean(pulls)) < 0.6
+
+
+def told(capsys, *words):
+    """What `dem estimate` prints."""
+    assert main(["estimate", *RIG, *words]) == 0
+    return capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_a_steeper_heap_asks_for_more_friction_and_less_bounce(capsys, tmp_path):
+    means = []
+    for n, angles in enumerate((["24", "25", "24.5"], ["33", "34", "33.5"])):
+        out = tmp_path / str(n)
+        text = told(capsys, "--measured", *angles, f"--out={out}")
+        assert "The test to make next" in text or "No test is expected" in text
+        assert all(f"Expected of {rig}" in text for rig in ("cylinder", "density", "drum"))
+        means.append(pd.read_csv(out / "parameters.csv").set_index("parameter")["mean"])
+        assert (out / "pairs.svg").stat().st_size > 1000
+    bounce = "grain_grain_restitution"
+    assert means[1][bounce] < means[0][bounce]
+    assert (means[1].drop(bounce) > means[0].drop(bounce)).all()
+
+
+def test_what_lies_outside_is_refused_with_what_is_allowed(capsys, tmp_path):
+    assert main(["estimate", *RIG, "--measured", "30", "31", "--height=400mm"]) == 2
+    error = capsys.readouterr().err
+    assert re.search(r"height of the orifice.* 5; allowed: 0\.5 to 2\.5", error)
+    assert main(["estimate", *RIG, "--measured", "30", "31", f"--out={tmp_path}"]) == 2
+    assert "exists already" in capsys.readouterr().err
+
+
+def test_runs_of_another_engine_are_told_apart_where_they_differ(tmp_path):
+    old = kept("density").head(30)
+    found = {}
+    for shift in (0.0, 0.02):
+        old.assign(poured_density_kg_m3=old["poured_density_kg_m3"] + shift * (1 + old["run"] % 2)
+                   ).to_csv(tmp_path / "part.csv", index=False)  # fmt: skip
+        compare("density", [tmp_path / "part.csv"], tmp_path / "out.csv")
+        rows = pd.read_csv(tmp_path / "out.csv").set_index("metric")["stands"]
+        found[shift] = rows["poured_density_kg_m3"], rows["poured_solid_fraction"]
+    assert found == {0.0: (True, True), 0.02: (False, True)}
+
+
+def test_a_part_has_the_runs_of_its_numbers(tmp_path, monkeypatch):
+    monkeypatch.setattr(runs, "PART", 2)
+    runs.make("density", 1, tmp_path / "part.csv")
+    table, names = pd.read_csv(tmp_path / "part.csv"), [i.name for i in RIGS["density"].all_inputs]
+    assert list(table["run"]) == [2, 3]
+    assert table[names].to_dict("records") == design(RIGS["density"])[2:4]
+    assert table["poured_density_kg_m3"].between(0.3, 0.7).all()
+
+
+@pytest.mark.slow
+def test_few_runs_correct_an_atlas_that_is_off(tmp_path, monkeypatch):
+    """Heaps are 4 degrees steeper than the atlas has them: ten runs where it expects the answer,
+    and four more, find parameters that meet the measured angle."""
+    monkeypatch.chdir(tmp_path)
+    begun("peas", ["--measured", "29", "30", "31", *RIG])
+    by = {"test": "heap", "by": "atlas"}
+    joint = {"runs": 10, "repeated": 0, "second_wave": 4}
+    config = read("peas", supplements=["joint"], calibrate=by, joint=joint)
+    study, rules = Study(config), rules_of(config.model_dump(mode="json"))
+    atlas = AtlasEmulators(config, study.factors).of("heap", "angle_of_repose_deg")
+
+    def angle(levels, scatter=0.0):
+        u = [(levels[f.name] - f.low) / (f.high - f.low) for f in study.factors]
+        return 4.0 + atlas.mean(np.array([u]))[0][0] + scatter
+
+    rng = np.random.default_rng(1)
+    for name in ("plan_joint_first", "plan_joint", "joint"):
+        rules[name].call(study)
+        if rules[name].plan:
+            specs = read_plan(rules[name].plan)
+            design = pd.read_csv(rules[name].output.design).set_index("run_id")
+            for run, spec in specs.items():
+                found = {"angle_of_repose_deg": angle(design.loc[run], 0.7 * rng.standard_normal())}
+                folder = Path(result_path(run)).parent
+                write_result(folder, parse_spec(spec), found, {}, files=())
+    design, draws = study.table("joint", "design"), study.table("joint", "draws")
+    assert len(design) == 14
+    assert angle(middle(draws)) == pytest.approx(30.0, abs=1.5)
+    # the first stood nearer to what the atlas, as it is, expects than points all over the levels
+    own, spread = (
+        study.table("joint_first", "design"),
+        first_points(config, "heap", len(study.factors)),
+    )
+    u = [(own[f.name] - f.low) / (f.high - f.low) for f in study.factors]
+    near, far = (np.abs(atlas.mean(x)[0] - 30.0).mean() for x in (np.column_stack(u), spread))
+    assert len(own) == len(spread) == 10
+    assert near < far
+
+
+@pytest.mark.slow
+def test_the_page_s_python_tells_the_parameters_of_a_study(monkeypatch):
+    root = Path(__file__).parents[2]
+    block = re.search(r"```python\n(.*?)```", (root / "docs/atlas.md").read_text(), re.DOTALL)[1]
+    *lines, last = block.strip().splitlines()
+    monkeypatch.chdir(root)
+    names = {}
+    exec("\n".join(lines), names)
+    table = eval(last, names)
+    assert list(table["parameter"]) == [f.name for f in read_factors("examples/maize/factors.tsv")
+                                        if f.key in KEYS]  # fmt: skip
+
+
+def test_the_atlas_names_each_of_its_inputs_once():
+    for rig in RIGS.values():
+        names = [i.name for i in rig.all_inputs]
+        assert len(set(names)) == len(names) > len(GRAIN)
