@@ -29,6 +29,7 @@ from calibration.atlas.emulators import AtlasEmulators, cut_to_atlas
 from calibration.atlas.rigs import GRAIN, RIGS
 from calibration.errors import CalibrationError
 from calibration.files import write_table
+from calibration.intake.measurements import MeasurementErrors
 from calibration.intake.tables import read_written
 from calibration.interface.estimate import estimate
 from calibration.study.config import overlay, parse_config
@@ -113,13 +114,11 @@ def judged(laboratory: tuple[str, int, tuple[str, ...]]) -> list[dict[str, Any]]
                 metric = next(iter(RIGS[name].readings))
                 seeds = [int(s) for s in rng.integers(1, 10**6, READINGS)]
                 readings[name] = read(spec, metric, seeds)
-        except DemError:
+            with tempfile.TemporaryDirectory() as work:
+                return _estimated(kind, seed, specs, readings, Path(work))
+        except (DemError, MeasurementErrors):  # no value, or one that no laboratory hands in
             continue
-        break
-    else:
-        return [{"kind": kind, "seed": seed, "fault": "no material has a value"}]
-    with tempfile.TemporaryDirectory() as work:
-        return _estimated(kind, seed, specs, readings, Path(work))
+    return [{"kind": kind, "seed": seed, "fault": "no material has a value"}]
 
 
 def _estimated(kind, seed, specs, readings, folder):
