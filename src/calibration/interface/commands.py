@@ -128,8 +128,9 @@ def _add_estimate(commands):
         "expected of other tests and which to make next. Options are those of dem new; no run is "
         "made.",
     )
-    estimate.add_argument("--from", type=Path, metavar="FILE", dest="filled",
-                          help="a table of dem new --table, filled in")  # fmt: skip
+    estimate.add_argument(
+        "--from", type=Path, metavar="FILE", dest="filled", help="a table of dem new, filled in"
+    )
     estimate.add_argument("--sheet", help="of a workbook with several: the one that is meant")
     estimate.add_argument("--out", type=Path, help="new folder for tables and figure")
     add_options(estimate)
@@ -255,9 +256,6 @@ def _clump(args):
 
     for line in fill_mesh(args.mesh, args.spheres, args.out):
         print(line)
-
-
-COMMANDS = (_add_new, _add_estimate, _add_angle, _add_bounce, _add_shear, _add_clump)
 
 
 if __name__ == "__main__":
