@@ -19,26 +19,27 @@ import argparse
 import tempfile
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from calibration.atlas.emulators import AtlasEmulators, cut_to_atlas
+from calibration.atlas.emulators import KEYS, AtlasEmulators
 from calibration.atlas.rigs import GRAIN, RIGS
 from calibration.errors import CalibrationError
 from calibration.files import write_table
 from calibration.intake.measurements import MeasurementErrors
 from calibration.intake.tables import read_written
 from calibration.interface.estimate import estimate
-from calibration.study.config import overlay, parse_config
+from calibration.study.config import parse_config
 from calibration.study.factors import Factor
 from calibration.study.new.study import write_factors
 from dem.errors import DemError
 from dem.run import run
 from dem.spec import parse_spec
-from dem.units import without_unit
+from dem.units import in_ascii, unit_of, without_unit
 
 LEVEL = 0.9
 READINGS = 4
@@ -46,12 +47,9 @@ TESTS = ("heap", "cylinder", "density", "drum")
 SINGLE, SEVERAL, TWO_SIZES, LARGE, CLUMPS = 40, 20, 10, 8, 4
 FIRST = 20270101
 TRIES = 20  # materials that are drawn for one laboratory, at most
+KEY = {name: key for key, name in KEYS.items()}
 FACTORS = [
-    Factor("A", "grain_friction", "contacts.particle_particle.static_friction", 0.1, 1.0),
-    Factor("B", "grain_rolling", "contacts.particle_particle.rolling_friction", 0.01, 0.5),
-    Factor("C", "wall_friction", "contacts.particle_wall.static_friction", 0.1, 1.0),
-    Factor("D", "wall_rolling", "contacts.particle_wall.rolling_friction", 0.01, 0.5),
-    Factor("E", "restitution", "contacts.particle_particle.restitution", 0.1, 0.9),
+    Factor(c, i.name, KEY[i.name], i.low, i.high) for c, i in zip("ABCDE", GRAIN[:5], strict=True)
 ]
 TETRAHEDRON = {
     "x_mm": [0.5, 0.5, -0.5, -0.5],
@@ -111,9 +109,8 @@ def judged(laboratory: tuple[str, int, tuple[str, ...]]) -> list[dict[str, Any]]
         specs, readings = drawn(kind, tests, rng), {}
         try:
             for name, spec in specs.items():
-                metric = next(iter(RIGS[name].readings))
                 seeds = [int(s) for s in rng.integers(1, 10**6, READINGS)]
-                readings[name] = read(spec, metric, seeds)
+                readings[name] = read(spec, _metric(name), seeds)
             with tempfile.TemporaryDirectory() as work:
                 return _estimated(kind, seed, specs, readings, Path(work))
         except (DemError, MeasurementErrors):  # no value, or one that no laboratory hands in
@@ -122,67 +119,41 @@ def judged(laboratory: tuple[str, int, tuple[str, ...]]) -> list[dict[str, Any]]
 
 
 def _estimated(kind, seed, specs, readings, folder):
-    first = next(iter(specs.values()))
-    truth = {f.name: _level(first, f.key) for f in FACTORS}
-    config = _config(specs, readings, folder)
+    config, first = _config(specs, readings, folder), next(iter(specs.values()))
+    about = {"kind": kind, "seed": seed, "tests": " ".join(specs)}
     try:
-        parameters = estimate(config).tables["draws"]
-        emulators = AtlasEmulators(config, cut_to_atlas(config, FACTORS)[0])
+        draws = estimate(config).tables["draws"]
+        emulators = AtlasEmulators(config, FACTORS)
     except CalibrationError as error:
-        return [{"kind": kind, "seed": seed, "fault": str(error)}]
-    rows = []
+        return [about | {"fault": str(error)}]
+    rows, u = [], []
     for f in FACTORS:
-        low, high = np.quantile(parameters[f.name], [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL])
+        truth = reduce(dict.__getitem__, f.key.split("."), first)
+        low, high = np.quantile(draws[f.name], [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL])
         own = {"low": low, "high": high, "left": (high - low) / (LEVEL * (f.high - f.low))}
-        rows.append(
-            {
-                "kind": kind,
-                "seed": seed,
-                "tests": " ".join(specs),
-                "of": f.name,
-                "truth": truth[f.name],
-                "held": low <= truth[f.name] <= high,
-                **own,
-            }
-        )
-    u = np.array([[(truth[f.name] - f.low) / (f.high - f.low) for f in FACTORS]])
+        rows.append(about | own | {"of": f.name, "truth": truth, "held": low <= truth <= high})
+        u.append((truth - f.low) / (f.high - f.low))
     for name, values in readings.items():
-        metric = next(iter(RIGS[name].readings))
-        mean, variance = emulators.of(name, metric).mean(u)
-        rows.append(
-            {
-                "kind": kind,
-                "seed": seed,
-                "tests": " ".join(specs),
-                "of": metric,
-                "truth": np.mean(values),
-                "error": mean[0] - np.mean(values),
-                "sd": float(np.sqrt(variance[0] + np.var(values, ddof=1) / READINGS)),
-            }
-        )
+        metric = _metric(name)
+        mean, variance = emulators.of(name, metric).mean(np.array([u]))
+        sd = float(np.sqrt(variance[0] + np.var(values, ddof=1) / READINGS))
+        error = mean[0] - np.mean(values)
+        rows.append(about | {"of": metric, "truth": np.mean(values), "error": error, "sd": sd})
     return rows
 
 
-def _level(spec, key):
-    for part in key.split("."):
-        spec = spec[part]
-    return spec
+def _metric(name):
+    """The metric of a test that a laboratory reads."""
+    return next(iter(RIGS[name].readings))
 
 
 def _config(specs, readings, folder):
     write_factors(folder / "factors.tsv", FACTORS)
     rows = [
-        {
-            "experiment": RIGS[name].experiment,
-            "quantity": without_unit(metric),
-            "value": value,
-            "unit": _UNITS[metric],
-            **_levers(specs[name]),
-        }
-        for name, values in readings.items()
-        for metric in [next(iter(RIGS[name].readings))]
-        for value in values
-    ]
+        {"experiment": spec["experiment"], "quantity": without_unit(_metric(name)), "value": value}
+        | {"unit": in_ascii(unit_of(_metric(name)))} | _levers(spec)
+        for name, spec in specs.items() for value in readings[name]
+    ]  # fmt: skip
     write_table(pd.DataFrame(rows), folder / "measured.csv")
     specs = {n: {k: v for k, v in s.items() if k != "seed"} for n, s in specs.items()}
     tests = {n: {"experiment": s.pop("experiment"), "run": s} for n, s in specs.items()}
@@ -193,16 +164,13 @@ def _config(specs, readings, folder):
         "tests": tests,
         "measurements": str(folder / "measured.csv"),
     }
-    return parse_config(overlay(data, {}), files=[])
+    return parse_config(data)
 
 
 def _levers(spec):
     """Columns that the reading of a test needs: a drum's speed."""
     key = "rotation_rate_deg_s"
     return {key: spec["geometry"][key]} if key in spec["geometry"] else {}
-
-
-_UNITS = {"angle_of_repose_deg": "deg", "dynamic_angle_deg": "deg", "poured_density_kg_m3": "kg/m3"}
 
 
 def told(rows: pd.DataFrame) -> list[str]:

@@ -3,7 +3,7 @@ that are nearest to each of its rigs."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -12,18 +12,18 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import brentq
 
-from calibration.atlas.rigs import GRAIN, RIGS, Input, Rig, relative_length, simulated_vessel
+from calibration.atlas.rigs import GRAIN, RIGS, UNITS, Input, Rig, energy_of_weight, relative_length
 from calibration.atlas.runs import coded, kept, lengths
 from calibration.errors import CalibrationError
 from calibration.inference.chance_of_no_value import Chance
 from calibration.inference.gaussian_process import GaussianProcess
 from calibration.inference.posterior_sampling import Formed
 from calibration.study.config.tests import spec_of
-from dem.constants import GRAVITY
 from dem.grains.sizes import clump_shape, mean_radius
 
 if TYPE_CHECKING:
     from calibration.study.config import Config
+    from calibration.study.config.joint import JointTarget, MeasuredMean
     from calibration.study.factors import Factor
     from dem.spec import RunSpec
 
@@ -52,27 +52,28 @@ def rig_of(experiment: str) -> Rig | None:
 
 def inputs_of(rig: Rig, spec: RunSpec) -> dict[str, float]:
     """{input: value} of a run spec, whether it lies in the atlas or not."""
-    grain, wall = spec.contacts.particle_particle, spec.contacts.particle_wall
+    grain = {name: _level(spec, key) / unit_of_level(name, spec) for key, name in KEYS.items()}
     longer = elongation_of(spec)
-    energy = getattr(spec.law_parameters, "surface_energy_J_m2", None) or 0.0
-    own = (
-        grain.static_friction, grain.rolling_friction, wall.static_friction, wall.rolling_friction,
-        grain.restitution, longer, energy / energy_of_weight(spec),
-    )  # fmt: skip
-    named = dict(zip((i.name for i in GRAIN), own, strict=True))
-    return named | rig.read(spec, diameter_mm(spec), relative_length(longer))
+    own = rig.read(spec, diameter_mm(spec), relative_length(longer))
+    return grain | {"elongation": longer} | own
+
+
+def _level(spec, key):
+    for name in key.split("."):
+        spec = getattr(spec, name, None)  # a law that a spec does not have has no parameter there
+    return spec or 0.0
+
+
+def unit_of_level(name: str, spec: RunSpec) -> float:
+    """An input of the grain of 1, as a level of a run spec."""
+    if name != "bond_number":
+        return 1.0
+    return energy_of_weight(1e-3 * diameter_mm(spec), spec.materials.particle.density_kg_m3)
 
 
 def diameter_mm(spec: RunSpec) -> float:
     """Diameter of the grain of mean volume."""
     return 2e3 * mean_radius(spec)
-
-
-def energy_of_weight(spec: RunSpec) -> float:
-    """Surface energy [J/m2] g at which the pull-off force of two grains, 3 pi g R* with R* a
-    quarter of the diameter, is the weight of one (Johnson, Kendall, Roberts 1971)."""
-    diameter = 1e-3 * diameter_mm(spec)
-    return spec.materials.particle.density_kg_m3 * GRAVITY * diameter**2 / 4.5
 
 
 def elongation_of(spec: RunSpec) -> float:
@@ -133,6 +134,7 @@ class AtlasEmulators:
     def __init__(self, config: Config, factors: Sequence[Factor], some: bool = False) -> None:
         self.config, self.factors = config, factors
         names = [n for n, t in config.tests.items() if rig_of(t.experiment)]
+        self._specs = {name: spec_of(config, name) for name in names}
         outside = {name: [*self._outside(name)] for name in names}
         self.tests = [name for name, faults in outside.items() if not faults]
         if not self.tests or (len(self.tests) < len(names) and not some):
@@ -143,20 +145,17 @@ class AtlasEmulators:
         self.design = pd.concat(runs)
 
     def _rig(self, test):
-        rig = rig_of(self.config.tests[test].experiment)
-        if rig is None:
-            raise CalibrationError(f"tests.{test}: the atlas has no {test}")
-        return rig
+        return rig_of(self.config.tests[test].experiment)
 
     def _moved(self, test):
         """[(factor's number, input's column, input, low, high)] of the inputs that factors
         move."""
-        rig, spec = self._rig(test), spec_of(self.config, test)
+        rig, spec = self._rig(test), self._specs[test]
         names = [i.name for i in rig.all_inputs]
         for k, f in enumerate(self.factors):
             if KEYS.get(f.key) and f.name not in self.config.tests[test].fixed:
                 column = names.index(KEYS[f.key])
-                unit = energy_of_weight(spec) if KEYS[f.key] == "bond_number" else 1.0
+                unit = unit_of_level(KEYS[f.key], spec)
                 yield k, column, rig.all_inputs[column], f.low / unit, f.high / unit
 
     def _outside(self, test):
@@ -164,7 +163,7 @@ class AtlasEmulators:
         been cut to it."""
         rig = self._rig(test)
         moved = {own.name for _, _, own, _, _ in self._moved(test)}
-        at = inputs_of(rig, spec_of(self.config, test))
+        at = inputs_of(rig, self._specs[test])
         for own in (i for i in rig.all_inputs if i.name not in moved):
             x = own.coded(at[own.name])
             low, high = x < -SLACK, x > 1.0 + SLACK
@@ -181,22 +180,36 @@ class AtlasEmulators:
         return self._of[test, metric]
 
     def _made(self, test, metric):
-        rig, spec = self._rig(test), spec_of(self.config, test)
-        if metric not in rig.readings:
+        if not self.has(test, metric):
             raise CalibrationError(f"tests.{test}: the atlas has no {metric} of it")
+        rig, spec = self._rig(test), self._specs[test]
         at = inputs_of(rig, spec)
-        # an array of its own: `coded` of an input beyond its end is that end
         base = np.array([np.clip(i.coded(at[i.name]), 0.0, 1.0) for i in rig.all_inputs])
         moved = list(self._moved(test))
         columns = [c for _, c, _, _, _ in moved]
         diameter, density = 1e-3 * diameter_mm(spec), spec.materials.particle.density_kg_m3
-        near = [(w, nearest(rig.name, m, base, columns)) for w, m in _parts(rig, spec, metric)]
-        return Response(near, base, moved, rig.readings[metric](diameter, density))
+        near = [(w, nearest(rig.name, m, base, columns)) for w, m in _parts(rig, spec, at, metric)]
+        return Response(near, base, moved, UNITS[rig.readings[metric]](diameter, density))
+
+    def has(self, test: str, metric: str) -> bool:
+        """Whether the atlas has a metric of a test."""
+        return test in self.tests and metric in self._rig(test).readings
 
     def known(self, test: str, metrics: Sequence[str]) -> dict[str, Response]:
         """{metric: emulator} of those metrics that the atlas has."""
-        rig = rig_of(self.config.tests[test].experiment)
-        return {m: self.of(test, m) for m in metrics if rig and m in rig.readings}
+        return {m: self.of(test, m) for m in metrics if self.has(test, m)}
+
+    def told(self, measured: Mapping[JointTarget, MeasuredMean]) -> dict[JointTarget, MeasuredMean]:
+        """Of what was measured the targets of which the atlas has all metrics. Raises
+        CalibrationError for none."""
+        found = {
+            target: mean for target, mean in measured.items()
+            if all(map(self.has, mean.tests, mean.metrics))
+        }  # fmt: skip
+        if not found:
+            known = ", ".join(rig.title for rig in RIGS.values())
+            raise CalibrationError(f"nothing was measured that the atlas has; allowed: {known}")
+        return found
 
     def values(self, test: str, metrics: Sequence[str]) -> np.ndarray:
         """(n, q) metrics of the atlas' runs, nan where a run gave none."""
@@ -234,25 +247,21 @@ def nearest(name: str, metric: str, at: np.ndarray, free: Sequence[int]) -> Gaus
     has = np.isfinite(y)
     x, y = x[has], y[has]
     rest = [k for k in range(x.shape[1]) if k not in free]
-    apart = (((x - at) / smooth_lengths(known, x.shape[1]))[:, rest] ** 2).sum(axis=1)
+    smooth = np.exp(known[0][1 : 1 + x.shape[1]])  # behind the smooth part's share
+    apart = (((x - at) / smooth)[:, rest] ** 2).sum(axis=1)
     near = np.argsort(apart, kind="stable")[:NEAREST]
     return GaussianProcess().fit(x[near], y[near], known)
 
 
-def smooth_lengths(known: Any, d: int) -> np.ndarray:
-    """Lengths (d,) of the smooth part of a process: behind its share in the kernel's constants."""
-    return np.exp(np.array(known[0][1 : 1 + d]))
-
-
-def _parts(rig, spec, metric):
+def _parts(rig, spec, at, metric):
     """[(weight, metric of the atlas)]: a density in a vessel that is wider than the atlas' widest,
     or than is simulated, lies between that in the narrow one and the core's, as the share of the
     layer at the wall goes as one over the width (`dem.experiments.bulk_density`)."""
     if metric != "poured_density_kg_m3":
         return [(1.0, metric)]
-    length = relative_length(elongation_of(spec)) * diameter_mm(spec)
-    widest = next(i for i in rig.inputs if i.name == "vessel").high * length
-    share = min(simulated_vessel(spec), widest) / spec.geometry.vessel_diameter_mm
+    length = relative_length(at["elongation"]) * diameter_mm(spec)
+    widest = next(i.high for i in rig.inputs if i.name == "vessel")
+    share = min(at["vessel"], widest) * length / spec.geometry.vessel_diameter_mm
     return [(share, metric)] + ([(1.0 - share, "poured_solid_fraction")] if share < 1.0 else [])
 
 
@@ -266,7 +275,7 @@ def cut_to_atlas(config: Config, factors: Sequence[Factor]) -> tuple[list[Factor
         name = KEYS.get(f.key)
         if name is None:
             continue
-        unit = energy_of_weight(spec) if name == "bond_number" else 1.0
+        unit = unit_of_level(name, spec)
         low, high = (unit * end for end in (grain[name].low, grain[name].high))
         if f.high <= low or f.low >= high:
             raise CalibrationError(

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from calibration.intake.tables import table_of
+from calibration.study.new.grains import filling
 from dem.constants import GRAVITY
-from dem.flow import C_BEVERLOO, beverloo
+from dem.experiments.heap import solid_rate
 from dem.grains.dumbbell import sphere_radius
 from dem.spec import RunSpec
 
@@ -21,8 +22,7 @@ DIAMETER, DENSITY = 2e-3, 1500.0  # of the one grain [m], [kg/m3]
 SOFTNESS = 5e4
 """Shear modulus over rho g d. A modulus of 3 MPa, which studies take, is 1e5 for grains of 2 mm and
 5e4 for grains of 4 mm."""
-WEIGHT = DENSITY * GRAVITY * math.pi / 6.0 * DIAMETER**3
-PACKING, CONE_SLOPE = 0.6, math.tan(math.radians(35.0))
+CONE_SLOPE = math.tan(math.radians(35.0))
 
 
 @dataclass(frozen=True)
@@ -81,34 +81,24 @@ Unit = Callable[[float, float], float]
 [kg/m3]."""
 
 
-def one(diameter: float, density: float) -> float:
-    """Of angles and shares."""
-    return 1.0
-
-
-def length_mm(diameter: float, density: float) -> float:
-    """Of lengths: the grain's diameter."""
-    return 1e3 * diameter
-
-
-def density_kg_m3(diameter: float, density: float) -> float:
-    """Of densities: the grain's own."""
-    return density
-
-
-def flow_g_s(diameter: float, density: float) -> float:
-    """Of mass flows."""
-    return 1e3 * density * math.sqrt(GRAVITY) * diameter**2.5
+UNITS: dict[str, Unit] = {
+    "angle or share": lambda diameter, density: 1.0,
+    "length": lambda diameter, density: 1e3 * diameter,  # [mm]
+    "density": lambda diameter, density: density,
+    "mass flow": lambda diameter, density: (
+        1e3 * density * math.sqrt(GRAVITY) * diameter**2.5
+    ),  # [g]
+}
 
 
 @dataclass(frozen=True, eq=False)
 class Rig:
     """A test of the atlas.
 
-    run: ({name: value} of all inputs, diameter of the grain [mm]) -> the
-    geometry, the number of grains, and numerics of its run. read: the way back, (run spec, diameter
-    [mm], length over diameter) -> {name: value} of the rig's inputs. readings: {metric: its unit in
-    the atlas}.
+    run: ({name: value} of all inputs, diameter of the grain [mm]) -> the geometry, the number of
+    grains, and numerics of its run. read: the way back, (run spec, diameter [mm], length over
+    diameter) -> {name: value} of the rig's inputs. readings: {metric: its unit, a key
+    of UNITS}.
     """
 
     name: str
@@ -116,7 +106,7 @@ class Rig:
     title: str
     run: Callable[[Mapping[str, float], float], dict[str, Any]]
     read: Callable[[RunSpec, float, float], dict[str, float]]
-    readings: Mapping[str, Unit]
+    readings: Mapping[str, str]
 
     @property
     def inputs(self) -> tuple[Input, ...]:
@@ -142,7 +132,7 @@ class Rig:
         }
         spec["particles"] |= {"diameter_mm": 1e3 * DIAMETER, "elongation": at["elongation"]}
         if at["bond_number"]:
-            energy = at["bond_number"] * WEIGHT * 4.0 / (3.0 * math.pi * DIAMETER)
+            energy = at["bond_number"] * energy_of_weight(DIAMETER, DENSITY)
             keys = "surface_energy_J_m2", "wall_surface_energy_J_m2"
             spec |= {"laws": {"cohesion": "jkr"}, "law_parameters": dict.fromkeys(keys, energy)}
         return spec
@@ -154,9 +144,16 @@ _MATERIAL = {
 }  # fmt: skip
 
 
-def _grains(volume: float) -> int:
+def energy_of_weight(diameter: float, density: float) -> float:
+    """Surface energy [J/m2] g at which the pull-off force of two grains of a diameter [m] and a
+    density [kg/m3], 3 pi g R* with R* a quarter of the diameter, is the weight of one (Johnson,
+    Kendall, Roberts 1971)."""
+    return density * GRAVITY * diameter**2 / 4.5
+
+
+def _grains(volume):
     """Grains in a volume of the bed, in diameters."""
-    return round(PACKING * volume / (math.pi / 6.0))
+    return round(filling(volume, 1.0))
 
 
 def relative_length(elongation: float) -> float:
@@ -170,7 +167,7 @@ def _length(at):
 
 def _depth(count, wide):
     """Depth of grains over the width of their cylinder, which is in diameters."""
-    return count * math.pi / 6.0 / PACKING / (math.pi / 4.0 * wide**3)
+    return count / filling(math.pi / 4.0 * wide**3, 1.0)
 
 
 def _heap(at, mm):
@@ -178,8 +175,7 @@ def _heap(at, mm):
     orifice = at["orifice"] * _length(at)
     count = _grains(at["filling"] * math.pi / 24.0 * CONE_SLOPE * plate**3)
     d = 1e-3 * mm
-    passes = C_BEVERLOO * beverloo(PACKING, orifice * d, _length(at) * d)  # [m3/s]
-    rate = at["feed"] * passes / (math.pi / 6.0 * d**3)
+    rate = at["feed"] * solid_rate(orifice * d, _length(at) * d) / (math.pi / 6.0 * d**3)
     geometry = {
         "orifice_diameter_mm": orifice * mm,
         "funnel_top_diameter_mm": (orifice + 20.0) * mm,
@@ -198,8 +194,8 @@ def _heap(at, mm):
 def _read_heap(spec, d, length):
     g, plate = spec.geometry, spec.geometry.plate_diameter_mm / d
     cone = math.pi / 24.0 * CONE_SLOPE * plate**3
-    passes = C_BEVERLOO * beverloo(PACKING, 1e-3 * g.orifice_diameter_mm, 1e-3 * length * d)
-    rate = spec.geometry.generation_rate_per_s * math.pi / 6.0 * (1e-3 * d) ** 3
+    passes = solid_rate(1e-3 * g.orifice_diameter_mm, 1e-3 * length * d)
+    rate = g.generation_rate_per_s * math.pi / 6.0 * (1e-3 * d) ** 3
     return {
         "plate": plate,
         "filling": spec.particles.count / _grains(cone),
@@ -238,15 +234,8 @@ def _vessel(at, mm):
     }
 
 
-def simulated_vessel(spec: RunSpec) -> float:
-    """Width [mm] of the vessel that a run simulates."""
-    g = spec.geometry
-    return float(g.vessel_diameter_mm if g.simulated_diameter_mm is None
-                 else g.simulated_diameter_mm)  # fmt: skip
-
-
 def _read_vessel(spec, d, length):
-    wide = simulated_vessel(spec) / d
+    wide = (spec.geometry.simulated_diameter_mm or spec.geometry.vessel_diameter_mm) / d
     return {"vessel": wide / length, "depth": _depth(spec.particles.count, wide)}
 
 
@@ -291,22 +280,24 @@ def _read_drum(spec, d, length):
     return {
         "drum": g.drum_diameter_mm / (length * d),
         "width": g.drum_width_mm / (length * d),
-        "filling": spec.particles.count * math.pi / 6.0 / PACKING / room,
+        "filling": spec.particles.count / filling(room, 1.0),
         "froude": math.radians(g.rotation_rate_deg_s) ** 2 * radius / GRAVITY,
     }
 
 
-_HEAP = {"angle_of_repose_deg": one, "radial_angle_deg": one, "height_mm": length_mm}
+_HEAP = dict.fromkeys(("angle_of_repose_deg", "radial_angle_deg"), "angle or share")
+_HEAP |= {"height_mm": "length"}
 RIGS = {
     rig.name: rig
     for rig in (
         Rig("heap", "heap", "heap of a funnel", _heap, _read_heap, _HEAP),
         Rig("cylinder", "lifted_cylinder", "heap of a lifted cylinder", _cylinder, _read_cylinder,
-            _HEAP | {"base_radius_mm": length_mm}),
+            _HEAP | {"base_radius_mm": "length"}),
         Rig("density", "bulk_density", "poured density", _vessel, _read_vessel,
-            {"poured_density_kg_m3": density_kg_m3, "poured_solid_fraction": one}),
+            {"poured_density_kg_m3": "density", "poured_solid_fraction": "angle or share"}),
         Rig("silo", "discharge", "discharge of a silo", _silo, _read_silo,
-            {"mass_flow_g_s": flow_g_s, "bulk_density_kg_m3": density_kg_m3}),
-        Rig("drum", "drum", "turning drum", _drum, _read_drum, {"dynamic_angle_deg": one}),
+            {"mass_flow_g_s": "mass flow", "bulk_density_kg_m3": "density"}),
+        Rig("drum", "drum", "turning drum", _drum, _read_drum,
+            {"dynamic_angle_deg": "angle or share"}),
     )
 }  # fmt: skip

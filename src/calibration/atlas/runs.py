@@ -14,10 +14,10 @@ import numpy as np
 import pandas as pd
 from scipy.stats import qmc
 
-from calibration.atlas.rigs import DENSITY, DIAMETER, RIGS, Rig
-from calibration.errors import CalibrationError
+from calibration.atlas.rigs import DENSITY, DIAMETER, RIGS, UNITS, Rig
 from calibration.files import write_table
 from calibration.inference.gaussian_process import GaussianProcess, Known
+from calibration.intake.tables import read_written
 from dem.errors import DemError, StoppedError
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
@@ -60,8 +60,8 @@ def one(rig: Rig, at: dict[str, float], seed: int) -> dict[str, Any]:
         raise
     except DemError as error:
         return {"fault": str(error).partition(";")[0][:60]}
-    own = {m: float(metrics[m]) / unit(DIAMETER, DENSITY) for m, unit in rig.readings.items()}
-    return {m: _rounded(x) for m, x in own.items()} | {"fault": ""}
+    units = {m: UNITS[unit](DIAMETER, DENSITY) for m, unit in rig.readings.items()}
+    return {m: _rounded(metrics[m] / unit) for m, unit in units.items()} | {"fault": ""}
 
 
 def make(name: str, part: int, out: Path) -> None:
@@ -69,9 +69,8 @@ def make(name: str, part: int, out: Path) -> None:
     and write them as a table with the engine's fingerprint."""
     rig, numbers = RIGS[name], range(part * PART, (part + 1) * PART)
     points = {k: at for k, at in enumerate(design(rig)) if k in numbers}
-    if (KEPT / f"{name}.csv").is_file():
-        table = kept(name).set_index("run")[[i.name for i in rig.all_inputs]]
-        points |= table[table.index.isin(numbers)].to_dict("index")
+    table = kept(name).set_index("run")[[i.name for i in rig.all_inputs]]
+    points |= table[table.index.isin(numbers)].to_dict("index")
     rows = [{"run": k} | at | one(rig, at, k + 1) for k, at in points.items()]
     table = pd.DataFrame(rows).assign(engine=engine_fingerprint())
     write_table(table.reindex(columns=columns(rig)), out)
@@ -84,12 +83,9 @@ def columns(rig: Rig) -> list[str]:
 
 @cache
 def kept(name: str) -> pd.DataFrame:
-    """The kept table of a test: inputs and readings, a row a run. Raises CalibrationError where
-    none is kept."""
-    path = KEPT / f"{name}.csv"
-    if not path.is_file():
-        raise CalibrationError(f"the atlas has no runs of {name}")
-    return read_parts([Path(str(path))])
+    """The kept table of a test: inputs and readings, a row a run; without rows where none is."""
+    path = Path(str(KEPT / f"{name}.csv"))
+    return read_parts([path]) if path.is_file() else pd.DataFrame(columns=columns(RIGS[name]))
 
 
 @cache
@@ -106,10 +102,7 @@ def coded(rig: Rig, table: pd.DataFrame) -> np.ndarray:
 
 def missing(name: str) -> list[int]:
     """Parts of a test whose runs are not kept of this engine."""
-    done: set[int] = set()
-    if (KEPT / f"{name}.csv").is_file():
-        table = kept(name)
-        done = set(table["run"][table["engine"] == engine_fingerprint()])
+    done = set(kept(name).loc[kept(name)["engine"] == engine_fingerprint(), "run"])
     parts = range(RUNS[name] // PART)
     return [k for k in parts if not done.issuperset(range(k * PART, (k + 1) * PART))]
 
@@ -117,12 +110,9 @@ def missing(name: str) -> list[int]:
 def keep(name: str, parts: Sequence[Path], out: Path) -> None:
     """Write the parts of a test, with what is kept already of this engine, as its kept table, and
     what its processes learn of it beside."""
-    table = read_parts(parts)
-    if (out / f"{name}.csv").is_file():
-        before = read_parts([out / f"{name}.csv"])
-        own = (before["engine"] == engine_fingerprint()) & ~before["run"].isin(table["run"])
-        table = pd.concat([before[own], table])
-    table, rig = table.sort_values("run"), RIGS[name]
+    table, before, rig = read_parts(parts), kept(name), RIGS[name]
+    own = (before["engine"] == engine_fingerprint()) & ~before["run"].isin(table["run"])
+    table = pd.concat([before[own], table]).sort_values("run")
     x, trained = coded(rig, table), {}
     for metric in rig.readings:
         y = table[metric].to_numpy(float)
@@ -134,7 +124,7 @@ def keep(name: str, parts: Sequence[Path], out: Path) -> None:
 
 def read_parts(parts: Sequence[Path]) -> pd.DataFrame:
     """The runs of tables that `make` or `keep` wrote."""
-    return pd.concat([pd.read_csv(p, keep_default_na=False, na_values=[""]) for p in parts])
+    return pd.concat([read_written(p, keep_default_na=False, na_values=[""]) for p in parts])
 
 
 SAMPLE = 2

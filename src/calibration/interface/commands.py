@@ -28,8 +28,6 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _add_new(commands):
-    from calibration.study.new.options import add_options
-
     new = commands.add_parser(
         "new",
         help="begin a study from what a laboratory measured",
@@ -47,21 +45,13 @@ def _add_new(commands):
         help="write an empty table (.csv or .xlsx) with a row a question, and nothing else",
     )
     new.add_argument(
-        "--from",
-        type=Path,
-        metavar="FILE",
-        dest="filled",
-        help="begin the study from such a table, filled in",
-    )
-    new.add_argument("--sheet", help="of a workbook with several: the one that is meant")
-    new.add_argument(
         "--grains",
         type=_whole,
         help="to simulate at most; larger ones of the same volume are poured where your rig takes "
         "more. 4,000 unless given, 10,000 where a funnel's heap is all that was measured",
     )
     new.add_argument("--no-pilot", action="store_true", help="make no runs to try ranges and rigs")
-    add_options(new)
+    _add_told(new)
     new.set_defaults(command=_new)
 
 
@@ -73,17 +63,10 @@ def _whole(text):
 
 def _new(args):
     from calibration.runs.feasibility import check_ahead  # loads pandas and the schemas
-    from calibration.study.new import options, reading_tables, study
-    from calibration.study.new.answers import read_entries
+    from calibration.study.new import reading_tables, study
     from calibration.study.new.laboratory import laboratory_of
 
-    words = options.words_given(args)
-    files = [*words, str(args.filled)]
-    if args.sheet and not any(word.lower().endswith(".xlsx") for word in files):
-        raise CalibrationError(
-            f"--sheet {args.sheet}: no option names a workbook; allowed: beside one, such as "
-            "--measured tests.xlsx"
-        )
+    words = _words(args)
     if args.table:
         if args.folder or words:
             raise CalibrationError(
@@ -95,9 +78,7 @@ def _new(args):
     if args.folder is None:
         raise CalibrationError("the folder is missing; allowed: dem new FOLDER, or --table FILE")
     name = study.check_folder(args.folder)
-    raws = reading_tables.read_filled(args.filled, args.sheet) if args.filled else []
-    entries = read_entries([*raws, *options.raws_of(args)])
-    laboratory = laboratory_of(name, args.folder, entries, args.grains)
+    laboratory = laboratory_of(name, args.folder, _entries(args), args.grains)
     for sentence in study.write_study(laboratory, check_ahead):
         print(sentence)
     if not args.no_pilot:
@@ -118,9 +99,45 @@ def _new(args):
     print(f"wrote {args.folder}; next{first}: calibration run '{args.folder}'{quick}")
 
 
-def _add_estimate(commands):
+def _add_told(parser):
+    """The options by which a laboratory tells what it measured."""
     from calibration.study.new.options import add_options
 
+    parser.add_argument(
+        "--from",
+        type=Path,
+        metavar="FILE",
+        dest="filled",
+        help="take what such a table tells, filled in (dem new --table)",
+    )
+    parser.add_argument("--sheet", help="of a workbook with several: the one that is meant")
+    add_options(parser)
+
+
+def _entries(args):
+    """What `_add_told`'s options and table tell."""
+    from calibration.study.new import options, reading_tables
+    from calibration.study.new.answers import read_entries
+
+    raws = reading_tables.read_filled(args.filled, args.sheet) if args.filled else []
+    return read_entries([*raws, *options.raws_of(args)])
+
+
+def _words(args):
+    """All words that tell something. Raises CalibrationError for a sheet of no workbook."""
+    from calibration.study.new.options import words_given
+
+    words = words_given(args)
+    files = [*words, str(args.filled)]
+    if args.sheet and not any(word.lower().endswith(".xlsx") for word in files):
+        raise CalibrationError(
+            f"--sheet {args.sheet}: no option names a workbook; allowed: beside one, such as "
+            "--measured tests.xlsx"
+        )
+    return words
+
+
+def _add_estimate(commands):
     estimate = commands.add_parser(
         "estimate",
         help="parameters in a minute, from runs that are kept",
@@ -128,22 +145,16 @@ def _add_estimate(commands):
         "expected of other tests and which to make next. Options are those of dem new; no run is "
         "made.",
     )
-    estimate.add_argument(
-        "--from", type=Path, metavar="FILE", dest="filled", help="a table of dem new, filled in"
-    )
-    estimate.add_argument("--sheet", help="of a workbook with several: the one that is meant")
     estimate.add_argument("--out", type=Path, help="new folder for tables and figure")
-    add_options(estimate)
+    _add_told(estimate)
     estimate.set_defaults(command=_estimate)
 
 
 def _estimate(args):
     from calibration.interface.estimate import estimate_of  # loads pandas and the schemas
-    from calibration.study.new import options, reading_tables
-    from calibration.study.new.answers import read_entries
 
-    raws = reading_tables.read_filled(args.filled, args.sheet) if args.filled else []
-    found = estimate_of(read_entries([*raws, *options.raws_of(args)]))
+    _words(args)
+    found = estimate_of(_entries(args))
     print(*found.said, sep="\n")
     if args.out:
         found.write(args.out)

@@ -7,23 +7,21 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 import yaml
 
-from calibration import figures
-from calibration.atlas.emulators import AtlasEmulators, cut_to_atlas, diameter_mm, rig_of
+from calibration.atlas.emulators import AtlasEmulators, cut_to_atlas, diameter_mm
 from calibration.atlas.rigs import RIGS
 from calibration.errors import CalibrationError
 from calibration.figures import response_of
-from calibration.files import write_table
-from calibration.stages.joint import posterior_pairs, sentences
+from calibration.stages.joint import sentences, write_posterior
 from calibration.study.config import Config, overlay, parse_config
 from calibration.study.config.joint import joint_targets, measured_of
 from calibration.study.config.tests import spec_of
 from calibration.study.factors import read_factors
-from dem.io.files import write_json
 
 if TYPE_CHECKING:
     from calibration.study.new.answers import Entry
@@ -50,15 +48,10 @@ class Estimate:
         there already."""
         if folder.exists():
             raise CalibrationError(f"{folder}: exists already; allowed: another folder (--out)")
-        from calibration.chain.joint.analysis import middle
-
         folder.mkdir(parents=True)
-        for name, table in self.tables.items():
-            write_table(table, folder / f"{name}.csv")
-        draws = self.tables["draws"]
-        drawn = posterior_pairs(self.factors, draws, self.summary["parameters"], middle(draws))
-        figures.save(drawn, folder / "pairs.svg")
-        write_json(folder / "estimate.json", self.summary)
+        files = {name: folder / f"{name}.csv" for name in self.tables}
+        files |= {"pairs": folder / "pairs.svg", "summary": folder / "estimate.json"}
+        write_posterior(self.factors, self.summary, self.tables, SimpleNamespace(**files))  # type: ignore[arg-type]  # as files of a rule
 
 
 def estimate(config: Config) -> Estimate:
@@ -69,16 +62,9 @@ def estimate(config: Config) -> Estimate:
     factors, said = cut_to_atlas(config, read_factors(config.factors))
     emulators = AtlasEmulators(config, factors)
     measured = measured_of(config, joint_targets(config))
-    told = {t: m for t, m in measured.items() if _in_atlas(config, m)}
+    told = emulators.told(measured)
     said += [f"the atlas has no {t.name}: it is left out" for t in measured if t not in told]
-    if not told:
-        known = ", ".join(rig.title for rig in RIGS.values())
-        raise CalibrationError(f"nothing was measured that the atlas has; allowed: {known}")
-    tests = {
-        name: [m for m in metrics_of(config, name, told) if m in rig_of(experiment).readings]  # type: ignore[union-attr]  # `emulators.tests` have one
-        for name in emulators.tests
-        for experiment in (config.tests[name].experiment,)
-    }
+    tests = {name: metrics_of(config, name, told) for name in emulators.tests}
     summary, tables = analysed(config, emulators, told, tests)  # type: ignore[arg-type]  # as Emulators
     said += [*sentences(summary, None), *_expected(tables["predictions"], told)]
     return Estimate(summary, tables, said, factors)
@@ -94,12 +80,6 @@ def _expected(predictions, measured):
                 f"Expected of {row.rig}, {shown.name}: {shown.value(row.mean)} (95 %: "
                 f"{shown.value(row.low)} to {shown.value(row.high)})"
             )
-
-
-def _in_atlas(config, mean):
-    rigs = {test: rig_of(config.tests[test].experiment) for test in mean.tests}
-    pairs = zip(mean.tests, mean.metrics, strict=True)
-    return all(rigs[test] and metric in rigs[test].readings for test, metric in pairs)
 
 
 def estimate_of(entries: Sequence[Entry]) -> Estimate:

@@ -67,9 +67,8 @@ def _by_atlas(config, factors):
     from calibration.chain.joint.analysis import joint_of
 
     atlas = AtlasEmulators(config, factors, some=True)
-    measured = measured_of(config, joint_targets(config))
-    told = {t: m for t, m in measured.items() if set(m.tests) <= set(atlas.tests)}
-    draws = joint_of(config, atlas, told).posterior(config.seed).draws
+    told = atlas.told(measured_of(config, joint_targets(config)))
+    draws = joint_of(config, atlas, told).posterior(config.seed).draws  # type: ignore[arg-type]  # as Emulators
     return _spread(draws, config.joint.runs, config.seed)
 
 
@@ -204,14 +203,27 @@ def posterior(study: Study, source: NamedFiles, output: NamedFiles) -> None:
 
 
 def _write(config, emulators, measured, tests, output, machine=None):
-    from calibration.chain.joint.analysis import analysed, middle
+    from calibration.chain.joint.analysis import analysed
 
-    found, tables = analysed(config, emulators, measured, tests, machine)
+    write_posterior(
+        emulators.factors, *analysed(config, emulators, measured, tests, machine), output
+    )
+
+
+def write_posterior(
+    factors: Sequence[Factor],
+    found: Mapping[str, Any],
+    tables: Mapping[str, pd.DataFrame],
+    output: NamedFiles,
+) -> None:
+    """Write what `calibration.chain.joint.analysis.analysed` gives: a file a table, the figure
+    `pairs`, the summary."""
+    from calibration.chain.joint.analysis import middle
+
     for name, table in tables.items():
         write_table(table, getattr(output, name))
     draws = tables["draws"]
-    drawn = posterior_pairs(emulators.factors, draws, found["parameters"], middle(draws))
-    figures.save(drawn, output.pairs)
+    figures.save(posterior_pairs(factors, draws, found["parameters"], middle(draws)), output.pairs)
     write_json(output.summary, found)
 
 

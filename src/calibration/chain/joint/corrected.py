@@ -44,7 +44,7 @@ class CorrectedEmulators(Emulators):
 
     def trained(self, rig: str, metric: str, u: np.ndarray, values: np.ndarray) -> Any:
         """The emulator of values (n,) at u (n, d)."""
-        if metric not in self.atlas.known(rig, [metric]):
+        if not self.atlas.has(rig, metric):
             return super().trained(rig, metric, u, values)
         own = self.atlas.of(rig, metric)
         return Corrected(own, GaussianProcess().fit(u, values - own.mean(u)[0]))
