@@ -47,8 +47,8 @@ def measured(config):
 
 
 def piloted(monkeypatch, metrics_of):
-    """Runs of `metrics_of(spec)` in place of the engine's; returns the specs that were run, of
-    which none is before the engine is compiled."""
+    """Runs of `metrics_of(spec)` in place of the engine's, and ranges that the atlas leaves;
+    returns the specs that were run, of which none is before the engine is compiled."""
     made = []
 
     def run(spec, out):
@@ -56,6 +56,8 @@ def piloted(monkeypatch, metrics_of):
         targets = dict.fromkeys(experiments()[spec.experiment].targets, 1.0)
         return {"metrics": targets | {"in_funnel": 0} | metrics_of(spec)}
 
+    ranges = "calibration.interface.ranges.ranges_by_atlas"
+    monkeypatch.setattr(ranges, lambda config, factors: (factors, [], []))
     monkeypatch.setattr("dem.precompile.compile_engine", made.clear)
     monkeypatch.setattr("dem.run.run", run)
     return made

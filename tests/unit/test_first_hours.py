@@ -2,12 +2,11 @@
 pilot."""
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-from new_studies import POWDER, WHEAT, begun, piloted, read
+from new_studies import POWDER, WHEAT, begun, read
 from test_photo import DARK, cone
 
 from calibration.chain.study import Study
@@ -16,6 +15,7 @@ from calibration.interface.commands import main
 from calibration.runs.feasibility import check_ahead
 from calibration.runs.plans import read_plan
 from calibration.runs.runner import SPREAD, STANDS, causes
+from calibration.study.factors import factor_of, read_factors
 from dem.errors import MeasureError
 from diagnosis.settings import study_settings
 from diagnosis.setup import Setup
@@ -125,30 +125,11 @@ def test_a_column_that_stands_is_not_told_to_roll_apart():
     assert STANDS not in causes(MeasureError("clogged"), spec, column)
 
 
-@pytest.mark.slow
-def test_the_pilot_ends_what_sticks_where_heaps_form(here, monkeypatch, capsys):
-    """Heaps form up to 0.4 J/m2 here, with the largest frictions: 3.07, 1.53 and 0.77 have none."""
-    tried = []
-
-    def metrics(spec):
-        energy = spec.law_parameters.surface_energy_J_m2
-        if spec.experiment == "lifted_cylinder":
-            tried.append((energy, spec.contacts.particle_particle.rolling_friction))
-            if energy > 0.4:
-                raise MeasureError("no heap: 71 of 72 flanks of the silhouette are too short")
-        return {}
-
-    piloted(monkeypatch, metrics)
-    assert main(["new", "lime", *POWDER]) == 0
-    name = "grain_grain_surface_energy"
-    said = capsys.readouterr().out
-    assert tells(said, f"{name}: 0.0307 to 3.07 becomes 0.0307 to 0.384", "71 of 72")
-    # then the middle of the ranges, and the ends of friction at it
-    assert [e for e, _ in tried][:4] == pytest.approx([3.07, 1.535, 0.7675, 0.38375])
-    assert [e for e, _ in tried][4:] == pytest.approx([0.20735] * len(tried[4:]))
-    assert [r for _, r in tried][:5] == pytest.approx([0.4] * 4 + [0.21])
-    config = read("lime")
-    assert config.fixed[name] == pytest.approx(0.2074)
-    assert config.own_run["law_parameters"] == {"surface_energy_J_m2": pytest.approx(0.2074)}
-    assert "| 0.384 |" in Path("lime/README.md").read_text()
-    assert Path("lime/factors.tsv").read_text().count("cut from 0.0307 to 3.07") == 1
+def test_what_sticks_ends_where_heaps_form(here):
+    """Pull-off forces of 0.5 to 12.5 weights in a cylinder; up to 50 without a heap."""
+    heaped, pressed = begun("lime", POWDER), begun("bed", POWDER[POWDER.index("--moisture") :])
+    for config, most in ((heaped, 12.5), (pressed, 50.0)):
+        energy = factor_of(read_factors(config.factors), "law_parameters.surface_energy_J_m2")
+        assert energy.high / energy.low == pytest.approx(most / 0.5, rel=0.01)
+        fixed = pytest.approx(energy.centre, rel=1e-3)
+        assert config.own_run["law_parameters"] == {"surface_energy_J_m2": fixed}

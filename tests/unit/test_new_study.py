@@ -10,14 +10,14 @@ from new_studies import piloted, read
 from calibration.intake.measurements import read_measured
 from calibration.interface.commands import main
 from calibration.study.config.joint import joint_targets
-from calibration.study.factors import Factor, read_factors
+from calibration.study.factors import read_factors
 from calibration.study.new.grains import mean_diameter, sieve_curve
 from calibration.study.new.heap import Heap
 from calibration.study.new.laboratory import WIDE, factors_of, materials
-from calibration.study.new.pilot import Trial, beyond, one_run, shrunk
+from calibration.study.new.pilot import one_run
 from calibration.study.new.study import study_name
 from calibration.telling.start_and_end import opening
-from dem.errors import RefusedStateError, StoppedError
+from dem.errors import MeasureError, RefusedStateError, StoppedError
 from dem.spec import parse_spec
 from facts import tells
 
@@ -201,113 +201,12 @@ def test_a_range_that_holds_hardly_a_level_is_warned_of(here):
 ANGLE = "angle_of_repose_deg"
 
 
-def trials(points, stands):
-    return [Trial(tuple(p), {ANGLE: 30.0}, "" if s else "no heap", 1.0)
-            for p, s in zip(points, stands, strict=True)]  # fmt: skip
-
-
-FRICTION = [Factor("A", "friction", "k", 0.2, 0.8), Factor("B", "other", "q", 0.0, 1.0)]
-
-
-def standing(least):
-    """A pilot whose heaps stand from a friction on."""
-
-    def pour(factors, points):
-        low, high = factors[0].low, factors[0].high
-        return trials(points, [low + p[0] * (high - low) >= least for p in points])
-
-    return pour
-
-
-@pytest.mark.parametrize(("least", "low"), [(0.25, 0.32), (0.4, 0.44)])
-def test_the_ends_at_which_heaps_do_not_stand_move_in(least, low):
-    square = [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)]
-    pour = standing(least)
-    (friction, other), poured = shrunk(FRICTION, pour(FRICTION, square), pour)
-    assert friction.low == pytest.approx(low)
-    assert not any(t.fault for t in poured)
-    assert (friction.high, other.low, other.high) == (0.8, 0.0, 1.0)
-    assert "by the pilot" in friction.description
-
-
-def test_ends_that_most_failed_heaps_do_not_share_move_in_as_well():
-    """Heaps stand by two ranges together. The high end of the first is shared by most failed ones
-    and moves in twice; that is not enough, and the low end of the second follows."""
-    cube = [(a, b) for a in (0.0, 1.0) for b in (0.0, 0.0, 0.0, 0.5, 1.0)]
-
-    def pour(factors, points):
-        levels = [[f.low + x * (f.high - f.low) for f, x in zip(factors, p, strict=True)]
-                  for p in points]  # fmt: skip
-        return trials(points, [b >= 0.7 * a - 0.05 for a, b in levels])
-
-    ranges = [Factor("A", "bounce", "k", 0.0, 1.0), Factor("B", "friction", "q", 0.0, 1.0)]
-    (bounce, friction), poured = shrunk(ranges, pour(ranges, cube), pour)
-    assert (bounce.low, bounce.high) == (0.0, pytest.approx(0.6))
-    assert friction.low == pytest.approx(0.4)
-    assert not any(t.fault for t in poured)
-
-
-def test_ranges_stay_where_all_heaps_stand_or_none():
-    square = [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)]
-    for least in (0.0, 1.0):
-        pour = standing(least)
-        assert shrunk(FRICTION, pour(FRICTION, square), pour)[0] == FRICTION
-    # what stands nowhere near the low end is left to the advice; the middle stays inside
-    pour = standing(0.6)
-    (friction, _), poured = shrunk(FRICTION, pour(FRICTION, square), pour)
-    assert friction.low == pytest.approx(0.44)
-    assert sum(bool(t.fault) for t in poured) == 2
-
-
 def test_a_new_study_runs_without_a_warning_of_the_engine_in_all_profiles(here):
     wide = ["40mm" if x == "25mm" else x for x in RIG]
     main(["new", "peas", *ANGLES, *wide])
     for resolution in ("full", "quick"):
         said = opening(read("peas", resolution=resolution))
         assert not [s for s in said if s.startswith("warning")]
-
-
-def frictions(spec):
-    pair, wall = spec.contacts.particle_particle, spec.contacts.particle_wall
-    bounce = pair.restitution + wall.restitution
-    rub = pair.static_friction + pair.rolling_friction
-    return rub + wall.static_friction + wall.rolling_friction - bounce
-
-
-@pytest.mark.slow
-def test_an_angle_beyond_all_heaps_is_looked_for_at_the_ends(here, monkeypatch, capsys):
-    """Friction steepens, restitution flattens: no point of the screening has the steep ends of all
-    seven. The measured mean is 27.17°."""
-    seen = piloted(monkeypatch, lambda spec: {ANGLE: 20.0 + frictions(spec)})
-    assert main(["new", "peas", *ANGLES, *PILOTED]) == 0
-    said = capsys.readouterr().out
-    assert len(seen) == 18  # the screening's, and one
-    steepest = seen[-1]
-    ends = {f.key: (f.low, f.high) for f in read_factors("peas/factors.tsv")}
-    place = "contacts.particle_particle"
-    pair = steepest.contacts.particle_particle
-    assert pair.static_friction == ends[f"{place}.static_friction"][1]
-    assert pair.restitution == ends[f"{place}.restitution"][0]
-    assert tells(said, "ranges", "not reach", "yours")
-    # the ends that steepen are one above the best of the screening's points
-    best = max(frictions(spec) for spec in seen[:-1])
-    assert frictions(steepest) > best
-    high = 27.17 - best - 0.5 * (frictions(steepest) - best)
-    seen = piloted(monkeypatch, lambda spec: {ANGLE: high + frictions(spec)})
-    assert main(["new", "beans", *ANGLES, *PILOTED]) == 0
-    assert tells(capsys.readouterr().out, "ends", "reaches yours")
-    seen = piloted(monkeypatch, lambda spec: {ANGLE: 27.0 + frictions(spec)})
-    assert main(["new", "lentils", *ANGLES, *PILOTED]) == 0
-    assert len(seen) == 17  # within what was poured
-
-
-def test_a_heap_that_grows_into_the_orifice_is_steep_enough():
-    heaps = [Trial((0.0,), {ANGLE: 12.0}), Trial((1.0,), {ANGLE: 28.2})]
-    assert beyond(heaps, 22.7) is None
-    assert beyond(heaps, 34.0) == (1.0,)
-    assert beyond(heaps, 10.0) == (0.0,)
-    blocked = Trial((1.0,), {ANGLE: 38.0}, "clogged: 1 grains left in the funnel")
-    assert beyond([*heaps, blocked], 34.0) is None
 
 
 def test_a_heap_that_trembles_gets_time_and_then_shorter_steps(here, monkeypatch, capsys):
@@ -317,16 +216,27 @@ def test_a_heap_that_trembles_gets_time_and_then_shorter_steps(here, monkeypatch
         rests = n.max_time_s > 20.0 and n.rayleigh_fraction < 0.2
         if not rests:
             raise RefusedStateError("restless", "they move; give numerics.max_time_s more")
-        return {ANGLE: 27.0 + frictions(spec)}
+        return {ANGLE: 27.0}
 
     seen = piloted(monkeypatch, calm)
     assert main(["new", "peas", *ANGLES, *PILOTED]) == 0
-    assert len(seen) == 17 + 2
+    assert len(seen) == 2 + 2  # the middle in three turns, and the smooth end
     numerics = read("peas").own_run["numerics"]
     half = pytest.approx(0.5 * seen[0].numerics.rayleigh_fraction, abs=1e-4)
     assert (numerics["max_time_s"], numerics["rayleigh_fraction"]) == (24.0, half)
     assert tells(capsys.readouterr().out, "heap", "rayleigh_fraction", "rest")
     assert tells((here / "peas/README.md").read_text(), "max_time_s", "24", "rest")
+
+
+def test_a_heap_that_rolls_off_is_told_what_keeps_it(here, monkeypatch, capsys):
+    def rolls(spec):
+        raise MeasureError("no heap: 5 grains lie on the plate")
+
+    piloted(monkeypatch, rolls)
+    assert main(["new", "peas", *ANGLES, *PILOTED]) == 0
+    said = capsys.readouterr().out
+    assert tells(said, "heap", "no value", "5 grains", "--rim", "--height")
+    assert tells(said.splitlines()[-1], "do not start", "heap")
 
 
 def test_a_pilot_that_is_ended_ends(here, monkeypatch):

@@ -5,6 +5,7 @@ tells its parameters before a run is made, `dem angle` measures photographs, `de
 import argparse
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import yaml
@@ -50,7 +51,9 @@ def _add_new(commands):
         help="to simulate at most; larger ones of the same volume are poured where your rig takes "
         "more. 4,000 unless given, 10,000 where a funnel's heap is all that was measured",
     )
-    new.add_argument("--no-pilot", action="store_true", help="make no runs to try ranges and rigs")
+    new.add_argument(
+        "--no-pilot", action="store_true", help="leave the ranges as they are, make no run"
+    )
     _add_told(new)
     new.set_defaults(command=_new)
 
@@ -82,13 +85,7 @@ def _new(args):
     for sentence in study.write_study(laboratory, check_ahead):
         print(sentence)
     if not args.no_pilot:
-        from calibration.runs.progress import progress
-        from calibration.study.new.pilot import try_study
-
-        def estimate(config):
-            return progress(config).sentence(JOBS)
-
-        if without := try_study(laboratory, print, estimate):
+        if without := _tried(laboratory):
             print(
                 f"wrote {args.folder}; do not start it as it is: {', '.join(without)} gave no value"
             )
@@ -97,6 +94,22 @@ def _new(args):
     dear = written["screening"]["replicates"] == 1
     first, quick = (", for a first look", " --config resolution=quick") if dear else ("", "")
     print(f"wrote {args.folder}; next{first}: calibration run '{args.folder}'{quick}")
+
+
+def _tried(laboratory):
+    """Narrow the ranges of a study that is written by the atlas, then try its rigs; those that gave
+    no value."""
+    from calibration.interface.ranges import ranges_by_atlas  # loads the sampler
+    from calibration.runs.progress import progress
+    from calibration.study.new.pilot import config_of, heard, try_study
+    from calibration.study.new.study import write_settings
+
+    with heard("asking the atlas", print):
+        factors, said, told = ranges_by_atlas(config_of(laboratory), laboratory.factors)
+    print(*said, sep="\n")
+    laboratory = replace(laboratory, factors=factors, said=[*laboratory.said, *said])
+    write_settings(laboratory)
+    return try_study(laboratory, print, lambda config: progress(config).sentence(JOBS), told)
 
 
 def _add_told(parser):

@@ -91,7 +91,7 @@ def write_study(lab: Laboratory, check: Callable[[Config], None] | None = None) 
 
 
 def write_settings(lab: Laboratory) -> None:
-    """Write what a pilot may change: the configuration, the factors and the page."""
+    """Write what atlas and pilot may change: the configuration, the factors and the page."""
     write_factors(lab.folder / "factors.tsv", lab.factors)
     write_text(configuration(lab), lab.folder / "config.yaml")
     write_text(page(lab), lab.folder / PAGE)
