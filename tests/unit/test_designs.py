@@ -7,7 +7,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
-import pyDOE3
 import pytest
 import yaml
 
@@ -23,9 +22,7 @@ from calibration.statistics.design import (
 )
 from calibration.statistics.screening_design import (
     alias_groups,
-    foldover,
     plackett_burman,
-    read_two_level,
     resolution_iv,
     screening_design,
 )
@@ -131,19 +128,6 @@ def test_both_halves_decide_where_the_table_s_runs_that_are_left_cannot(tmp_path
     assert tells(" ".join(sentences(summary, ANGLE)), "foldover", "18 runs", "both halves")
 
 
-def test_a_foldover_turns_resolution_iii_into_iv():
-    three = pyDOE3.fracfact("a b c ab ac bc abc")
-    f = factors(7)
-    table = resolution_iv(f).iloc[:8].copy()
-    table[[g.code for g in f]] = three
-    assert any(isinstance(g[0], str) for g in alias_groups(three, list("ABCDEFG")))
-    both = foldover(table, f)
-    assert not any(isinstance(g[0], str) for g in alias_groups(coded(both, 7), list("ABCDEFG")))
-    assert list(both["fold"]) == [1] * 8 + [2] * 8
-    assert list(both["run"]) == list(range(1, 17))
-    assert both["f0"].to_numpy() == pytest.approx(12.0 + 2.0 * both["A"].to_numpy())
-
-
 @pytest.mark.parametrize("k", range(1, 7))
 def test_a_central_composite_design_fits_the_quadratic_model(k):
     table = central_composite(factors(k), centre_runs=4)
@@ -193,17 +177,6 @@ def test_shipped_factors_are_table_5():
     factors = read_factors(ROOT / "config" / "factors.tsv")
     found = [(f.code, f.name, f.low, f.high) for f in factors]
     assert found == [tuple(row) for row in printed.itertuples(index=False)]
-
-
-def test_the_papers_design_is_read_with_its_natural_levels():
-    table_5 = read_factors(ROOT / "config" / "factors.tsv")
-    table = read_two_level(PAPER / "table06_plackett_burman.csv", table_5)
-    printed = pd.read_csv(PAPER / "table06_plackett_burman.csv", comment="#")
-    assert (
-        table[list("ABCDEFG")].to_numpy().tolist() == printed[list("ABCDEFG")].to_numpy().tolist()
-    )
-    assert table.loc[0, "salt_salt_restitution"] == 0.75
-    assert table.loc[0, "salt_salt_rolling_friction"] == 0.05
 
 
 @pytest.mark.parametrize("k", range(3, 8))

@@ -153,11 +153,6 @@ def test_the_seeds_of_one_rig_count_together(study, tables):
     assert list(counts) == [3 if k == 1 else 4 for k in range(12)]
 
 
-def test_parameters_change_places():
-    cause = Switched(kind="parameters", exchange=("a", "b"))
-    assert cause.values({"a": 1.0, "b": 2.0, "c": 3.0}) == {"a": 2.0, "b": 1.0, "c": 3.0}
-
-
 def test_faults_of_the_file_are_said_by_line(tmp_path):
     path = tmp_path / "causes.yaml"
     path.write_text("heap:\n  a rig:\n    kind: weather\n    run: {}\n")

@@ -43,6 +43,8 @@ def test_the_foldover_of_the_eye_focus_time():
         2: [-17.68, 37.73, -3.33, 29.88, 0.53, 1.63, 2.68],
         0: [1.48, 38.05, -1.80, 29.38, 0.13, 0.50, 0.13],
     }
+    assert list(both["run"]) == list(range(1, 17))
+    assert both["fA"].to_numpy() == pytest.approx(0.5 + 0.5 * both["A"].to_numpy())
     both["y"] = first + second
     for fold, effects in printed.items():
         here = both[both["fold"] == fold] if fold else both

@@ -1,9 +1,7 @@
-"""The statistics of frozen runs, recomputed with statsmodels alone: nothing of `calibration` or
-`paper` is used but the tables that are judged."""
+"""The statistics of frozen runs, recomputed with statsmodels: screening, aliases, and two verdicts
+of the reproduction."""
 
 import itertools
-import json
-import re
 from decimal import ROUND_HALF_UP, Decimal
 from pathlib import Path
 
@@ -127,97 +125,3 @@ def test_the_validated_mean_is_judged_as_recomputed(rows):
     # the paper prints the mean of its 25 angles to two decimals
     shift = round(theirs.mean(), 2) - theirs.mean()
     assert row[["low", "high"]].tolist() == pytest.approx([low - shift, high - shift], abs=1e-6)
-
-
-def test_what_the_slow_pour_leaves_has_the_chance_of_its_own_scatter():
-    found = json.loads((FROZEN / "salt-paper/disagreement/disagreement.json").read_text())
-    slow = json.loads((FROZEN / "salt-slow/validation/validation.json").read_text())
-    angles = pd.read_csv(PAPER / "table13_validation.csv", comment="#")["angle_deg"]
-    variance = slow["simulated_sd"] ** 2 + angles.var()
-    cause = "pour of 6500 grains a second"
-    for name in ("Table 6", "Table 10", "Table 11"):
-        off = [r["theirs"] - r[cause] for r in found[name]["rows"]]
-        (own,) = (r for r in found[name]["ranking"] if r["cause"] == cause)
-        chance = stats.chi2.sf(np.sum(np.square(off)) / variance, len(off))
-        assert own["p_left"] == pytest.approx(chance, rel=1e-6)
-        assert ("unexplained" in found[name]["sentence"]) == (chance < 0.05)
-
-
-STUDIES = ("salt", "salt-slow", "salt-paper")
-
-
-def surface_of(name):
-    """(the kept statistics, coefficients and ANOVA of a study's surface, the fit of statsmodels,
-    the terms of both in the same order, the runs)."""
-    folder = FROZEN / name / "response_surface"
-    runs = pd.read_csv(folder / "runs.csv").dropna(subset="response")
-    codes = [f["code"] for f in json.loads((folder / "region.json").read_text())]
-    pairs = list(itertools.combinations(codes, 2))
-    ours = ["Intercept", *codes, *(a + b for a, b in pairs), *(c + "²" for c in codes)]
-    theirs = ["Intercept", *codes, *(f"{a}:{b}" for a, b in pairs)]
-    theirs += [f"I({c} ** 2)" for c in codes]
-    # patsy takes C for categorical() and E and I are its own words: factors get other names
-    safe = {c: f"x_{c}" for c in codes}
-    theirs = [re.sub(r"\b([A-G])\b", lambda m: safe[m[1]], t) for t in theirs]
-    fit = smf.ols("response ~ " + " + ".join(theirs[1:]), runs.rename(columns=safe)).fit()
-    statistics = json.loads((folder / "response_surface.json").read_text())["statistics"]
-    tables = (pd.read_csv(folder / f"{t}.csv") for t in ("coefficients", "anova"))
-    return statistics, *tables, fit, dict(zip(ours, theirs, strict=True)), runs, codes
-
-
-@pytest.mark.parametrize("name", STUDIES)
-def test_the_statistics_of_a_surface_are_those_of_statsmodels(name):
-    said, coefficients, _, fit, terms, runs, _ = surface_of(name)
-    left_out = fit.resid / (1.0 - fit.get_influence().hat_matrix_diag)
-    total = float(((runs["response"] - runs["response"].mean()) ** 2).sum())
-    spread = np.sqrt(fit.mse_resid)
-    assert said["R2"] == pytest.approx(fit.rsquared)
-    assert said["R2_adj"] == pytest.approx(fit.rsquared_adj)
-    assert said["R2_pred"] == pytest.approx(1.0 - float(left_out @ left_out) / total)
-    assert said["CV_percent"] == pytest.approx(100.0 * spread / runs["response"].mean())
-    assert said["sd"] == pytest.approx(spread)
-    fitted = fit.fittedvalues  # adequate precision: their range over their mean standard error
-    error = np.sqrt(len(terms) * fit.mse_resid / len(runs))
-    assert said["adequate_precision"] == pytest.approx((fitted.max() - fitted.min()) / error)
-    own = coefficients.set_index("term")
-    for ours, theirs in terms.items():
-        expected = [fit.params[theirs], fit.bse[theirs], fit.pvalues[theirs]]
-        assert own.loc[ours, ["estimate", "se", "p"]].tolist() == pytest.approx(expected), ours
-
-
-@pytest.mark.parametrize("name", STUDIES)
-def test_the_analysis_of_variance_of_a_surface_is_that_of_statsmodels(name):
-    _, _, table, fit, terms, runs, codes = surface_of(name)
-    anova = table.set_index("source")
-    model = anova.loc["Model", ["sum_sq", "df", "F", "p"]].tolist()
-    assert model == pytest.approx([fit.ess, fit.df_model, fit.fvalue, fit.f_pvalue])
-    assert anova.loc["Residual", ["sum_sq", "df"]].tolist() == pytest.approx(
-        [fit.ssr, fit.df_resid]
-    )
-    for ours, theirs in list(terms.items())[1:]:  # each term last
-        f = fit.tvalues[theirs] ** 2
-        row = anova.loc[ours, ["sum_sq", "F", "p"]].tolist()
-        assert row == pytest.approx([f * fit.mse_resid, f, fit.pvalues[theirs]]), ours
-    cell = runs[codes].round(9).astype(str).agg(" ".join, axis=1)
-    cells = smf.ols("response ~ cell", runs.assign(cell=cell)).fit()
-    f = (fit.ssr - cells.ssr) / (fit.df_resid - cells.df_resid) / cells.mse_resid
-    p = stats.f.sf(f, fit.df_resid - cells.df_resid, cells.df_resid)
-    assert anova.loc["Lack of Fit", ["F", "p"]].tolist() == pytest.approx([f, p])
-    assert anova.loc["Pure Error", ["sum_sq", "df"]].tolist() == pytest.approx(
-        [cells.ssr, cells.df_resid]
-    )
-
-
-@pytest.mark.parametrize("name", [*STUDIES, "salt-2", "salt-3", "salt-4"])
-def test_the_effects_of_a_screening_are_those_of_statsmodels(name):
-    folder = FROZEN / name / "screening"
-    runs = pd.read_csv(folder / "runs.csv").dropna(subset="response")
-    fit = smf.ols("response ~ " + " + ".join(CODES), runs).fit()
-    table = pd.read_csv(folder / "effects.csv").set_index("code")
-    anova = pd.read_csv(folder / "anova.csv").set_index("source")
-    for code in CODES:
-        expected = [2 * fit.params[code], 2 * fit.bse[code], fit.pvalues[code]]
-        assert table.loc[code, ["effect", "se", "p"]].tolist() == pytest.approx(expected)
-        f = fit.tvalues[code] ** 2
-        assert anova.loc[code, ["sum_sq", "F"]].tolist() == pytest.approx([f * fit.mse_resid, f])
-    assert anova.loc["Residual", "sum_sq"] == pytest.approx(fit.ssr)

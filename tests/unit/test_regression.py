@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import statsmodels.formula.api as smf
+from statsmodels.stats.anova import anova_lm
 from statsmodels.stats.outliers_influence import OLSInfluence
 
 from calibration.errors import RankDeficientError
@@ -118,6 +119,32 @@ def test_the_diagnostics_agree_with_statsmodels():
     )
     assert d["cooks_distance"].to_numpy() == pytest.approx(theirs.cooks_distance[0])
     assert ours.summary["PRESS"] == pytest.approx(theirs.ess_press)
+
+
+def test_the_summary_and_the_analysis_of_variance_agree_with_statsmodels():
+    design, response = noisy_surface()
+    ours, fit = fit_surface(design, list("ABC"), response), peer(design, response)
+    said, anova = ours.summary, ours.anova.set_index("source")
+    spread, fitted = np.sqrt(fit.mse_resid), fit.fittedvalues
+    assert (said["R2"], said["R2_adj"]) == pytest.approx((fit.rsquared, fit.rsquared_adj))
+    assert said["R2_pred"] == pytest.approx(1.0 - said["PRESS"] / fit.centered_tss)
+    assert said["CV_percent"] == pytest.approx(100.0 * spread / response.mean())
+    # adequate precision: the range of the fitted values over their mean standard error
+    error = spread * np.sqrt(10 / len(design))
+    assert said["adequate_precision"] == pytest.approx(np.ptp(fitted) / error)
+    model = anova.loc["Model", ["sum_sq", "df", "F", "p"]].tolist()
+    assert model == pytest.approx([fit.ess, fit.df_model, fit.fvalue, fit.f_pvalue])
+    for term in ("A", "AB", "A²"):
+        name = {"AB": "A:B", "A²": "I(A ** 2)"}.get(term, term)
+        f, own = fit.tvalues[name] ** 2, ours.coefficients.set_index("term").loc[term]
+        assert own[["estimate", "se"]].tolist() == pytest.approx([fit.params[name], fit.bse[name]])
+        row = anova.loc[term, ["sum_sq", "F", "p"]].tolist()
+        assert row == pytest.approx([f * fit.mse_resid, f, fit.pvalues[name]])
+    cell = design[list("ABC")].astype(str).agg(" ".join, axis=1)  # a mean for each point
+    cells = smf.ols("y ~ cell", pd.DataFrame({"y": response, "cell": cell})).fit()
+    lack = anova_lm(fit, cells).iloc[1][["ss_diff", "df_diff", "F", "Pr(>F)"]]
+    row = anova.loc["Lack of Fit", ["sum_sq", "df", "F", "p"]].tolist()
+    assert row == pytest.approx(lack.tolist())
 
 
 def test_runs_count_as_replicates_only_where_all_factors_agree():

@@ -13,12 +13,10 @@ from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDABL
 from calibration.statistics.validate import compare
 from dem.io.files import write_json
 from frozen import FROZEN
-from paper.audit.paper import Paper, printed_number
+from paper.audit.paper import Paper
 from paper.reproduction import rows as r
 from paper.reproduction.study import Study as Kept
 from paper.reproduction.table import ORDER, PAPER, counts, reproduce
-
-PLACE = r.Place("Table 13", "t", "angle", "deg")
 
 
 @pytest.fixture
@@ -152,20 +150,6 @@ def test_a_run_without_a_value_is_a_row_without_a_number(
             for t in (table, before)
         )
         assert wide > narrow
-
-
-def test_scatter_earns_no_verdict_and_exactness_is_not_punished():
-    close, far = map(printed_number, ("33.43", "45.0"))
-    assert r.means(PLACE, close, 33.36, 0.0, 2, paper_n=5)["agreement"] == EQUIVALENT
-    assert r.means(PLACE, far, 47.0, 0.1, 25, 0.1, 25)["agreement"] == DIFFERENT
-    for ours in (45.0, 47.0):
-        row = r.means(PLACE, far, ours, 2.0, 5, 0.1, 25)
-        assert (row["agreement"], row["more_runs"] > 0) == (UNDECIDED, True)
-        row = r.means(PLACE, far, ours, 2.0, 5, 9.0, 25)
-        assert (row["agreement"], row["more_runs"]) == (UNDECIDABLE, None)
-    assert r.point(PLACE, far, [45.0], None, None)["agreement"] == r.NOT_COMPARABLE
-    # a single run is no verdict
-    assert r.point(PLACE, far, [47.0], 0.1, 0.1)["agreement"] == r.IN_TABLE
 
 
 @pytest.mark.slow
