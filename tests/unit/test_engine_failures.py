@@ -1,5 +1,4 @@
-"""What another engine's program may do wrong, by a program that stands in for it: a sentence a run,
-and the other runs go on."""
+"""What another engine's program may do wrong, by a program that stands in for it: a sentence."""
 
 import os
 import sys
@@ -12,9 +11,6 @@ import pytest
 from calibration import engines
 from calibration.engines import lammps, liggghts, program
 from calibration.errors import ConfigError
-from calibration.runs.plans import run_id
-from calibration.runs.simulated import simulate
-from dem.spec import parse_spec
 from facts import refused
 from small_heap import SPEC
 
@@ -149,15 +145,3 @@ def test_a_run_that_was_planned_with_another_version_is_not_made(code, tmp_path)
     stand_in(code, tmp_path, "pass", version=older)
     with refused(engines.EngineError, "plan"):
         engines.make(SPEC | {"engine": entry}, tmp_path / "run")
-
-
-def test_the_other_runs_go_on(code, tmp_path, monkeypatch):
-    """One of three fails; the others are tried, and the failures told by name."""
-    stand_in(code, tmp_path, left(dump(ROWS[:2], stated=4)))
-    entry = engines.entry_of(code)
-    specs = {run_id(s): s for s in ({**SPEC, "seed": n, "engine": entry} for n in range(3))}
-    tried = []
-    with pytest.raises(engines.DemError.__mro__[1], match="3 runs"):
-        simulate(specs, tmp_path / "runs", tried.append)
-    assert [name for name in specs if any(name in line for line in tried)] == list(specs)
-    assert parse_spec(next(iter(specs.values()))).engine.name == code

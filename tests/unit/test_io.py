@@ -8,7 +8,7 @@ import pytest
 from dem.errors import MeshError
 from dem.experiments.heap import HeapGeometry, Rig
 from dem.io import files
-from dem.io.files import write_arrays, write_json
+from dem.io.files import write_json
 from dem.io.stl import read_stl, write_stl
 from dem.io.vtk import write_frame, write_grains, write_walls
 from dem.tables.limits import FARTHEST_MM, KINDS, MOST_TRIANGLES
@@ -24,22 +24,6 @@ class Grains:
     radius = np.array([1e-3, 2e-3])
     velocity = np.array([[3.0, 4.0, 0.0], [0.0, 0.0, 0.0]])
     tag = np.array([7, 3])
-
-
-def test_arrays_that_cannot_be_written_leave_the_old_file(tmp_path, monkeypatch):
-    path = tmp_path / "deep" / "state.npz"
-    write_arrays(path, {"x": np.arange(3)})
-
-    def full(stream, **arrays):
-        stream.write(b"half of it")
-        raise OSError("no space left on device")
-
-    monkeypatch.setattr(np, "savez", full)
-    with pytest.raises(OSError, match="no space"):
-        write_arrays(path, {"x": np.arange(9)})
-    with np.load(path) as saved:
-        assert saved["x"].tolist() == [0, 1, 2]
-    assert [p.name for p in path.parent.iterdir()] == ["state.npz"]
 
 
 def test_names_are_on_the_disk_when_a_file_is_in_its_place(tmp_path, monkeypatch):

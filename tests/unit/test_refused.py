@@ -14,7 +14,7 @@ from calibration.runs import runner
 from calibration.runs.store import RunStore
 from calibration.stages.screening import STAGES
 from calibration.telling import kept_results
-from dem.errors import BlowUpError, MeasureError, RefusedStateError
+from dem.errors import MeasureError, RefusedStateError
 from dem.results import run_name, write_result
 from dem.spec import parse_spec
 from facts import refused, tells
@@ -54,14 +54,6 @@ def test_a_run_that_cannot_be_measured_is_kept_without_metrics(
     assert f"gives no value: {error}" in shown
     assert tells(shown, "screening", "run 3 of 12")
     assert str(error) in said
-
-
-def test_any_other_failure_stays_one(tmp_path, monkeypatch):
-    blown = BlowUpError(particle=1, time=0.1, reason="overlap", hint="the time step")
-    monkeypatch.setattr(engines, "make", fails(blown))
-    with pytest.raises(BlowUpError):
-        runner._made(SPEC, tmp_path, None, None)
-    assert not (tmp_path / "result.json").exists()
 
 
 @pytest.fixture

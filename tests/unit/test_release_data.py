@@ -15,7 +15,7 @@ from facts import tells
 from frozen import FROZEN
 from paper.release import __main__ as command
 from paper.release import pages, values
-from paper.release.pages import KEPT, PAGE, made, read_record
+from paper.release.pages import KEPT, PAGE, read_record
 
 
 @pytest.fixture
@@ -110,17 +110,6 @@ def test_effects_and_funnels_are_those_of_the_tables():
     slopes = np.linalg.lstsq(columns, paper["angle_deg"], rcond=None)[0][1:]
     off = slow["effect"][values.FACTORS] - 2.0 * slopes
     assert values.off_the_paper(slow) == pytest.approx(np.sqrt(np.mean(off**2)))
-
-
-def test_a_record_says_which_engine_made_what_and_what_is_due():
-    record = {"a": {"engine": "e1", "date": "2026-01-01"}}
-    record["b"] = {"engine": "e2", "date": "2026-01-02"}
-    assert tells(made(["a"], record), "`e1`", "2026-01-01")
-    both = made(["a", "b", "c"], record)
-    assert tells(both, "`a`", "`e1`", "2026-01-01")
-    assert tells(both, "`b`", "`e2`", "2026-01-02")
-    assert "`c`" not in both
-    assert command.due(["a", "b", "c"], record, "e1") == ["b", "c"]
 
 
 def test_a_release_makes_what_is_not_of_this_engine_and_goes_on(tmp_path, monkeypatch, capsys):

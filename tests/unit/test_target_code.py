@@ -8,9 +8,8 @@ import pytest
 from test_measure import PLATE, cone
 
 from benchmarks import decks as trial_heaps
-from calibration.engines import lammps, program
+from calibration.engines import lammps
 from calibration.engines.conversion import Conversion
-from calibration.interface.cli import main
 from calibration.study.config import overlay
 from calibration.telling.export import trials
 from calibration.telling.export.decks import Deck, heaps_there, judge, write_decks
@@ -154,21 +153,10 @@ def test_a_deck_is_told_what_heaps_of_its_own_law_gave(changes, found, expected)
     assert trials.trial_like("liggghts", Conversion(spec, found)) == expected
 
 
-def test_a_missing_program_and_a_folder_without_a_deck_are_a_sentence(
-    deck, tmp_path, monkeypatch, capsys
-):
-    monkeypatch.setenv("PATH", str(tmp_path))
-    monkeypatch.setattr(program.sys, "executable", str(tmp_path / "python"))
-    lammps.version.cache_clear()
-    assert main(["deck", str(deck.folder)]) == 2
-    assert "lmp" in capsys.readouterr().err
-    lammps.version.cache_clear()
+def test_a_folder_without_a_deck_or_of_a_code_that_has_none_is_refused(deck, tmp_path):
     with pytest.raises(InputError) as error:
         Deck.read(tmp_path)
     assert error.value.path == tmp_path
-
-
-def test_a_deck_of_a_code_that_has_none_is_refused(deck):
     path = deck.folder / "expected.json"
     path.write_text(json.dumps(deck.expected | {"code": "edem"}))
     with pytest.raises(InputError) as error:

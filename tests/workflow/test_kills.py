@@ -20,7 +20,6 @@ from filelock import FileLock, Timeout
 
 from calibration.runs.verify import faults_of
 from dem.kernel_cache import kernel_cache
-from facts import tells
 
 pytestmark = pytest.mark.slow
 
@@ -168,24 +167,6 @@ def test_a_disk_that_is_full(undisturbed, mounts, tmp_path):
     (tmp_path / "results").rmdir()
     (tmp_path / "kept").rename(tmp_path / "results")
     assert outcome(tmp_path) == undisturbed
-
-
-@pytest.mark.long
-def test_a_folder_that_can_only_be_read(undisturbed, mounts, tmp_path):
-    study(tmp_path)
-    (tmp_path / "results").mkdir()
-    words = " ".join(f"'{word}'" for word in COMMAND)
-    script = f"""
-        mount --bind results results && mount -o remount,ro,bind results || exit 3
-        {words} > readonly.log 2>&1 && exit 1
-        exit 0
-    """
-    done = subprocess.run([*mounts, "bash", "-c", script], cwd=tmp_path, check=False)
-    said = (tmp_path / "readonly.log").read_text()
-    assert done.returncode == 0, said
-    assert tells(said, str(tmp_path / "results"), os.strerror(errno.EROFS))
-    assert "Traceback" not in said
-    assert finished(tmp_path) == undisturbed
 
 
 def test_two_studies_on_one_store(undisturbed, tmp_path):

@@ -61,6 +61,8 @@ def test_a_failed_run_names_its_point_its_log_and_the_likely_cause(campaign, cap
     assert "point:  screening, run 4" in (folder / "run.log").read_text()
     assert yaml.safe_load((folder / "failed.yaml").read_text()) == specs[row["run_id"]]
     assert not (folder / "result.json").exists()
+    report(parse_config(settings))
+    assert tells(capsys.readouterr().err, "0 of 69", "1 failed")
 
 
 def test_progress_counts_every_stage_and_tells_the_time_left(campaign, capsys, monkeypatch):
@@ -75,25 +77,6 @@ def test_progress_counts_every_stage_and_tells_the_time_left(campaign, capsys, m
     assert tells(shown, "few", "3 of 69", "none failed", "screening (3 of 12)")
     # 9, 5, 17, 10 and 25 runs of a minute on two cores: a stage waits for the one before it
     assert tells(shown, "35 min", "2 cores")
-
-
-def test_the_first_line_tells_the_time_before_any_run_and_a_failure_is_counted(
-    campaign, capsys, monkeypatch
-):
-    settings, table, specs = campaign
-    monkeypatch.setenv("CAMPAIGN_CORES", "1")
-    config = parse_config(settings)
-    report(config)
-    first = capsys.readouterr().err
-    assert tells(first, "few", "0 of 69", "none failed", "screening (0 of 12)", "1 core")
-    name = table.iloc[3]["run_id"]
-    folder = Path(result_path(name)).parent
-    monkeypatch.setattr(engines, "make", blows_up)
-    with pytest.raises(SystemExit):
-        run_logged(specs[name], folder, folder / "run.log", settings)
-    capsys.readouterr()
-    report(config)
-    assert tells(capsys.readouterr().err, "0 of 69", "1 failed")
 
 
 @pytest.mark.parametrize(("cores", "rounds"), [(1, 40), (4, 11), (100, 3)])

@@ -8,7 +8,6 @@ import zlib
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from calibration.chain.study import Study
@@ -147,22 +146,6 @@ def test_four_to_eleven_factors_are_screened_and_calibrated(tmp_path, monkeypatc
     assert found["optimise"]["attainable"]
     assert found["validation"]["simulated_mean"] == pytest.approx(36.0, abs=0.15)
     assert "responses" not in found["optimise"]
-
-
-@pytest.mark.slow
-def test_a_replicated_design_repeats_every_point_with_another_seed(tmp_path, monkeypatch):
-    config = study(
-        tmp_path, monkeypatch, 5, {"angle_of_repose_deg": 36.0}, screening={"replicates": 2},
-        response_surface={"half_width": {"f1": 0.05, "f2": 0.05, "f3": 0.05}, "replicates": 2},
-    )  # fmt: skip
-    found = run_chain(config, 5, {"angle_of_repose_deg": angle})
-    screened = pd.read_csv("results/made-up/screening/runs.csv")
-    assert len(screened) == screened["run_id"].nunique() == 2 * (16 + 3)
-    seeds = screened.groupby(["A", "B", "C", "D", "E"])["seed"].nunique()
-    assert sorted(seeds) == [2] * 16 + [6]  # the centre stands three times in the design
-    surface = pd.read_csv("results/made-up/response_surface/runs.csv")
-    assert len(surface) == surface["run_id"].nunique() == 34
-    assert found["validation"]["simulated_mean"] == pytest.approx(36.0, abs=0.15)
 
 
 BOTH = {
