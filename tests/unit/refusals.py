@@ -61,6 +61,8 @@ TEXTS = {
 }
 """Kind: a sound file; a configuration stands beside the two tables below it."""
 
+LINEAR = """laws: {normal: linear, damping: linear, tangential: linear}
+law_parameters: {normal_stiffness_N_m: 1000000}"""
 SIZES = "particles: {{sizes: {{by: number, diameters_mm: {}, fractions: {}}}}}"
 BOTH = """calibrate:
   to: { angle_of_repose_deg: { low: 26, high: 46 }, height_mm: { low: 8, high: 18, margin: 1 } }
@@ -137,6 +139,11 @@ CASES = {
                 ("{ name: table, responses: r.csv, code: EDEM, sep: ; }", "engine.sep", ";"),
             )
         ),
+        ("a pour at one rate", "", "pour_rate: { rates_per_s: [500] }", "line 12",
+         "pour_rate.rates_per_s", "500"),
+        ("a plane that tilts back", "experiment: heap }", "experiment: heap }, chute: "
+         "{ experiment: tilt, run: { geometry: { tilt_rate_deg_s: -5 } } }", "line 4",
+         "tests.chute.run.geometry.tilt_rate_deg_s", "-5"),
         ("a metric of nothing", "", "calibrate: { to: { colour: {} } }", "line 12", "colour",
          "angle_of_repose_deg"),
         ("a table that is not there", "measured.csv", "none.csv", "none.csv"),
@@ -173,6 +180,8 @@ CASES = {
         ("a key twice", "rolling_friction", "static_friction", "line 3", "static_friction"),
         ("a misspelt key", "static_friction", "static_fricton", "static_fricton",
          "static_friction"),
+        ("a choice of no law", "contacts.particle_particle.restitution\t0.2\t0.8",
+         "laws.damping\trubber\tthornton", "column low", "rubber", "tsuji", "thornton"),
         ("a level that no run has", "restitution\t0.2", "restitution\t0", "low", "0.03"),
         ("a row too short", "\t0.02\t0.4", "\t0.02", "line 3"),
         ("a column that is missing", "high", "upper", "line 1", "high", "code"),
@@ -237,6 +246,10 @@ CASES = {
         ),
         ("laws that do not go together", "", "laws: {cohesion: jkr, damping: thornton}\n"
          "law_parameters: {surface_energy_J_m2: 0.1}", "laws.damping", "tsuji"),
+        ("a share of the Rayleigh time that a law does not bear", "", LINEAR, "laws.normal",
+         "numerics.rayleigh_fraction", "0.4"),
+        ("a step that a law does not bear", "", LINEAR + "\nnumerics: {time_step_s: 1.0e-5}",
+         "laws.normal", "numerics.time_step_s", "1e-05"),
         ("dust in single precision", "", "particles: {diameter_mm: 5.0e-5}\n"
          "geometry: {injection_speed_m_s: 1.0e-4}", "numerics.precision", "double"),
         ("grains that stop the funnel", "", "particles: {diameter_mm: 8}",

@@ -102,12 +102,6 @@ def test_its_effect_is_that_of_the_runs_and_it_does_not_go_on(study):
     assert "A" in codes
 
 
-def test_a_law_that_does_not_exist_is_refused(study, tmp_path):
-    (tmp_path / "factors.tsv").write_text(HEAD + RESTITUTION + LAW.replace("tsuji", "rubber"))
-    with refused(ConfigError, "rubber", "tsuji", "thornton", path="factors.tsv", column="low"):
-        study(fixed={"restitution": 0.6, "damping_law": "thornton"})
-
-
 @pytest.mark.parametrize(
     ("changes", "facts"),
     [

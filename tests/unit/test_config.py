@@ -7,7 +7,6 @@ import pytest
 import yaml
 
 from calibration.errors import ConfigError
-from calibration.runs.feasibility import check_ahead
 from calibration.runs.plans import plan
 from calibration.statistics.design import box_behnken, steepest_path
 from calibration.study.config import given, parse_config
@@ -22,13 +21,6 @@ ROOT = Path(__file__).parents[2]
 def data(monkeypatch):
     monkeypatch.chdir(ROOT)
     return yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
-
-
-def test_bench_tests_that_the_heaps_wait_for_must_be_described(data):
-    del data["tests"]["ball"]
-    assert parse_config(data).of_experiment("drop") is None
-    with refused(ConfigError, "fixed_from", "bench", "drop", key="tests", value=None):
-        parse_config(data | {"fixed_from": "bench"})
 
 
 def test_a_stage_without_its_section_names_stage_and_key(monkeypatch):
@@ -51,31 +43,3 @@ def test_equal_points_share_a_run_and_replicates_do_not(data):
     path = steepest_path(chosen, centre, {f.name: 0.0 for f in chosen}, 1)
     shared, _ = plan(path, table, config, config.experiment, config.own_run)
     assert shared["run_id"][0] in set(planned["run_id"])
-
-
-def test_a_number_of_the_material_that_nothing_gives_is_refused_before_any_run(data):
-    check_ahead(parse_config(data))
-    del data["run"]["materials"]["particle"]["density_kg_m3"]
-    with refused(ConfigError, "fixed", key="materials.particle.density_kg_m3"):
-        check_ahead(parse_config(data))
-
-
-@pytest.mark.parametrize("place", ["tests.heap.run", "tests.ring.run", "scaling.heap"])
-def test_the_size_of_the_grains_is_no_default(data, place):
-    section = data
-    for name in place.split("."):
-        section = section[name]
-    del section["particles"]["diameter_mm"]
-    with refused(ConfigError, key="particles.diameter_mm"):
-        check_ahead(parse_config(data))
-
-
-def test_a_factor_without_a_level_while_it_is_not_varied_is_refused_before_any_run(data):
-    check_ahead(parse_config(data))
-    del data["fixed"]["salt_salt_restitution"]
-    with refused(
-        ConfigError, key="fixed.salt_salt_restitution", allowed="a level of it: 0.15 to 0.75"
-    ):
-        check_ahead(parse_config(data))
-    data["run"]["contacts"] = {"particle_particle": {"restitution": 0.5}}
-    check_ahead(parse_config(data))

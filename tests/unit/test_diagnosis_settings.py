@@ -50,12 +50,6 @@ def test_a_bad_setting_of_an_experiment_is_named(kind, own, name):
         salt_settings({"experiments": {kind: own}})
 
 
-@pytest.mark.parametrize(("key", "value"), [("runs", 1), ("speed", 3)])
-def test_a_bad_setting_is_named(key, value):
-    with refused(ConfigError, key=key, value=value):
-        salt_settings({key: value})
-
-
 def test_levers_that_the_emulators_hold_are_named_each_with_line_and_column():
     settings = salt_settings()
     rows = [

@@ -24,19 +24,20 @@ def project(monkeypatch):
     monkeypatch.setattr(feasibility, "machine_memory_mb", lambda: 8000.0)
 
 
+def without_nulls(data):
+    return {k: without_nulls(v) if isinstance(v, dict) else v for k, v in data.items()
+            if v is not None}  # fmt: skip
+
+
 def study(changes):
-    return parse_config(overlay(DATA, changes))
+    """The shipped study with changes; a null takes a key away."""
+    return parse_config(without_nulls(overlay(DATA, changes)))
 
 
 STEEL, SALT = "salt_steel_restitution", "salt_salt_restitution"
+NO_SIZE = {"particles": {"diameter_mm": None}}
 WRONG = {
     "the store's own name": ({"name": "runs"}, "runs", "name"),
-    "the references' name": ({"name": "reference"}, "reference", "name"),
-    "a negative friction": (
-        {"fixed": {"salt_salt_static_friction": -1}},
-        "static_friction = -1.0",
-        "fixed",
-    ),
     "a restitution of 5": ({"fixed": {STEEL: 5}}, "restitution = 5.0", "fixed"),
     "a path out of range": ({"ascent": {"step": {SALT: -0.3}}}, SALT, "ascent"),
     "a region out of range": (
@@ -54,17 +55,35 @@ WRONG = {
         "restitution = 1.7",
         "tests.ball.sweep",
     ),
-    "a shear friction out of range": (
-        {"tests": {"ring": {"sweep": {"levels": [0.2, 0.5, 7]}}}},
-        "static_friction = 7.0",
-        "tests.ring.sweep",
-    ),
     "a missing design": ({"screening": {"design": "none.csv"}}, "none.csv", None),
-    "a negative number of runs": ({"screening": {"runs": -4}}, "-4", "screening.runs"),
     "runs that make no design": (
         {"screening": {"design": None, "kind": "plackett_burman", "runs": 10}},
         "10 runs",
         "screening",
+    ),
+    "no ball that the heaps wait for": (
+        {"fixed_from": "bench", "tests": {"ball": None}},
+        "drop",
+        "tests",
+    ),
+    "no density": (
+        {"run": {"materials": {"particle": {"density_kg_m3": None}}}},
+        "fixed",
+        "materials.particle.density_kg_m3",
+    ),
+    **{
+        f"no size of the grains of {where}": (changes, "must be given", "particles.diameter_mm")
+        for where, changes in (
+            ("the heap", {"tests": {"heap": {"run": NO_SIZE}}}),
+            ("the ring", {"tests": {"ring": {"run": NO_SIZE}}}),
+            ("the scaling", {"scaling": {"heap": NO_SIZE}}),
+        )
+    },
+    "a factor without a level": ({"fixed": {SALT: None}}, "0.15 to 0.75", f"fixed.{SALT}"),
+    "a narrow top": (
+        {"pour_rate": {"opened": {"funnel_top_diameter_mm": 21.0}}},
+        "closed funnel",
+        "pour_rate.opened",
     ),
     "a missing mesh": (
         {"tests": {"heap": {"run": {"geometry": {"plate_stl": "none.stl"}}}}},
@@ -92,6 +111,11 @@ def test_a_level_that_a_declared_plan_would_run_is_told_first(monkeypatch):
     monkeypatch.setattr(feasibility, "load_stages", lambda: {"polish": polish})
     with refused(ConfigError, "restitution = 3.0", key="polish.at"):
         check_ahead(config)
+
+
+def test_a_factor_may_have_its_level_from_the_run():
+    given = {"contacts": {"particle_particle": {"restitution": 0.5}}}
+    check_ahead(study({"fixed": {SALT: None}, "run": given}))
 
 
 @pytest.mark.parametrize("file", ["config/profiles/quick.yaml", "config/profiles/test.yaml", None])

@@ -6,7 +6,6 @@ import os
 import struct
 import zipfile
 import zlib
-from pathlib import Path
 
 import openpyxl
 
@@ -14,12 +13,8 @@ from calibration.errors import ConfigError
 from calibration.intake.guard import decoding
 from calibration.intake.photo import measure_photo
 from calibration.intake.tables import read_table
-from calibration.interface.commands import main
 from calibration.study.config.as_data import data_of
-from calibration.study.new.answers import read_entries, words_of
 from calibration.study.new.grains import sieve_curve
-from calibration.study.new.methods import methods
-from calibration.study.new.reading_tables import raws_of_tables
 from dem.tables.limits import (
     KINDS,
     MOST_CELLS,
@@ -93,24 +88,12 @@ def test_a_configuration_without_end_is_not_read_to_its_end():
         data_of(io.StringIO("a" * (1 << 20)))
 
 
-def measured_angles(words, sheet=None):
-    """Angles [deg] of words, of which one may name a table."""
-    method = methods()["lifted-cylinder"]
-    files = [word for word in words if Path(word).is_file()]
-    raw = words_of(method, [word for word in words if word not in files], "option")
-    raws = raws_of_tables(method, files, raw, sheet)[0] if files else [raw]
-    return [value for entry in read_entries(raws) for value in entry.values("angle")]
-
-
-TITLED = [["Versuch Weizen"], ["Nr", "Winkel in °"], [1, 26.1], [2, 27.4]]
-
-
 def test_workbooks_as_people_have_them(tmp_path):
-    table = read_table(book(tmp_path / "a.xlsx", TITLED))
+    titled = [["Versuch Weizen"], ["Nr", "Winkel in °"], [1, 26.1], [2, 27.4]]
+    table = read_table(book(tmp_path / "a.xlsx", titled))
     assert (table.header, table.header_line) == (("Nr", "Winkel"), 2)
     assert table.units == {"Winkel": "°"}
     assert tells(table.how, "line 1", "title")
-    assert measured_angles([str(tmp_path / "a.xlsx")]) == [26.1, 27.4]
     rows = [["experiment", "value"], ["heap", 26.1], [None, 27.4], ["drop", 3.0]]
     merged = read_table(book(tmp_path / "b.xlsx", rows, merge=["A2:A3"]))
     assert [row["experiment"] for _, row in merged.rows] == ["heap", "heap", "drop"]
@@ -119,17 +102,6 @@ def test_workbooks_as_people_have_them(tmp_path):
         read_table(book(tmp_path / "c.xlsx", rows, merge=["B2:B3"]))
     with refused(ConfigError, "grad", "gon"):
         read_table(book(tmp_path / "d.xlsx", [["Nr", "Winkel in grad"], [1, 2]]))
-
-
-def test_a_sheet_is_named_where_there_are_several(tmp_path, capsys):
-    path = book(tmp_path / "a.xlsx", [["Tag"], ["Montag"]], TITLED)
-    with refused(ConfigError, "--sheet", value="sheet 0, sheet 1"):
-        measured_angles([str(path)])
-    assert measured_angles([str(path)], "sheet 1") == [26.1, 27.4]
-    with refused(ConfigError, value="sheet 7", allowed="sheet 0, sheet 1"):
-        measured_angles([str(path)], "sheet 7")
-    assert main(["shear", str(path), "--sheet", "sheet 1"]) == 2
-    assert "yield locus" in capsys.readouterr().err
 
 
 def test_sieve_tables_have_german_and_french_headings(tmp_path):

@@ -13,9 +13,8 @@ from dem.contact.catalogue import CODES, LAWS, SLOTS, every_law, table
 from dem.contact.law import ROLES
 from dem.contact.properties import BASE, PairProperties
 from dem.contact.registry import DEFAULTS, Laws
-from dem.errors import SpecError
-from dem.spec import LawParameters, LawsSpec, parse_spec
-from facts import refused, tells
+from dem.spec import LawParameters, LawsSpec
+from facts import tells
 from started import python
 
 ROOT = Path(__file__).parents[2]
@@ -70,17 +69,6 @@ def test_theory_has_the_table_of_the_laws():
     text = (ROOT / "docs" / "theory.md").read_text()
     shown = re.search(r"<!-- laws: begin -->\n(.*?)\n<!-- laws: end -->", text, re.S)[1]
     assert shown == table()
-
-
-def test_a_time_step_that_a_law_does_not_bear_is_refused():
-    laws = {"normal": "linear", "damping": "linear", "tangential": "linear"}
-    spec = {"experiment": "heap", "laws": laws}
-    parse_spec(spec | {"law_parameters": {"normal_stiffness_N_m": 100}})
-    stiff = spec | {"law_parameters": {"normal_stiffness_N_m": 1e6}}
-    with refused(SpecError, "laws.normal", key="numerics.rayleigh_fraction", value=0.4):
-        parse_spec(stiff)
-    with refused(SpecError, "laws.normal", key="numerics.time_step_s", value=1e-05):
-        parse_spec(stiff | {"numerics": {"time_step_s": 1e-5}})
 
 
 # --- the page on how to add one -------------------------------------------------------------------

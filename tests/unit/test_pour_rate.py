@@ -11,9 +11,8 @@ import pandas as pd
 import pytest
 
 from calibration.chain.study import Study
-from calibration.errors import CalibrationError, ConfigError
+from calibration.errors import CalibrationError
 from calibration.figures import ANGLE
-from calibration.runs.feasibility import check_ahead
 from calibration.runs.plans import read_plan, result_path
 from calibration.stages.pour_rate import sentences
 from calibration.study.config import parse_config
@@ -103,11 +102,3 @@ def test_a_rate_without_heaps_is_left_out_and_none_is_an_error(tmp_path, monkeyp
     config = config_of(tmp_path / "other", monkeypatch, {"rates_per_s": [500, 1000], "heaps": 2})
     with refused(CalibrationError, "rate", "two heaps"):
         poured(config, lambda g, rng: None)
-
-
-def test_a_pour_that_cannot_be_is_refused_before_any_run(tmp_path, monkeypatch):
-    with refused(ConfigError, path="configuration", key="pour_rate.rates_per_s", value=[500]):
-        config_of(tmp_path, monkeypatch, {"rates_per_s": [500]})
-    narrow = RULES | {"opened": {"funnel_top_diameter_mm": 21.0}}
-    with refused(ConfigError, key="pour_rate.opened"):
-        check_ahead(config_of(tmp_path, monkeypatch, narrow))

@@ -11,14 +11,13 @@ import pytest
 from scipy import stats
 
 from calibration.chain.study import Study
-from calibration.errors import ConfigError
 from calibration.figures import ANGLE
 from calibration.runs.plans import read_plan, result_path
 from calibration.stages.push_through import nested, sentences
 from calibration.study.config import parse_config
 from dem.results import write_result
 from dem.spec import parse_spec
-from facts import refused, tells
+from facts import tells
 from small_heap import RUN
 from workflow_rules import rules_of
 
@@ -152,8 +151,3 @@ def test_runs_without_a_value_are_counted_and_too_few_said(tmp_path, monkeypatch
     assert (row["runs"], row["without"], row["low"]) == (2, 2, None)
     assert tells(sentences({"metrics": [row]}, ANGLE)[0], "2 of 4", "runs")
     assert json.loads(Path("results/made-up/push_through/push_through.json").read_text())
-
-
-def test_a_machine_that_cannot_be_run_is_refused_before_any_run(tmp_path, monkeypatch):
-    with refused(ConfigError, key="tests.chute.run.geometry.tilt_rate_deg_s", value=-5.0):
-        config_of(tmp_path, monkeypatch, run={"geometry": {"tilt_rate_deg_s": -5.0}})

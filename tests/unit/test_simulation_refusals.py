@@ -35,13 +35,6 @@ def salt(time_step, modulus=1e7, **options):
     return Simulation(materials, {("salt", "salt"): SOME}, time_step=time_step, **options)
 
 
-def test_grains_made_inside_each_other_are_named():
-    sim = salt(1e-5)
-    sim.add_particles([[0, 0, 0], [0.5e-3, 0, 0]], 1e-3)
-    with refused(BlowUpError, particle=0, time=0.0):
-        sim.advance(1)
-
-
 def test_a_time_step_that_blows_up_is_named():
     sim = salt(1e-3, 1e9)
     sim.add_particles([[0, 0, 0], [2.1e-3, 0, 0]], 1e-3, velocity=[[1, 0, 0], [-1, 0, 0]])
