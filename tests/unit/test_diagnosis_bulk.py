@@ -455,17 +455,6 @@ def silo(rows):
     return Emulated(emulators, settings, factors, known | laws, failures)
 
 
-def test_a_clogged_orifice_counts():
-    """Grains that roll worse than 0.2 clog at 10 mm: the chance of it is trained by the runs that
-    gave no value."""
-    rows = discharges(lambda orifice: 0.0, clogged=4)
-    bench = silo(rows)
-    assert bench.failures
-    found = identify(bench, rows, replicates=50)
-    assert found.models[BASE].tests
-    assert found.data.failed[0].sum() == 4
-
-
 @pytest.mark.parametrize("clogged", [0, 4])
 def test_a_silo_that_arches_late_is_a_clogged_test_where_the_table_has_some(clogged):
     """Its run reads the flow of what had left before."""

@@ -44,15 +44,6 @@ def test_drag_follows_measured_coefficients(reynolds, coefficient):
     assert found == pytest.approx(coefficient, rel=0.12)
 
 
-@pytest.mark.parametrize(("radius", "density"), [(1e-5, 1000.0), (1e-3, 100.0), (0.02, 84.0)])
-def test_a_grain_at_terminal_speed_weighs_what_the_drag_bears(radius, density):
-    weight = 9.81 * density * 4.0 / 3.0 * np.pi * radius**3
-    speed = terminal_speed(weight, 2 * radius, 1.2, 1.8e-5)
-    particles = Particles(-speed, radius)
-    apply_drag.py_func(1, particles, 1.2, 1.8e-5)
-    assert particles.force[0, 2] == pytest.approx(weight, rel=1e-9)
-
-
 DENSITY, DIAMETER, RESTITUTION = 10.0, 1e-3, 0.8
 
 

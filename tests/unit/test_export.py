@@ -603,15 +603,6 @@ def test_a_search_in_which_a_path_has_no_angle_gets_a_sentence(path):
         rolling.search(runs)
 
 
-@pytest.mark.parametrize("target", [31.3, 38.0, 44.0, 49.9])
-def test_the_inverse_gives_back_the_angle_of_a_known_curve(target):
-    shares = np.repeat(PATH, 2)
-    curve = 35.0 + 15.0 * shares
-    found = rolling.invert(shares, curve + np.tile([0.3, -0.3], len(PATH)), target)
-    assert found.reached
-    assert 35.0 + 15.0 * found.share == pytest.approx(target)
-
-
 def test_an_angle_above_the_path_takes_the_smallest_number_as_good_as_the_best():
     """Means 25, 29, 33.5, 34, 33 with a standard error of 1/sqrt(2): 33.5 cannot be told from
     34."""

@@ -12,22 +12,6 @@ from scenes import both, measure
 SMOOTH = {"restitution": 0.3, "static_friction": 0.0, "rolling_friction": 0.0}
 
 
-def test_grains_that_do_not_roll_slide_at_their_coefficient(tmp_path):
-    contacts = {
-        "particle_particle": {"rolling_friction": 5.0},
-        "particle_wall": {"static_friction": 0.4, "rolling_friction": 5.0},
-    }
-    found = measure(
-        tmp_path,
-        "wall_friction",
-        particles={"count": 200},
-        geometry={"ring_diameter_mm": 14, "slide_mm": 2},
-        contacts=contacts,
-    )
-    assert found["wall_friction"] == pytest.approx(0.4, rel=0.01)
-    assert found["wall_friction_angle_deg"] == pytest.approx(math.degrees(math.atan(0.4)), rel=0.01)
-
-
 def test_a_square_lattice_is_compressed_as_hertz_says(tmp_path):
     """Columns of n grains between floor and lid: n - 1 contacts of equal grains and two with
     stiffer walls. A contact's approach under F = stress (2 R)^2 is (3 F / (4 E* sqrt(R*)))^(2/3),

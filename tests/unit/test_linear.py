@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dem.linear import into_axes, length, principal_axes, slope
+from dem.linear import principal_axes
 
 SETTINGS = settings(max_examples=60, deadline=None, derandomize=True)
 unit = st.floats(-1, 1)
@@ -62,18 +62,3 @@ def test_axes_of_a_body_of_revolution_do_not_turn_with_the_last_bits(alike, axis
     if tie[2] - tie[1] > 1e-9 and tie[1] - tie[0] > 1e-9:
         assert turned[1] == pytest.approx(turned[0], abs=1e-12)
     assert np.linalg.det(turned[1]) == pytest.approx(1.0, abs=1e-12)
-
-
-@SETTINGS
-@given(vectors=st.lists(st.tuples(unit, unit, unit), min_size=1, max_size=5))
-def test_length_and_components_are_those_of_numpy(vectors):
-    v, q = np.array(vectors), frame((0.1, 0.9, -0.4), (1.0, 0.2, 0.3))
-    assert length(v) == pytest.approx(np.linalg.norm(v, axis=1), abs=1e-15)
-    assert into_axes(q, v) == pytest.approx(v @ q, abs=1e-15)
-
-
-def test_slope_is_the_least_squares_line():
-    rng = np.random.default_rng(1)
-    x = np.linspace(0.0, 1.0, 30)
-    y = 3.0 - 2.0 * x + rng.normal(0.0, 0.1, 30)
-    assert slope(x, y) == pytest.approx(np.polyfit(x, y, 1)[0], rel=1e-12)

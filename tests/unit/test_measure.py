@@ -37,16 +37,6 @@ def cone(angle, radius=1e-3, top=None, rounding=0.0, noise=0.0, seed=0):
     return position, np.full(good.sum(), radius), np.zeros((good.sum(), 3))
 
 
-@pytest.mark.parametrize("angle", [15, 20, 30, 40, 50, 60])
-@pytest.mark.parametrize("radius", [0.5e-3, 1e-3])
-def test_a_cone_has_its_angle(angle, radius):
-    """The spheres lie so densely that their envelope is the cone; what is left is the outline's
-    raster."""
-    result = measure_heap(*cone(angle, radius), PLATE)
-    assert result["angle_of_repose_deg"] == pytest.approx(angle, abs=0.1)
-    assert result["radial_angle_deg"] == pytest.approx(angle, abs=0.1)
-
-
 def test_a_rounded_cone_reads_a_little_flat():
     """The fit leaves the top fifth out; what is left is the mean slope of the rounded flank between
     20 and 80 %."""

@@ -95,23 +95,6 @@ def test_a_level_beside_those_that_were_run_is_as_uncertain_as_these_differ():
     assert np.sqrt(between) == pytest.approx(STEPS.std(), rel=0.5)
 
 
-def test_slopes_are_those_of_the_responses():
-    own, _, rng = trained(2)
-    more = np.column_stack([points(6, rng), 0.2 + 0.8 * rng.random(6)])
-    law = WithMechanism(own, more, truth(more[:, :3]) + 8.0 * more[:, 3], 0.0)
-    at = np.column_stack([points(5, rng), rng.random(5)])
-    for emulator, x in ((own, at[:, :3]), (law, at)):
-        value, slope, _ = emulator.with_slope(x, range(x.shape[1]))
-        for column in range(x.shape[1]):
-            moved = x.copy()
-            moved[:, column] += 1e-6
-            numeric = (emulator.with_slope(moved, [])[0] - value) / 1e-6
-            assert slope[:, column] == pytest.approx(numeric, abs=1e-2)
-        correlation = emulator.correlation(x)
-        assert np.diag(correlation) == pytest.approx(1.0)
-        assert np.linalg.eigvalsh(correlation).min() > -1e-6
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("off", [0.0, 0.4, None])
 def test_what_a_mechanism_adds_is_learned_from_six_runs_as_well_as_they_tell(off):

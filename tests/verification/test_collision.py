@@ -31,13 +31,6 @@ def test_a_constant_restitution_comes_back_at_every_speed(e):
 
 
 @pytest.mark.slow
-def test_a_viscous_contact_loses_as_the_fifth_root_of_speed():
-    weak = load_catalogue()["viscoelastic_restitution"].apply(spec("drop"), 2e-6)
-    lost = 1.0 - np.sqrt(rebounds(weak, HEIGHTS) / HEIGHTS)
-    assert np.polyfit(np.log(HEIGHTS) / 2.0, np.log(lost), 1)[0] == pytest.approx(0.2, abs=0.05)
-
-
-@pytest.mark.slow
 def test_a_heavy_ball_in_thin_air_rises_as_in_vacuum_and_in_thick_air_less():
     drag = load_catalogue()["air_drag"].apply
     vacuum = rebounds(spec("drop", restitution=0.8), HEIGHTS)

@@ -96,29 +96,6 @@ def test_restitution_of_size_and_speed_together(powers, state, radii):
     assert (pair[1] - pair[0]) / speed == pytest.approx(wanted, abs=3e-3)
 
 
-@pytest.mark.slow
-def test_each_bounce_has_the_speed_of_its_own_touch():
-    """A ball that bounces on: each rebound is the curve's at the speed that the last one left."""
-    contact = ContactParameters(1.0, 0.0, **curve_of("restitution_curve", FALLING, LOW, HIGH))
-    sim = make(contact, laws=BOUNCES, walls=floor(), dt=1e-6, gravity=GRAVITY, precision="double")
-    speed = 0.8
-    sim.add_particles([[0, 0, R + 1e-9]], R, velocity=[[0, 0, -speed]])
-    for _ in range(3):
-        before, speed = speed, speed * float(restitution_through(FALLING, LOW, HIGH, speed))
-        sim.advance(1000)  # up again
-        height = max(_heights(sim))
-        assert math.sqrt(2 * GRAVITY * height) == pytest.approx(speed, rel=5e-3), before
-
-
-def _heights(sim):
-    """Heights [m] of the ball over the plane until it falls back to it."""
-    while True:
-        yield sim.position[0, 2] - R
-        if sim.velocity[0, 2] < 0.0 and sim.position[0, 2] - R < 2e-4 * -sim.velocity[0, 2]:
-            return
-        sim.advance(50)
-
-
 def test_a_contact_held_by_a_bridge_forgets_the_speed_when_the_spheres_part():
     """A wet ball is thrown at the plane twice without leaving the bridge's reach: each time it
     returns the restitution of that speed."""

@@ -61,7 +61,7 @@ TOGETHER = [
 """Laws that meet in one contact, beside each law alone."""
 
 OWN_SPIN = {name for name, law in LAWS["rolling"].items() if "resistance" in law.kernels}
-"""Laws whose torque on each own spin has no counterpart: tests of their own follow below."""
+"""Laws whose torque on each own spin has no counterpart: see test_rolling and test_energy."""
 
 PAIR_LAWS = dict.fromkeys(
     laws for _, laws in alone(rolling="none") if laws.rolling not in OWN_SPIN
@@ -80,41 +80,6 @@ def test_momentum_angular_momentum_and_energy(laws, v, w, ratio):
     # only while in contact
     assert np.abs(after[1] - before[1]).max() < 1e-6 * m * r * 1.0
     assert after[2] <= before[2] * (1 + 1e-3)
-
-
-@pytest.mark.slow
-@SETTINGS
-@given(v=vector, w=vector)
-def test_energy_is_kept_without_dissipation(v, w):
-    before, after, _ = collide(v, w, (1e-3, 1e-3), Laws(rolling="none"), e=1.0, mu=0.0)
-    assert after[2] == pytest.approx(before[2], rel=1e-4)
-
-
-@pytest.mark.slow
-@SETTINGS
-@given(v=vector, w=vector, ratio=st.floats(1, 4))
-def test_the_own_spin_torque_keeps_momentum_and_creates_no_energy(v, w, ratio):
-    before, after, sim = collide(v, w, (1e-3, ratio * 1e-3), Laws(rolling="constant_torque"))
-    assert np.abs(after[0] - before[0]).max() < 1e-12 * sim.mass.sum()
-    assert after[2] <= before[2] * (1 + 1e-3)
-
-
-@pytest.mark.slow
-@SETTINGS
-@given(w=st.floats(0.1, 3))
-def test_own_spin_torque_breaks_angular_momentum_by_what_it_says(w):
-    """The law takes mu_r F_n R from each sphere's own spin: two equal spins lose twice that, with
-    no counterpart."""
-    laws = Laws(rolling="constant_torque")
-    before, after, sim = collide((0, 0, 0), (w, 0, 0), (1e-3, 1e-3), laws, mu=0.0)
-    impulse = sim.mass[0] * abs(sim.velocity[0, 0] - 0.5)
-    # mu_r times the time integral of the load is mu_r times the normal impulse, less the dashpot's
-    # pull at the end
-    spin_lost = before[1][0] - after[1][0]
-    assert spin_lost > 0.0
-    assert spin_lost == pytest.approx(
-        min(0.1 * 1e-3 * impulse, 0.4 * sim.mass[0] * 1e-6 * 1e3 * w), rel=0.06
-    )
 
 
 @pytest.mark.slow

@@ -2,15 +2,13 @@
 cut."""
 
 import math
-from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import settings
 
 from facts import refused
-from scenes import GRAVITY, ContactParameters, Laws, body, make
+from scenes import ContactParameters, body, make
 
 R = 1e-3
 DT = 2e-6
@@ -102,42 +100,6 @@ def test_restitution_at_a_joint_is_that_of_a_single_wall(joint, precision):
     assert np.linalg.norm(np.cross(sim.velocity[0], n)) < 0.01
 
 
-def path(walls, start, velocity, steps=6000, laws=None):
-    """Centres (30, 3) of a grain that bounces and rolls on walls."""
-    sim = make(
-        ContactParameters(0.4, 0.5, 0.05),
-        laws=laws or Laws(rolling="elastic_plastic"),
-        walls=walls,
-        dt=8e-6,
-        gravity=GRAVITY,
-        precision="double",
-    )
-    sim.add_particles([start], R, velocity=[velocity])
-    out = []
-    for _ in range(30):
-        sim.advance(steps // 30)
-        out.append(sim.position[0])
-    return np.array(out)
-
-
-share = st.floats(0.1, 0.9)
-speed = st.tuples(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2), st.floats(-0.2, 0.0))
-
-
-@pytest.mark.slow
-@SETTINGS
-@given(cuts=st.lists(share, min_size=1, max_size=3, unique=True), x=share, velocity=speed)
-def test_a_cut_funnel_is_the_funnel(cuts, x, velocity):
-    line = np.array([(0.004, 0.0), (0.03, 0.02)])
-    whole, cut = body(), body()
-    whole.revolved(*line.ravel())
-    ends = [0.0, *sorted(cuts), 1.0]
-    for s, t in pairwise(ends):
-        cut.revolved(*(line[0] + s * (line[1] - line[0])), *(line[0] + t * (line[1] - line[0])))
-    start = (0.006 + 0.02 * x, 0.001, 0.022)
-    assert np.abs(path(whole, start, velocity) - path(cut, start, velocity)).max() < 1e-8
-
-
 @pytest.mark.parametrize("wall", ["plane", "rectangle", "triangles", "disc"])
 @pytest.mark.parametrize("precision", ["mixed", "double"])
 def test_a_grain_that_goes_through_a_wall_is_an_error(wall, precision):
@@ -154,22 +116,3 @@ def test_a_grain_that_goes_through_a_wall_is_an_error(wall, precision):
     sim.add_particles([(0, 0.001, 2 * R)], R, velocity=[(0, 0, -40.0)])
     with refused(BlowUpError, particle=0, time=3.6e-05):
         sim.advance(200)
-
-
-@pytest.mark.parametrize("wall", ["plane", "rectangle"])
-@pytest.mark.parametrize("precision", ["mixed", "double"])
-def test_a_turning_wall_strikes_a_grain_far_from_its_axis(wall, precision):
-    """It turns about y with 2 rad/s: the grain at rest 0.5 m out leaves with (1 + e) times the
-    speed of the wall."""
-    walls = body(spin=(0, 2.0, 0))
-    if wall == "plane":
-        walls.plane((0, 0, 0), (0, 0, 1))
-    else:
-        walls.rectangle((0, 0, 0), (1.0, 0, 0), (0, 1.0, 0))
-    sim = make(ContactParameters(0.5, 0.0), walls=walls, dt=4e-6, precision=precision)
-    arm, turned = 0.5, 0.004  # the wall turns by 4 mrad before it meets the grain
-    height = (R + arm * math.sin(turned)) / math.cos(turned)
-    sim.add_particles([(-arm, 0, height)], R)
-    sim.advance(round((turned / 2.0 + 2e-3) / sim.time_step))
-    struck = 2.0 * math.hypot(arm, height)
-    assert np.linalg.norm(sim.velocity[0]) == pytest.approx(1.5 * struck, rel=0.01)

@@ -134,14 +134,3 @@ def test_two_bodies_in_one_plane_act_as_one(across, record):
     record("two bodies in one plane", f"rebound at {across:g} of a contact from the seam", two, one,
            1e-3, "", "one body")  # fmt: skip
     assert one == pytest.approx(0.5, abs=5e-3)
-
-
-def test_a_grain_in_the_corner_of_two_bodies_feels_both():
-    walls = WallSet().body("a", material="wall").plane((0, 0, 0), (0, 0, 1))
-    walls = walls.body("b", material="wall").plane((0, 0, 0), (1, 0, 0))
-    sim = simulation(walls, mu=0.0, gravity=(-G, 0.0, -G))
-    sim.add_particles([[0.9999 * RADIUS] * 1 + [0.0, 0.9999 * RADIUS]], RADIUS)
-    sim.advance(20000)
-    weight = float(sim.mass[0]) * G
-    assert sim.wall_force("a")[2] == pytest.approx(-weight, rel=1e-2)
-    assert sim.wall_force("b")[0] == pytest.approx(-weight, rel=1e-2)

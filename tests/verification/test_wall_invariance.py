@@ -184,13 +184,6 @@ def test_the_outcome_does_not_depend_on(untouched, change, data):
 
 
 @pytest.mark.slow
-def test_both_precisions_give_one_outcome(untouched):
-    x, v = throw(precision="mixed")
-    assert 0.0 < np.abs(x - untouched[0]).max() < 2e-6
-    assert np.abs(v - untouched[1]).max() < 0.01
-
-
-@pytest.mark.slow
 def test_the_outcome_settles_as_the_time_step_goes_to_zero():
     """Errors against a step eight times finer fall at least in proportion to the step."""
     finest, _ = throw(dt=2.5e-7, precision="double")

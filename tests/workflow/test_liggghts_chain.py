@@ -1,12 +1,10 @@
-"""A study in LIGGGHTS from its screening to its validation, with no run of this project's engine,
-and this engine's heaps at the points of its response surface.
+"""A study in LIGGGHTS from its screening to its validation, with no run of this project's engine.
 
 The height stands for the angle, which so few grains give to some degrees only. Cost: 28 heaps of
-400 grains there and nine here, less than four minutes of one core."""
+400 grains, less than three minutes of one core."""
 
 import json
 
-import numpy as np
 import pandas as pd
 import pytest
 import yaml
@@ -15,10 +13,6 @@ from test_module import NO_PROFILE, ROOT, SNAKEMAKE
 
 from calibration import engines
 from calibration.runs.plans import read_plan
-from calibration.runs.simulated import named, simulate
-from calibration.study.config import numbers_of, point_spec
-from calibration.study.factors import read_factors
-from diagnosis.other_code import read_runs
 from other_codes import entry_or_skip
 from small_heap import RUN
 
@@ -91,25 +85,3 @@ def test_the_optimum_gives_the_measured_height_in_that_code(study):
     assert found["simulated_n"] == PLANS["validation"]
     assert found["difference_low"] < HALF_A_GRAIN
     assert found["difference_high"] > -HALF_A_GRAIN
-
-
-def test_this_engine_s_heaps_are_as_high(study, tmp_path):
-    """At the points of the response surface, on average and one by one."""
-    factors = read_factors(study.parents[1] / "factors.tsv")
-    surface = pd.read_csv(study / "response_surface" / "runs.csv")
-    specs = read_plan(study / "response_surface" / "plan.json")
-    levels = [numbers_of(specs[name]) for name in surface["run_id"]]
-    table = pd.DataFrame({f.name: [found[f.key] for found in levels] for f in factors})
-    table = table.assign(experiment="heap", quantity="height", value=surface["response"], unit="mm")
-    table.to_csv(tmp_path / "theirs.csv", index=False)
-    theirs = read_runs(tmp_path / "theirs.csv", factors, "height")
-
-    def spec(number, run):
-        known = dict(run.known)
-        return point_spec(RUN, "heap", {f.key: known[f.name] for f in factors}, 7000 + number)
-
-    specs = named(spec(number, run) for number, run in enumerate(theirs))
-    ours = [found["height_mm"] for found in simulate(specs, tmp_path / "ours").values()]
-    difference = np.array([m.value for m in theirs]) - ours
-    assert abs(np.mean(difference)) < HALF_A_GRAIN
-    assert np.sqrt(np.mean(difference**2)) < HALF_A_GRAIN

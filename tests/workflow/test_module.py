@@ -1,5 +1,5 @@
-"""snakemake's own ways to use a workflow from elsewhere: as a module of another one, laid out by
-snakedeploy, as the catalogue tests it, and in environments made for it."""
+"""snakemake's own ways to use a workflow from elsewhere: as a module of another one, with a storage
+of results, and in environments made for it."""
 
 import json
 import os
@@ -49,19 +49,6 @@ rule mine:
     input:
         rules.gc_{target}.{files},
         rules.own_{target}.{files},
-"""
-SNAKEDEPLOY = """
-configfile: "config/config.yaml"
-
-
-module calibration:
-    snakefile:
-        "{copy}/workflow/Snakefile"
-    config:
-        config
-
-
-use rule * from calibration
 """
 
 
@@ -152,18 +139,6 @@ def test_a_storage_without_local_copies_is_refused_in_a_sentence(in_bucket):
     done = in_bucket("screening", "-n")
     assert done.returncode != 0
     assert f"add {KEPT}" in done.stdout + done.stderr
-
-
-@pytest.mark.slow
-def test_what_snakedeploy_writes_plans_the_chain(tmp_path):
-    shutil.copytree(ROOT / "workflow", tmp_path / "copy" / "workflow")
-    (tmp_path / "work" / "workflow").mkdir(parents=True)
-    study = write_study(tmp_path / "work" / "config")
-    text = SNAKEDEPLOY.format(copy=tmp_path / "copy")
-    (tmp_path / "work" / "workflow" / "Snakefile").write_text(text)
-    planned = done(*SNAKEMAKE, "-n", "all", *NO_PROFILE, cwd=study.parents[1])
-    assert re.search(r"^report +1$", planned, re.M)
-    assert re.search(r"drops: 0 of \d+", planned)
 
 
 def test_a_job_makes_its_runs_with_the_study_s_engine(monkeypatch, tmp_path):

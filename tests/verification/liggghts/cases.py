@@ -39,7 +39,6 @@ IMPACT_SPEED = 0.3  # [m/s]
 IMPACT_STEP, IMPACT_STEPS = 1e-6, 600  # [s]; the longest impact takes some 200 steps
 
 BED = {"n": 3000, "steps": 30000}
-SMALL_BED = {"n": 1000, "steps": 12000}
 
 SEEDS = (1, 2, 3, 4)
 PRIMES = (86028121, 15485917, 32452883, 49979687)
