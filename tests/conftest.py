@@ -88,6 +88,13 @@ def here(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.fixture
+def repository(monkeypatch, request):
+    """The project's own folder to work in."""
+    monkeypatch.chdir(request.config.rootpath)
+    return request.config.rootpath
+
+
 @pytest.fixture(scope="module")
 def tab(tmp_path_factory):
     """A tab of a browser; skips the test where there is none."""

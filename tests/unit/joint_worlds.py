@@ -20,6 +20,19 @@ SCATTER = 0.3  # of a run about the mean; a response spans about 2
 READINGS = 8
 
 
+class Linear:
+    """An emulator that is right: the mean is a + b u, with a stated error and scatter."""
+
+    def __init__(self, b, a=0.0, error=0.0, scatter=0.0):
+        self.a, self.b, self.error, self.sd = a, np.asarray(b, float), error, scatter
+
+    def mean(self, u):
+        return self.a + u @ self.b, np.full(len(u), self.error**2)
+
+    def sd_of_run(self, u):
+        return np.full(len(u), self.sd)
+
+
 @dataclass(frozen=True)
 class World:
     """`kind` of truth over d parameters with as many responses, at most three."""

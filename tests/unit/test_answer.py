@@ -1,7 +1,6 @@
 """The answer of a study: every measured row beside runs at the parameters that are handed out."""
 
 import json
-import zlib
 from pathlib import Path
 
 import numpy as np
@@ -12,14 +11,10 @@ from scipy import stats
 
 from calibration.chain.study import Study
 from calibration.intake.measurements import Measurement
-from calibration.runs.plans import read_plan, result_path
 from calibration.stages import answer as stage
-from calibration.study.config import parse_config
 from calibration.telling.answer import words
 from calibration.telling.answer.schema import Answer
-from dem.results import write_result
-from dem.spec import parse_spec
-from small_heap import RUN
+from made_up import HEAP, answer, made_up
 from workflow_rules import rules_of
 
 SCHEMA = Path(words.__file__).with_name("answer.schema.json")
@@ -36,24 +31,16 @@ tilt,sliding_angle,,deg,,3,,,did_not_slide,
 heap,height,31.0,mm,,,,,,a single reading
 """
 PRINTED = 0.421
-HEAP = {"particles": {"count": 100, "diameter_mm": 2.0},
-        "geometry": {"generation_rate_per_s": 1000}}  # fmt: skip
 
 
 def config_of(tmp_path, monkeypatch, bounce, measured=MEASURED, tests=None):
-    monkeypatch.chdir(tmp_path)
-    rows = [f"{c}\t{n}\t{k}\t0.1\t0.9" for c, (n, k) in zip("AB", KEYS.items(), strict=True)]
-    Path("factors.tsv").write_text("\n".join(["code\tname\tkey\tlow\thigh", *rows]) + "\n")
-    Path("measured.csv").write_text(measured)
-    data = {
-        "name": "made-up", "factors": "factors.tsv", "measurements": "measured.csv",
-        "fixed": {"bounce": bounce}, "supplements": ["drop"],
-        "run": {"materials": RUN["materials"], "contacts": RUN["contacts"]},
-        "tests": {"heap": {"experiment": "heap", "run": HEAP},
-                  "ball": {"experiment": "drop", "sweep": {"levels": [0.3, 0.4, 0.5, 0.6]},
-                           "run": {"geometry": {"drop_height_mm": 150}}}} | (tests or {}),
-    }  # fmt: skip
-    return parse_config(data)
+    ball = {"experiment": "drop", "sweep": {"levels": [0.3, 0.4, 0.5, 0.6]},
+            "run": {"geometry": {"drop_height_mm": 150}}}  # fmt: skip
+    tests = {"heap": {"experiment": "heap", "run": HEAP}, "ball": ball} | (tests or {})
+    return made_up(
+        tmp_path, monkeypatch, KEYS, measured, (0.1, 0.9), fixed={"bounce": bounce},
+        supplements=["drop"], tests=tests,
+    )  # fmt: skip
 
 
 def simulated(spec, rng):
@@ -94,11 +81,7 @@ def answered(config):
     runs.to_csv(study.folder / "validation" / "runs.csv", index=False)
     rules = rules_of(config.model_dump(mode="json"))
     rules["plan_answer"].call(study)
-    for name, spec in read_plan(study.folder / "answer" / "plan.json").items():
-        own = np.random.default_rng(zlib.crc32(name.encode()))
-        folder = Path(result_path(name)).parent
-        metrics, numerics = simulated(spec, own), {"wall_time_s": 2.0}
-        write_result(folder, parse_spec(spec), metrics, numerics, files=())
+    answer(study.folder / "answer" / "plan.json", simulated, wall_time_s=2.0)
     rules["answer"].call(study)
     return study.summary("answer"), study.folder
 

@@ -11,7 +11,6 @@ import yaml
 
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError
-from calibration.runs.plans import read_plan, result_path
 from calibration.stages.bench_tests import (
     SWEEPS,
     analyse_sweep,
@@ -20,11 +19,10 @@ from calibration.stages.bench_tests import (
     plan_confirmation,
     plan_sweep,
 )
-from calibration.study.config import overlay, parse_config
+from calibration.study.config import numbers_of, overlay, parse_config
 from calibration.study.config.tests import SWEPT
-from dem.results import write_result
-from dem.spec import parse_spec
 from facts import refused
+from made_up import answer
 from stage_files import Files, PlanFiles
 
 ROOT = Path(__file__).parents[2]
@@ -59,24 +57,23 @@ def write_measured(drop_heights="150", drop=30.0):
     Path("bench.csv").write_text(header + heaps + slides + drops)
 
 
-def answer(plan_file, test):
-    """Write the result of every planned run by the test's law."""
-    *path, last = SWEPT[test].split(".")
-    for name, spec in read_plan(plan_file).items():
-        level = spec
-        for part in (*path, last):
-            level = level[part]
-        metrics = {SWEEPS[test].metric: LAWS[test](level), SWEEPS[test].spread: 0.1}
-        write_result(Path(result_path(name)).parent, parse_spec(spec), metrics, {}, files=())
+def by_law(test):
+    """The formula of a test's law: metrics of a spec."""
+
+    def metrics(spec, _):
+        level = numbers_of(spec)[SWEPT[test]]
+        return {SWEEPS[test].metric: LAWS[test](level), SWEEPS[test].spread: 0.1}
+
+    return metrics
 
 
 @pytest.mark.parametrize("test", ["tilt", "drop"])
 def test_a_sweep_finds_the_level_that_gives_the_measured_value(config, test):
     study, sweep, confirmed = Study(config), PlanFiles.of("sweep"), PlanFiles.of("confirmation")
     plan_sweep(test, study, None, sweep)
-    answer(sweep.plan, test)
+    answer(sweep.plan, by_law(test))
     plan_confirmation(test, study, Files(sweep=sweep.design), confirmed)
-    answer(confirmed.plan, test)
+    answer(confirmed.plan, by_law(test))
     analyse_sweep(test, study, Files(sweep=sweep.design, confirmation=confirmed.design), OUT)
     found = json.loads(Path(OUT.summary).read_text())
     measured = MEASURED[test]
@@ -93,7 +90,7 @@ def test_the_closed_form_takes_the_drop_height_of_the_run(config):
     config = parse_config(overlay(config.model_dump(mode="json"), height))
     study, sweep = Study(config), PlanFiles.of("sweep")
     plan_sweep("drop", study, None, sweep)
-    answer(sweep.plan, "drop")
+    answer(sweep.plan, by_law("drop"))
     analyse_sweep("drop", study, Files(sweep=sweep.design, confirmation=sweep.design), OUT)
     assert json.loads(Path(OUT.summary).read_text())["closed_form"] == np.sqrt(30.0 / 120.0)
 
@@ -101,7 +98,7 @@ def test_the_closed_form_takes_the_drop_height_of_the_run(config):
 def test_a_measured_value_outside_the_sweep_is_refused(config):
     sweep = PlanFiles.of("sweep")
     plan_sweep("drop", Study(config), None, sweep)
-    answer(sweep.plan, "drop")
+    answer(sweep.plan, by_law("drop"))
     write_measured(drop=90.0)
     study = Study(config)
     with refused(CalibrationError, "0.4", "0.7", "90"):
@@ -111,7 +108,7 @@ def test_a_measured_value_outside_the_sweep_is_refused(config):
 def test_the_measured_value_is_that_of_the_rigs_own_setting(config):
     study, sweep = Study(config), PlanFiles.of("sweep")
     plan_sweep("drop", study, None, sweep)
-    answer(sweep.plan, "drop")
+    answer(sweep.plan, by_law("drop"))
     header, *rows = Path("bench.csv").read_text().splitlines()
     other = "drop,rebound_height,70,mm,1,5,300"
     Path("bench.csv").write_text("\n".join([header, other, *rows]) + "\n")

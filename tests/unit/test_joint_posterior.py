@@ -3,7 +3,7 @@ the test that tells most."""
 
 import numpy as np
 import pytest
-from joint_worlds import KINDS, World
+from joint_worlds import KINDS, Linear, World
 from scipy import integrate, stats
 
 from calibration.inference.joint.critique import agreement, borders, misspecification, pulls
@@ -12,19 +12,6 @@ from calibration.inference.joint.next_test import Candidate, rank
 from calibration.inference.joint.shares import shares
 from calibration.inference.posterior_sampling import Prior
 from joint_checks import check_ranks, coverage, simulation_based_calibration
-
-
-class Linear:
-    """An emulator that is right: the mean is a + b u, with a stated error and scatter."""
-
-    def __init__(self, b, a=0.0, error=0.0, scatter=0.0):
-        self.a, self.b, self.error, self.sd = a, np.asarray(b, float), error, scatter
-
-    def mean(self, u):
-        return self.a + u @ self.b, np.full(len(u), self.error**2)
-
-    def sd_of_run(self, u):
-        return np.full(len(u), self.sd)
 
 
 def test_a_response_of_two_coefficients_has_the_density_of_the_normal_distribution():

@@ -34,12 +34,6 @@ THE_SAME = (
 ).split()
 
 
-@pytest.fixture
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def rows_of(name):
     """Rows of an empty table as the command writes it."""
     assert main(["new", "--table", name]) == 0

@@ -3,6 +3,7 @@ say."""
 
 import numpy as np
 import pytest
+from joint_worlds import Linear
 from scipy import stats
 from scipy.special import expit
 
@@ -20,22 +21,12 @@ def measured(emulator, mean, se):
     return Response("test", (emulator,), mean, se**2)
 
 
-class Linear:
-    """An emulator without error: the mean is a + b u."""
-
-    def __init__(self, a, b):
-        self.a, self.b = a, np.asarray(b, float)
-
-    def mean(self, u):
-        return self.a + u @ self.b, np.zeros(len(u))
-
-
 def test_a_linear_model_has_the_posterior_of_the_closed_form():
     """A normal prior and a linear response give a normal posterior: precision is the sum of the
     two."""
     b, se, sd = np.array([2.0, 1.0]), 0.1, 0.06
     prior = Prior(np.array([0.5, 0.5]), np.array([sd, sd]))
-    found = sample([measured(Linear(0.0, b), 1.6, se)], prior, steps=1000)
+    found = sample([measured(Linear(b), 1.6, se)], prior, steps=1000)
     precision = np.eye(2) / sd**2 + np.outer(b, b) / se**2
     covariance = np.linalg.inv(precision)
     mean = covariance @ (np.full(2, 0.5) / sd**2 + b * 1.6 / se**2)

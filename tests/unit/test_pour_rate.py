@@ -3,43 +3,35 @@ capacity."""
 
 import json
 import re
-import zlib
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 import pytest
 
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError
 from calibration.figures import ANGLE
-from calibration.runs.plans import read_plan, result_path
+from calibration.runs.plans import read_plan
 from calibration.stages.pour_rate import sentences
-from calibration.study.config import parse_config
-from dem.results import write_result
-from dem.spec import parse_spec
 from facts import refused, tells
+from made_up import HEAP, answer, made_up
 from small_heap import RUN
 from workflow_rules import rules_of
 
+KEYS = {"rolling": "contacts.particle_particle.rolling_friction"}
 RULES = {"rates_per_s": [500, 1000, 2000], "heaps": 8, "opened": {"funnel_top_diameter_mm": 90.0}}
 
 
-def config_of(tmp_path, monkeypatch, rules=RULES, **more):
-    monkeypatch.chdir(tmp_path)
-    key = "contacts.particle_particle.rolling_friction"
-    Path("factors.tsv").write_text(f"code\tname\tkey\tlow\thigh\nA\trolling\t{key}\t0.1\t0.5\n")
-    measured = ["experiment,quantity,value,unit", *(f"heap,angle_of_repose,{v},deg" for v in "345")]
-    Path("measured.csv").write_text("\n".join(measured) + "\n")
-    data = {
-        "name": "made-up", "factors": "factors.tsv", "measurements": "measured.csv",
-        "tests": {"heap": {"experiment": "heap"}},
-        "run": {"materials": RUN["materials"], "contacts": RUN["contacts"],
-                "particles": {"count": 100, "diameter_mm": 2.0},
-                "geometry": {"generation_rate_per_s": 1000}},
-        "pour_rate": rules,
-    }  # fmt: skip
-    return parse_config(data | more)
+MEASURED = """experiment,quantity,value,unit
+heap,angle_of_repose,3,deg
+heap,angle_of_repose,4,deg
+"""
+
+
+def config_of(tmp_path, monkeypatch, rules=RULES):
+    return made_up(tmp_path, monkeypatch, KEYS, MEASURED, pour_rate=rules,
+                   run={"materials": RUN["materials"], "contacts": RUN["contacts"]} | HEAP,
+                   tests={"heap": {"experiment": "heap"}})  # fmt: skip
 
 
 def poured(config, angle):
@@ -51,10 +43,12 @@ def poured(config, angle):
     rules = rules_of(config.model_dump(mode="json"))
     plan, analysis = rules["plan_pour_rate"], rules["pour_rate"]
     plan.call(study)
-    for name, spec in read_plan(plan.plan).items():
-        value = angle(spec["geometry"], np.random.default_rng(zlib.crc32(name.encode())))
-        metrics = {} if value is None else {"angle_of_repose_deg": value, "hold_up": 3}
-        write_result(Path(result_path(name)).parent, parse_spec(spec), metrics, {}, files=())
+
+    def metrics(spec, rng):
+        value = angle(spec["geometry"], rng)
+        return {} if value is None else {"angle_of_repose_deg": value, "hold_up": 3}
+
+    answer(plan.plan, metrics)
     analysis.call(study)
     return study.summary("pour_rate"), read_plan(plan.plan)
 

@@ -2,7 +2,6 @@
 scatter are told apart."""
 
 import json
-import zlib
 from pathlib import Path
 
 import numpy as np
@@ -12,13 +11,10 @@ from scipy import stats
 
 from calibration.chain.study import Study
 from calibration.figures import ANGLE
-from calibration.runs.plans import read_plan, result_path
+from calibration.runs.plans import read_plan
 from calibration.stages.push_through import nested, sentences
-from calibration.study.config import parse_config
-from dem.results import write_result
-from dem.spec import parse_spec
 from facts import tells
-from small_heap import RUN
+from made_up import HEAP, answer, made_up
 from workflow_rules import rules_of
 
 KEYS = {
@@ -27,8 +23,6 @@ KEYS = {
     "wall": "contacts.particle_wall.static_friction",
 }
 MACHINE = {"experiment": "tilt", "metrics": ["sliding_angle_deg"]}
-HEAP = {"particles": {"count": 100, "diameter_mm": 2.0},
-        "geometry": {"generation_rate_per_s": 1000}}  # fmt: skip
 
 
 def draws_of(n, r, between, within, rng):
@@ -65,30 +59,20 @@ def test_the_interval_holds_a_further_run_as_often_as_it_says(r, between, within
     assert 0.94 <= inside / studies <= 0.96
 
 
-def config_of(tmp_path, monkeypatch, draws=12, replicates=3, **machine):
-    monkeypatch.chdir(tmp_path)
-    rows = [f"{c}\t{n}\t{k}\t0.1\t0.5" for c, (n, k) in zip("ABC", KEYS.items(), strict=True)]
-    Path("factors.tsv").write_text("\n".join(["code\tname\tkey\tlow\thigh", *rows]) + "\n")
-    measured = ["experiment,quantity,value,unit", *(f"heap,angle_of_repose,{v},deg" for v in "345")]
-    measured += [f"tilt,sliding_angle,{v},deg" for v in (19.0, 21.0)]
-    Path("measured.csv").write_text("\n".join(measured) + "\n")
-    data = {
-        "name": "made-up", "seed": 7, "factors": "factors.tsv", "measurements": "measured.csv",
-        "fixed": {"wall": 0.33},
-        "run": {"materials": RUN["materials"], "contacts": RUN["contacts"]},
-        "tests": {"heap": {"experiment": "heap", "run": HEAP}, "chute": MACHINE | machine},
-        "predict": {"draws": draws, "replicates": replicates},
-    }  # fmt: skip
-    return parse_config(data)
+MEASURED = """experiment,quantity,value,unit
+heap,angle_of_repose,3,deg
+heap,angle_of_repose,4,deg
+tilt,sliding_angle,19,deg
+tilt,sliding_angle,21,deg
+"""
 
 
-def answer(plan, formula):
-    """Write a result of every planned run: formula(spec, rng) -> metrics, None of a run that gave
-    none."""
-    for name, spec in read_plan(plan).items():
-        rng = np.random.default_rng(zlib.crc32(name.encode()))
-        metrics = formula(spec, rng)
-        write_result(Path(result_path(name)).parent, parse_spec(spec), metrics, {}, files=())
+def config_of(tmp_path, monkeypatch, draws=12, replicates=3):
+    return made_up(
+        tmp_path, monkeypatch, KEYS, MEASURED, seed=7, fixed={"wall": 0.33},
+        tests={"heap": {"experiment": "heap", "run": HEAP}, "chute": MACHINE},
+        predict={"draws": draws, "replicates": replicates},
+    )  # fmt: skip
 
 
 def pushed(config, formula):

@@ -19,11 +19,6 @@ from paper.release.pages import KEPT, PAGE, read_record
 
 
 @pytest.fixture
-def repository(monkeypatch, request):
-    monkeypatch.chdir(request.config.rootpath)
-
-
-@pytest.fixture
 def kept(tmp_path):
     """The frozen runs as a folder of kept results; the rig as printed is the study's own, in which
     some funnels packed."""

@@ -19,12 +19,6 @@ from paper.reproduction.study import Study as Kept
 from paper.reproduction.table import ORDER, PAPER, counts, reproduce
 
 
-@pytest.fixture
-def repository(monkeypatch, request):
-    monkeypatch.chdir(request.config.rootpath)
-    return request.config.rootpath
-
-
 @pytest.fixture(scope="module")
 def study(tmp_path_factory, request):
     """A small study of the paper's own factors whose angles are the paper's, shifted by what a test

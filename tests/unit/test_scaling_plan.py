@@ -39,12 +39,6 @@ def config(repository):
     return parse_config(yaml.safe_load((repository / "config" / "config.yaml").read_text()))
 
 
-@pytest.fixture
-def repository(monkeypatch, request):
-    monkeypatch.chdir(request.config.rootpath)
-    return request.config.rootpath
-
-
 @pytest.mark.parametrize("model", [LawParameters, Numerics, Particles, *GEOMETRY.values()])
 def test_every_key_with_a_unit_is_known(model):
     """A new key of the run spec with a unit that the rules cannot read would be left unscaled in
