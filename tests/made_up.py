@@ -18,10 +18,12 @@ HEAP = {"particles": {"count": 100, "diameter_mm": 2.0},
 
 def made_up(folder, monkeypatch, keys, measured, ends=(0.1, 0.5), **more):
     """Configuration of a study in a folder, from now on the working directory, with the factors
-    {name: key} between `ends` and the text of its measured table."""
+    {name: key} between `ends`, or {name: (key, low, high)}, and the text of its measured table."""
     monkeypatch.chdir(folder)
-    rows, (low, high) = ["code\tname\tkey\tlow\thigh"], ends
-    rows += [f"{chr(65 + i)}\t{n}\t{k}\t{low}\t{high}" for i, (n, k) in enumerate(keys.items())]
+    rows = ["code\tname\tkey\tlow\thigh"]
+    for code, (name, key) in zip("ABCDE", keys.items(), strict=False):
+        own = key if isinstance(key, tuple) else (key, *ends)
+        rows.append("\t".join(map(str, (code, name, *own))))
     Path("factors.tsv").write_text("\n".join(rows) + "\n")
     Path("measured.csv").write_text(measured)
     data = {

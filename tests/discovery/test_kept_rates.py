@@ -2,12 +2,13 @@
 
 import re
 import shutil
+from collections import Counter
 from pathlib import Path
 
 import pandas as pd
 import pytest
 
-from benchmarks.rates import kept_rates
+from benchmarks.rates import kept_rates, single_grains
 from benchmarks.rates.__main__ import TRIALS
 from calibration.digests import SOURCES
 
@@ -74,3 +75,11 @@ def test_a_trial_goes_on_and_leaves_rows_of_other_rules_out(tmp_path):
     trial.run()
     assert asked == [1, 2, 3, 1]
     assert len(kept_rates.kept(path, "bulk")) == len(pd.read_csv(path)) == 3
+
+
+def test_each_mechanism_is_planned_once_at_each_point_with_and_without_its_entry():
+    cases = single_grains.planned()
+    hidden = Counter((c.case, c.truth) for c in cases if c.truth)
+    assert set(hidden.values()) == {single_grains.POINTS}
+    assert {c.truth for c in cases if c.truth} == set(single_grains.strengths())
+    assert len(set(cases)) == len(cases) == 84

@@ -384,8 +384,8 @@ CASES = {
 }  # fmt: skip
 
 
-def book(*sheets):
-    """Return what writes a workbook; each sheet is a list of rows."""
+def book(*sheets, merge=()):
+    """Return what writes a workbook; each sheet is a list of rows, with areas of merged cells."""
 
     def write(path):
         made = openpyxl.Workbook()
@@ -394,6 +394,8 @@ def book(*sheets):
             made.create_sheet(f"sheet {n}")
             for row in rows:
                 made.worksheets[n].append(row)
+            for area in merge:
+                made.worksheets[n].merge_cells(area)
         made.save(path)
 
     return write

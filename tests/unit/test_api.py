@@ -46,28 +46,6 @@ def test_a_study_is_opened_by_its_folder_or_its_file(soybean):
         Study("wheat")
 
 
-def test_a_study_is_opened_from_a_notebook_s_own_folder(soybean, tmp_path, monkeypatch):
-    (tmp_path / "notes").mkdir()
-    codes, measured = [f.code for f in soybean.factors], list(soybean.measured())
-    notebook = {"examples": "soybean", "notes": "../examples/soybean"}
-    for place, name in notebook.items():
-        # the examples are a link here: their own root is that of the project
-        root = ROOT if place == "examples" else tmp_path
-        monkeypatch.chdir(root / place)
-        study = Study(name, root=tmp_path)
-        assert study.config == soybean.config
-        assert [f.code for f in study.factors] == codes
-        assert list(study.measured()) == measured
-        assert list(study.table("screening", "effects")["effect"]) == [10.6, -3.5]
-        assert Path.cwd() == root / place
-    monkeypatch.chdir(ROOT / "examples")
-    assert Study("soybean").root == ROOT
-    asked = []
-    monkeypatch.setattr(api, "call", lambda *_, **__: asked.append(Path.cwd()) or Ended(0))
-    Study("soybean").run("screening")
-    assert asked == [ROOT]
-
-
 def test_tables_bear_their_units(soybean):
     table = soybean.table("screening", "effects")
     assert table.attrs["units"] == {"effect": "°"}

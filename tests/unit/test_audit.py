@@ -65,7 +65,7 @@ CLAIMS = {
     "agrees": """
         table07.* table08.[!t]* table09.high table09.step table10.* table12.[!h]* table13.*
         tilt.inverse tilt.refit tilt.error drop.inverse drop.contact.4mm model.highly
-        model.significant optimum.regression validation.mean validation.error
+        model.significant optimum.regression validation.mean validation.error eq5.* eq6.* eq8.*
     """,
     "disagrees": """
         section11.* table01.mean table02.sum.group1 table03.particle table04.unit.salt_density

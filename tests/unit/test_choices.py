@@ -1,10 +1,7 @@
 """A choice between two words, such as two laws of rolling friction, as a factor of a screening."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-import yaml
 
 from calibration.chain.study import Study
 from calibration.errors import ConfigError
@@ -12,49 +9,38 @@ from calibration.runs.feasibility import check_ahead
 from calibration.stages.screening import _going_on
 from calibration.statistics.screening import screen
 from calibration.statistics.screening_design import screening_design
-from calibration.study.config import parse_config
 from calibration.study.factors import Choice, read_factors
 from facts import refused
+from made_up import made_up
+from small_heap import RUN
 
-ROOT = Path(__file__).parents[2]
-HEAD = "code\tname\tkey\tlow\thigh\tdescription\n"
-RESTITUTION = "A\trestitution\tcontacts.particle_wall.restitution\t0.4\t0.8\tof the floor\n"
-MODULUS = "B\tmodulus\tmaterials.particle.shear_modulus_Pa\t1e7\t2e7\tof the grain\n"
-LAW = "C\tdamping_law\tlaws.damping\ttsuji\tthornton\thow energy is lost\n"
+FACTORS = {
+    "restitution": ("contacts.particle_wall.restitution", 0.4, 0.8),
+    "modulus": ("materials.particle.shear_modulus_Pa", 1e7, 2e7),
+    "damping_law": ("laws.damping", "tsuji", "thornton"),
+}
+MEASURED = """experiment,quantity,value,unit,drop_height_mm
+drop,rebound_height,52,mm,150
+drop,rebound_height,54,mm,150
+"""
+FIXED = {"restitution": 0.6, "modulus": 1e7, "damping_law": "tsuji"}
 
 
 @pytest.fixture
 def study(tmp_path, monkeypatch):
     """make(**changes): configuration of a screening of drops with a choice of the damping law."""
-    monkeypatch.chdir(tmp_path)
-    for name in ("config", "data"):
-        (tmp_path / name).symlink_to(ROOT / name)
-    (tmp_path / "factors.tsv").write_text(HEAD + RESTITUTION + MODULUS + LAW)
-    salt = yaml.safe_load((ROOT / "config/config.yaml").read_text())
-    run = {key: salt["run"][key] for key in ("materials",)}
-    own = {"restitution": 0.6, "static_friction": 0.5, "rolling_friction": 0.1}
-    run |= {
-        "materials": {
-            "particle": {"density_kg_m3": 2100, "shear_modulus_Pa": 1e7, "poisson_ratio": 0.2},
-            "wall": {"density_kg_m3": 7800, "shear_modulus_Pa": 1e9, "poisson_ratio": 0.3},
-        },
-        "contacts": {"particle_particle": own, "particle_wall": own},
-        "particles": {"diameter_mm": 4.0},
-        "geometry": {"drops": 1, "drop_height_mm": 150.0},
-    }
+    rig = {"particles": {"diameter_mm": 4.0}, "geometry": {"drops": 1, "drop_height_mm": 150.0}}
+    run = {"materials": RUN["materials"], "contacts": RUN["contacts"]} | rig
 
     def make(**changes):
         data = {
-            "name": "laws",
-            "factors": "factors.tsv",
             "tests": {"ball": {"experiment": "drop"}},
-            "calibrate": {"to": {"rebound_height_mm": {}}},
-            "measurements": salt["measurements"],
             "screening": {"centre_runs": 2},
-            "fixed": {"restitution": 0.6, "modulus": 1e7, "damping_law": "tsuji"},
+            "calibrate": {"to": {"rebound_height_mm": {}}},
+            "fixed": FIXED,
             "run": run,
         }
-        return parse_config(data | changes)
+        return made_up(tmp_path, monkeypatch, FACTORS, MEASURED, **data | changes)  # fmt: skip
 
     return make
 

@@ -1,13 +1,11 @@
 """The diagnosis stands alone: a page of its own in plain words, and names that are withdrawn."""
 
 import json
-import re
 
 import pytest
 from diagnosis_cases import residual
 
 from calibration.figures import parameter_words
-from calibration.telling.report.plain import write_page
 from diagnosis.page.first_lines import first_lines
 from diagnosis.page.markdown import page
 from diagnosis.rules import FIT, withdraw_refuted
@@ -124,22 +122,3 @@ def test_a_faulty_row_comes_first_and_asks_for_its_own_setting_again(ball):
     assert "again" in then
     three = [row | {"line": n} for n in (12, 5, 9)]
     assert tells(first_lines(one | {"rows": three})[0], "Lines 5, 9 and 12")
-
-
-def test_the_page_is_one_file_in_plain_words_with_its_own_names(ball, tmp_path):
-    out = tmp_path / "diagnosis.html"
-    write_page("Diagnosis", page(ball), REFERENCE, out)
-    html = out.read_text()
-    text = re.sub(
-        r"\s+", " ", re.sub(r"<style.*?</style>|<svg.*?</svg>|<[^>]+>", " ", html, flags=re.S)
-    )
-    assert "salt" not in text
-    assert tells(text, "restitution", "grain on wall")
-    assert tells(text, "Verdict", "identified", "air drag")
-    assert "more than 1,000 to 1" in text
-    assert html.count('<svg role="img"') == 3  # residuals, ranking and gain
-    tables = [line for line in page(ball).splitlines() if line.startswith("|---")]
-    assert html.count("<table") == len(tables) == 2
-    assert not re.search(r"(src|href|url\()=?.https?:", html.replace("xlink:href", "href"))
-    assert "|" not in text
-    assert "**" not in text

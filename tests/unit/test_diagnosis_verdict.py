@@ -106,4 +106,10 @@ def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypa
     assert [w["wave"] for w in refinement["waves"]] == [1, 2]
     assert {r["experiment"] for r in refinement["left"]} == {m.experiment for m in measured}
     assert re.search(r"^## .*emulators", text, re.M)
-    assert at("diagnosis.html").read_text().count("<svg role=") == 3
+    html = at("diagnosis.html").read_text()
+    assert html.count("<svg role=") == 3  # residuals, ranking and gain
+    assert html.count("<table") == sum(line.startswith("|---") for line in text.splitlines())
+    assert not re.search(r"(src|href|url\()=?.https?:", html.replace("xlink:href", "href"))
+    assert not re.search(
+        r"\||\*\*", re.sub(r"<style.*?</style>|<svg.*?</svg>", "", html, flags=re.S)
+    )

@@ -1,16 +1,24 @@
-"""What cannot be run is told before the first run, and what the runs cost."""
+"""What cannot be run is told before the first run, what names a run, and what the runs cost."""
 
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import pandas as pd
 import pytest
 import yaml
 
+from calibration import Study
 from calibration.errors import ConfigError
+from calibration.intake.tables import read_written
 from calibration.runs import feasibility
 from calibration.runs.feasibility import chance_to_empty, check_ahead, cost_ahead
-from calibration.study.config import overlay, parse_config
+from calibration.runs.plans import plan
+from calibration.stages.numerics import plan_numerics
+from calibration.statistics.design import box_behnken, steepest_path
+from calibration.study.config import given, overlay, parse_config
+from calibration.study.config.tests import swept_test
+from calibration.study.factors import read_factors
 from calibration.study.stage import Plan, Points, Stage
 from facts import refused, tells
 
@@ -185,3 +193,39 @@ def test_a_rig_that_the_engine_cannot_run_is_told_first():
     check(["silo"])
     with refused(ConfigError, "liggghts", "bulk_density", key="tests.vessel"):
         check(["silo", "vessel"])
+
+
+def test_a_stage_without_its_section_names_stage_and_key():
+    config = parse_config(yaml.safe_load(Path("examples/soybean/config.yaml").read_text()))
+    with refused(ConfigError, "scaling", key="scaling", value=None):
+        given(config, "scaling", "scaling")
+    with refused(ConfigError, "tilt", key="tests", value=None):
+        swept_test(config, "tilt")
+
+
+def test_equal_points_share_a_run_and_replicates_do_not():
+    config, table = study({}), read_factors("config/factors.tsv")
+    chosen = [f for f in table if f.code in "CEG"]
+    design = box_behnken(chosen, centre_runs=5)
+    planned, specs = plan(design, table, config, config.experiment, config.own_run)
+    assert planned["run_id"].is_unique
+    assert len(specs) == 17
+    centre = {f.name: f.centre for f in chosen}
+    path = steepest_path(chosen, centre, {f.name: 0.0 for f in chosen}, 1)
+    shared, _ = plan(path, table, config, config.experiment, config.own_run)
+    assert shared["run_id"][0] in set(planned["run_id"])
+
+
+def test_a_variant_may_have_seeds_of_its_own(tmp_path):
+    variants = {"coarse": {"run": {}}, "fine": {"against": "coarse", "seeds": 3, "run": {}}}
+    points = {"low": {"salt_salt_restitution": 0.2}, "high": {"salt_salt_restitution": 0.7}}
+    wanted = {"seeds": 2, "points": points, "variants": variants}
+    (tmp_path / "numerics.yaml").write_text(yaml.safe_dump(wanted))
+    source = SimpleNamespace(variants=tmp_path / "numerics.yaml")
+    plan_numerics(Study("config"), source, SimpleNamespace(plan=tmp_path / "plan.json"))
+    design = read_written(tmp_path / "design.csv")
+    counts = design.groupby(["variant", "point"], sort=False).size()
+    assert counts.to_dict() == {
+        ("coarse", "low"): 2, ("coarse", "high"): 2, ("fine", "low"): 3, ("fine", "high"): 3,
+    }  # fmt: skip
+    assert not design.duplicated(["variant", "point", "seed"]).any()

@@ -23,7 +23,7 @@ import openpyxl
 import pytest
 import yaml
 from PIL import Image
-from refusals import TEXTS
+from refusals import TEXTS, book
 from scipy.io import wavfile
 from test_refusals import READERS as REFUSING
 
@@ -148,12 +148,7 @@ def written(write, end=""):
         return path.read_bytes()
 
 
-def _book(path):
-    made = openpyxl.Workbook()
-    for row in (["Versuch 1"], ["Nr", "Winkel in °"], [1, 26.1], [2, "27,4"], ["x", "=A3+1"]):
-        made.active.append(row)
-    made.active.merge_cells("A1:B1")
-    made.save(path)
+HEAPS = [["Versuch 1"], ["Nr", "Winkel in °"], [1, 26.1], [2, "27,4"], ["x", "=A3+1"]]
 
 
 def _table_of_tests(path):
@@ -208,7 +203,7 @@ READERS = {
     for kind, (_, read) in REFUSING.items()
     if kind not in OWN
 } | {
-    "workbook": (written(_book, ".xlsx"), _numbers, repacked),
+    "workbook": (written(book(HEAPS, merge=["A1:B1"]), ".xlsx"), _numbers, repacked),
     "workbook of tests": (
         written(_table_of_tests, ".xlsx"), lambda p: read_entries(read_filled(p)), repacked),
     "photograph": (written(_picture), measure_photo, rechunked),

@@ -8,7 +8,7 @@ import pytest
 
 from calibration.runs.runner import NO_HEAP, causes
 from dem.errors import MeasureError, RefusedStateError
-from dem.experiments import heap, phases, setup
+from dem.experiments import heap, setup
 from dem.experiments.heap import Flow
 from dem.measure.heap import coverage
 from dem.run import run
@@ -111,14 +111,6 @@ def test_a_stack_at_the_rim_does_not_block_a_funnel():
             assert apart.min() > source.pitch
             # a site has at most eight others beside it
             assert len(source.sites) - 9 <= len(free) < len(source.sites)
-
-
-def test_a_heap_whose_grains_spin_on_ends_when_its_slopes_stand(tmp_path):
-    """Without torsion nothing stops a grain that spins about the normal of its contact."""
-    spins = deepcopy(SPEC) | {"laws": {"rolling": "constant_torque_relative"}}
-    result = run(parse_spec(spins), tmp_path)
-    assert result["numerics"]["ended"] in (phases.REST, phases.STOOD)
-    assert result["metrics"]["rest_time_s"] < 0.5 * SPEC["numerics"]["max_time_s"]
 
 
 def test_a_heap_that_still_moves_at_its_time_limit_is_none(tmp_path):

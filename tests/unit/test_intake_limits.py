@@ -7,7 +7,7 @@ import struct
 import zipfile
 import zlib
 
-import openpyxl
+from refusals import book
 
 from calibration.errors import ConfigError
 from calibration.intake.guard import decoding
@@ -24,22 +24,14 @@ from dem.tables.limits import (
 from facts import holds, refused, tells
 
 
-def book(path, *sheets, merge=()):
-    """A workbook; each sheet is a list of rows."""
-    made = openpyxl.Workbook()
-    made.remove(made.active)
-    for n, rows in enumerate(sheets):
-        sheet = made.create_sheet(f"sheet {n}")
-        for row in rows:
-            sheet.append(row)
-        for area in merge:
-            sheet.merge_cells(area)
-    made.save(path)
+def saved(path, *sheets, **options):
+    """A workbook of the sheets."""
+    book(*sheets, **options)(path)
     return path
 
 
 def test_a_workbook_that_unpacks_to_more_than_a_table_is_not_unpacked(tmp_path):
-    source = zipfile.ZipFile(book(tmp_path / "a.xlsx", [["value"], [1.0]]))
+    source = zipfile.ZipFile(saved(tmp_path / "a.xlsx", [["value"], [1.0]]))
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as target:
         for part in source.infolist():
@@ -90,18 +82,18 @@ def test_a_configuration_without_end_is_not_read_to_its_end():
 
 def test_workbooks_as_people_have_them(tmp_path):
     titled = [["Versuch Weizen"], ["Nr", "Winkel in °"], [1, 26.1], [2, 27.4]]
-    table = read_table(book(tmp_path / "a.xlsx", titled))
+    table = read_table(saved(tmp_path / "a.xlsx", titled))
     assert (table.header, table.header_line) == (("Nr", "Winkel"), 2)
     assert table.units == {"Winkel": "°"}
     assert tells(table.how, "line 1", "title")
     rows = [["experiment", "value"], ["heap", 26.1], [None, 27.4], ["drop", 3.0]]
-    merged = read_table(book(tmp_path / "b.xlsx", rows, merge=["A2:A3"]))
+    merged = read_table(saved(tmp_path / "b.xlsx", rows, merge=["A2:A3"]))
     assert [row["experiment"] for _, row in merged.rows] == ["heap", "heap", "drop"]
     rows = [["experiment", "value"], ["heap", 26.1], ["heap", None]]
     with refused(ConfigError, "26.1", line=2):
-        read_table(book(tmp_path / "c.xlsx", rows, merge=["B2:B3"]))
+        read_table(saved(tmp_path / "c.xlsx", rows, merge=["B2:B3"]))
     with refused(ConfigError, "grad", "gon"):
-        read_table(book(tmp_path / "d.xlsx", [["Nr", "Winkel in grad"], [1, 2]]))
+        read_table(saved(tmp_path / "d.xlsx", [["Nr", "Winkel in grad"], [1, 2]]))
 
 
 def test_sieve_tables_have_german_and_french_headings(tmp_path):

@@ -1,0 +1,122 @@
+"""Rules of a verdict: a mechanism whose runs all ended without a value, as tests did, a base model
+that meets the readings while a check of the simulations fails, and the chance of a false alarm."""
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from diagnosis.catalogue import load_catalogue
+from diagnosis.identify import significant
+from diagnosis.page.first_lines import first_lines
+from diagnosis.page.first_lines import said as line_of
+from diagnosis.rules import FAR, undecided, with_untried
+from facts import tells
+
+FLOW = {"experiment": "discharge", "levers": {"orifice_diameter_mm": 10.4}, "tests": 5, "failed": 5}
+LAW = {
+    "experiment": "discharge", "slot": "rolling_friction", "state": [], "names": ["rolling_law"],
+    "rivals": [],
+}  # fmt: skip
+CLOGGED = {
+    "verdict": "identified", "causes": ["rolling_law"], "laws": [LAW], "outcomes": [FLOW],
+    "misfit": {"chi_square": 2.0, "freedom": 4.0, "deviance": 24.1, "p": 0.007},
+}  # fmt: skip
+BASE = {"experiment": "discharge", "mechanism": "base", "runs": 26, "failed": 8, "error": 0.1}
+SILENT = {"experiment": "discharge", "mechanism": "cohesion", "runs": 0, "failed": 6}
+
+
+def said(verdict, *errors):
+    return with_untried(verdict, [BASE, *errors], load_catalogue())
+
+
+@pytest.mark.parametrize("verdict", ["identified", "discovered", "ambiguous"])
+def test_what_ended_all_its_runs_is_not_ruled_out_where_tests_ended_so(verdict):
+    causes = [] if verdict == "discovered" else CLOGGED["causes"]
+    found = said(CLOGGED | {"verdict": verdict, "causes": causes}, SILENT)
+    assert found["verdict"] == "ambiguous"
+    assert found["causes"] == ["rolling_law", "cohesion"]
+    assert [r["slot"] for r in found["laws"][0]["rivals"]] == ["attraction"]
+    assert found["untried"] == [{"experiment": "discharge", "mechanism": "cohesion", "runs": 6}]
+    assert tells(line_of("following", found | {"gain": None}), "cohesion", "6")
+
+
+@pytest.mark.parametrize(
+    ("change", "errors"),
+    [
+        ({}, []),
+        # it gave values, and was judged by them
+        ({}, [SILENT | {"runs": 9, "error": 0.2}]),
+        # what is wrong are the readings, not the tests without one
+        ({"misfit": CLOGGED["misfit"] | {"chi_square": 30.0}}, [SILENT]),
+        ({"outcomes": [FLOW | {"failed": 0}]}, [SILENT]),
+        ({"verdict": "adequate", "causes": [], "laws": []}, [SILENT]),
+    ],
+)
+def test_elsewhere_a_verdict_stays_as_it_is(change, errors):
+    before = CLOGGED | change
+    found = said(before, *errors)
+    assert found == before | {"untried": []}
+
+
+def test_what_nothing_explains_tells_what_could_not_be_tried():
+    found = said(CLOGGED | {"verdict": "unexplained", "causes": [], "laws": []}, SILENT)
+    assert found["verdict"] == "unexplained"
+    assert found["causes"] == []
+    assert found["untried"]
+
+
+def verdict(error=0.2, change=0.0, uncertain=0.0, said="adequate"):
+    """A mapping of verdict.json of heaps whose readings have errors of 0.5 degrees."""
+    residual = {"experiment": "heap", "levers": {}, "measured": 30.0, "predicted": 30.0}
+    step = {"experiment": "heap", "change": change, "uncertain": uncertain, "error": 0.5}
+    row = {"experiment": "heap", "mechanism": "base", "error": error, "enough": error <= 0.3}
+    return {
+        "verdict": said,
+        "reason": "the base model fits within the stated spread",
+        "lack_of_fit": {"p": 0.5},
+        "residuals": [residual | {"standardised": 0.0}],
+        "refinement": {"share": 0.3, "left": [row]},
+        "emulators": [{"experiment": "heap", "mechanism": "base", "runs": 40}],
+        "time_step": [step],
+        "calibration": {},
+    }
+
+
+@pytest.mark.parametrize(
+    "failed",
+    [{"error": FAR + 0.1}, {"change": -1.6}, {"change": 2.0, "uncertain": 0.2}],
+)
+def test_a_check_that_fails_takes_adequate_back(failed):
+    found = undecided(verdict(**failed))
+    assert found["verdict"] == "not decided"
+    told = " ".join(first_lines(found))
+    assert ("more runs" in told) == ("error" in failed)
+    assert ("finer step" in told) == ("change" in failed)
+
+
+@pytest.mark.parametrize(
+    "passed",
+    [{}, {"error": FAR}, {"change": 1.4}, {"change": 2.0, "uncertain": 0.3}],
+)
+def test_a_check_that_passes_changes_nothing(passed):
+    assert undecided(verdict(**passed)) == verdict(**passed)
+
+
+def test_what_is_called_wrong_is_not_taken_back():
+    assert undecided(verdict(9.0, said="unexplained"))["verdict"] == "unexplained"
+
+
+def test_the_page_says_how_many_runs_would_tell_more():
+    """An error of the emulator falls with the root of its runs: from 0.9 to 0.3 by nine times."""
+    assert "320 runs of it more" in " ".join(first_lines(verdict(0.9)))
+    assert "No number of runs" in " ".join(first_lines(verdict(0.3)))
+
+
+@pytest.mark.parametrize("alike", [0.0, 0.5, 0.95])
+def test_false_alarms_are_as_many_as_stated_however_alike_the_tests_are(alike):
+    rng = np.random.default_rng(1)
+    n = 40_000
+    common, own = rng.standard_normal((2, n)), rng.standard_normal((2, n))
+    both = norm.sf(np.sqrt(alike) * common[0] + np.sqrt(1.0 - alike) * own)
+    alarms = np.mean([any(significant(*p, 0.05)) for p in both.T])
+    assert 0.03 < alarms < 0.05 + 3.0 * np.sqrt(0.05 * 0.95 / n)
