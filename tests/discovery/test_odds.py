@@ -1,5 +1,5 @@
-"""Odds of one model against another and of errors of the set-up, by the closed form of linear
-models."""
+"""Odds of one model against another and of errors of the set-up, and the misfit of each experiment,
+by the closed form of linear models."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,8 @@ from linear_model import Linear
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
-from diagnosis.fit import Data, fit
+from calibration.intake.measurements import Measurement
+from diagnosis.fit import Data, data_of, fit
 from diagnosis.set_up_errors import EVERY, ONE, SIZES, log_evidence, set_up_errors
 
 N, ERROR = 6, 1.5
@@ -50,3 +51,41 @@ def test_errors_of_the_set_up_are_weighed_as_normals_of_every_size(off):
     exact = logsumexp(one) - np.log(N * len(SIZES)) - plain
     assert found[ONE] == pytest.approx(exact, abs=1e-6)
     assert off == 0.0 or found[ONE] > found[EVERY] > 0.0
+
+
+SD, REPLICATES, READINGS = 50.0, 10_000, 40  # so many that the spread is known
+MEAN_ERROR = SD / np.sqrt(REPLICATES)
+
+
+def fitted(times):
+    """Fit of a level for the heaps and one for the tilts, whose readings scatter by `times` the
+    error that they state; every other reading is of a tilt."""
+    rng = np.random.default_rng(4)
+    tilt = np.arange(READINGS) % 2 == 1
+    off = rng.standard_normal(READINGS)
+    for own in (tilt, ~tilt):  # the sample has just the spread that is asked for
+        off[own] = (off[own] - off[own].mean()) / off[own].std(ddof=1)
+    values = 30.0 + MEAN_ERROR * np.where(tilt, times, 1.0) * off
+    model = Linear(np.column_stack([~tilt, tilt]).astype(float))
+    model.prior_mean[:], model.prior_sd[:] = 30.0, 1e3
+    own = [
+        Measurement(kind, v, SD, REPLICATES, {"particle_diameter_mm": 2.0 + 0.01 * i})
+        for i, (kind, v) in enumerate(zip(np.where(tilt, "tilt", "heap"), values, strict=True))
+    ]
+    return fit(model, data_of(own)), tilt
+
+
+@pytest.mark.parametrize("times", [1.0, 3.0])
+def test_the_scale_is_that_of_the_experiment(times):
+    found, tilt = fitted(times)
+    assert found.scale[0, ~tilt] == pytest.approx(1.0, abs=1e-3)
+    assert found.scale[0, tilt] == pytest.approx(times, rel=1e-3)
+
+
+@pytest.mark.parametrize("times", [1.0, 3.0])
+def test_an_interval_is_widened_by_the_misfit_of_its_own_experiment(times):
+    """The mean of n readings whose errors are sigma is known to sigma / sqrt(n)."""
+    found, _ = fitted(times)
+    sd = np.sqrt(np.diag(found.cov[0]))
+    known = MEAN_ERROR / np.sqrt(0.5 * READINGS)
+    assert sd == pytest.approx([known, times * known], rel=1e-3)

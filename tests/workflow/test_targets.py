@@ -1,20 +1,26 @@
 """The chain from screening to validation with many factors, replicates, and other targets than the
-angle.
+angle; and its page opens no result that its rule does not declare.
 
 The runs are answered by formulas in place of the engine, so that the right outcome is known.
 """
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+from calibration.chain.jobs import leave_record
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError
 from calibration.runs.plans import read_plan
+from calibration.runs.records import altered
 from calibration.study.config import parse_config
+from calibration.study.stage import load_stages
+from calibration.telling.report import build
 from facts import refused
 from made_up import HEAP, answer
-from workflow_rules import rules_of
+from opened.watch import undeclared, watching
+from workflow_rules import flat, read_workflow, rules_of
 
 CHAIN = {
     "screening": ("plan_screening", "screening"),
@@ -174,3 +180,39 @@ def test_targets_that_exclude_each_other_end_with_a_sentence(tmp_path, monkeypat
     config = study(tmp_path, monkeypatch, 4, measured, calibrate={"to": BOTH})
     with refused(CalibrationError, "acceptable", "targets"):
         run_chain(config, 4, {"angle_of_repose_deg": angle, "height_mm": lambda a, b, c, d: 90.0})
+
+
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory):
+    """A study of the chain that formulas answer, with its export; and its rules."""
+    with pytest.MonkeyPatch.context() as patch:
+        folder = tmp_path_factory.mktemp("study")
+        config = study(folder, patch, 4, {"angle_of_repose_deg": 36.0}, fixed={"f4": 0.3})
+        run_chain(config, 4, {"angle_of_repose_deg": angle})
+        data = config.model_dump(mode="json")
+        rules_of(data)["export"].call(Study(config))
+        yield Study(config), data
+
+
+@pytest.mark.slow
+def test_the_page_opens_what_its_rule_declares(exported):
+    study, data = exported
+    [rule] = [rule for rule in read_workflow(data).rules if rule.name == "report"]
+    files = [f(None) if callable(f) else f for f in rule.input]
+    declared = [p for one in files for p in (one if isinstance(one, list) else [one])]
+    with watching() as seen:
+        build(study.folder, rule.output[0], load_stages(), study.config.target.metric)
+    assert undeclared(seen, [*declared, *rule.output]) == []
+    assert any(path.endswith("effects.csv") for path in seen)
+
+
+@pytest.mark.slow
+def test_an_edited_deck_is_told(exported):
+    study, data = exported
+    output = flat(rules_of(data)["export"].output)
+    job = SimpleNamespace(input=[], output=output, log=["export.log"])
+    leave_record(SimpleNamespace(**vars(job), params=SimpleNamespace(made_from="")), study)
+    assert list(altered(study.folder)) == []
+    deck = Path(study.folder, "exports/lammps/in.lammps")
+    deck.write_text(deck.read_text() + "# mine\n")
+    assert list(altered(study.folder)) == [("export", deck)]
