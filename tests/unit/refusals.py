@@ -102,7 +102,6 @@ CASES = {
         ("no measurements", "measurements: measured.csv\n", "", "measurements"),
         ("a list for a mapping", "{ experiment: heap }", "[angle]", "line 4", "tests.heap"),
         ("a word for a number", "1350", "heavy", "line 8", "heavy"),
-        ("a date for a number", "1350", "2024-01-05", "line 8", "2024"),
         ("infinity", "1350", ".inf", "line 8", "inf"),
         ("kg per litre", "1350", "1.35", "line 8", "1.35 g/cm³ (1350 kg/m³)"),
         ("a unit of another kind", "1350", "1350 mm", "line 8", "1350 mm"),
@@ -308,16 +307,13 @@ CASES = {
         ("no end of time", "", "numerics: {max_time_s: .nan}", "numerics.max_time_s", "finite"),
         ("pictures at no times", "", "output: {frames: 5}", "output.frames", "frame_interval_s"),
         ("a list", "experiment: heap", "- 1", "nonsense.yaml", "mapping"),
-        ("no end of a bracket", "heap", "[heap", "nonsense.yaml", "line"),
     ],
     "shear tester": [
         ("a minus load", "2,1.5", "-2,1.5", "line 3", "-2"),
-        ("a word", "2,1.5", "2,torn", "line 3", "torn"),
         ("a unit of another kind", "shear_stress [kPa]", "shear_stress [mm]", "line 2", "mm"),
         ("no stress", "shear_stress", "temperature", "line 1"),
     ],
     "curves": [
-        ("a word", "0,3,9\n", "0,3,nine\n", "line 5", "nine"),
         ("time that goes back", "0,3,9\n", "0,-3,9\n", "-3"),
         ("a curve of two points", "3,8,27\n", "3,8,27\n4,0,1\n4,1,2\n", "4"),
         ("two curves", TEXTS["curves"][TEXTS["curves"].index("2,0,") :], "", "line 2", "3 curves"),
@@ -335,7 +331,6 @@ CASES = {
         ("too little in all", "2.0,50", "2.0,5", "55"),
         ("shares of one", "1.0,20\n2.0,50\n3.0,30", "1.0,0.2\n2.0,0.5\n3.0,0.3", "100"),
         ("a minus sieve", "2.0,50", "-2.0,50", "line 3", "-2.0"),
-        ("a word", "2.0,50", "2.0,half", "line 3", "half"),
         ("no shares", "mass_percent", "colour", "line 1", "colour"),
     ],
     "sizes": [
@@ -349,7 +344,6 @@ CASES = {
         ("a sphere inside another", "1.0,0.2,0,0.8", "0.1,0,0,0.2", "line 3"),
         ("a sphere far away", "1.0,0.2,0,0.8", "90,0.2,0,0.8", "line 3"),
         ("a column more", "radius_mm\n", "radius_mm,colour\n", "line 2", "colour"),
-        ("a gap", "1.0,0.2,0,0.8", "1.0,,0,0.8", "line 3"),
     ],
     "STL": [
         ("a corner of words", "vertex 1 0 0", "vertex one 0 0", "line 5"),
@@ -369,11 +363,9 @@ CASES = {
         ("no variants", "variants:\n", "variant:\n", "nonsense.yaml", "variant"),
     ],
     "responses": [
-        ("a word", "31.5", "steep", "line 2", "steep"),
         ("a run twice", "31.5\n", f"31.5\n{RUN},30\n", "2, 3"),
         ("another run", RUN, "heap-1", RUN),
         ("no name of a run", "run_id", "run", "run_id"),
-        ("infinity", "31.5", "inf", "line 2", "inf"),
     ],
     "metrics": [
         ("a word", "31.5", '"steep"', "angle_of_repose_deg", "steep"),

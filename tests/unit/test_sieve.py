@@ -2,11 +2,9 @@
 is one sentence."""
 
 import numpy as np
-import openpyxl
 import pytest
 
 from dem.grains.sizes import draw_radii, grain_volume, mean_radius
-from dem.io.grain_tables import read_sizes
 from dem.spec import content_hash, parse_spec
 
 CURVE = "diameter_mm,passing_percent\n0.5,0\n1,20\n2,70\n5,100\n"
@@ -48,11 +46,3 @@ def test_single_sizes_are_as_the_lists_would_give_them(tmp_path):
     path.write_text("diameter_mm,fraction\n1,0.25\n2,0.75\n")
     assert spec(path).particles.sizes.diameters_mm == [1.0, 2.0]
     assert spec(path).particles.sizes.fractions == [0.25, 0.75]
-
-
-def test_a_sieve_curve_is_read_from_a_workbook(tmp_path):
-    path, book = tmp_path / "sieve.xlsx", openpyxl.Workbook()
-    for row in (("diameter_mm", "passing_percent"), (1.0, 0), (2.0, 100)):
-        book.active.append(row)
-    book.save(path)
-    assert read_sizes(path, "mass")["upper_diameters_mm"] == [2.0]

@@ -83,15 +83,20 @@ def test_one_grain_needs_no_parameters_with_itself():
     ("laws", "names"),
     [
         (Laws(rolling="viscous"), ["rolling", "viscous", "elastic_plastic"]),
-        (Laws(torsion="none at all"), ["torsion", "none at all", "marshall"]),
-        (Laws(damping="none"), ["hertz", "damping", "tsuji", "none"]),
         (Laws(cohesion="jkr", damping="plastic"), ["jkr", "tsuji", "plastic"]),
-        (Laws(drag="stokes"), ["drag", "stokes", "schiller_naumann"]),
     ],
 )
 def test_laws_that_cannot_be_combined_are_refused_at_set_up(laws, names):
     with refused(ValueError, *names):
         salt(1e-5, laws=laws)
+
+
+def test_a_particle_that_is_nowhere_stops_the_run():
+    sim = salt(1e-5, laws=Laws(cohesion="jkr"))
+    sim.add_particles([[0, 0, 0], [3e-3, 0, 0], [6e-3, 0, 0]], 1e-3)
+    sim.particles.position[2, 0] = np.nan
+    with refused(BlowUpError, particle=2, time=0.0):
+        sim.advance(10)
 
 
 @pytest.mark.parametrize("time_step", [0.0, -1e-5, float("nan")])

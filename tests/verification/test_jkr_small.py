@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from dem.contact.registry import Material
+from dem.simulation import Simulation
+from dem.walls.builder import WallSet
 from scenes import ContactParameters, Laws, effective, make, rayleigh
 
 TOPIC = "JKR of small grains"
@@ -87,3 +89,20 @@ def test_a_slow_hit_is_finite_and_gives_no_energy(radius, precision):
             apart = sim.position[1, 0] - sim.position[0, 0] > 4.0 * r_eff
             fastest = max(fastest, np.abs(sim.velocity).max() if apart else 0.0)
         assert fastest < 1.01 * speed
+
+
+def test_cohesive_grains_bounce_on_a_wall_without_energy_as_hertz_has_it():
+    grain, places = Material(1210.0, 1e7, 0.25), [(3e-3 * k, 0, 1.2e-3) for k in range(5)]
+    pairs = {
+        ("grain", "grain"): ContactParameters(0.5, 0.5, 0.1, surface_energy=0.03),
+        ("grain", "wall"): ContactParameters(0.5, 0.5, 0.1),
+    }
+    made = []
+    for laws in (Laws(cohesion="jkr"), Laws()):
+        walls = WallSet().body("plate", material="wall").plane((0, 0, 0), (0, 0, 1))
+        materials = {"grain": grain, "wall": Material(7800.0, 8e10, 0.3)}
+        made.append(Simulation(materials, pairs, laws=laws, time_step=5e-6, walls=walls))
+        made[-1].add_particles(places, 1e-3)
+        made[-1].advance(2000)
+    assert made[0].position == pytest.approx(made[1].position, rel=1e-6)
+    assert made[0].wall_impulse("plate")[2] < 0.0  # they have met
