@@ -9,6 +9,7 @@ does not hold.
 """
 
 import pytest
+from small_rigs import RIGS
 
 from dem.experiments import experiments
 from dem.run import run
@@ -33,70 +34,6 @@ POWERS = {
     None: 0.0,
 }
 """Unit of a key -> power of h by which its number goes."""
-GRAINS = {"count": 150, "diameter_mm": 4.0}
-SMALL = {
-    "bulk_density": {"geometry": {"vessel_diameter_mm": 22.0, "taps": 3}},
-    "compression": {
-        "geometry": {"box_width_mm": 22.0, "normal_stress_kPa": 2.0},
-    },
-    "discharge": {
-        "particles": {"count": 1500, "diameter_mm": 4.0},
-        "geometry": {"silo_diameter_mm": 50.0, "orifice_diameter_mm": 20.0},
-    },
-    "draw_down": {
-        "particles": {"count": 600, "diameter_mm": 4.0},
-        "geometry": {
-            "upper_width_mm": 70.0,
-            "depth_mm": 16.0,
-            "slot_width_mm": 24.0,
-            "fall_height_mm": 40.0,
-            "lower_width_mm": 120.0,
-        },
-    },
-    "drop": {"particles": {"count": 1, "diameter_mm": 4.0}},
-    "drum": {
-        "geometry": {
-            "drum_diameter_mm": 48.0,
-            "drum_width_mm": 14.0,
-            "start_turns": 0.1,
-            "turns": 0.2,
-            "rotation_rate_deg_s": 60.0,
-        }
-    },
-    "heap": {
-        "particles": {"count": 400, "diameter_mm": 4.0},
-        "geometry": {
-            "orifice_diameter_mm": 32.0,
-            "plate_diameter_mm": 60.0,
-            "funnel_top_diameter_mm": 64.0,
-            "discharge_height_mm": 40.0,
-            "generation_rate_per_s": 1500.0,
-        },
-    },
-    "lifted_cylinder": {
-        "particles": {"count": 400, "diameter_mm": 4.0},
-        "geometry": {"cylinder_diameter_mm": 32.0, "plate_diameter_mm": 80.0},
-    },
-    "shear": {
-        "geometry": {
-            "inner_diameter_mm": 20.0,
-            "outer_diameter_mm": 40.0,
-            "normal_stress_kPa": 1.0,
-            "preshear_displacement_mm": 1.0,
-            "shear_displacement_mm": 1.0,
-        }
-    },
-    "tilt": {
-        "particles": {"count": 4, "diameter_mm": 4.0},
-        "geometry": {"tilt_rate_deg_s": 5.0, "trials": 1},
-    },
-    "wall_friction": {
-        "geometry": {"ring_diameter_mm": 24.0, "slide_mm": 2.0, "normal_stress_kPa": 1.0}
-    },
-}
-"""What each experiment has beyond these grains and its defaults."""
-
-
 CHAOTIC = ("compression", "draw_down")
 """Grains fall freely and slide for long there, or when the walls of a box are taken away. What
 float32 leaves of a fine grain's force below 1e-19 N, whose square it does not hold, acts in the end
@@ -105,8 +42,9 @@ like another seed: their fine runs take float64."""
 
 def spec_of(name, laws, precision):
     parts = {
-        "particles": GRAINS,
-        "materials": {"particle": {"shear_modulus_Pa": 1e6}},
+        "particles": RIGS[name][0],
+        "geometry": RIGS[name][1],
+        "materials": {"particle": {"shear_modulus_Pa": 3e6}},
         "contacts": {
             "particle_particle": {"rolling_friction": 0.2, "static_friction": 0.7},
             "particle_wall": {"rolling_friction": 0.2, "static_friction": 0.7},
@@ -114,7 +52,7 @@ def spec_of(name, laws, precision):
         "laws": laws,
         "numerics": {"precision": precision},
     }
-    return parse_spec({"experiment": name, "seed": 3} | parts | SMALL[name])
+    return parse_spec({"experiment": name, "seed": 3} | parts)
 
 
 def enlarged(part, h, key=""):

@@ -3,6 +3,7 @@ leaks, or is not where or what the keys say, gets a sentence before a grain is m
 
 import numpy as np
 import pytest
+from small_rigs import RIGS
 
 from dem.errors import MeshError
 from dem.experiments import experiments
@@ -100,87 +101,44 @@ def vaned(inner, outer, low, high, plate):
     return joined(*bodies)
 
 
-RIGS = {
-    "drop": ("plate_stl", slab((-3, -3, -2), (3, 3, 0)), {"drops": 2}, {}),
-    "tilt": ("plate_stl", slab((-40, -30, -2), (40, 30, 0)), {"trials": 1}, {}),
-    "wall_friction": (
-        "plate_stl",
-        slab((-12, -8, -2), (8, 8, 0)),
-        {"ring_diameter_mm": 14, "slide_mm": 2},
-        {"count": 200},
-    ),
-    "compression": (
-        "lid_stl",
-        slab((-5, -5, 0), (5, 5, 3)),
-        {"box_width_mm": 10, "box_height_mm": 30, "lid_travel_mm": 29, "packing": "cubic"},
-        {"count": 125},
-    ),
-    "bulk_density": ("vessel_stl", cup(), {"vessel_diameter_mm": 14, "taps": 2}, {"count": 300}),
-    "lifted_cylinder": (
-        "cylinder_stl",
-        tube(),
-        {"cylinder_diameter_mm": 16, "plate_diameter_mm": 80},
-        {"count": 500},
-    ),
-    "drum": (
-        "shell_stl",
-        drum(),
-        {"drum_diameter_mm": 30, "drum_width_mm": 8, "rotation_rate_deg_s": 180},
-        {"count": 300},
-    ),
-    "draw_down": (
-        "boxes_stl",
-        boxes(),
-        {
-            "upper_width_mm": 36,
-            "lower_width_mm": 44,
-            "depth_mm": 6,
-            "slot_width_mm": 16,
-            "fall_height_mm": 30,
-        },
-        {"count": 600},
-    ),
-    "shear": (
-        "lid_stl",
-        vaned(6.0, 14.0, -2.0, 0.5, 1.0),
-        {
-            "inner_diameter_mm": 12,
-            "outer_diameter_mm": 28,
-            "preshear_displacement_mm": 2,
-            "shear_displacement_mm": 3,
-        },
-        {"count": 700, "diameter_mm": 2.0},
-    ),
+MESHES = {
+    "drop": ("plate_stl", slab((-3, -3, -2), (3, 3, 0))),
+    "tilt": ("plate_stl", slab((-40, -30, -2), (40, 30, 0))),
+    "wall_friction": ("plate_stl", slab((-12, -8, -2), (8, 8, 0))),
+    "compression": ("lid_stl", slab((-5, -5, 0), (5, 5, 3))),
+    "bulk_density": ("vessel_stl", cup()),
+    "lifted_cylinder": ("cylinder_stl", tube()),
+    "drum": ("shell_stl", drum()),
+    "draw_down": ("boxes_stl", boxes()),
+    "shear": ("lid_stl", vaned(6.0, 14.0, -2.0, 0.5, 1.0)),
 }
+"""Experiment: (key, mesh of the shape of its own walls)."""
 
 
 def specified(name, geometry=(), particles=(), **parts):
     """Run spec of a rig, with further keys of its geometry and grains."""
-    _, _, own, grains = RIGS[name]
+    grains, own = RIGS[name]
     data = {"experiment": name, "geometry": own | dict(geometry), **parts}
     return parse_spec(data | {"particles": grains | dict(particles)})
 
 
 def with_mesh(name, folder, body=None, **parts):
     """The same with a mesh, that of the rig's own shape unless given."""
-    key, own, *_ = RIGS[name]
+    key, own = MESHES[name]
     write_stl(folder / "rig.stl", *(body or own))
     return specified(name, {key: str(folder / "rig.stl")}, **parts)
 
 
-@pytest.mark.parametrize("name", RIGS)
+@pytest.mark.parametrize("name", MESHES)
 def test_a_spec_without_a_mesh_keeps_the_name_that_it_had_before_there_were_any(name, tmp_path):
-    key = RIGS[name][0]
+    key = MESHES[name][0]
     assert key not in canonical(specified(name))
     assert key in canonical(with_mesh(name, tmp_path))
 
 
-def both(name, folder, made=None, **parts):
-    """Metrics with the rig's own walls, and with the mesh; the walls of both can be drawn.
-
-    made: (folder, parts) -> run spec with a mesh other than that of RIGS."""
-    meshed = made(folder, **parts) if made else with_mesh(name, folder, **parts)
-    specs = {"own": specified(name, **parts), "mesh": meshed}
+def both(name, folder, **parts):
+    """Metrics with the rig's own walls, and with the mesh; the walls of both can be drawn."""
+    specs = {"own": specified(name, **parts), "mesh": with_mesh(name, folder, **parts)}
     for kind, spec in specs.items():
         run(spec, folder / kind)
         _, walls = export_vtk(read_run(folder / kind))
@@ -313,9 +271,9 @@ def refusal(name, folder, body):
     return str(error.value)
 
 
-@pytest.mark.parametrize("name", RIGS)
+@pytest.mark.parametrize("name", MESHES)
 def test_a_mesh_that_leaks_or_lies_elsewhere_is_refused(name, tmp_path):
-    points, faces = RIGS[name][1]
+    points, faces = MESHES[name][1]
     experiments()[name].prepare(with_mesh(name, tmp_path))
     assert tells(refusal(name, tmp_path, (points, faces[1:])), "leaks", "edges", "mm")
     said = refusal(name, tmp_path, (points + [0.0, 0.0, 1.0], faces))
