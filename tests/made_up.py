@@ -16,7 +16,13 @@ HEAP = {"particles": {"count": 100, "diameter_mm": 2.0},
         "geometry": {"generation_rate_per_s": 1000}}  # fmt: skip
 
 
-def made_up(folder, monkeypatch, keys, measured, ends=(0.1, 0.5), **more):
+READINGS = """experiment,quantity,value,unit
+heap,angle_of_repose,3,deg
+heap,angle_of_repose,4,deg
+"""
+
+
+def made_up(folder, monkeypatch, keys, measured=READINGS, ends=(0.1, 0.5), **more):
     """Configuration of a study in a folder, from now on the working directory, with the factors
     {name: key} between `ends`, or {name: (key, low, high)}, and the text of its measured table."""
     monkeypatch.chdir(folder)

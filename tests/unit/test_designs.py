@@ -158,9 +158,8 @@ def test_screening_takes_the_smallest_design_of_twelve_or_more(k, runs):
 
 def test_more_runs_can_be_asked_for():
     assert len(plackett_burman(factors(7), runs=20)) == 20
-    for runs in (8 - 4, 10, 28):
-        with refused(CalibrationError, f"{runs} runs", "7 factors"):
-            plackett_burman(factors(7), runs=runs)
+    with refused(CalibrationError, "28 runs", "7 factors"):
+        plackett_burman(factors(7), runs=28)
 
 
 def test_natural_levels_stand_beside_coded_ones():

@@ -771,15 +771,6 @@ def test_the_study_written_out_is_the_configuration(files, config):
     assert parse_config(read_mapping(files / "exports" / "study.yaml")[0]) == config
 
 
-def test_all_files_are_there_and_none_is_half_written(files):
-    assert sorted(p.name for p in (files / "exports").iterdir()) == sorted(
-        [*written.CODES, *DECKS, "dem.yaml", "study.yaml", "converted"]
-    )
-    assert sorted(p.name for p in (files / "exports" / "converted").iterdir()) == sorted(
-        [*written.CONVERTED, *DECKS]
-    )
-
-
 DECK = {"README.md", "check.py", "expected.json", "spec.yaml"}
 OWN_FILES = {
     "liggghts": {"in.liggghts", "material.in", "plate.stl", "funnel.stl"},

@@ -22,14 +22,8 @@ KEYS = {"rolling": "contacts.particle_particle.rolling_friction"}
 RULES = {"rates_per_s": [500, 1000, 2000], "heaps": 8, "opened": {"funnel_top_diameter_mm": 90.0}}
 
 
-MEASURED = """experiment,quantity,value,unit
-heap,angle_of_repose,3,deg
-heap,angle_of_repose,4,deg
-"""
-
-
 def config_of(tmp_path, monkeypatch, rules=RULES):
-    return made_up(tmp_path, monkeypatch, KEYS, MEASURED, pour_rate=rules,
+    return made_up(tmp_path, monkeypatch, KEYS, pour_rate=rules,
                    run={"materials": RUN["materials"], "contacts": RUN["contacts"]} | HEAP,
                    tests={"heap": {"experiment": "heap"}})  # fmt: skip
 

@@ -14,7 +14,7 @@ from calibration.figures import ANGLE
 from calibration.runs.plans import read_plan
 from calibration.stages.push_through import nested, sentences
 from facts import tells
-from made_up import HEAP, answer, made_up
+from made_up import HEAP, READINGS, answer, made_up
 from workflow_rules import rules_of
 
 KEYS = {
@@ -59,12 +59,7 @@ def test_the_interval_holds_a_further_run_as_often_as_it_says(r, between, within
     assert 0.94 <= inside / studies <= 0.96
 
 
-MEASURED = """experiment,quantity,value,unit
-heap,angle_of_repose,3,deg
-heap,angle_of_repose,4,deg
-tilt,sliding_angle,19,deg
-tilt,sliding_angle,21,deg
-"""
+MEASURED = READINGS + "tilt,sliding_angle,19,deg\ntilt,sliding_angle,21,deg\n"
 
 
 def config_of(tmp_path, monkeypatch, draws=12, replicates=3):

@@ -40,9 +40,8 @@ def salt_of(*files, **own):
 
 
 @pytest.fixture
-def salt(monkeypatch):
+def salt(repository):
     """The salt's study with the runs of the reference."""
-    monkeypatch.chdir(ROOT)
     return salt_of("reference.yaml")
 
 

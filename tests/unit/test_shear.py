@@ -67,10 +67,7 @@ def test_yield_locus_of_a_line_with_apparent_cohesion():
     assert locus["intercept_kPa"] == pytest.approx(0.08, abs=0.01)
 
 
-def test_each_cell_of_the_plan_has_its_own_seeds_and_the_cell_s_own_levels(
-    tmp_path, monkeypatch, request
-):
-    monkeypatch.chdir(request.config.rootpath)
+def test_each_cell_of_the_plan_has_its_own_seeds_and_its_levels(tmp_path, repository):
     config = parse_config(yaml.safe_load(Path("config/config.yaml").read_text()))
     fixed = {"fixed": {"salt_steel_static_friction": 0.0}}
     ring = config.tests["ring"].model_copy(update=fixed)

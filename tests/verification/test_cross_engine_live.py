@@ -1,9 +1,8 @@
 """LIGGGHTS itself, where it is installed: its contacts beside ours, and its recorded results.
 
 `pytest tests/verification/test_cross_engine_live.py -n 0 -m peer --record-peers` runs every case
-and
-every seed and writes the tables in tests/verification/liggghts, which test_cross_engine.py holds
-against this engine without LIGGGHTS.
+and every seed and writes the tables in tests/verification/liggghts, which test_cross_engine.py
+holds against this engine without LIGGGHTS.
 """
 
 import numpy as np
