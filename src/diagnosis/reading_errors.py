@@ -6,10 +6,7 @@ inverse chi-square with d degrees of freedom (Smyth 2004, Stat. Appl. Genet. Mol
 is integrated out, from spreads that have little to do with one another to ones that are alike. The
 law is constant, or a power of a lever where the slope stands out of what chance makes of it. The
 doubt of the degrees of freedom that stand behind a spread widens it as Student's t is wider than
-the normal law.
-
-A table of single contacts alone has spreads that are relative to the reading, or an angle's, and
-alike: they are drawn towards their median with PRIOR degrees of freedom."""
+the normal law."""
 
 from __future__ import annotations
 
@@ -18,17 +15,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import betaln, gammaln, polygamma, psi
-from scipy.stats import chi2, norm, t
+from scipy.stats import norm, t
 
 from calibration.intake.quantities import LEVERS, QUANTITIES
 from calibration.statistics.numbers import NORMAL_95
-from diagnosis.measurements import alone
 
 if TYPE_CHECKING:
     from calibration.intake.measurements import Measurement
 
-
-PRIOR = 8.0  # degrees of freedom that the median weighs
 
 DEGREES = np.array([1.0, 2.0, 4.0, 8.0, 16.0, 32.0, np.inf])
 """Degrees of freedom d of the law, alike probable."""
@@ -50,8 +44,6 @@ def stated_sd(measurements: Sequence[Measurement], own: np.ndarray | None = None
 
     own: (..., n) spreads of the replicates, those of the measurements unless given. A spread that
     is given with a single value is taken as it is."""
-    if alone(m.experiment for m in measurements):
-        return moderated_sd(measurements, own)
     unit = spread_unit(measurements)
     out = np.array([m.sd for m in measurements] if own is None else own, float) / unit
     freedom = np.array([m.n - 1.0 for m in measurements])
@@ -84,41 +76,16 @@ def found_spread(n: np.ndarray, replicates: int, rng: np.random.Generator) -> np
     return np.where(n > 1, np.sqrt(draws), 1.0)
 
 
-def moderated_sd(measurements: Sequence[Measurement], own: np.ndarray | None = None) -> np.ndarray:
-    """(..., n) standard deviations of a replicate, drawn towards the median of their experiment.
-
-    own: (..., n) spreads of the replicates, those of the measurements unless given.
-
-    The median of spreads from few replicates lies below the true spread. So the median is taken of
-    s_i over the median of its law."""
-    unit = spread_unit(measurements)
-    own = np.array([m.sd for m in measurements] if own is None else own) / unit
-    freedom = np.maximum([m.n - 1.0 for m in measurements], 0.0)
-    usual = _usual(freedom)
-    common = np.empty(own.shape)
-    for kind in {m.experiment for m in measurements}:
-        rows = [i for i, m in enumerate(measurements) if m.experiment == kind]
-        common[..., rows] = np.median(own[..., rows] / usual[rows], axis=-1, keepdims=True)
-    return unit * _moderated(own, common, freedom)
-
-
-def redrawn_share(n: np.ndarray, replicates: int, rng: np.random.Generator) -> np.ndarray:
-    """Errors (replicates, k) that laboratories would state over the true ones, of settings of one
-    experiment with n (k,) replicates whose spreads are alike, by `moderated_sd`."""
-    found = found_spread(n, replicates, rng)
-    freedom = np.maximum(n - 1.0, 0.0)
-    return _moderated(found, np.median(found / _usual(freedom), axis=-1, keepdims=True), freedom)
-
-
-def _usual(freedom):
-    """Median (n,) of the spreads that so many degrees of freedom find, over the true one."""
-    some = np.maximum(freedom, 1)
-    # a spread given with a single value is no estimate from it
-    return np.where(freedom > 0, np.sqrt(chi2.ppf(0.5, some) / some), 1.0)
-
-
-def _moderated(own, common, freedom):
-    return np.sqrt((PRIOR * common**2 + freedom * own**2) / (PRIOR + freedom))
+def redrawn_share(
+    error: np.ndarray, n: np.ndarray, replicates: int, rng: np.random.Generator
+) -> np.ndarray:
+    """Errors (replicates, k) that laboratories would state over the true ones `error` (k,), of
+    settings of one experiment with n (k,) replicates."""
+    found, some = found_spread(n, replicates, rng), n > 1
+    if some.any():
+        true = error[some] * np.sqrt(n[some])
+        found[:, some] = _with_doubt(true * found[:, some], n[some] - 1.0, {}) / true
+    return found
 
 
 def _levers(measurements):

@@ -13,7 +13,6 @@ from diagnosis.design import MultipliedLever, inputs_of
 from diagnosis.emulator import Moved
 from diagnosis.fit import Data, data_of, fit
 from diagnosis.model import Emulated
-from diagnosis.reading_errors import moderated_sd
 from diagnosis.response import Response
 from diagnosis.scale import scale_of
 from diagnosis.settings import BASE, parameters_of
@@ -133,17 +132,6 @@ def test_a_held_out_residual_is_that_of_a_refit_where_a_parameter_is_at_its_boun
         miss = (value[0, i] - refitted) / whole.sd[0, i]
         quick = whole.residual[0, i] / (1.0 - whole.leverage[0, i])
         assert quick == pytest.approx(miss, rel=0.02, abs=0.05)
-
-
-@pytest.mark.parametrize("n", [2, 3, 5, 20])
-def test_the_spread_from_few_replicates_is_right_on_average(n):
-    rng = np.random.default_rng(n)
-    found = []
-    for _ in range(100):
-        sample = 35.0 + 1.5 * rng.standard_normal((12, n))
-        own = [Measurement("tilt", s.mean(), s.std(ddof=1), n, {}) for s in sample]
-        found.append(np.mean(moderated_sd(own) ** 2))
-    assert np.sqrt(np.mean(found)) == pytest.approx(1.5, rel=0.1)
 
 
 def test_scatter_from_seed_to_seed_is_no_error_of_the_mean():

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from calibration.intake.quantities import LEVERS
-from diagnosis.reading_errors import moderated_sd
+from diagnosis.reading_errors import stated_sd
 
 if TYPE_CHECKING:
     from calibration.intake.measurements import Measurement
@@ -56,6 +56,7 @@ class Readings:
     values: np.ndarray
     step: float | None
     relative: np.ndarray
+    coarse: bool = False
 
     @property
     def centre(self) -> np.ndarray:
@@ -122,15 +123,14 @@ def readings_of(
         if name in LEVERS
     }
     value = np.array([m.value for m in own])
-    error = np.hypot(moderated_sd(own) / np.sqrt([m.n for m in own]), [m.lever_error for m in own])
+    step = step_of(own)
+    digits = (step or 0.0) / np.sqrt(12.0)
+    # readings that were rounded to one value do not know their spread
+    spread = stated_sd(own, np.array([max(m.sd, digits * (m.n > 1)) for m in own]))
+    replicated = np.hypot(spread / np.sqrt([m.n for m in own]), [m.lever_error for m in own])
+    error = np.maximum(replicated, FLOOR * digits)
+    coarse = (error > replicated).any() or np.mean([m.sd <= digits for m in own]) >= COARSE
     log, slope = to_log(experiment, value, levers)
-    step, replicated = step_of(own), error
-    if step:
-        # readings that were rounded to one value do not know their spread
-        digits = step / np.sqrt(12.0)
-        each = np.array([m.n if m.readings else np.inf for m in own])
-        replicated = np.maximum(error, digits / np.sqrt(each))
-        error = np.maximum(error, FLOOR * digits)
     groups = {}
     for name in ("batch", "instrument"):
         labels = [getattr(m, name) for m in own]
@@ -139,6 +139,7 @@ def readings_of(
     return Readings(
         experiment, rows, levers, _covariates(own), log, error * slope, replicated * slope, groups,
         folds_of(levers), np.array([m.n for m in own], float), value, step, slope * value,
+        bool(step and coarse),
     )  # fmt: skip
 
 
@@ -146,6 +147,10 @@ STEPS = tuple(m * 10.0**k for k in range(2, -4, -1) for m in (5.0, 2.5, 2.0, 1.0
 LEAST_ROWS = 6  # readings for a step to be seen
 FLOOR = 0.5
 """Least error of a reading, in standard deviations of what rounding takes off."""
+
+COARSE = 0.25
+"""Share of settings whose readings differ by no more than rounding takes off, for the step to be
+coarser than their errors."""
 
 
 def step_of(own: Sequence[Measurement]) -> float | None:

@@ -217,8 +217,9 @@ class Block:
             size, direction = np.linalg.eigh(self.errors[g] - noise)
             root = direction * np.sqrt(np.maximum(size, 0.0))
             out[place == g] += normal[place == g] @ root.T
-        own = self.readings.error * rng.standard_normal(out.shape)
-        return out + own / redrawn_share(self.readings.replicates, count, rng)
+        error = self.readings.error
+        own = error * rng.standard_normal(out.shape)
+        return out + own / redrawn_share(error, self.readings.replicates, count, rng)
 
     def sd_of(self, name: str, y: np.ndarray) -> float:
         """Root mean square standard deviation of an error, over what y (n,) says of its size."""
