@@ -159,12 +159,13 @@ def scattered(kind: str, value: float, sd: float, rng: np.random.Generator) -> f
     return value * (1.0 + error) if QUANTITIES[kind].relative else value + error
 
 
-def simulated(specs: Mapping[str, dict], *_: Any) -> dict[str, dict[str, float] | None]:
-    """What `calibration.runs.simulated.simulate` gives of the runs."""
+def simulated(seed: int, specs: Mapping[str, dict]) -> dict[str, dict[str, float] | None]:
+    """What `calibration.runs.simulated.simulate` gives of the runs. seed: of the case, for each
+    study has runs of its own, and with them errors of its emulators."""
     out: dict[str, dict[str, float] | None] = {}
     for name, spec in specs.items():
         kind, state = spec["experiment"], state_of(spec)
-        rng = np.random.default_rng([spec["seed"], zlib.crc32(name.encode())])
+        rng = np.random.default_rng([seed, spec["seed"], zlib.crc32(repr(state).encode())])
         value = scattered(kind, FORMS[kind](state), SCATTER[kind], rng)
         key = measurable(kind)[QUANTITIES[kind].name].key
         out[name] = None if clogs(kind, state) else {key: max(value, 1e-3)}
@@ -258,19 +259,19 @@ def table_of(case: Case) -> pd.DataFrame:
 # --- the diagnosis ------------------------------------------------------------------------------
 
 
-def diagnosed(table: pd.DataFrame, kind: str, runs: int) -> dict[str, Any]:
+def diagnosed(table: pd.DataFrame, kind: str, runs: int, seed: int = 0) -> dict[str, Any]:
     """verdict.json of a table, by the stages of the diagnosis in a folder of their own; the runs
-    that were made under `made`."""
+    that were made under `made`. seed: of the runs' scatter."""
     before = Path.cwd()
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         try:
-            return _in_folder(table, kind, runs)
+            return _in_folder(table, kind, runs, seed)
         finally:
             os.chdir(before)
 
 
-def _in_folder(table, kind, runs):
+def _in_folder(table, kind, runs, seed):
     table.to_csv("table.csv", index=False)
     Path("factors.tsv").write_text(FACTORS)
     config = parse_config({
@@ -279,15 +280,19 @@ def _in_folder(table, kind, runs):
         "fixed": FIXED,
         "diagnosis": {"runs": runs},
     })  # fmt: skip
-    return through(Setup(SimpleNamespace(config=config), study_settings(config)))
+    return through(Setup(SimpleNamespace(config=config), study_settings(config)), seed)
 
 
-def through(setup: Setup) -> dict[str, Any]:
+def through(setup: Setup, seed: int = 0) -> dict[str, Any]:
     """verdict.json of a study whose runs are closed forms."""
     figures: Any = SimpleNamespace(save=lambda figure, _: plt.close(figure))
+
+    def simulate(specs, *_):
+        return simulated(seed, specs)
+
     with (
-        patch.multiple(stages, simulate=simulated, common=figures),
-        patch.multiple("diagnosis.setup", simulate=simulated, untested=lambda names: set()),
+        patch.multiple(stages, simulate=simulate, common=figures),
+        patch.multiple("diagnosis.setup", simulate=simulate, untested=lambda names: set()),
     ):
         return _stages(setup)
 
@@ -318,7 +323,7 @@ def _stages(setup):
 
 def judged(case: Case) -> dict[str, Any]:
     """The row of a case."""
-    said = diagnosed(table_of(case), case.kind, case.runs)
+    said = diagnosed(table_of(case), case.kind, case.runs, case.seed)
     laws = said.get("laws") or []
     names = sorted({n for law in laws for n in law["names"]})
     claims = said["verdict"] in ("identified", "discovered")

@@ -117,6 +117,14 @@ def diagnosed(folder: Path, name: str, what: dict[str, Any], runs: int) -> dict[
     return verdict | {"made": len(planned)}
 
 
+def left(verdict: dict[str, Any]) -> float:
+    """Distance that the readings leave of the base model at its best, with their errors alone, in
+    standard deviations: the root of chi-square beyond its degrees of freedom. What a table has left
+    to find; no way to judge beats it."""
+    off = [(r["measured"] - r["predicted"]) / r["reading_sd"] for r in verdict["residuals"]]
+    return max(sum(x**2 for x in off) - verdict["lack_of_fit"]["freedom"], 0.0) ** 0.5
+
+
 def row_of(name: str, budget: int, verdict: dict[str, Any]) -> dict[str, Any]:
     """What is kept of a verdict."""
     expected = EXPECTED[name]
@@ -126,7 +134,7 @@ def row_of(name: str, budget: int, verdict: dict[str, Any]) -> dict[str, Any]:
         "names": "; ".join(sorted(names_in(verdict))),
         "clogged": sum(row["failed"] for row in verdict.get("outcomes") or ()),
         "p": round(verdict["lack_of_fit"]["p"], 4), "family_p": round(verdict["family_p"], 4),
-        "made": verdict["made"], "met": int(expected.met(verdict)),
+        "left": round(left(verdict), 2), "made": verdict["made"], "met": int(expected.met(verdict)),
         "reason": verdict["reason"][:160],
     }  # fmt: skip
 
@@ -140,13 +148,14 @@ def judged(case: tuple[str, int]) -> dict[str, Any]:
 
 def told(rows: pd.DataFrame) -> Iterator[str]:
     """Yield lines of Markdown: a row a table."""
-    heads = ("table", "hidden", "verdict", "place", "names", "p", "runs", "as expected")
+    heads = ("table", "hidden", "left [sd]", "verdict", "place", "names", "p", "runs")
+    heads += ("as expected",)
     yield f"| {' | '.join(heads)} |"
     yield "|---" * len(heads) + "|"
     known = rows.fillna("").set_index(["case", "budget"])
     for r in known.loc[[case for case in CASES if case in known.index]].itertuples():
         table = r.Index[0].replace("_", ", ", 1).replace("_", " ")
-        said = (table, r.hidden, f"`{r.verdict}`", r.laws)
+        said = (table, r.hidden, f"{r.left:.1f}", f"`{r.verdict}`", r.laws)
         said += (r.names.replace("_", " "), f"{r.p:.2g}", r.made, "yes" if r.met else "no")
         yield f"| {' | '.join(map(str, said))} |"
 

@@ -52,11 +52,12 @@ def tails(measurements: Sequence[Measurement], drawn: np.ndarray, off: np.ndarra
 
 
 def residual_rows(
-    measurements: Sequence[Measurement], fitted: Fit, drawn: np.ndarray
+    measurements: Sequence[Measurement], fitted: Fit, drawn: np.ndarray, error: np.ndarray
 ) -> list[dict[str, Any]]:
     """A mapping for each condition: its levers and what was recorded beside, measured, predicted
-    (with what its batch and its instrument add), residual in sd, tail probability when it is left
-    out; drawn: see `by_chance`."""
+    (with what its batch and its instrument add), its sd and that of the reading alone, residual in
+    sd, tail probability when it is left out; drawn: see `by_chance`; error: (n,) of the
+    readings."""
     tail = tails(measurements, drawn, fitted.residual[0] / np.sqrt(1.0 - fitted.leverage[0]))
     rows = []
     for i, m in enumerate(measurements):
@@ -67,6 +68,7 @@ def residual_rows(
                 "measured": m.value,
                 "predicted": float(fitted.expected[0, i]),
                 "sd": float(fitted.sd[0, i]),
+                "reading_sd": float(error[i]),
                 "standardised": float(fitted.residual[0, i]),
                 "predictive_p": float(tail[i]),
             }

@@ -100,8 +100,9 @@ def calibrate(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     emulated, _ = setup.emulated(source.designs, source.plans)
     scores = weigh(emulated, setup.tested, settings.replicates, settings.seed, ())
     model, fitted = scores.models[BASE], scores.fits[BASE]
-    drawn = by_chance(scores.measurements, scores.data.error[0], fitted.sd[0])
-    rows = residual_rows(scores.measurements, fitted, drawn)
+    error = scores.data.error[0]
+    drawn = by_chance(scores.measurements, error, fitted.sd[0])
+    rows = residual_rows(scores.measurements, fitted, drawn, error)
     summary = {
         "calibration": calibration(model, fitted),
         "lack_of_fit": lack_of_fit(fitted, scores.lack_p),

@@ -34,8 +34,9 @@ def findings(
 ) -> dict[str, Any]:
     """The mapping without its gain, of an `Identification`."""
     base = found.fits[BASE]
-    drawn = by_chance(measurements, found.data.error[0], base.sd[0])
-    rows = residual_rows(measurements, base, drawn)
+    error = found.data.error[0]
+    drawn = by_chance(measurements, error, base.sd[0])
+    rows = residual_rows(measurements, base, drawn, error)
     patterns = trends(rows, drawn)
     out = {
         "verdict": found.verdict,
