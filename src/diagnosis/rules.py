@@ -195,8 +195,10 @@ def withdraw_refuted(verdict: dict[str, Any]) -> dict[str, Any]:
 
     Of single contacts a name is withdrawn where the interval of its gain lies below zero, or where
     levels that were left out are missed by more than FIT standard errors with it, errors of the
-    refitted parameters among them: the verdict is then `discovered`, for the place stands. Of
-    emulated experiments the verdict is `unexplained` then, or `error` where a single row was not
+    refitted parameters among them: the verdict is then `discovered`, for the place stands. Where
+    the interval of a law's gain holds zero the place is in doubt too: `ambiguous`.
+
+    Of emulated experiments the verdict is `unexplained` then, or `error` where a single row was not
     told from the law, and so where the engine with what is named gives no value at any setting left
     out; `best_tried` then holds what had been named."""
     if any("evidence" in law for law in verdict.get("laws") or []):
@@ -213,17 +215,30 @@ def _of_laws(verdict):
             withdrawn += [n for n in law["names"] if n not in withdrawn]
             law |= {"withdrawn": law["names"], "names": [], "single": None}
             law["withdrawn_reason"] = reason
-    if not withdrawn:
-        return verdict
     causes = [c for c in verdict["causes"] if c not in withdrawn]
-    changes = {"causes": causes, "best_tried": withdrawn}
-    if verdict["verdict"] == "identified":
+    changes = {"causes": causes, "best_tried": withdrawn} if withdrawn else {}
+    if withdrawn and verdict["verdict"] == "identified":
         words = " and ".join(map(label, withdrawn))
         changes |= {"verdict": "discovered", "causes": []}
         changes["reason"] = (
             f"the place is known; the engine with {words} does not predict left-out levels"
         )
-    return verdict | changes
+    return _in_doubt(verdict | changes)
+
+
+def _in_doubt(verdict):
+    """The mapping with `ambiguous` where a law is placed whose gain may be none."""
+    ends = [law["gain"]["held_out_rmse_difference_interval"] for law in verdict["laws"]
+            if law.get("gain") and not law.get("withdrawn")]  # fmt: skip
+    idle = [end for end in ends if end[0] <= 0.0]
+    if not idle or verdict["verdict"] not in ("identified", "discovered"):
+        return verdict
+    low, high = idle[0]
+    reason = (
+        "left-out levels are not shown to be predicted better with a law than without it (gain "
+        f"{low:.2f} to {high:.2f} standard errors)"
+    )
+    return verdict | {"verdict": "ambiguous", "reason": reason}
 
 
 def _against(gain):

@@ -139,10 +139,10 @@ OF_RATE = (("friction", ("rate",)), ("reading", ("rate",)))
 OF_INTERCEPT = (("attraction", ()), ("load", ()), ("reading", ()))
 
 
-def of_column(column: str, *slots: str) -> tuple:
-    """Places of a law of a further column, whatever the slot is called."""
+def of_column(column: str, *slots: str, with_size: bool = False) -> tuple:
+    """Places of a law of a further column, alone or with the size, whatever the slot is called."""
     slots = slots or ("restitution", "friction", "reading", "attraction")
-    return tuple((slot, (column,)) for slot in slots)
+    return tuple((slot, (column, "size") if with_size else (column,)) for slot in slots)
 
 
 def power_of_speed(exponent: float) -> Law:
@@ -163,6 +163,8 @@ LAWS = (
     Law("power of size", "drop", (SIZE,), 0.1, lambda x, k: (size(x) / 2.0) ** k),
     Law("rebound 14 % lower at 4 mm", "drop", (SIZE,), 0.14,
         lambda x, k: np.where(size(x) > 3.5, np.sqrt(1.0 - k), 1.0)),
+    Law("film on the grains below 2 mm", "drop", (SIZE,), 0.06,
+        lambda x, k: np.where(size(x) > 2.0, 1.0, 1.0 - k)),
     Law("film of liquid", "drop", (("restitution", ("speed", "size")),), 0.25,
         lambda x, k: 1.0 - k / (speed(x) * size(x))),
     Law("air", "drop", (("drag", ("speed", "size")),), 1.0, None, _in_air, ("air_drag",)),
@@ -183,6 +185,8 @@ LAWS = (
         lambda x, k: np.exp(-k * (x["temperature_C"] - 20.0) / 20.0)),
     Law("wear by impacts", "drop", of_column("impact_number"), 0.1,
         lambda x, k: 1.0 - k * np.log1p(x["impact_number"] / 100.0)),
+    Law("wear of large grains alone", "drop", of_column("impact_number", with_size=True), 0.1,
+        lambda x, k: 1.0 - k * np.where(size(x) > 1.9, x["impact_number"] / 3000.0, 0.0)),
     Law("late hand", "tilt", OF_RATE, 0.15, None,
         lambda x, true, k: true + k * x["tilt_rate_deg_s"], ("tilt_detection_lag",)),
     Law("seen after a slip", "tilt", OF_RATE, 1.0, None, _slipped, ("tilt_detection_lag",)),

@@ -121,7 +121,9 @@ def marks(case: Case, drawn: Drawn, said: dict) -> dict:
     claims = said["verdict"] in CLAIMS
     misfit = (said.get("misfit") or {}).get("p")
     own, stated = own_misfit(drawn.table), 1.0 if misfit is None else misfit
-    adequate = said["verdict"] == "adequate"
+    # readings that are rounded to one value show no spread: where that is told, nothing is silent
+    coarse = any(e.get("of") == "resolution" for e in errors)
+    adequate = said["verdict"] == "adequate" and not coarse
     two_levels = case.group == "two-level law"
     row = {
         "verdict": said["verdict"],

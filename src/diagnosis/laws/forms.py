@@ -72,6 +72,7 @@ def _carried(ratio):
     return lambda t: (1.0 + ratio) / (1.0 + ratio * np.exp(-3.0 * t))
 
 
+OF_SIZE = {"in proportion to the size": 1.0, "inversely to the size": -1.0}
 ADDS = {
     ("attraction", "drop"): {"work ~ d^2": 0.0, "work ~ d^(4/3)": -2 / 3, "work ~ d": -1.0},
     ("attraction", "tilt"): {"force ~ d^2": 0.0, "force ~ d": -1.0,
@@ -84,6 +85,8 @@ ADDS = {
     ("reading", "interval"): {"square of the interval": 0.0, "the interval": -1.0},
     ("reading", "Froude number"): {"slip of a share of the diameter": 0.0},
     ("reading", "rate"): {"rate^(2/3)": 0.0, "a fixed delay": 1 / 3, "rate^2": 4 / 3},
+    ("restitution", "size"): OF_SIZE,
+    ("friction", "size"): OF_SIZE,
     ("drag", "size"): {"C_D constant": 0.0, "C_D ~ Re^(-1/2)": -0.5, "C_D ~ 1/Re": -1.0},
 }  # fmt: skip
 """(slot, experiment or last state) -> what stands beside the weight of the slot: a power of the

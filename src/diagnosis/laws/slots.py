@@ -270,6 +270,9 @@ SHEAR = (
         1,
     ),
 )
+COEFFICIENT = {"drop": "restitution", "tilt": "friction", "shear": "friction"}
+"""Slot of the coefficient of each experiment."""
+
 FAMILY = DROP + TILT + SHEAR
 """Every free law that can be tried."""
 
@@ -282,7 +285,10 @@ def applicable(readings: Readings) -> list[FreeLaw]:
         if law.experiment == readings.experiment
         and all(name in readings.folds for name in law.needs)
     ]
-    return known + [of_covariate(readings.experiment, name) for name in readings.covariates]
+    found = known + [of_covariate(readings.experiment, name) for name in readings.covariates]
+    if SIZE in readings.folds:
+        found += [with_size(readings.experiment, name) for name in readings.covariates]
+    return found
 
 
 def of_covariate(experiment: str, name: str) -> FreeLaw:
@@ -290,8 +296,30 @@ def of_covariate(experiment: str, name: str) -> FreeLaw:
 
     The logarithm of its coordinate is that of the covariate where this is positive, else the
     covariate itself over its range."""
-    slot = "restitution" if experiment == "drop" else "friction"
+    slot = COEFFICIENT[experiment]
     return FreeLaw(experiment, slot, (name,), (name,), "log", lambda x: _positive(x[name]))
+
+
+TOGETHER = -3.0
+"""Log prior odds against a column that acts with the size, beside one that acts alone: with sizes
+alike it is one."""
+
+
+def with_size(experiment: str, name: str) -> FreeLaw:
+    """The free law of a covariate whose effect on the coefficient changes with the grains' size: a
+    share of the covariate (`share_of`) times a curve of the size."""
+    return FreeLaw(
+        experiment, COEFFICIENT[experiment], (name, "size"), (name, SIZE), "log", _size,
+        lambda x, c: share_of(x[name]), odds=TOGETHER,
+    )  # fmt: skip
+
+
+def share_of(value: np.ndarray) -> np.ndarray:
+    """A covariate (n,) over its largest value; one that falls below zero about its mean, over half
+    its range."""
+    if (value >= 0.0).all():
+        return value / value.max()
+    return (value - value.mean()) / (0.5 * np.ptp(value))
 
 
 def _positive(value):

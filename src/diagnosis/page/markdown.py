@@ -41,7 +41,11 @@ def page(verdict: Mapping[str, Any]) -> str:
 
 def _errors(verdict):
     """Sentences on errors beyond the stated spread, and on single rows."""
-    told = [e["sentence"] for e in verdict.get("errors") or [] if e.get("sentence")]
+    told = [
+        " ".join([e["sentence"], *([e["set_anew"]["sentence"]] if e.get("set_anew") else [])])
+        for e in verdict.get("errors") or []
+        if e.get("sentence")
+    ]
     told += [r["sentence"] for r in verdict.get("rows") or [] if r.get("sentence")]
     if told:
         return told

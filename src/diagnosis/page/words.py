@@ -26,6 +26,11 @@ def capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
+def with_article(name: str) -> str:
+    """'a size', 'an impact number'."""
+    return f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
+
+
 def sentence(text: str | None) -> str:
     """Text that begins large and ends with one full stop; nothing of nothing."""
     text = (text or "").strip()
@@ -104,7 +109,7 @@ def in_unit(experiment: str, value: float, form: str) -> str:
 def at(lever: str, value: float) -> str:
     """The value of a lever, or of what was recorded beside a reading, as a place."""
     if lever not in LEVERS:
-        return f"a {label(lever)} of {value:.4g}"
+        return f"{with_article(label(lever))} of {value:.4g}"
     return f"a {LEVERS[lever].words} of {value:.4g} {LEVERS[lever].unit}".rstrip()
 
 

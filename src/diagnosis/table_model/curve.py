@@ -47,7 +47,7 @@ def paid(block: Block, levers: Iterable[str]) -> Block:
 def unit_of(law: FreeLaw) -> str:
     """Unit of a law's values; the state's own is that of its power product."""
     if law.slot in ("restitution", "friction"):
-        return "1"
+        return "share" if law.weight else "1"
     if law.slot == "reading" and law.experiment == "tilt":
         return "deg"
     return {"drop": "mm", "tilt": "1", "shear": "kPa"}[law.experiment]
@@ -55,10 +55,12 @@ def unit_of(law: FreeLaw) -> str:
 
 def curve(block: Block, key: str) -> tuple[list[dict[str, float]], dict[str, list[float]]]:
     """[{state, value, low, high}] along the state of a held law, and the range {state: [low, high]}
-    that the settings cover. The band holds the whole curve in 95 % of cases."""
+    that the settings cover. The band holds the whole curve in 95 % of cases. Of a column that acts
+    with the size: the share by which it changes the coefficient where it is largest, along the
+    size."""
     law = block.terms[key].law
     rest = paid(block.without(key), law.needs if law else ())
-    if law.weight is None:
+    if law.weight is None or unit_of(law) == "share":
         return _multiplied(rest, law)
     return _added(rest, block.terms[key], law)
 
@@ -74,17 +76,24 @@ def _rows(state, told, mean, low, high):
 
 
 def _multiplied(rest, law):
-    """Of the free curve of a law that multiplies, over its sizes and those of the errors."""
+    """Of the free curve of a law of a coefficient, over its sizes and those of the errors."""
     readings, y = rest.readings, rest.readings.log
     x, middle, half = scaled(law, coordinates(readings))
     at = np.linspace(-1.0, 1.0, POINTS)
     z = y - rest.mean
+    share = law.weight(coordinates(readings), readings.centre) if law.weight else np.ones(len(x))
+    level = 0.0 if law.weight else LEVEL_SD**2
+
+    def spread(s, b, one, other):
+        line = np.ones((len(one), len(other))) if law.weight else np.outer(one, other)
+        return s**2 * (line + b**2 * bend(one, other))
+
     values, means, covers = [], [], []
     for b in BENDS:
         for s in SIZES:
-            own = s**2 * (np.outer(x, x) + b**2 * bend(x, x))
-            cross = s**2 * (np.outer(at, x) + b**2 * bend(at, x)) + LEVEL_SD**2
-            here = s**2 * (np.outer(at, at) + b**2 * bend(at, at)) + LEVEL_SD**2
+            own = spread(s, b, x, x) * np.outer(share, share)
+            cross = spread(s, b, at, x) * share + level
+            here = spread(s, b, at, at) + level
             inverse = np.linalg.inv(rest.errors + rest.smooth + own)
             logdet = np.linalg.slogdet(rest.errors + rest.smooth + own)[1]
             pull = inverse @ z
@@ -92,18 +101,23 @@ def _multiplied(rest, law):
             means.append(pull @ cross.T)
             covers.append(here - cross @ inverse @ cross.T)
     values = np.concatenate(values)
-    share = np.exp(values - log_sum(values))
+    odds = np.exp(values - log_sum(values))
     means, covers = np.concatenate(means), np.concatenate(covers)
-    kept = np.flatnonzero(share > LEAST_SHARE)
+    kept = np.flatnonzero(odds > LEAST_SHARE)
     rng = np.random.default_rng(5)
-    counts = rng.multinomial(DRAWS, share[kept] / share[kept].sum())
+    counts = rng.multinomial(DRAWS, odds[kept] / odds[kept].sum())
     drawn = np.concatenate(
         [_normal(means[i], covers[i], c, rng) for i, c in zip(kept, counts, strict=True)]
     )
-    mean = share[kept] @ means[kept] / share[kept].sum()
+    mean = odds[kept] @ means[kept] / odds[kept].sum()
+    power = 1.0 / IN_AIR if law.experiment == "drop" else 1.0
+    if law.weight:
+        low, high = _band(drawn, mean)
+        state = np.exp(middle + half * at)
+        rows = _rows(state, lambda k, v: np.expm1(power * v), mean, low, high)
+        return rows, {law.state[-1]: [float(state[0]), float(state[-1])]}
     drawn, mean = drawn + readings.centre[0], mean + readings.centre[0]
     low, high = _band(drawn, mean)
-    power = 1.0 / IN_AIR if law.experiment == "drop" else 1.0
     most = 1.0 if law.slot == "restitution" else np.inf
     state = natural(law, coordinates(readings), middle + half * at)
     rows = _rows(state, lambda k, v: min(np.exp(power * v), most), mean, low, high)

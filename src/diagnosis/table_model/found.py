@@ -12,6 +12,7 @@ from calibration.intake.quantities import LEVERS, QUANTITIES
 from diagnosis.chance import share_above
 from diagnosis.laws.readings import FREE, from_log, readings_of
 from diagnosis.measurements import LEAST_SETTINGS
+from diagnosis.page.words import capital, odds, with_article
 from diagnosis.table_model import selection as chosen
 from diagnosis.table_model.curve import BAND, curve, unit_of
 from diagnosis.table_model.left_out import judged, without_row
@@ -114,7 +115,7 @@ def discover(
         out.errors += [e for b in found.blocks.values() for e in _settings(b, left["p"])]
         out.scattered = chosen.misfit(found.blocks, seed, chance[-1], scatter=True)
         _in_question(out, measurements)
-    elif misfit["p"] < MISFIT and not found.steps:
+    else:
         out.errors += [e for b in found.blocks.values() for e in _rounded(b, misfit["p"])]
     for rows, by in (
         (out.laws, "evidence"),
@@ -156,7 +157,8 @@ def _add(out, measurements, block, key):
     near = [] if term.kind == ROW else chosen.rivals(block, key)
     p = next((s.p for s in out.selection.steps if s.key == key), out.selection.steps[-1].p)
     row = {"experiment": term.experiment, "key": key, "evidence": evidence, "p": p}
-    row["rivals"] = [_rival(measurements, block, k, behind) for k, behind in near]
+    row["rivals"] = [_rival(measurements, block, r) for r in near]
+    row["set_anew"] = _set_anew(measurements, block, key, near)
     if term.kind == LAW:
         out.laws.append(row | _law(block, key, out))
     elif term.kind == ERROR:
@@ -168,15 +170,26 @@ def _add(out, measurements, block, key):
 
 def _instead(out, measurements, block, key, near):
     """The likeliest law in place of an error that is not told from it, as a law of its own."""
-    law = next((k for k, _ in near if block.terms[k].kind == LAW), None)
-    if law is None or any(row["key"] == law for row in out.laws):
+    best = next((r for r in near if block.terms[r.key].kind == LAW), None)
+    if best is None or any(row["key"] == best.key for row in out.laws):
         return
-    rest = block.without(key)
-    other = rest.with_held(rest.held | {law: rest.hold(rest.terms[law], rest.readings.log)})
+    law = best.key
+    turns = (law, best.beside, law) if best.beside else (law,)
+    other = chosen.held_in_turn(block.without(key), turns)
     row = {"experiment": block.terms[law].experiment, "key": law, "instead_of": key}
     row |= {"evidence": chosen.strength_of(other, law), "p": out.selection.p}
-    row["rivals"] = [_rival(measurements, block, k, b) for k, b in [(key, 0.0), *near] if k != law]
-    out.laws.append(row | _law(other, law, out))
+    others = [chosen.Rival(key, 0.0), *(r for r in near if r.key != law)]
+    row["rivals"] = [_rival(measurements, block, r) for r in others]
+    row |= _law(other, law, out)
+    if best.beside:
+        row["sentence"] += f" {capital(_wrong_level(block, best))} would then be set wrongly."
+    out.laws.append(row)
+
+
+def _wrong_level(block, rival):
+    """The level that a rival takes to be set wrongly, in words."""
+    lever = LEVERS[block.terms[rival.beside].of]
+    return f"the {lever.words} of {rival.level} {lever.unit}"
 
 
 def _in_question(out, measurements):
@@ -198,19 +211,38 @@ def _in_question(out, measurements):
     row = {"experiment": stopped.experiment, "key": stopped.key, "evidence": stopped.evidence}
     row |= {"p": stopped.p, "instead_of": f"{stopped.experiment}:settings"}
     row["rivals"] = [SCATTER | {"experiment": stopped.experiment, "behind": -stopped.evidence}]
-    row["rivals"] += [_rival(measurements, held, k, b) for k, b in near]
+    row["rivals"] += [_rival(measurements, held, r) for r in near]
     out.laws.append(row | _law(held, stopped.key, out))
 
 
-def _rival(measurements, block, key, behind):
-    term = block.terms[key]
-    out = {"experiment": term.experiment, "behind": behind, "words": words_of(term)}
+def _rival(measurements, block, rival):
+    term = block.terms[rival.key]
+    words = words_of(term)
+    if rival.beside:
+        words += f", with {_wrong_level(block, rival)} set wrongly"
+    out = {"experiment": term.experiment, "behind": rival.behind, "words": words}
+    out |= {"level": rival.level} if rival.level else {}
     if term.kind == LAW:
         return out | {"slot": term.place[0], "state": list(term.place[1])}
     if term.kind == ERROR:
         return out | {"of": term.of, "what": term.what}
     m = measurements[block.readings.rows[term.rows[0]]]
     return out | {"line": m.line}
+
+
+def _set_anew(measurements, block, key, near):
+    """What the evidence alone tells from a held term, with a sentence, or None."""
+    other = None if block.terms[key].kind == ROW else chosen.set_anew(block, key)
+    if other is None or any(r.key == other.key for r in near):
+        return None
+    lever = LEVERS[next(t.of for t in (block.terms[key], block.terms[other.key]) if t.of)]
+    row = _rival(measurements, block, other) | {"key": other.key}
+    against = odds(other.behind)
+    text = (
+        f"The evidence alone tells it from {row['words']} ({against} against it): a {lever.words} "
+        "that is set anew would show which it is."
+    )
+    return row | {"sentence": text}
 
 
 def _law(block, key, out):
@@ -249,9 +281,16 @@ def sentence_of(law: Mapping[str, Any]) -> str:
         low, high = sorted(abs(first[k]) for k in ("low", "high"))
         band = f"95 %: {_amount(law, low)} to {_amount(law, high)}"
         return f"The {law['slot']} {_verb(law)} {_amount(law, abs(first['value']))} ({band})."
+    if law["unit"] == "share":
+        column, size = (name.replace("_", " ") for name in law["state"])
+        return (
+            f"The {column} changes the {law['slot']}, at most by {100 * first['value']:+.2g} % at "
+            f"a {size} of {first['state']:.4g} {UNIT[size]} and by {100 * last['value']:+.2g} % at "
+            f"{last['state']:.4g} {UNIT[size]}."
+        )
     state = " x ".join(law["state"]).replace("_", " ")
     own = " ".join(UNIT.get(s, "") for s in law["state"]).strip()
-    at, then = f"a {state} of {first['state']:.3g} {own}", f"{last['state']:.3g} {own}"
+    at, then = f"{with_article(state)} of {first['state']:.4g} {own}", f"{last['state']:.4g} {own}"
     if law["slot"] in ("restitution", "friction"):
         verb = "falls" if last["value"] < first["value"] else "rises"
         text = f"{law['slot']} {verb} from {_amount(law, first['value'])} at {at} to "
@@ -321,10 +360,9 @@ def _coarse(kind, step):
 
 
 def _rounded(block, p):
-    """Rows of the resolution where the errors of the readings are those of their digits: with these
-    a constant fits, by what the replicates show alone it does not."""
+    """Rows of the resolution where it is coarser than the errors of the readings."""
     readings = block.readings
-    if not (readings.error > readings.own).any():
+    if not readings.coarse or any(h.term.of == "resolution" for h in block.held.values()):
         return []
     kind = readings.experiment
     return [{"experiment": kind, "key": f"{kind}:resolution", "of": "resolution", "what": "digits",
@@ -443,7 +481,9 @@ def _ranking(start, found):
 
 def _judge(out):
     """Fill in verdict, causes and reason."""
-    errors = [e for e in out.errors if e["what"] != "declared"]
+    # what readings lose to rounding is a fault where a constant does not fit without it
+    known = ("declared", "digits") if out.misfit["p"] >= MISFIT else ("declared",)
+    errors = [e for e in out.errors if e["what"] not in known]
     placed = out.laws or [e for e in errors if e["what"] != "settings"] or out.rows
     if not placed and out.misfit["p"] >= MISFIT and not errors:
         out.verdict = "adequate"
@@ -491,15 +531,23 @@ def _few(out):
 
 
 def _next(out):
-    """The measurement that parts the strongest term from its rivals, or the forms of a law."""
-    for row in (*out.laws, *out.errors):
+    """The measurement that parts the strongest term from its rivals, or the forms of a law; else
+    from what it is told from by the evidence alone, where that is not clear."""
+    rows = (*out.laws, *out.errors)
+    wrong = next((r["level"] for row in rows for r in row["rivals"] if r.get("level")), "")
+    for row in rows:
         if row["rivals"]:
             block = out.selection.blocks[row["experiment"]]
-            near = [k for k, _ in chosen.rivals(block, row["key"])]
+            near = [r.key for r in chosen.rivals(block, row["key"])]
             scatter = [None] * any(r.get("of") == "settings" for r in row["rivals"])
-            found = propose(block, row["key"], scatter + near)
+            found = propose(block, row["key"], scatter + near, wrong)
             if found:
                 return found
+    for row in rows:
+        other = row.get("set_anew")
+        if other and other["behind"] < chosen.CLEAR:
+            block = out.selection.blocks[row["experiment"]]
+            return propose(block, row["key"], [other["key"]])
     return None
 
 

@@ -49,6 +49,9 @@ def judged(block: Block, key: str) -> dict[str, Any]:
     law, readings = block.terms[key].law, block.readings
     lever, levels = levels_of(block, law)
     inner = levels[1:-1] if lever else levels
+    # nothing but its own readings tells a level that was set wrongly
+    wrong = [h.root.any(1) for h in block.held.values() if h.term.what == "one level"]
+    inner = [index for index in inner if not any(w[index].any() for w in wrong)]
     misses = []
     for index in inner:
         held = refitted(block, index)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from calibration.figures import label
 from calibration.intake.quantities import LEVERS
 from diagnosis.laws.readings import from_log, with_setting
 from diagnosis.next_measurement import information
@@ -38,7 +39,7 @@ def words_of(term: Term | None) -> str:
         slot, state = term.place
         if slot == "reading" and not state:
             return "a wrong zero of the reading"
-        return f"{slot} of {' and '.join(state) or 'all settings alike'}"
+        return f"{slot} of {' and '.join(map(label, state)) or 'all settings alike'}"
     lever = LEVERS[term.of].words if term.of in LEVERS else term.of
     return {
         "levels": f"an error of each {lever} that was set",
@@ -47,10 +48,13 @@ def words_of(term: Term | None) -> str:
     }.get(term.what, term.of or "a single row")
 
 
-def propose(block: Block, key: str, others: Sequence[str | None]) -> dict[str, Any] | None:
+def propose(
+    block: Block, key: str, others: Sequence[str | None], again: str = ""
+) -> dict[str, Any] | None:
     """{experiment, levers, information_bits, predictions, text} for a held term and the keys of
     others that are not told from it, None for errors from setting to setting; None where none of
-    them says what it expects elsewhere."""
+    them says what it expects elsewhere. again: the level in question, the middle one unless
+    given."""
     told = {k: block.terms.get(k) for k in (key, *others)}
     keys = [k for k, t in told.items() if t is None or (t.kind in (LAW, ERROR) and t.free)][:MOST]
     if len(keys) < 2:
@@ -83,7 +87,7 @@ def propose(block: Block, key: str, others: Sequence[str | None]) -> dict[str, A
         "levers": levers | covariates,
         "information_bits": float(bits[best]),
         "predictions": predictions,
-        "text": _text(block, keys, levers),
+        "text": _text(block, keys, again),
     }
 
 
@@ -122,7 +126,7 @@ def _settings(readings):
     return plain
 
 
-def _text(block, keys, levers):
+def _text(block, keys, again):
     """What to measure, in words."""
     terms = [block.terms[k] for k in keys if k is not None]
     if None in keys:
@@ -138,7 +142,7 @@ def _text(block, keys, levers):
     known = known[np.isfinite(known) & (known > 0.0)]
     words, unit = LEVERS[lever].words, LEVERS[lever].unit
     between = [f"{np.sqrt(a * b):.{DECIMALS}g}" for a, b in itertools.pairwise(known)]
-    again = f"{known[len(known) // 2]:g}"
+    again = again or f"{known[len(known) // 2]:g}"
     return (
         f"Set the {words} up anew at {again} {unit} and measure again: an error of the set-up "
         f"comes out anew, a law does not. Add a {words} of {' and '.join(between[:2])} {unit}: a "
