@@ -1,6 +1,9 @@
 """The atlas held to account: made-up laboratories whose truth is known, judged by `estimate`.
 
-    python -m benchmarks.atlas OUT [--processes N]
+    python -m benchmarks.atlas [--processes N]
+
+The rows stand in `results/reference/atlas`: a laboratory after the other in `account.csv`, and in
+`left_out.csv` how the kept runs are told when each is left out; the atlas' page shows both.
 
 Stated before a run was looked at. SINGLE laboratories made one test, SEVERAL made heap, lifted
 cylinder and poured density of one material. Materials are drawn evenly over the levels of FACTORS,
@@ -28,8 +31,10 @@ import pandas as pd
 
 from calibration.atlas.emulators import KEYS, AtlasEmulators
 from calibration.atlas.rigs import GRAIN, RIGS
+from calibration.atlas.runs import coded, kept, lengths
 from calibration.errors import CalibrationError
 from calibration.files import write_table
+from calibration.inference.gaussian_process import GaussianProcess
 from calibration.intake.measurements import MeasurementErrors
 from calibration.intake.tables import read_written
 from calibration.interface.estimate import estimate
@@ -41,6 +46,7 @@ from dem.run import run
 from dem.spec import parse_spec
 from dem.units import in_ascii, unit_of, without_unit
 
+FOLDER = Path(__file__).parents[1] / "results/reference/atlas"
 LEVEL = 0.9
 READINGS = 4
 TESTS = ("heap", "cylinder", "density", "drum")
@@ -173,34 +179,39 @@ def _levers(spec):
     return {key: spec["geometry"][key]} if key in spec["geometry"] else {}
 
 
-def told(rows: pd.DataFrame) -> list[str]:
-    """Lines: by kind, how often intervals hold the truth, and the errors of the readings."""
-    lines = []
-    for kind, own in rows.groupby("kind", sort=False):
-        held = own["held"].dropna().astype(bool)
-        lines.append(f"{kind}: {held.sum()} of {len(held)} intervals hold the truth")
-        for metric, of in own[own["error"].notna()].groupby("of"):
-            pull = (of["error"] / of["sd"]).std()
-            lines.append(
-                f"  {metric}: median error {of['error'].abs().median():.3g}, mean "
-                f"{of['error'].mean():+.3g}, in its own sd {pull:.2f} ({len(of)})"
-            )
-    return lines
+def left_out() -> pd.DataFrame:
+    """A row a reading of the atlas: how its kept runs are told when each is left out."""
+    rows = []
+    for name, rig in RIGS.items():
+        table = kept(name)
+        for metric in rig.readings:
+            y = table[metric].to_numpy(float)
+            has = np.isfinite(y)
+            known, wider = lengths(name)[metric].values()
+            process = GaussianProcess().fit(coded(rig, table)[has], y[has], known)
+            error, sd = process.left_out()
+            rows.append({
+                "test": rig.title, "metric": metric, "runs": len(y), "without_value": (~has).sum(),
+                "median": np.median(y[has]), "error": np.median(np.abs(error)),
+                "run_to_run": process.spread * process.noise**0.5, "pull": (error / sd).std(),
+                "wider": wider,
+            })  # fmt: skip
+    return pd.DataFrame(rows)
 
 
 def main() -> None:
-    """Judge all laboratories that OUT lacks, and print what was found."""
+    """Judge all laboratories that are not kept, and the kept runs of the atlas."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("out", type=Path)
     parser.add_argument("--processes", type=int, default=2)
     args = parser.parse_args()
-    done = read_written(args.out) if args.out.exists() else pd.DataFrame({"seed": []})
+    account = FOLDER / "account.csv"
+    done = read_written(account) if account.exists() else pd.DataFrame({"seed": []})
     left = [lab for lab in laboratories() if lab[1] not in set(done["seed"])]
     with ProcessPoolExecutor(args.processes) as pool:
         for found in pool.map(judged, left):
             done = pd.concat([done, pd.DataFrame(found)], ignore_index=True)
-            write_table(done, args.out)
-    print(*told(done), sep="\n")
+            write_table(done, account)
+    write_table(left_out(), FOLDER / "left_out.csv")
 
 
 if __name__ == "__main__":

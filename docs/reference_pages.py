@@ -16,9 +16,12 @@ import tempfile
 from functools import partial
 from pathlib import Path
 
+import pandas as pd
 from mkdocs.structure.files import File
 
 from calibration.atlas.rigs import GRAIN, RIGS
+from calibration.atlas.runs import RUNS
+from calibration.figures import label
 from calibration.interface.commands import main as dem
 from calibration.study.config import METRICS, Config
 from calibration.study.factors import COLUMNS
@@ -267,6 +270,35 @@ def atlas():
     for title, inputs in (shared | {r.title: r.inputs for r in RIGS.values()}).items():
         text += f"\n## Inputs of {title}\n\n| input | from | to | reason |\n|---|---|---|---|\n"
         text += "".join(f"| {i.meaning} | {i.low:g} | {i.high:g} | {i.reason} |\n" for i in inputs)
+    return text + atlas_held_to_account()
+
+
+def atlas_held_to_account():
+    """The tables of `benchmarks/atlas.py`."""
+    folder = ROOT / "results/reference/atlas"
+    kept = [f"{rig.title} {runs}" for rig, runs in ((r, RUNS[n]) for n, r in RIGS.items())]
+    text = f"\n## Runs that are left out\n\nPlanned runs: {', '.join(kept)}.\n\n"
+    text += "| test | reading | runs | without a value | error, median | two runs differ by (sd) |"
+    text += " error over that of the process (sd) | taken so many times wider |\n"
+    text += "|---|---|---|---|---|---|---|---|\n"
+    for r in pd.read_csv(folder / "left_out.csv").itertuples():
+        text += f"| {r.test} | {label(r.metric)} | {r.runs} | {r.without_value} | {r.error:.2g} | "
+        text += f"{2**0.5 * r.run_to_run:.2g} | {r.pull:.2f} | {r.wider:.2f} |\n"
+    text += "\nThe last column is what runs ask for by which the process was not trained.\n"
+    text += "\n## Made-up laboratories\n\n`held`: intervals of 90 % that hold the truth. Readings:"
+    text += " median error of the mean that is told at the true parameters, its mean, and its"
+    text += " scatter over the error that is stated.\n\n"
+    text += "| laboratories | of | held | reading | error, median | mean | over stated |\n"
+    text += "|---|---|---|---|---|---|---|\n"
+    rows = pd.read_csv(folder / "account.csv")
+    for kind, own in rows.groupby("kind", sort=False):
+        held = own["held"].dropna().astype(bool)
+        first = f"| {kind} | {own['seed'].nunique()} | {held.sum()} of {len(held)} "
+        for metric, of in own[own["error"].notna()].groupby("of"):
+            error, pull = of["error"], (of["error"] / of["sd"]).std()
+            text += f"{first}| {label(metric)} | {error.abs().median():.2g} | {error.mean():+.2g} "
+            text += f"| {pull:.2f} |\n"
+            first = "| | | "
     return text
 
 

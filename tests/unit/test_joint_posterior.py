@@ -299,6 +299,19 @@ def test_scatter_that_varies_is_found():
     assert high / low == pytest.approx(np.exp(2.0), rel=0.5)
 
 
+def test_a_run_that_is_left_out_is_missed_as_by_a_process_without_it():
+    rng = np.random.default_rng(4)
+    x = rng.random((40, 2))
+    y = response(x) + rng.normal(0.0, 0.4, 40)
+    whole = GaussianProcess().fit(x, y)
+    error, sd = whole.left_out()
+    for k in (0, 31):
+        rest = GaussianProcess().fit(np.delete(x, k, 0), np.delete(y, k), whole.known)
+        [mean], [variance] = rest.mean(x[[k]])
+        assert error[k] == pytest.approx(mean - y[k], rel=1e-4)
+        assert sd[k] == pytest.approx(np.hypot(variance**0.5, rest.sd_of_run(x[[k]])[0]), 1e-4)
+
+
 def test_expected_information_of_normal_draws_is_shannons():
     """Half the logarithm of one plus signal over noise; nothing where the measurement does not
     vary."""

@@ -89,13 +89,14 @@ def elongation_of(spec: RunSpec) -> float:
 class Response:
     """A metric of a test over the study's free factors u (k, d) in [0, 1]; as `GaussianProcess`.
 
-    parts: [(weight, process of the atlas)], whose inputs (D,) are `base` but for those that a
-    factor moves; unit: of the atlas in that of the metric.
+    parts: [(weight, process of the atlas, how many times its errors are those that it states)],
+    whose inputs (D,) are `base` but for those that a factor moves; unit: of the atlas in that of
+    the metric.
     """
 
     def __init__(
         self,
-        parts: Sequence[tuple[float, GaussianProcess]],
+        parts: Sequence[tuple[float, GaussianProcess, float]],
         base: np.ndarray,
         moved: Sequence[tuple[int, int, Input, float, float]],
         unit: float,
@@ -113,14 +114,15 @@ class Response:
     def mean(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(mean, variance of that mean), (k,) each."""
         x = self.inputs(np.atleast_2d(u))
-        weights = self.unit * np.array([w for w, _ in self.parts])
-        means, variances = zip(*(p.mean(x) for _, p in self.parts), strict=True)
-        return weights @ np.array(means), weights**2 @ np.array(variances)
+        weights = self.unit * np.array([w for w, _, _ in self.parts])
+        wider = np.array([times for _, _, times in self.parts])
+        means, variances = zip(*(p.mean(x) for _, p, _ in self.parts), strict=True)
+        return weights @ np.array(means), (weights * wider) ** 2 @ np.array(variances)
 
     def sd_of_run(self, u: np.ndarray) -> np.ndarray:
         """Standard deviation (k,) of a single run about the mean."""
         x = self.inputs(np.atleast_2d(u))
-        own = [w * p.sd_of_run(x) for w, p in self.parts]
+        own = [w * p.sd_of_run(x) for w, p, _ in self.parts]
         return np.asarray(self.unit * np.linalg.norm(own, axis=0))
 
 
@@ -188,7 +190,10 @@ class AtlasEmulators:
         moved = list(self._moved(test))
         columns = [c for _, c, _, _, _ in moved]
         diameter, density = 1e-3 * diameter_mm(spec), spec.materials.particle.density_kg_m3
-        near = [(w, nearest(rig.name, m, base, columns)) for w, m in _parts(rig, spec, at, metric)]
+        near = [
+            (w, nearest(rig.name, m, base, columns), lengths(rig.name)[m]["wider"])
+            for w, m in _parts(rig, spec, at, metric)
+        ]
         return Response(near, base, moved, UNITS[rig.readings[metric]](diameter, density))
 
     def has(self, test: str, metric: str) -> bool:
@@ -243,7 +248,7 @@ def nearest(name: str, metric: str, at: np.ndarray, free: Sequence[int]) -> Gaus
     """The process of a metric, trained by the runs nearest to `at` (D,) in all inputs but the
     `free` ones, with the lengths of all."""
     x, y = coded(RIGS[name], kept(name)), kept(name)[metric].to_numpy(float)
-    known = lengths(name)[metric]
+    known = lengths(name)[metric]["process"]
     has = np.isfinite(y)
     x, y = x[has], y[has]
     rest = [k for k in range(x.shape[1]) if k not in free]

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 import pandas as pd
@@ -27,9 +27,10 @@ PART = 25
 RUNS = {"heap": 2000, "cylinder": 1500, "density": 1500, "drum": 1500, "silo": 400}
 """Runs of one part, which is made at once, and of each test when all are made."""
 DIGITS = 4
-TRAINED = 300
-"""Runs, the first of the design, by which lengths are trained: the likelihood takes the cube of
-their number."""
+TRAINED = 300, 0.75
+"""Runs at most, the first of the design that have a value, and share of them, by which lengths are
+trained: the likelihood takes the cube of their number, and the others tell what the trained process
+is worth."""
 KEPT = files("calibration.atlas") / "kept"
 
 
@@ -88,10 +89,18 @@ def kept(name: str) -> pd.DataFrame:
     return read_parts([path]) if path.is_file() else pd.DataFrame(columns=columns(RIGS[name]))
 
 
+class Trained(TypedDict):
+    """What is known of a reading's process, and how many times the errors that it states are those
+    of runs which had no part in that (1 at least)."""
+
+    process: Known
+    wider: float
+
+
 @cache
-def lengths(name: str) -> dict[str, Known]:
-    """{reading: what is known of its process, trained by the kept runs of a test}."""
-    found: dict[str, Known] = json.loads((KEPT / f"{name}.json").read_text("utf-8"))
+def lengths(name: str) -> dict[str, Trained]:
+    """{reading: what the kept runs of a test have trained}."""
+    found: dict[str, Trained] = json.loads((KEPT / f"{name}.json").read_text("utf-8"))
     return found
 
 
@@ -113,13 +122,23 @@ def keep(name: str, parts: Sequence[Path], out: Path) -> None:
     table, before, rig = read_parts(parts), kept(name), RIGS[name]
     own = (before["engine"] == engine_fingerprint()) & ~before["run"].isin(table["run"])
     table = pd.concat([before[own], table]).sort_values("run")
-    x, trained = coded(rig, table), {}
+    trained = {}
     for metric in rig.readings:
         y = table[metric].to_numpy(float)
-        has = np.flatnonzero(np.isfinite(y))[:TRAINED]
-        trained[metric] = GaussianProcess().fit(x[has], y[has]).known
+        has = np.isfinite(y)
+        trained[metric] = _trained(coded(rig, table)[has], y[has])
     write_table(table[columns(rig)], out / f"{name}.csv")
     write_json(out / f"{name}.json", trained)
+
+
+def _trained(x, y):
+    """`Trained` of a reading y (n,) at inputs x (n, D)."""
+    most, share = TRAINED
+    first = min(most, int(share * len(y)))
+    known = GaussianProcess().fit(x[:first], y[:first]).known
+    error, sd = GaussianProcess().fit(x, y, known).left_out()
+    rest = (error / sd)[first:]
+    return Trained(process=known, wider=max(1.0, float(np.sqrt(np.mean(rest**2)))))
 
 
 def read_parts(parts: Sequence[Path]) -> pd.DataFrame:

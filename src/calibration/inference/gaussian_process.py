@@ -98,6 +98,12 @@ class GaussianProcess:
         share: np.ndarray = self._variance_of_run(x) / self._usual
         return self.spread * np.sqrt(self.noise * share)
 
+    def left_out(self) -> tuple[np.ndarray, np.ndarray]:
+        """(error, its standard deviation), (n,) each: what the other runs expect of each, less it,
+        with the same lengths (Rasmussen and Williams 2006, 5.4.2)."""
+        own = (self._root**2).sum(axis=1)  # diagonal of the inverse covariance
+        return -self.spread * self.alpha / own, self.spread / np.sqrt(own)
+
     def _variance_of_run(self, x):
         return np.exp(self._log_variance[0] + x @ self._log_variance[1:])
 
