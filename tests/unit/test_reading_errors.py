@@ -1,5 +1,4 @@
-"""The error of a reading of a heap or a density: its own spread, as far as the others deny it not,
-and the doubt of few replicates."""
+"""The error of a reading: its own spread, as far as the others deny it not, and its doubt."""
 
 import numpy as np
 import pytest
@@ -17,6 +16,11 @@ def densities(spreads, n=5, sizes=SIZES):
         Measurement("bulk_density", 600.0, sd, n, {"particle_diameter_mm": d})
         for sd, d in zip(spreads, sizes, strict=True)
     ]
+
+
+def means(kind, lever, levels, read):
+    pairs = zip(read, levels, strict=True)
+    return [Measurement(kind, s.mean(), s.std(ddof=1), len(s), {lever: x}) for s, x in pairs]
 
 
 def test_a_spread_that_grows_over_the_sizes_is_not_that_of_the_middle():
@@ -57,10 +61,7 @@ def test_errors_that_are_drawn_anew_miss_as_the_stated_ones_do():
     p = []
     for _ in range(300):
         read = 600.0 + true[:, None] * rng.standard_normal((5, 5))
-        rows = [
-            Measurement("bulk_density", s.mean(), s.std(ddof=1), 5, {"particle_diameter_mm": d})
-            for s, d in zip(read, SIZES, strict=True)
-        ]
+        rows = means("bulk_density", "particle_diameter_mm", SIZES, read)
         error = data_of(rows).error[0]
         seen = (((read.mean(1) - 600.0) / error) ** 2).sum()
         drawn = redrawn_error(rows, error, 200, rng)
@@ -79,10 +80,8 @@ def test_rebounds_that_are_read_unevenly_raise_no_more_alarms_than_chance():
         heights = np.repeat([40.0, 70.0, 120.0, 200.0, 330.0], 4)
         share = 0.02 * rng.choice([0.5, 1.0, 2.0], 20)
         read = 0.4 * heights[:, None] * (1.0 + share[:, None] * rng.standard_normal((20, 5)))
-        rows = [
-            Measurement("drop", s.mean(), s.std(ddof=1), 5, {"drop_height_mm": h})
-            for s, h in zip(read, heights, strict=True)
-        ]
-        p.append(table_misfit(rows, seed=k, count=99)["p"])
+        p.append(
+            table_misfit(means("drop", "drop_height_mm", heights, read), seed=k, count=99)["p"]
+        )
     # 6 of 120 are expected
     assert 1 <= int((np.array(p) < 0.05).sum()) <= 13
