@@ -193,8 +193,7 @@ def left_out() -> pd.DataFrame:
             rows.append({
                 "test": rig.title, "metric": metric, "runs": len(y), "without_value": (~has).sum(),
                 "median": np.median(y[has]), "error": np.median(np.abs(error)),
-                "run_to_run": process.spread * process.noise**0.5, "pull": (error / sd).std(),
-                "wider": wider,
+                "pull": (error / sd).std(), "wider": wider,
             })  # fmt: skip
     return pd.DataFrame(rows)
 

@@ -28,7 +28,7 @@ from calibration.study.factors import COLUMNS
 from dem.contact.catalogue import every_law, groups_needed, keys_allowed
 from dem.experiments import experiments
 from dem.spec import GEOMETRY, RunSpec, keys_of
-from dem.units import unit_of
+from dem.units import unit_of, without_unit
 
 ROOT = Path(__file__).parents[1]
 HEADER = "| key | unit | default | allowed | meaning |\n|---|---|---|---|---|\n"
@@ -278,13 +278,16 @@ def atlas_held_to_account():
     folder = ROOT / "results/reference/atlas"
     kept = [f"{rig.title} {runs}" for rig, runs in ((r, RUNS[n]) for n, r in RIGS.items())]
     text = f"\n## Runs that are left out\n\nPlanned runs: {', '.join(kept)}.\n\n"
-    text += "| test | reading | runs | without a value | error, median | two runs differ by (sd) |"
+    text += "| test | reading | runs | without a value | its median | error, median |"
     text += " error over that of the process (sd) | taken so many times wider |\n"
     text += "|---|---|---|---|---|---|---|---|\n"
     for r in pd.read_csv(folder / "left_out.csv").itertuples():
-        text += f"| {r.test} | {label(r.metric)} | {r.runs} | {r.without_value} | {r.error:.2g} | "
-        text += f"{2**0.5 * r.run_to_run:.2g} | {r.pull:.2f} | {r.wider:.2f} |\n"
-    text += "\nThe last column is what runs ask for by which the process was not trained.\n"
+        text += f"| {r.test} | {label(without_unit(r.metric))} | {r.runs} | {r.without_value} | "
+        text += f"{r.median:.3g} | {r.error:.2g} | {r.pull:.2f} | {r.wider:.2f} |\n"
+    text += (
+        "\nAngles are in degrees, lengths in diameters of the grain, densities in its own. The last"
+    )
+    text += " column is what runs ask for by which the process was not trained.\n"
     text += "\n## Made-up laboratories\n\n`held`: intervals of 90 % that hold the truth. Readings:"
     text += " median error of the mean that is told at the true parameters, its mean, and its"
     text += " scatter over the error that is stated.\n\n"
