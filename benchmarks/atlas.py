@@ -187,13 +187,13 @@ def left_out() -> pd.DataFrame:
         for metric in rig.readings:
             y = table[metric].to_numpy(float)
             has = np.isfinite(y)
-            known, wider = lengths(name)[metric].values()
-            process = GaussianProcess().fit(coded(rig, table)[has], y[has], known)
+            own = lengths(name)[metric]
+            process = GaussianProcess().fit(coded(rig, table)[has], y[has], own["process"])
             error, sd = process.left_out()
             rows.append({
                 "test": rig.title, "metric": metric, "runs": len(y), "without_value": (~has).sum(),
                 "median": np.median(y[has]), "error": np.median(np.abs(error)),
-                "pull": (error / sd).std(), "wider": wider,
+                "pull": (error / sd).std(), "wider": own["wider"],
             })  # fmt: skip
     return pd.DataFrame(rows)
 

@@ -129,7 +129,7 @@ def test_few_runs_correct_an_atlas_that_is_off(tmp_path, monkeypatch):
         return 4.0 + atlas.mean(np.array([u]))[0][0] + scatter
 
     rng = np.random.default_rng(1)
-    for name in ("plan_joint_first", "plan_joint", "joint"):
+    for name in ("plan_joint_first", "plan_joint", "joint", "plan_validation"):
         rules[name].call(study)
         if rules[name].plan:
             specs = read_plan(rules[name].plan)
@@ -141,11 +141,11 @@ def test_few_runs_correct_an_atlas_that_is_off(tmp_path, monkeypatch):
     design, draws = study.table("joint", "design"), study.table("joint", "draws")
     assert len(design) == 14
     assert angle(middle(draws)) == pytest.approx(30.0, abs=1.5)
+    assert study.table("validation", "design")[[*middle(draws)]].drop_duplicates().shape[0] == 1
+    assert not (study.folder / "response_surface").exists()  # nothing was searched
     # the first stood nearer to what the atlas, as it is, expects than points all over the levels
-    own, spread = (
-        study.table("joint_first", "design"),
-        first_points(config, "heap", len(study.factors)),
-    )
+    own = study.table("joint_first", "design")
+    spread = first_points(config, "heap", len(study.factors))
     u = [(own[f.name] - f.low) / (f.high - f.low) for f in study.factors]
     near, far = (np.abs(atlas.mean(x)[0] - 30.0).mean() for x in (np.column_stack(u), spread))
     assert len(own) == len(spread) == 10

@@ -8,6 +8,12 @@ BLOCKS = ["liggghts.in", "lammps.in", "yade.py", "mercurydpm.cpp"]
 BY_HAND = ["edem.md", "rocky.md"]
 # codes that have a deck, a folder with what one needs to pour the heap
 DECKS = ["liggghts", "lammps"]
+# what tells how well the chain's optimum is known
+SURFACE = {
+    "runs": f"{STUDY}/response_surface/runs.csv",
+    "region": f"{STUDY}/response_surface/region.json",
+    "candidate": f"{STUDY}/candidate/design.csv",
+}
 
 
 rule export:
@@ -17,9 +23,7 @@ rule export:
         fixed=BENCH_VALUES,
         validation=f"{STUDY}/validation/validation.json",
         validation_runs=f"{STUDY}/validation/runs.csv",
-        runs=f"{STUDY}/response_surface/runs.csv",
-        region=f"{STUDY}/response_surface/region.json",
-        candidate=f"{STUDY}/candidate/design.csv",
+        **({} if BY_JOINT else SURFACE),
         joint=of_supplements({"joint": "joint.json"}),
         predictions=of_supplements({"joint": "predictions.csv"}),
         factors=FACTORS,

@@ -2,10 +2,12 @@
 
 # the parameters that are handed out: the optimum of the chain, or of the draws that meet all tests
 BY_JOINT = handed_out_by(SETTINGS) == "joint"
-HANDED_OUT = {"optimum": f"{STUDY}/optimise/optimum.json"}
-if BY_JOINT:
-    HANDED_OUT["draws"] = f"{STUDY}/joint/draws.csv"
-CHAIN = [name for name, stage in STAGES.items() if stage.chain]
+HANDED_OUT = (
+    {"draws": f"{STUDY}/joint/draws.csv"}
+    if BY_JOINT
+    else {"optimum": f"{STUDY}/optimise/optimum.json"}
+)
+CHAIN = [name for name, stage in STAGES.items() if stage.chain and stage.of(SETTINGS)]
 
 
 def refusing(asked, files=(), hint=lambda: ""):

@@ -1,6 +1,6 @@
 # the page, and a picture of each run of the chain for it
 
-PICTURED = [stage.pictured for stage in STAGES.values() if stage.pictured]
+PICTURED = [STAGES[name].pictured for name in CHAIN if STAGES[name].pictured]
 
 
 # seconds a stage, so one job draws them all

@@ -144,6 +144,7 @@ STAGES = (
         title="Steepest ascent",
         place=2,
         chain=True,
+        searches=True,
         plans=(Plan("ascent", ahead=_ahead),),
         figures=(Figure("path", ("runs.csv",)),),
         tables=(("runs", "Path and results"),),

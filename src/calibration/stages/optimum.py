@@ -343,6 +343,7 @@ STAGES = (
         title="Optimum",
         place=4,
         chain=True,
+        searches=True,
         plans=(
             Plan("candidate_first", ahead=_ahead),
             Plan("candidate"),

@@ -254,6 +254,7 @@ STAGES = (
         title="Response surface",
         place=3,
         chain=True,
+        searches=True,
         plans=(Plan("response_surface", ahead=_ahead),),
         figures=(
             Figure("surfaces", ("coefficients.csv",)),

@@ -289,6 +289,7 @@ STAGES = (
         title="Screening",
         place=1,
         chain=True,
+        searches=True,
         plans=(Plan("screening", ahead=_ahead),),
         figures=(Figure("half_normal", ("effects.csv",)), Figure("pareto", ("effects.csv",))),
         tables=(

@@ -79,18 +79,20 @@ class Stage:
     """A stage: its plans of runs, and what the page says of it.
 
     name : of its folder in the study's; place : order on the page; chain : whether every study
-    makes it; tables : (file without suffix, title); sentences : gives lines of text from the
-    stage's summary and the response; about : a line for a stage whose folder is shown as it is,
-    without the columns `unshown` {table: columns}; pictured : the plan whose heaps are shown;
-    made_by : the rule that ends it, which bears its name unless given; also_made_by : names of the
-    rules before it whose files page and crate hold, by the configuration; those of its plans,
-    `plan_<folder>`, unless given.
+    makes it; searches : but one that begins where the atlas expects the parameters; tables : (file
+    without suffix, title); sentences : gives lines of text from the stage's summary and the
+    response; about : a line for a stage whose folder is shown as it is, without the columns
+    `unshown` {table: columns}; pictured : the plan whose heaps are shown; made_by : the rule that
+    ends it, which bears its name unless given; also_made_by : names of the rules before it whose
+    files page and crate hold, by the configuration; those of its plans, `plan_<folder>`, unless
+    given.
     """
 
     name: str
     title: str
     place: float
     chain: bool = False
+    searches: bool = False
     plans: tuple[Plan, ...] = ()
     figures: tuple[Figure, ...] = ()
     tables: tuple[tuple[str, str], ...] = ()
@@ -100,6 +102,11 @@ class Stage:
     pictured: str | None = None
     made_by: str | None = None
     also_made_by: Callable[[Any], tuple[str, ...]] | None = None
+
+    def of(self, config: Config) -> bool:
+        """Whether a study makes it of its own accord."""
+        own = self.chain and not (self.searches and config.by_atlas)
+        return own or self.name in config.supplements
 
     @property
     def rule(self) -> str:
@@ -146,9 +153,5 @@ def _declared(module: ModuleType) -> Iterator[Stage]:
 def planning(config: Config) -> list[tuple[Plan, bool]]:
     """The declared plans and whether the study makes each of its own accord, those that it does not
     first, in the stages' order."""
-    found = [
-        (plan, stage.chain or stage.name in config.supplements)
-        for stage in load_stages().values()
-        for plan in stage.plans
-    ]
+    found = [(plan, stage.of(config)) for stage in load_stages().values() for plan in stage.plans]
     return sorted(found, key=lambda pair: pair[1])
