@@ -302,6 +302,21 @@ def atlas_held_to_account():
             text += f"{first}| {label(metric)} | {error.abs().median():.2g} | {error.mean():+.2g} "
             text += f"| {pull:.2f} |\n"
             first = "| | | "
+    salt = json.loads((folder / "salt.json").read_text())
+    text += (
+        f"\n## The salt that begins there\n\n`config/atlas.yaml`, engine `{salt['engine']}`.\n\n"
+    )
+    text += "| test | setting | measured | predicted | runs | state |\n|---|---|---|---|---|---|\n"
+    for t in salt["tests"]:
+        at = [f"{label(without_unit(k))} {v:g} {unit_of(k)}" for k, v in t["setting"].items()]
+        told = f"{label(without_unit(t['metric']))} [{t['unit']}] | {', '.join(at)}"
+        text += f"| {told} | {t['measured']:.4g} ± {t['error']:.2g} | "
+        text += f"{t['predicted']:.4g} ± {t['predicted_sd']:.2g} | {t['runs']} | {t['state']} |\n"
+    text += "\n| parameter | value | interval (95 %) | bounded by the tests |\n|---|---|---|---|\n"
+    for p in (p for p in salt["parameters"] if p["source"] == "calibrated"):
+        low, high = p["interval_95"]
+        text += f"| {p['name']} | {p['value']:.3g} | {low:.3g} to {high:.3g} | "
+        text += f"{'yes' if p['bounded'] else 'no'} |\n"
     return text
 
 
