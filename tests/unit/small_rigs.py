@@ -37,12 +37,8 @@ RIGS = {
     "lifted_cylinder": ({"count": 500}, {"cylinder_diameter_mm": 16, "plate_diameter_mm": 80}),
     "shear": (
         {"count": 700, "diameter_mm": 2.0},
-        {
-            "inner_diameter_mm": 12,
-            "outer_diameter_mm": 28,
-            "preshear_displacement_mm": 2,
-            "shear_displacement_mm": 3,
-        },
+        {"inner_diameter_mm": 12, "outer_diameter_mm": 28, "normal_stress_kPa": 1}
+        | {"preshear_displacement_mm": 2, "shear_displacement_mm": 3},
     ),
     "tilt": ({}, {"trials": 1}),
     "wall_friction": ({"count": 200}, {"ring_diameter_mm": 14, "slide_mm": 2}),
