@@ -150,6 +150,8 @@ def test_few_runs_correct_an_atlas_that_is_off(tmp_path, monkeypatch):
     near, far = (np.abs(atlas.mean(x)[0] - 30.0).mean() for x in (np.column_stack(u), spread))
     assert len(own) == len(spread) == 10
     assert near < far
+    config.tests["heap"].run["geometry"]["plate_diameter_mm"] = 180.0
+    assert any("counts as 26" in t for t in AtlasEmulators(config, study.factors).counted())
 
 
 @pytest.mark.slow

@@ -3,7 +3,7 @@ that are nearest to each of its rigs."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -174,6 +174,18 @@ class AtlasEmulators:
                     f"tests.{test}: {own.meaning} is {at[own.name]:.3g}; allowed: {own.low:g} to "
                     f"{own.high:g}"
                 )
+
+    def counted(self) -> Iterator[str]:
+        """Sentences on inputs that lie beyond the end that stands for them."""
+        for test in self.tests:
+            at = inputs_of(self._rig(test), self._specs[test])
+            for own in (i for i in self._rig(test).all_inputs if i.beyond):
+                if not -SLACK <= own.coded(at[own.name]) <= 1.0 + SLACK:
+                    end = own.high if own.beyond == "high" else own.low
+                    yield (
+                        f"{test}: {own.meaning} is {at[own.name]:.3g} and counts as {end:g}, where "
+                        "the atlas ends: what is read beyond may differ by degrees"
+                    )
 
     def of(self, test: str, metric: str) -> Response:
         """The emulator of a metric. Raises CalibrationError where the atlas does not have it."""

@@ -63,6 +63,7 @@ def estimate(config: Config) -> Estimate:
     emulators = AtlasEmulators(config, factors)
     measured = measured_of(config, joint_targets(config))
     told = emulators.told(measured)
+    said += emulators.counted()
     said += [f"the atlas has no {t.name}: it is left out" for t in measured if t not in told]
     tests = {name: metrics_of(config, name, told) for name in emulators.tests}
     summary, tables = analysed(config, emulators, told, tests)  # type: ignore[arg-type]  # as Emulators
