@@ -19,11 +19,11 @@ SURFACE = {
 rule export:
     input:
         **HANDED_OUT,
+        **({} if BY_JOINT else SURFACE),
         answer=f"{STUDY}/answer/answer.json",
         fixed=BENCH_VALUES,
         validation=f"{STUDY}/validation/validation.json",
         validation_runs=f"{STUDY}/validation/runs.csv",
-        **({} if BY_JOINT else SURFACE),
         joint=of_supplements({"joint": "joint.json"}),
         predictions=of_supplements({"joint": "predictions.csv"}),
         factors=FACTORS,
