@@ -31,7 +31,7 @@ import pandas as pd
 
 from calibration.atlas.emulators import KEYS, AtlasEmulators
 from calibration.atlas.rigs import GRAIN, RIGS
-from calibration.atlas.runs import coded, kept, lengths
+from calibration.atlas.runs import coded, kept, trained
 from calibration.errors import CalibrationError
 from calibration.files import write_table
 from calibration.inference.gaussian_process import GaussianProcess
@@ -187,7 +187,7 @@ def left_out() -> pd.DataFrame:
         for metric in rig.readings:
             y = table[metric].to_numpy(float)
             has = np.isfinite(y)
-            own = lengths(name)[metric]
+            own = trained(name)[metric]
             process = GaussianProcess().fit(coded(rig, table)[has], y[has], own["process"])
             error, sd = process.left_out()
             rows.append({

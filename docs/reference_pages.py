@@ -270,54 +270,80 @@ def atlas():
     for title, inputs in (shared | {r.title: r.inputs for r in RIGS.values()}).items():
         text += f"\n## Inputs of {title}\n\n| input | from | to | reason |\n|---|---|---|---|\n"
         text += "".join(f"| {i.meaning} | {i.low:g} | {i.high:g} | {i.reason} |\n" for i in inputs)
-    return text + atlas_held_to_account()
+    return text + atlas_left_out() + atlas_laboratories() + atlas_salt()
 
 
-def atlas_held_to_account():
-    """The tables of `benchmarks/atlas.py`."""
-    folder = ROOT / "results/reference/atlas"
-    kept = [f"{rig.title} {runs}" for rig, runs in ((r, RUNS[n]) for n, r in RIGS.items())]
-    text = f"\n## Runs that are left out\n\nPlanned runs: {', '.join(kept)}.\n\n"
-    text += "| test | reading | runs | without a value | its median | error, median |"
-    text += " error over that of the process (sd) | taken so many times wider |\n"
-    text += "|---|---|---|---|---|---|---|---|\n"
-    for r in pd.read_csv(folder / "left_out.csv").itertuples():
-        text += f"| {r.test} | {label(without_unit(r.metric))} | {r.runs} | {r.without_value} | "
-        text += f"{r.median:.3g} | {r.error:.2g} | {r.pull:.2f} | {r.wider:.2f} |\n"
-    text += (
-        "\nAngles are in degrees, lengths in diameters of the grain, densities in its own. The last"
-    )
-    text += " column is what runs ask for by which the process was not trained.\n"
-    text += "\n## Made-up laboratories\n\n`held`: intervals of 90 % that hold the truth. Readings:"
-    text += " median error of the mean that is told at the true parameters, its mean, and its"
-    text += " scatter over the error that is stated.\n\n"
-    text += "| laboratories | of | held | reading | error, median | mean | over stated |\n"
-    text += "|---|---|---|---|---|---|---|\n"
-    rows = pd.read_csv(folder / "account.csv")
-    for kind, own in rows.groupby("kind", sort=False):
+ATLAS = ROOT / "results/reference/atlas"
+
+
+def rows_of(heads, rows):
+    """Markdown of a table."""
+    return "".join(f"| {' | '.join(row)} |\n" for row in (heads, ["---"] * len(heads), *rows))
+
+
+def atlas_left_out():
+    """What `benchmarks/atlas.py` keeps of runs that are left out."""
+    planned = ", ".join(f"{rig.title} {RUNS[name]}" for name, rig in RIGS.items())
+    heads = ["test", "reading", "runs", "without a value", "its median", "error, median"]
+    heads += ["error over that of the process (sd)", "taken so many times wider"]
+    rows = [
+        [r.test, label(without_unit(r.metric)), f"{r.runs}", f"{r.without_value}"]
+        + [f"{r.median:.3g}", f"{r.error:.2g}", f"{r.pull:.2f}", f"{r.wider:.2f}"]
+        for r in pd.read_csv(ATLAS / "left_out.csv").itertuples()
+    ]
+    return f"""
+## Runs that are left out
+
+Planned runs: {planned}.
+
+{rows_of(heads, rows)}
+Angles are in degrees, lengths in diameters of the grain, densities in its own. The last column is
+what runs ask for by which the process was not trained.
+"""
+
+
+def atlas_laboratories():
+    """What it keeps of made-up laboratories."""
+    heads, rows = ["laboratories", "of", "held", "reading", "error, median", "mean"], []
+    for kind, own in pd.read_csv(ATLAS / "account.csv").groupby("kind", sort=False):
         held = own["held"].dropna().astype(bool)
-        first = f"| {kind} | {own['seed'].nunique()} | {held.sum()} of {len(held)} "
+        first = [kind, f"{own['seed'].nunique()}", f"{held.sum()} of {len(held)}"]
         for metric, of in own[own["error"].notna()].groupby("of"):
             error, pull = of["error"], (of["error"] / of["sd"]).std()
-            text += f"{first}| {label(metric)} | {error.abs().median():.2g} | {error.mean():+.2g} "
-            text += f"| {pull:.2f} |\n"
-            first = "| | | "
-    salt = json.loads((folder / "salt.json").read_text())
-    text += (
-        f"\n## The salt that begins there\n\n`config/atlas.yaml`, engine `{salt['engine']}`.\n\n"
-    )
-    text += "| test | setting | measured | predicted | runs | state |\n|---|---|---|---|---|---|\n"
+            told = [label(metric), f"{error.abs().median():.2g}", f"{error.mean():+.2g}"]
+            rows.append([*first, *told, f"{pull:.2f}"])
+            first = [""] * len(first)
+    return f"""
+## Made-up laboratories
+
+`held`: intervals of 90 % that hold the truth. Readings: median error of the mean that is told at
+the true parameters, its mean, and its scatter over the error that is stated.
+
+{rows_of([*heads, "over stated"], rows)}"""
+
+
+def atlas_salt():
+    """The salt's answer by `config/atlas.yaml`."""
+    salt = json.loads((ATLAS / "salt.json").read_text())
+    tests = []
     for t in salt["tests"]:
         at = [f"{label(without_unit(k))} {v:g} {unit_of(k)}" for k, v in t["setting"].items()]
-        told = f"{label(without_unit(t['metric']))} [{t['unit']}] | {', '.join(at)}"
-        text += f"| {told} | {t['measured']:.4g} ± {t['error']:.2g} | "
-        text += f"{t['predicted']:.4g} ± {t['predicted_sd']:.2g} | {t['runs']} | {t['state']} |\n"
-    text += "\n| parameter | value | interval (95 %) | bounded by the tests |\n|---|---|---|---|\n"
-    for p in (p for p in salt["parameters"] if p["source"] == "calibrated"):
-        low, high = p["interval_95"]
-        text += f"| {p['name']} | {p['value']:.3g} | {low:.3g} to {high:.3g} | "
-        text += f"{'yes' if p['bounded'] else 'no'} |\n"
-    return text
+        values = [f"{t['measured']:.4g} ± {t['error']:.2g}"]
+        values += [f"{t['predicted']:.4g} ± {t['predicted_sd']:.2g}", f"{t['runs']}", t["state"]]
+        tests.append([f"{label(without_unit(t['metric']))} [{t['unit']}]", ", ".join(at), *values])
+    parameters = [
+        [p["name"], f"{p['value']:.3g}", "{:.3g} to {:.3g}".format(*p["interval_95"])]
+        + ["yes" if p["bounded"] else "no"]
+        for p in salt["parameters"]
+        if p["source"] == "calibrated"
+    ]
+    return f"""
+## The salt that begins there
+
+`config/atlas.yaml`, engine `{salt["engine"]}`.
+
+{rows_of(["test", "setting", "measured", "predicted", "runs", "state"], tests)}
+{rows_of(["parameter", "value", "interval (95 %)", "bounded by the tests"], parameters)}"""
 
 
 def packages():

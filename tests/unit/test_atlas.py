@@ -13,7 +13,7 @@ from new_studies import begun, read
 from calibration.atlas import runs
 from calibration.atlas.emulators import KEYS, AtlasEmulators, inputs_of, nearest
 from calibration.atlas.rigs import DIAMETER, GRAIN, RIGS
-from calibration.atlas.runs import compare, design, kept, lengths
+from calibration.atlas.runs import compare, design, kept, trained
 from calibration.chain.joint.analysis import middle
 from calibration.chain.study import Study
 from calibration.interface.commands import main
@@ -57,7 +57,7 @@ def test_an_emulator_without_a_run_misses_it_by_the_error_that_it_states(name):
     metric = next(iter(RIGS[name].readings))
     process = nearest(name, metric, np.full(len(RIGS[name].all_inputs), 0.5), range(5))
     error, sd = process.left_out()
-    pulls = error / (lengths(name)[metric]["wider"] * sd)
+    pulls = error / (trained(name)[metric]["wider"] * sd)
     assert 0.6 < np.std(pulls) < 1.25
     assert abs(np.mean(pulls)) < 0.2
 

@@ -6,7 +6,7 @@ MACHINES = {m: f"{m}.json" for m in ("push_through", "joint_push_through")}
 # plans whose runs the answer counts; those of the diagnosis are its own
 COUNTED = [
     plan.folder
-    for name in (*CHAIN, *SETTINGS.supplements)
+    for name in OWN
     for plan in STAGES[name].plans
     if name not in ("answer", "diagnosis")
 ]

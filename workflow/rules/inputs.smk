@@ -7,7 +7,8 @@ HANDED_OUT = (
     if BY_JOINT
     else {"optimum": f"{STUDY}/optimise/optimum.json"}
 )
-CHAIN = [name for name, stage in STAGES.items() if stage.chain and stage.of(SETTINGS)]
+# the stages that the study makes of its own accord: the chain's and its supplements
+OWN = [name for name, stage in STAGES.items() if stage.of(SETTINGS)]
 
 
 def refusing(asked, files=(), hint=lambda: ""):
@@ -48,8 +49,7 @@ def each_further(pattern):
 def shown(wildcards):
     """What the page waits for and shows: what the rules of the chain and of the supplements leave,
     plans among it."""
-    stages = [STAGES[name] for name in (*CHAIN, *SETTINGS.supplements)]
-    names = [rule for stage in stages for rule in stage.rules(SETTINGS)]
+    names = [rule for name in OWN for rule in STAGES[name].rules(SETTINGS)]
     files = [file for name in names for file in getattr(rules, name).output]
     if "diagnosis" in SETTINGS.supplements:
         files += of_waves("plan.json")
@@ -61,7 +61,7 @@ def also_shown(wildcards):
     paths, of which snakemake knows no rule. It makes nothing that nobody asked for."""
     if STORED:
         return []
-    others = set(STAGES) - {*CHAIN, *SETTINGS.supplements, "provenance"}
+    others = set(STAGES) - {*OWN, "provenance"}
     folders = {folder for name in others for folder in STAGES[name].folders}
     found = (STUDY_OBJECT.folder.joinpath(f).glob("*.*") for f in sorted(folders))
     return [local(str(path.resolve())) for paths in found for path in sorted(paths)]

@@ -1,6 +1,6 @@
 # the page, and a picture of each run of the chain for it
 
-PICTURED = [STAGES[name].pictured for name in CHAIN if STAGES[name].pictured]
+PICTURED = [STAGES[name].pictured for name in OWN if STAGES[name].pictured]
 
 
 # seconds a stage, so one job draws them all

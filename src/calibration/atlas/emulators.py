@@ -13,7 +13,7 @@ import pandas as pd
 from scipy.optimize import brentq
 
 from calibration.atlas.rigs import GRAIN, RIGS, UNITS, Input, Rig, energy_of_weight, relative_length
-from calibration.atlas.runs import coded, kept, lengths
+from calibration.atlas.runs import coded, kept, trained
 from calibration.errors import CalibrationError
 from calibration.inference.chance_of_no_value import Chance
 from calibration.inference.gaussian_process import GaussianProcess
@@ -160,31 +160,36 @@ class AtlasEmulators:
                 unit = unit_of_level(KEYS[f.key], spec)
                 yield k, column, rig.all_inputs[column], f.low / unit, f.high / unit
 
-    def _outside(self, test):
-        """Sentences on inputs of a test that lie outside the atlas; those that factors move have
-        been cut to it."""
+    def _beyond(self, test):
+        """(input, its value, the end that it lies beyond, low or high) of a test; those that
+        factors move have been cut to the atlas."""
         rig = self._rig(test)
         moved = {own.name for _, _, own, _, _ in self._moved(test)}
         at = inputs_of(rig, self._specs[test])
         for own in (i for i in rig.all_inputs if i.name not in moved):
             x = own.coded(at[own.name])
-            low, high = x < -SLACK, x > 1.0 + SLACK
-            if (low and own.beyond != "low") or (high and own.beyond != "high"):
+            if not -SLACK <= x <= 1.0 + SLACK:
+                yield own, at[own.name], "low" if x < 0.0 else "high"
+
+    def _outside(self, test):
+        """Sentences on inputs of a test that lie outside the atlas."""
+        for own, value, end in self._beyond(test):
+            if own.beyond != end:
                 yield (
-                    f"tests.{test}: {own.meaning} is {at[own.name]:.3g}; allowed: {own.low:g} to "
+                    f"tests.{test}: {own.meaning} is {value:.3g}; allowed: {own.low:g} to "
                     f"{own.high:g}"
                 )
 
     def counted(self) -> Iterator[str]:
-        """Sentences on inputs that lie beyond the end that stands for them."""
+        """Sentences on inputs that count as the end that they lie beyond; a vessel does not, whose
+        wall has its share taken off (`_parts`)."""
         for test in self.tests:
-            at = inputs_of(self._rig(test), self._specs[test])
-            for own in (i for i in self._rig(test).all_inputs if i.beyond):
-                if not -SLACK <= own.coded(at[own.name]) <= 1.0 + SLACK:
-                    end = own.high if own.beyond == "high" else own.low
+            for own, value, end in self._beyond(test):
+                if own.name != "vessel":
                     yield (
-                        f"{test}: {own.meaning} is {at[own.name]:.3g} and counts as {end:g}, where "
-                        "the atlas ends: what is read beyond may differ by degrees"
+                        f"{test}: {own.meaning} is {value:.3g} and counts as "
+                        f"{getattr(own, end):g}, where the atlas ends: what is read beyond may "
+                        "differ"
                     )
 
     def of(self, test: str, metric: str) -> Response:
@@ -203,7 +208,7 @@ class AtlasEmulators:
         columns = [c for _, c, _, _, _ in moved]
         diameter, density = 1e-3 * diameter_mm(spec), spec.materials.particle.density_kg_m3
         near = [
-            (w, nearest(rig.name, m, base, columns), lengths(rig.name)[m]["wider"])
+            (w, nearest(rig.name, m, base, columns), trained(rig.name)[m]["wider"])
             for w, m in _parts(rig, spec, at, metric)
         ]
         return Response(near, base, moved, UNITS[rig.readings[metric]](diameter, density))
@@ -260,7 +265,7 @@ def nearest(name: str, metric: str, at: np.ndarray, free: Sequence[int]) -> Gaus
     """The process of a metric, trained by the runs nearest to `at` (D,) in all inputs but the
     `free` ones, with the lengths of all."""
     x, y = coded(RIGS[name], kept(name)), kept(name)[metric].to_numpy(float)
-    known = lengths(name)[metric]["process"]
+    known = trained(name)[metric]["process"]
     has = np.isfinite(y)
     x, y = x[has], y[has]
     rest = [k for k in range(x.shape[1]) if k not in free]

@@ -98,7 +98,7 @@ class Trained(TypedDict):
 
 
 @cache
-def lengths(name: str) -> dict[str, Trained]:
+def trained(name: str) -> dict[str, Trained]:
     """{reading: what the kept runs of a test have trained}."""
     found: dict[str, Trained] = json.loads((KEPT / f"{name}.json").read_text("utf-8"))
     return found
@@ -122,13 +122,13 @@ def keep(name: str, parts: Sequence[Path], out: Path) -> None:
     table, before, rig = read_parts(parts), kept(name), RIGS[name]
     own = (before["engine"] == engine_fingerprint()) & ~before["run"].isin(table["run"])
     table = pd.concat([before[own], table]).sort_values("run")
-    trained = {}
+    found = {}
     for metric in rig.readings:
         y = table[metric].to_numpy(float)
         has = np.isfinite(y)
-        trained[metric] = _trained(coded(rig, table)[has], y[has])
+        found[metric] = _trained(coded(rig, table)[has], y[has])
     write_table(table[columns(rig)], out / f"{name}.csv")
-    write_json(out / f"{name}.json", trained)
+    write_json(out / f"{name}.json", found)
 
 
 def _trained(x, y):

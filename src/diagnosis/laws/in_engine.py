@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from calibration.figures import label
 from dem.contact.curve import POINTS
 from diagnosis.catalogue import set_law
 from diagnosis.laws.known import with_coefficient
 from diagnosis.laws.slots import FAMILY
 from diagnosis.measurements import CONTACTS
+from diagnosis.page.words import place
 
 if TYPE_CHECKING:
     from diagnosis.laws.slots import FreeLaw
@@ -56,7 +56,7 @@ def not_run(law: Mapping[str, Any]) -> str:
     """Why the engine has no run with a law {experiment, slot, state, ...} of verdict.json."""
     own = (f for f in FAMILY if f.experiment == law["experiment"])
     found = [f for f in own if (f.slot, f.state) == (law["slot"], tuple(law["state"]))]
-    words = f"{law['slot']} of {' and '.join(map(label, law['state'])) or 'all settings alike'}"
+    words = place(law)
     told = "what is said of left-out levels is computed from the curve, and no runs were made"
     if any(curve_of(f) for f in found):
         return f"The engine has a law for {words}, but not beside the study's other laws: {told}."

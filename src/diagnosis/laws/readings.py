@@ -40,7 +40,7 @@ class Readings:
     to rounding counted in; own: (n,) the same as if each lost something else; groups: {batch or
     instrument: (n,) codes}; folds: {lever: [indices of a level]}; replicates: (n,) of each; values:
     (n,) as read; step: that readings are multiples of, or None; relative: (n,) derivative of `log`
-    by the logarithm of the value.
+    by the logarithm of the value; coarse: whether the step is coarser than the readings differ.
     """
 
     experiment: str

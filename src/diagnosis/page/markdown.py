@@ -41,12 +41,10 @@ def page(verdict: Mapping[str, Any]) -> str:
 
 def _errors(verdict):
     """Sentences on errors beyond the stated spread, and on single rows."""
+    rows = [r for k in ("errors", "rows") for r in verdict.get(k) or [] if r.get("sentence")]
     told = [
-        " ".join([e["sentence"], *([e["set_anew"]["sentence"]] if e.get("set_anew") else [])])
-        for e in verdict.get("errors") or []
-        if e.get("sentence")
+        " ".join(part["sentence"] for part in (row, row.get("set_anew")) if part) for row in rows
     ]
-    told += [r["sentence"] for r in verdict.get("rows") or [] if r.get("sentence")]
     if told:
         return told
     return [

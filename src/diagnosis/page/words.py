@@ -130,7 +130,8 @@ def place(row: Mapping[str, Any]) -> str:
     """Slot and state of a law."""
     if row["slot"] == "reading" and not row["state"]:
         return "a wrong zero of the reading"
-    return f"{label(row['slot'])} of {' and '.join(row['state']) or 'all settings alike'}"
+    states = " and ".join(map(label, row["state"])) or "all settings alike"
+    return f"{label(row['slot'])} of {states}"
 
 
 def between(of: str) -> str:

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from calibration.figures import label
 from calibration.intake.quantities import LEVERS
 from diagnosis.laws.readings import from_log, with_setting
 from diagnosis.next_measurement import information
+from diagnosis.page.words import place
 from diagnosis.table_model.block import Block
 from diagnosis.table_model.term import ERROR, LAW
 from diagnosis.table_model.terms import all_terms
@@ -36,10 +36,7 @@ def words_of(term: Term | None) -> str:
     if term is None:
         return "error from setting to setting"
     if term.kind == LAW:
-        slot, state = term.place
-        if slot == "reading" and not state:
-            return "a wrong zero of the reading"
-        return f"{slot} of {' and '.join(map(label, state)) or 'all settings alike'}"
+        return place(dict(zip(("slot", "state"), term.place, strict=True)))
     lever = LEVERS[term.of].words if term.of in LEVERS else term.of
     return {
         "levels": f"an error of each {lever} that was set",
