@@ -42,6 +42,10 @@ DECIDE = {
         "diagnosis/reading_errors.py",
     ),
     "bulk": (
+        "diagnosis/bulk.py",
+        "diagnosis/table_model/*.py",
+        "diagnosis/table_model/terms/*.py",
+        "diagnosis/laws/*.py",
         "calibration/inference/chance_of_no_value.py",
         "diagnosis/catalogue/*.py",
         "diagnosis/chance.py",
@@ -52,7 +56,6 @@ DECIDE = {
         "diagnosis/extend.py",
         "diagnosis/failures.py",
         "diagnosis/fit.py",
-        "diagnosis/identify.py",
         "diagnosis/lever_laws.py",
         "diagnosis/measurements.py",
         "diagnosis/model.py",
@@ -61,8 +64,8 @@ DECIDE = {
         "diagnosis/rig.py",
         "diagnosis/rules.py",
         "diagnosis/scale.py",
-        "diagnosis/set_up_errors.py",
         "diagnosis/shared_errors.py",
+        "diagnosis/verdict.py",
     ),
 }
 DECIDE["engine tables"] = DECIDE["bulk"]

@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from calibration.errors import CalibrationError
 from dem.constants import DOWN, GRAVITY
+from dem.errors import BlowUpError
 from dem.experiments.setup import build_simulation
 from dem.grains.sizes import mean_radius
 from dem.kernel.drag import apply_drag
@@ -62,7 +64,14 @@ def _rebounds(spec, heights, numerics, phase):
     heights = 1e-3 * np.asarray(heights, float)
     radius = mean_radius(own)
     impact = _fall(own, radius, heights, air)
-    place, speed = _bounce(own, radius, impact, phase)
+    try:
+        place, speed = _bounce(own, radius, impact, phase)
+    except BlowUpError as error:
+        stiff = f"materials.particle.shear_modulus_Pa = {own.materials.particle.shear_modulus_Pa:g}"
+        raise CalibrationError(
+            f"a grain of {2e3 * radius:g} mm that drops {1e3 * heights.max():g} mm sinks too deep "
+            f"into the plate with {stiff}: state a stiffer grain ({error})"
+        ) from None
     return 1e3 * np.maximum(place + _rise(own, radius, speed, air), 0.0)
 
 

@@ -24,11 +24,10 @@ from diagnosis.laws.known import COEFFICIENT, known_curves, with_coefficient
 from diagnosis.laws.readings import FREE, IN_AIR, from_log, readings_of
 from diagnosis.power import power
 from diagnosis.residuals import by_chance, tails, trends
-from diagnosis.rules import withdraw_refuted
+from diagnosis.rules import withdraw_laws
 from diagnosis.table_model.block import LEVEL_SD
-from diagnosis.table_model.curve import BAND
-from diagnosis.table_model.found import discover, limits, table_misfit
-from diagnosis.table_model.limits import strength_limits
+from diagnosis.table_model.found import discover, limits, strengths, table_misfit
+from diagnosis.verdict import family_of, of_found
 
 if TYPE_CHECKING:
     from calibration.intake.measurements import Measurement
@@ -86,22 +85,6 @@ def told(
     return with_engine(of_found(found), measurements, found, rig, catalogue, held_out)
 
 
-def of_found(found: Found) -> dict[str, Any]:
-    """The keys of verdict.json that a `Found` gives, the gain left open."""
-    return {
-        "verdict": found.verdict,
-        "causes": found.causes,
-        "reason": found.reason,
-        "misfit": found.misfit,
-        "laws": found.laws,
-        "errors": found.errors,
-        "rows": found.rows,
-        "next_measurement": found.next_setting,
-        "gain": None,
-        "test": None,
-    }
-
-
 def with_engine(
     verdict: dict[str, Any],
     measurements: list[Measurement],
@@ -115,14 +98,14 @@ def with_engine(
     engine = Engine(rig, catalogue)
     for row in verdict["laws"]:
         row["strengths"] = {
-            n: float(catalogue[n].strength.natural(c)) for n, c in row.pop("coded").items()
+            n: float(catalogue[n].strength.natural(c)) for n, c in row["coded"].items()
         }
     parts = []
     for block in found.selection.blocks.values():
         own = [row for row in verdict["laws"] if row["key"] in block.held]
         if not own:
             continue
-        strong = {n: s for row in own for n, s in _strengths(row, block, catalogue).items()}
+        strong = {n: s for row in own for n, s in strengths(row, block, catalogue).items()}
         for ranked in verdict.get("ranking", ()):
             if ranked["mechanism"] in strong and ranked["experiment"] == own[0]["experiment"]:
                 ranked["strength"] = {ranked["mechanism"]: strong[ranked["mechanism"]]}
@@ -135,28 +118,14 @@ def with_engine(
                 row["not_run"] = not_run(row)
             else:
                 row["engine"]["keys"] = keys_of(block, row["key"])
+    for row in verdict["laws"]:
+        row.pop("coded")
     if parts:
         verdict["gain"] = together(parts)
-    verdict = withdraw_refuted(verdict)
+    verdict = withdraw_laws(verdict)
     verdict["exclusion"] = limits(found, catalogue)
     verdict["test"] = prediction_test.of_contacts(verdict, measurements, found, engine, held_out)
     return verdict
-
-
-def _strengths(row, block, catalogue):
-    """{mechanism: {name, unit, value, low, high}} of those that a law is left: the strength with
-    its 95 % interval, cut at its range."""
-    out, term = {}, block.terms[row["key"]]
-    for shape in term.shapes:
-        if shape.name not in row["strengths"] or not shape.catalogue:
-            continue
-        own = catalogue[shape.name].strength
-        limits = strength_limits(block, term, shape, 0.5 + 0.5 * BAND)
-        ends = [own.natural(e if c is None else c) for c, e in zip(limits, (0.0, 1.0), strict=True)]
-        low, high = sorted(map(float, ends))
-        out[shape.name] = {"name": own.name, "unit": own.unit, "low": low, "high": high}
-        out[shape.name]["value"] = row["strengths"][shape.name]
-    return out
 
 
 def defaults_of(settings: Settings, experiments: Iterable[str]) -> dict[str, dict[str, float]]:
@@ -179,13 +148,8 @@ def findings(
     measurements: list[Measurement], found: Found, settings: Settings, factors: Sequence[Factor]
 ) -> dict[str, Any]:
     """The mapping of verdict.json from a `Found`, the engine's word left open."""
-    return base(measurements, settings, factors, found) | of_found(found) | {
-        "family_p": found.p,
-        "tried": sum(len(b.terms) for b in found.start.values()),
-        "threshold_level": settings.alpha,
-        "null_threshold_best": found.selection.threshold,
-        "ranking": found.ranking,
-    }  # fmt: skip
+    shown = base(measurements, settings, factors, found) | of_found(found)
+    return shown | family_of(found, settings.alpha)
 
 
 def base(
@@ -220,7 +184,7 @@ def base(
 def misfit_of(measurements: list[Measurement], settings: Settings) -> dict[str, float]:
     """{chi_square, freedom, p} of a constant for each experiment."""
     defaults = defaults_of(settings, _kinds(measurements))
-    return table_misfit(measurements, defaults, settings.seed, settings.replicates)
+    return table_misfit(measurements, defaults, settings.seed)
 
 
 def half_step(measurements: list[Measurement], rig: Rig) -> list[dict[str, Any]]:

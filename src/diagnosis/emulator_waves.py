@@ -20,8 +20,9 @@ import numpy as np
 from scipy.stats import norm, qmc
 
 from dem.errors import SpecError
+from diagnosis.bulk import Bulk
 from diagnosis.design import LEARN, OF_BASE, factor_share, inputs_of, multiplied, row_of
-from diagnosis.fit import data_of, evidence, fit
+from diagnosis.fit import data_of
 from diagnosis.settings import BASE, lever_values
 
 if TYPE_CHECKING:
@@ -47,18 +48,15 @@ def modes(emulated: Emulated, measurements: Sequence[Measurement]) -> dict[str, 
     """{name: (`Model`, `Fit`)} of the base model and of the mechanisms still in play, best first.
 
     One whose emulator is too rough to be judged by its score stays in play."""
-    rows, tests, data = evidence(emulated, measurements)
-    conditions = [m.condition for m in rows]
-    models = {BASE: emulated.model(conditions, (), tests)}
-    models |= {n: emulated.model(conditions, [n], tests) for n in emulated.applicable(conditions)}
-    fits = {name: fit(model, data) for name, model in models.items()}
-    score = {name: float(f.score[0]) for name, f in fits.items()}
-    best = max(score.values())
-    near = sorted((n for n in score if n != BASE), key=lambda n: -score[n])
-    near = [n for n in near if best - score[n] < IN_PLAY or _rough(models[n], fits[n], data)]
-    kinds = {m.experiment for m in rows}
+    bulk = Bulk(emulated, measurements)
+    fits = {name: bulk.fit((name,)) for name in emulated.applicable(bulk.conditions)}
+    score = {name: float(fitted.score[0]) for name, (_, fitted) in fits.items()}
+    best = max([float(bulk.fitted.score[0]), *score.values()])
+    near = sorted(score, key=lambda n: -score[n])
+    near = [n for n in near if best - score[n] < IN_PLAY or _rough(*fits[n], bulk.data)]
+    kinds = {m.experiment for m in bulk.measurements}
     near = [n for n in near if any(_trained(emulated, kind, n) for kind in kinds)]
-    return {name: (models[name], fits[name]) for name in (BASE, *near[:MOST])}
+    return {BASE: bulk.fit(())} | {name: fits[name] for name in near[:MOST]}
 
 
 def _trained(emulated, experiment, mechanism):

@@ -51,8 +51,7 @@ class Data:
     """b data sets of n conditions: means and their standard errors (b, n), without the emulators'
     share; of `tests` (c,) under the model's further conditions `failed` (b, c) gave no value.
     shared: what readings share, None where no column says so; group (n,): number of the experiment
-    of each condition, None where all are of one; scale: factor (n,) on the spread, emulators' share
-    with it."""
+    of each condition, None where all are of one."""
 
     value: np.ndarray
     error: np.ndarray
@@ -60,7 +59,6 @@ class Data:
     tests: np.ndarray | None = None
     shared: Shared | None = None
     group: np.ndarray | None = None
-    scale: np.ndarray | float = 1.0
 
     def of(self, rows: np.ndarray) -> Data:
         """The data sets `rows` (m,)."""
@@ -137,11 +135,6 @@ class Fit:
         return int(self.sizes[0].argmax())
 
     @property
-    def misfit(self) -> np.ndarray:
-        """Chi-square and deviances (b,) together."""
-        return self.chi_square + self.deviances.sum(1)
-
-    @property
     def score(self) -> np.ndarray:
         """Sum of the held-out log densities (b,)."""
         return self.pointwise.sum(1)
@@ -168,7 +161,7 @@ def _best(model, data, modes):
 
 
 def _sd(data, emulator):
-    return np.sqrt(data.error**2 + emulator**2) * data.scale
+    return np.hypot(data.error, emulator)
 
 
 def misfit(model: Model, data: Data, theta: np.ndarray) -> np.ndarray:

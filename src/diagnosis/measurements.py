@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from calibration.errors import ConfigError
 from calibration.intake.measurements import ROLES, raise_faults, read_measured
-from calibration.intake.quantities import LEVERS, QUANTITIES
+from calibration.intake.quantities import QUANTITIES
+from diagnosis.table_model.single_readings import one_by_one
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -27,11 +28,13 @@ between settings cannot be known, and a day of another humidity looks like a law
 
 @dataclass(frozen=True)
 class Measured:
-    """All rows of a table: conditions to calibrate on, those held out, tests without a value."""
+    """All rows of a table: conditions to calibrate on, those held out, tests without a value;
+    singly: {experiment: {of, p}} of those whose readings are taken one by one."""
 
     fitted: list
     held_out: list
     outcomes: list
+    singly: dict = field(default_factory=dict)
 
 
 def alone(experiments: Iterable[str]) -> bool:
@@ -60,10 +63,12 @@ def read_all(path: str | Path) -> Measured:
     rows = [m for m in rows if m.quantity == QUANTITIES[m.experiment].name]
     valued = [r for r in rows if not r.outcome]
     _need_spread(valued, path)
+    fitted, singly = one_by_one([r for r in valued if r.role == ROLES[0]])
     out = Measured(
-        [r for r in valued if r.role == ROLES[0]],
+        fitted,
         [r for r in valued if r.role != ROLES[0]],
         [r for r in rows if r.outcome and r.role == ROLES[0]],
+        singly,
     )
     _enough(out.fitted, path)
     return out
@@ -95,12 +100,12 @@ def _enough(measurements, path):
             allowed=f"at least {LEAST_CONDITIONS} rows",
         )
     for kind in {m.experiment for m in measurements}:
-        for lever in LEVERS:
-            if len({m.levers.get(lever) for m in measurements if m.experiment == kind}) > 1:
-                return
+        own = [m.levers | m.covariates for m in measurements if m.experiment == kind]
+        if any(len({m.get(name) for m in own}) > 1 for m in own[:1] for name in m):
+            return
     raise ConfigError(
         "has no experiment at two settings of a lever: a single setting is met by the parameters "
         "alone",
         path=path,
-        allowed="two rows or more of an experiment that differ in a lever column",
+        allowed="two rows or more of an experiment that differ in a lever or in what was recorded",
     )

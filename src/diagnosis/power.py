@@ -25,6 +25,7 @@ from diagnosis.table_model.term import LAW
 
 if TYPE_CHECKING:
     from calibration.intake.measurements import Measurement
+    from diagnosis.bulk import Bulk
     from diagnosis.catalogue import Mechanism
     from diagnosis.laws.known import Known
     from diagnosis.laws.readings import Readings
@@ -40,8 +41,8 @@ LADDER = np.geomspace(0.003, 0.8, 36)
 
 @dataclass(frozen=True)
 class Effect:
-    """What a law adds to the logarithms, curves (k, n) at rising strengths, and what each strength
-    is called."""
+    """What a law adds to the logarithms, curves (k, n) at rising strengths, what each strength is
+    called, and where it shows."""
 
     name: str
     place: tuple
@@ -50,6 +51,7 @@ class Effect:
     of: str
     unit: str
     same: tuple = ()
+    experiments: tuple = ()
 
 
 def power(
@@ -72,11 +74,24 @@ def power(
             continue
         # the values are guesses: they shall say nothing of errors
         readings = replace(readings, log=readings.centre)
-        [block] = blocks_of([readings], known).values()
-        bench = _Bench(block, alpha * SPENT[0], seed)
-        for effect in _effects(block, catalogue or {}):
-            out.append({"experiment": kind} | _detect(bench, effect))
+        out += _rows([*blocks_of([readings], known).values()], catalogue or {}, alpha, seed)
     return out
+
+
+def of_bulk(bulk: Bulk, alpha: float = 0.05, seed: int = 0) -> list[dict[str, Any]]:
+    """The same of a plan of simulated tests, by the emulators. A plan's guesses need not fit one
+    another: what counts is the base model that fits them best."""
+    told = bulk.at(bulk.fitted.predicted[0])
+    return _rows([*told.block().values()], bulk.emulated.catalogue, alpha, seed)
+
+
+def _rows(blocks, catalogue, alpha, seed):
+    """A row of each effect of blocks."""
+    return [
+        {"experiment": " and ".join(effect.experiments)} | _detect(bench, effect)
+        for block, bench in ((b, _Bench(b, alpha * SPENT[0], seed)) for b in blocks)
+        for effect in _effects(block, catalogue)
+    ]
 
 
 class _Bench:
@@ -111,9 +126,8 @@ def _effects(block, catalogue):
     """`Effect` of every free law, a line over the logarithm of its state, and of every mechanism
     with curves."""
     readings = block.readings
-    centre, levers = readings.centre, coordinates(readings)
     for term in block.terms.values():
-        law = term.law
+        law, centre, levers = term.law, readings.centre, coordinates(readings)
         if term.kind == LAW and law and term.free:
             x = scaled(law, levers)[0] if law.coordinate else np.zeros(len(centre))
             ladder = (law.sign or 1) * LADDER
@@ -129,15 +143,21 @@ def _effects(block, catalogue):
                 amount = told_in(law, readings, state)
                 told = np.array([amount(0, z) for z in ladder[good]])
                 of, unit = "what it adds in the middle of the plan", unit_of(law)
-            yield Effect(term.key, term.place, curves, told, of, unit, law.same)
+            kinds = (readings.experiment,)
+            yield Effect(term.key, term.place, curves, told, of, unit, law.same, kinds)
     for term in block.terms.values():
-        for shape in (s for s in term.shapes if s.catalogue):
+        for shape in (s for s in term.shapes if s.name in catalogue):
             strength = catalogue[shape.name].strength
             off = strength.coded(strength.low if strength.off is None else strength.off)
             order = largest_first(-np.abs(shape.label - off))
             natural = np.array([strength.natural(c) for c in shape.label[order]])
-            curves = shape.mean[order] - shape.mean[order].mean(1, keepdims=True)
-            yield Effect(shape.name, term.place, curves, natural, strength.name, strength.unit)
+            curves = shape.mean[order]
+            if block.ground is None:
+                curves = curves - curves.mean(1, keepdims=True)
+            kinds = term.more.get("experiments", (readings.experiment,))
+            yield Effect(
+                shape.name, term.place, curves, natural, strength.name, strength.unit, (), kinds
+            )
 
 
 def _detect(bench, effect):

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 from scipy.special import expit
 
 from calibration.intake.quantities import LEVERS, QUANTITIES, levers_of
-from diagnosis.settings import BASE
+from diagnosis.page.words import chance
 
 if TYPE_CHECKING:
-    from diagnosis.identify import Identification
+    from diagnosis.bulk import Bulk
     from diagnosis.measurements import Measured
 
 
@@ -24,6 +24,14 @@ def remarks(measured: Measured, counted: Collection[str] = ()) -> list[str]:
         out += _few_levels(kind, own)
         for name in ("batch", "instrument"):
             out += _alone(name, own)
+        if kind in measured.singly:
+            what = measured.singly[kind]
+            beside = "their order" if what["of"] == "order" else what["of"].replace("_", " ")
+            out.append(
+                f"The readings of the {QUANTITIES[kind].words} go with {beside} within their "
+                f"settings ({chance(what['p'])} of tables look so by chance): each is taken by "
+                "itself."
+            )
         out += [
             f"{_lines([m for m in own if name in m.pooled])}: {name} differs among the readings of "
             "a setting, and their mean is used: two readings or more at each value tell more."
@@ -52,19 +60,19 @@ def untrained(errors: Sequence[Mapping[str, Any]]) -> list[str]:
     return out
 
 
-def of_outcomes(found: Identification, extended: str | None = None) -> list[dict[str, Any]]:
+def of_outcomes(bulk: Bulk, extended: Sequence[str] = ()) -> list[dict[str, Any]]:
     """[{experiment, levers, tests, failed, before, after}] of the conditions whose tests ended
-    without a value or with one, in an `Identification`: the chance of none by the base model, and
-    by the extended one or null."""
-    names = {"before": BASE} | ({"after": extended} if extended else {})
+    without a value or with one: the chance of none by the base model, and by the extended one or
+    null."""
+    models = {"before": bulk.fit(())} | ({"after": bulk.fit(extended)} if extended else {})
     chance = {
-        label: expit(found.models[n].odds(found.fits[n].theta[:1], slope=False)[0][0])
-        for label, n in names.items()
+        label: expit(model.odds(fitted.theta[:1], slope=False)[0][0])
+        for label, (model, fitted) in models.items()
     }
     rows = []
-    for i, (experiment, levers) in enumerate(found.models[BASE].tests):
-        row = {"experiment": experiment, "levers": levers, "tests": int(found.data.tests[i])}  # type: ignore[index]
-        row["failed"] = int(found.data.failed[0, i])  # type: ignore[index]
+    for i, (experiment, levers) in enumerate(bulk.tests):
+        row = {"experiment": experiment, "levers": levers, "tests": int(bulk.data.tests[i])}  # type: ignore[index]
+        row["failed"] = int(bulk.data.failed[0, i])  # type: ignore[index]
         row |= {k: float(chance[k][i]) if k in chance else None for k in ("before", "after")}
         rows.append(row)
     return rows

@@ -1,150 +1,31 @@
-"""What changes a verdict after the scores have decided it, each rule once and in its order.
+"""What changes a verdict after the readings have decided it (`diagnosis.table_model.found`), each
+rule once and in its order.
 
-Before the runs of the gain (`after_scores`):
-1. `as_laws`: a free law is a place and no name, so that `identified` becomes `discovered`;
-2. `with_errors`: what no mechanism explains and an error of the set-up does becomes `error`, and a
-   law that is not told from one gets it as a rival;
-3. `with_untried`: what could not be tried, as its runs ended without a value where the tests did,
+Before the runs of the gain:
+1. `with_untried`: what could not be tried, as its runs ended without a value where the tests did,
    makes a named cause `ambiguous`.
-After them (`after_runs`):
-4. `withdraw_refuted`: a mechanism can win the comparison and still be wrong, being only the best
-   of those tried: what does not predict settings left out is withdrawn;
-5. `undecided`: a base model that is called adequate, though the simulations could not have shown it
+After them:
+2. `withdraw_laws` of single contacts, `withdraw_mechanisms` of simulated tests: a law can win the
+   comparison and still be wrong, being only the best of those tried: what does not predict settings
+   left out is withdrawn;
+3. `undecided`: a base model that is called adequate, though the simulations could not have shown it
    wrong, is `not decided`.
 """
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-from scipy.stats import chi2
-
 from calibration.figures import label
-from calibration.intake.measurements import Measurement
-from calibration.intake.quantities import QUANTITIES
 from diagnosis.catalogue import Mechanism
 from diagnosis.extend import FIT
-from diagnosis.identify import MISFIT, Identification
 from diagnosis.page.words import in_unit, quantity
-from diagnosis.set_up_errors import EVERY
 from diagnosis.settings import BASE
 from diagnosis.time_step import SURE
-
-NAMED = ("identified", "discovered", "ambiguous")
-"""Verdicts that name a law."""
+from diagnosis.verdict import NAMED
 
 FAR = 3.0
 """Error of the base model's emulator, or sure change by half the time step, over the error of the
 readings, from which on an adequate base model is not decided."""
-
-
-def after_scores(
-    verdict: Mapping[str, Any],
-    found: Identification,
-    measurements: Sequence[Measurement],
-    laws: Mapping[str, Mechanism],
-    errors: Sequence[Mapping[str, Any]],
-    catalogue: Mapping[str, Mechanism],
-) -> dict[str, Any]:
-    """The mapping of verdict.json of an `Identification`, with `outcomes`, by rules 1 to 3.
-
-    laws: the free laws of `diagnosis.lever_laws`; errors: of the emulators, a row an experiment and
-    mechanism."""
-    verdict = with_errors(as_laws(dict(verdict), laws), found, measurements)
-    return with_untried(verdict, errors, catalogue)
-
-
-def after_runs(verdict: dict[str, Any]) -> dict[str, Any]:
-    """The mapping of verdict.json of emulated experiments by rules 4 and 5."""
-    return undecided(withdraw_refuted(verdict))
-
-
-def as_laws(verdict: dict[str, Any], laws: Mapping[str, Mechanism]) -> dict[str, Any]:
-    """The mapping of verdict.json, where what it names are free laws: `discovered`, for a free law
-    is a place and no name."""
-    named = [n for cause in verdict["causes"] for n in cause.split(" + ")]
-    if not named or not set(named) <= set(laws):
-        return verdict
-    changes = {"causes": []}  # type: ignore[var-annotated]
-    if verdict["verdict"] == "identified":
-        changes["verdict"] = "discovered"  # type: ignore[assignment]
-    for row in verdict.get("laws") or []:
-        row["sentence"] = " ".join(_told(verdict, laws[n]) for n in row["names"] if n in laws)
-        row["names"] = [n for n in row["names"] if n not in laws]
-    return verdict | changes
-
-
-def _told(verdict, law):
-    """A sentence on a law, with the change that was fitted."""
-    text = law.description[:1].upper() + law.description[1:]
-    fitted = next((r for r in verdict["ranking"] if r["mechanism"] == law.name), {})
-    for s in fitted.get("strength", {}).values():
-        text += f" by {s['value']:+.2g} (95 %: {s['low']:+.2g} to {s['high']:+.2g})"
-    return f"{text}: {law.strength.name}."
-
-
-def with_errors(
-    verdict: Mapping[str, Any], found: Identification, measurements: Sequence[Measurement]
-) -> dict[str, Any]:
-    """The mapping of verdict.json of an `Identification`: `error` where an error of the set-up
-    explains what no mechanism does; with the error as a rival of the laws that it is not told
-    from."""
-    if found.verdict != "unexplained" and not found.error:
-        return dict(verdict)
-    if found.error == EVERY:
-        return _with_every_setting(verdict, found, measurements)
-    return _with_single(verdict, found, measurements)
-
-
-def _with_rival(verdict, rival):
-    """The mapping with a rival of each law."""
-    laws = [law | {"rivals": [*law["rivals"], rival]} for law in verdict["laws"]]
-    return verdict | {"laws": laws}
-
-
-def _with_every_setting(verdict, found, measurements):
-    """Of the experiment that misfits most."""
-    base = found.fits[BASE]
-    worst = int(np.argmax(base.scale[0]))
-    kind = measurements[worst].experiment
-    own = [i for i, m in enumerate(measurements) if m.experiment == kind]
-    more = np.sqrt(np.maximum(base.scale[0, own] ** 2 - 1.0, 0.0)) * base.sd[0, own]
-    sd = float(np.median(more))
-    row = {"experiment": kind, "of": "settings", "what": "settings", "sd": sd}
-    row |= {"p": found.lack_of_fit_p, "rivals": []}
-    row["sentence"] = (
-        f"From setting to setting the {QUANTITIES[kind].words} scatters by "
-        f"{in_unit(kind, sd, '.2g')} more than the errors of the readings say."
-    )
-    if found.verdict == "unexplained":
-        return verdict | {"verdict": "error", "errors": [*verdict["errors"], row]}
-    words = "an error of its own of each setting"
-    return _with_rival(verdict, {"experiment": kind, "of": "settings", "words": words})
-
-
-def _with_single(verdict, found, measurements):
-    """The row, where the base model fits all others."""
-    base = found.fits[BASE]
-    off = (base.residual / np.sqrt(1.0 - base.leverage))[0]
-    worst = int(np.argmax(np.abs(off)))
-    # chi-square falls by so much when a setting is left out
-    left = float(base.misfit[0] - off[worst] ** 2)
-    if chi2.sf(left, max(float(base.freedom[0]) - 1.0, 1.0)) < MISFIT:
-        return dict(verdict)
-    m = measurements[worst]
-    where = f"Line {m.line}" if m.line is not None else "A row"
-    quantity = QUANTITIES[m.experiment]
-    row = {"experiment": m.experiment, "line": m.line, "standard_deviations": float(off[worst])}
-    row["sentence"] = (
-        f"{where}: the {quantity.words} of {m.value:.4g} {quantity.unit}".rstrip()
-        + f" lies {abs(off[worst]):.1f} standard deviations from what all others say, and alone "
-        "explains the misfit."
-    )
-    if found.verdict == "unexplained":
-        return verdict | {"verdict": "error", "rows": [row]}
-    words = f"{where[:1].lower()}{where[1:]}"
-    rival = {"experiment": m.experiment, "line": m.line, "words": words}
-    return _with_rival(verdict, rival) | {"rows": [row]}
 
 
 def with_untried(
@@ -190,25 +71,14 @@ def _rival(row, catalogue):
     return place | {"words": row["mechanism"]}
 
 
-def withdraw_refuted(verdict: dict[str, Any]) -> dict[str, Any]:
-    """The mapping of verdict.json after the engine's runs.
+def withdraw_laws(verdict: dict[str, Any]) -> dict[str, Any]:
+    """The mapping of verdict.json of single contacts after the engine's word.
 
-    Of single contacts a name is withdrawn where the interval of its gain lies below zero, or where
-    levels that were left out are missed by more than FIT standard errors with it, errors of the
-    refitted parameters among them: the verdict is then `discovered`, for the place stands. Where
-    the interval of a law's gain holds zero the place is in doubt too: `ambiguous`.
-
-    Of emulated experiments the verdict is `unexplained` then, or `error` where a single row was not
-    told from the law, and so where the engine with what is named gives no value at any setting left
-    out; `best_tried` then holds what had been named."""
-    if any("evidence" in law for law in verdict.get("laws") or []):
-        return _of_laws(verdict)
-    return _of_mechanisms(verdict)
-
-
-def _of_laws(verdict):
-    """See `withdraw_refuted`."""
-    withdrawn = []
+    A name is withdrawn where the interval of its gain lies below zero, or where levels that were
+    left out are missed by more than FIT standard errors with it, errors of the refitted parameters
+    among them: the verdict is then `discovered`, for the place stands. Where the interval of a
+    law's gain holds zero the place is in doubt too: `ambiguous`."""
+    withdrawn = []  # type: ignore[var-annotated]
     for law in verdict["laws"]:
         reason = _against(law.get("gain"))
         if reason and law["names"]:
@@ -216,7 +86,7 @@ def _of_laws(verdict):
             law |= {"withdrawn": law["names"], "names": [], "single": None}
             law["withdrawn_reason"] = reason
     causes = [c for c in verdict["causes"] if c not in withdrawn]
-    changes = {"causes": causes, "best_tried": withdrawn} if withdrawn else {}
+    changes: dict[str, Any] = {"causes": causes, "best_tried": withdrawn} if withdrawn else {}
     if withdrawn and verdict["verdict"] == "identified":
         words = " and ".join(map(label, withdrawn))
         changes |= {"verdict": "discovered", "causes": []}
@@ -254,8 +124,11 @@ def _against(gain):
     return None
 
 
-def _of_mechanisms(verdict):
-    """See `withdraw_refuted`."""
+def withdraw_mechanisms(verdict: dict[str, Any]) -> dict[str, Any]:
+    """The mapping of verdict.json of simulated tests after the engine's runs: `unexplained` where
+    they speak against what is named, or `error` where a single row was not told from the law, and
+    so where the engine with what is named gives no value at any setting left out; `best_tried` then
+    holds what had been named."""
     gain, run = verdict.get("gain"), verdict.get("extended_with", [])
     if verdict["verdict"] not in NAMED or not (gain or run):
         return verdict
@@ -273,7 +146,10 @@ def _of_mechanisms(verdict):
     )
     if others:
         reason += f", and {' and '.join(others)}, not told apart from it, was not run"
-    changes = {"verdict": "error" if verdict.get("rows") else "unexplained", "causes": []}
+    changes: dict[str, Any] = {
+        "verdict": "error" if verdict.get("rows") else "unexplained",
+        "causes": [],
+    }
     changes |= {"best_tried": tried, "reason": reason}
     return verdict | changes | ({"laws": []} if "laws" in verdict else {})
 

@@ -127,12 +127,6 @@ class Settings(_Part):
         le=2,
         description="times at most that emulators are refined near the posterior mode",
     )
-    replicates: int = Field(
-        300,
-        ge=50,
-        le=10000,
-        description="parametric bootstrap of the base model of emulated runs",
-    )
     alpha: float = Field(
         0.05, gt=0, lt=0.5, description="chance of a false alarm over the whole catalogue"
     )

@@ -18,26 +18,24 @@ from diagnosis import (
     better_plan,
     contacts,
     emulator_waves,
-    exclusion,
     figures,
     held_out,
     power,
-    power_emulated,
     remarks,
     time_step,
+    verdict,
 )
+from diagnosis.bulk import Bulk
 from diagnosis.derived import WRITTEN, announced, as_file, seconds_of_kinds
 from diagnosis.design import plan, trained
 from diagnosis.extend import LEAST_RUNS, extension_plan, gain, real_values, refit_of, within
 from diagnosis.failures import as_tests
-from diagnosis.identify import identify, lack_of_fit, weigh
 from diagnosis.page.first_lines import first_lines
 from diagnosis.page.markdown import page
-from diagnosis.residuals import by_chance, calibration, residual_rows, trends
-from diagnosis.rules import after_runs, after_scores
-from diagnosis.settings import BASE, study_settings, with_gain_runs
+from diagnosis.rules import undecided, with_untried, withdraw_mechanisms
+from diagnosis.settings import study_settings, with_gain_runs
 from diagnosis.setup import Setup
-from diagnosis.verdict import extended_name, findings, unexplained, validate
+from diagnosis.table_model.selection import misfit
 
 if TYPE_CHECKING:
     from calibration.chain.handed_over import NamedFiles
@@ -47,7 +45,7 @@ def plan_power(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     """How strong a law must be for the study's table, its values guesses, to show it."""
     if not setup.of_contacts:
         emulated, _ = setup.emulated(source.designs, source.plans)
-        rows = power_emulated.power(emulated, setup.measurements, setup.settings.alpha)
+        rows = power.of_bulk(Bulk(emulated, setup.measurements), setup.settings.alpha)
         _write_power(output, {"plan": rows, "better": [], "better_settings": []}, "")
         return
     rows, plan, better = better_plan.best(
@@ -96,19 +94,10 @@ def calibrate(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
         found = contacts.base(setup.measurements, setup.settings, setup.factors)
         _write_calibration(found, output)
         return
-    settings = setup.settings
     emulated, _ = setup.emulated(source.designs, source.plans)
-    scores = weigh(emulated, setup.tested, settings.replicates, settings.seed, ())
-    model, fitted = scores.models[BASE], scores.fits[BASE]
-    error = scores.data.error[0]
-    drawn = by_chance(scores.measurements, error, fitted.sd[0])
-    rows = residual_rows(scores.measurements, fitted, drawn, error)
-    summary = {
-        "calibration": calibration(model, fitted),
-        "lack_of_fit": lack_of_fit(fitted, scores.lack_p),
-        "patterns": trends(rows, drawn),
-    }
-    _write_calibration(summary | {"residuals": rows}, output)
+    bulk = Bulk(emulated, setup.tested)
+    p = misfit(bulk.block(terms=False), setup.settings.seed)["p"]
+    _write_calibration(verdict.base(bulk, p), output)
 
 
 def _write_calibration(summary, output):
@@ -126,81 +115,76 @@ def name_causes(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
         return
     settings, measurements, table = setup.settings, setup.measurements, setup.table
     emulated, errors = setup.emulated(source.designs, source.plans)
-    found = identify(emulated, setup.tested, settings.alpha, settings.replicates, settings.seed)
-    name = extended_name(found)
-    verdict = findings(emulated, measurements, found) | {"emulators": errors}
-    verdict["refinement"] = {
+    bulk = Bulk(emulated, setup.tested)
+    found = bulk.judged(settings.alpha, settings.seed)
+    names = verdict.extension(bulk, found)
+    told = verdict.findings(bulk, found, settings.alpha) | {"emulators": errors}
+    told["refinement"] = {
         "share": emulator_waves.SHARE,
         "waves": [read_json(file) for file in source.left],
         "left": emulator_waves.left(emulated, setup.tested),
         "run_seconds": seconds_of_kinds(setup.rig, setup.tested),
     }
-    verdict["outcomes"] = remarks.of_outcomes(found, name)
-    verdict = after_scores(
-        verdict, found, measurements, setup.lever_laws, errors, emulated.catalogue
+    told["outcomes"] = remarks.of_outcomes(bulk, names)
+    told = with_untried(told, errors, emulated.catalogue)
+    shown = {"before": (), **({"after": names} if names else {})}
+    fits = {label: (own, bulk.fit(own)[1]) for label, own in shown.items()}
+    told["held_out"] = held_out.by_emulators(
+        emulated, measurements, table.held_out, fits, bulk.data
     )
-    verdict["exclusion"] = exclusion.of_mechanisms(found)
-    shown = {"before": ((), found.fits[BASE])}
-    shown |= {"after": (tuple(name.split(" + ")), found.fits[name])} if name else {}  # type: ignore[dict-item]
-    verdict["held_out"] = held_out.by_emulators(
-        emulated, measurements, table.held_out, shown, found.data
-    )
-    verdict["remarks"] = remarks.remarks(table, {r["experiment"] for r in verdict["outcomes"]})
-    verdict["remarks"] += remarks.untrained(errors)
-    models = {"before": found.models[BASE], "after": found.models[name]} if name else {}
+    told["remarks"] = remarks.remarks(table, {r["experiment"] for r in told["outcomes"]})
+    told["remarks"] += remarks.untrained(errors)
+    models = {"before": bulk.base, "after": bulk.fit(names)[0]} if names else {}
     budget = settings.runs - trained(setup.rig, setup.catalogue, setup.emulated_kinds)  # type: ignore[operator]  # `derived` fills it in
-    budget -= sum(wave["runs"] for wave in verdict["refinement"]["waves"])
+    budget -= sum(wave["runs"] for wave in told["refinement"]["waves"])
     budget -= 2 * LEAST_RUNS * len(setup.kinds)  # the check of the time step
     each, places = within(budget, len(models), measurements, settings.gain_runs)
     rig = replace(setup.rig, settings=with_gain_runs(settings, each))
-    rows, specs = extension_plan(rig, models, measurements, found.data, places=places)
-    base_fit = found.fits[BASE].theta[0]
+    rows, specs = extension_plan(rig, models, measurements, bulk.data, places=places)
     rig = replace(rig, settings=with_gain_runs(settings, LEAST_RUNS))
-    steps, more = time_step.plan(rig, found.models[BASE], base_fit, measurements)
-    mechanisms = [m.name for m in models["after"].mechanisms] if name else []
-    write_json(output.findings, verdict)
-    write_json(output.extension, {"mechanisms": mechanisms, "rows": rows, "steps": steps})
+    steps, more = time_step.plan(rig, bulk.base, bulk.fitted.theta[0], measurements)
+    write_json(output.findings, told)
+    write_json(output.extension, {"mechanisms": list(names), "rows": rows, "steps": steps})
     write_json(output.plan, specs | more)
-    extended = found.fits[name].expected[0] if name else None
+    extended = bulk.fit(names)[1].expected[0] if names else None
     common.save(
-        figures.prediction_figure(verdict["residuals"], extended, name or ""), output.predictions
+        figures.prediction_figure(told["residuals"], extended, " + ".join(names)),
+        output.predictions,
     )
-    common.save(figures.ranking_figure(verdict), output.ranking)
+    common.save(figures.ranking_figure(told), output.ranking)
 
 
 def _diagnose_contacts(setup, output):
     """The same of single contacts, which the engine integrates at once: no runs are left."""
     settings, measurements, table = setup.settings, setup.measurements, setup.table
     found = contacts.discovered(measurements, setup.rig, setup.catalogue)
-    verdict = contacts.findings(measurements, found, settings, setup.factors)
-    verdict = contacts.with_engine(
-        verdict, measurements, found, setup.rig, setup.catalogue, table.held_out
+    told = contacts.findings(measurements, found, settings, setup.factors)
+    told = contacts.with_engine(
+        told, measurements, found, setup.rig, setup.catalogue, table.held_out
     )
-    if verdict["verdict"] == "unexplained":
-        verdict |= unexplained(verdict["residuals"])
-    verdict["time_step"] = contacts.half_step(measurements, setup.rig)
+    if told["verdict"] == "unexplained":
+        told |= verdict.unexplained(told["residuals"])
+    told["time_step"] = contacts.half_step(measurements, setup.rig)
     defaults = contacts.defaults_of(settings, setup.kinds)
-    verdict["held_out"] = held_out.by_contacts(measurements, table.held_out, found, defaults)
-    verdict["remarks"] = remarks.remarks(table)
-    write_json(output.findings, verdict)
-    named = verdict["causes"] if verdict["verdict"] == "identified" else []
+    told["held_out"] = held_out.by_contacts(measurements, table.held_out, found, defaults)
+    told["remarks"] = remarks.remarks(table)
+    write_json(output.findings, told)
+    named = told["causes"] if told["verdict"] == "identified" else []
     write_json(output.extension, {"mechanisms": named, "rows": [], "steps": []})
     write_json(output.plan, {})
     after = contacts.with_law(measurements, found)
-    common.save(
-        figures.prediction_figure(verdict["residuals"], after, "the law"), output.predictions
-    )
-    common.save(figures.ranking_figure(verdict), output.ranking)
+    common.save(figures.prediction_figure(told["residuals"], after, "the law"), output.predictions)
+    common.save(figures.ranking_figure(told), output.ranking)
 
 
 def conclude(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     """Measure the gain with the finished runs and write verdict.json, its page and figure."""
     settings, measurements = setup.settings, setup.measurements
-    verdict, extension = read_json(source.findings), read_json(source.extension)
+    told, extension = read_json(source.findings), read_json(source.extension)
     specs = read_json(source.plan)
     metrics = as_tests(settings, specs, simulate(specs))
     if extension["steps"]:
-        verdict["time_step"] = time_step.check(settings, measurements, extension["steps"], metrics)
+        told["time_step"] = time_step.check(settings, measurements, extension["steps"], metrics)
     rows = extension["rows"]
     if rows:
         values = real_values(settings, setup.catalogue, measurements, rows, metrics)
@@ -210,19 +194,20 @@ def conclude(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
         sds = (
             {}
             if setup.of_contacts
-            else {(s["experiment"], s["of"]): s["sd"] for s in verdict["scatter"]}
+            else {(s["experiment"], s["of"]): s["sd"] for s in told["scatter"]}
         )
         refit = refit_of(rows, "after", len(measurements))[own]
-        verdict["gain"] = gain([measurements[i] for i in own], *pair, shared=sds, refit=refit)  # type: ignore[arg-type, misc]
-        verdict["extended_with"] = extension["mechanisms"]
-    verdict = verdict if setup.of_contacts else after_runs(verdict)
-    if verdict["verdict"] == "unexplained" and "discrepancy" not in verdict:
-        verdict |= unexplained(verdict["residuals"])
-    verdict["first_lines"] = first_lines(verdict)
-    validate(verdict)
-    common.save(figures.gain_figure(verdict["gain"]), output.gain)
-    write_json(output.verdict, verdict)
-    text = page(verdict)
+        told["gain"] = gain([measurements[i] for i in own], *pair, shared=sds, refit=refit)  # type: ignore[arg-type, misc]
+        told["extended_with"] = extension["mechanisms"]
+    if not setup.of_contacts:
+        told = undecided(withdraw_mechanisms(told))
+    if told["verdict"] == "unexplained" and "discrepancy" not in told:
+        told |= verdict.unexplained(told["residuals"])
+    told["first_lines"] = first_lines(told)
+    verdict.validate(told)
+    common.save(figures.gain_figure(told["gain"]), output.gain)
+    write_json(output.verdict, told)
+    text = page(told)
     write_text(text, output.page)
     write_page("Diagnosis", text, Path(output.page).parent, output.alone)
 

@@ -12,127 +12,149 @@ import numpy as np
 
 from calibration.figures import label
 from diagnosis import discrepancy, shared_errors
-from diagnosis.identify import carried, key_of, lack_of_fit
+from diagnosis.bulk import place_of
 from diagnosis.next_measurement import propose
-from diagnosis.page.words import capital, chance
+from diagnosis.page.words import capital
 from diagnosis.residuals import by_chance, calibration, moved, residual_rows, trends
 from diagnosis.settings import BASE
+from diagnosis.table_model.found import limits, strengths
 
 if TYPE_CHECKING:
-    from calibration.intake.measurements import Measurement
-    from diagnosis.catalogue import Mechanism
-    from diagnosis.identify import Identification
-    from diagnosis.model import Emulated
+    from diagnosis.bulk import Bulk
+    from diagnosis.fit import Fit
+    from diagnosis.model import Model
+    from diagnosis.table_model.found import Found
 
 
 SCHEMA = Path(__file__).with_name("verdict.schema.json")
+NAMED = ("identified", "discovered", "ambiguous")
+"""Verdicts that name a law."""
+
+CARRIED = 0.25  # variance left of the prior's, along a direction of the parameters, at most
 RIVALS = 4
-
-
-def findings(
-    emulated: Emulated, measurements: Sequence[Measurement], found: Identification
-) -> dict[str, Any]:
-    """The mapping without its gain, of an `Identification`."""
-    base = found.fits[BASE]
-    error = found.data.error[0]
-    drawn = by_chance(measurements, error, base.sd[0])
-    rows = residual_rows(measurements, base, drawn, error)
-    patterns = trends(rows, drawn)
-    out = {
-        "verdict": found.verdict,
-        # a place without a name has its names in `laws`
-        "causes": [] if found.verdict == "discovered" else found.causes,
-        "reason": found.reason,
-        "lack_of_fit": lack_of_fit(base, found.lack_of_fit_p),
-        "family_p": found.family_p,
-        "tried": found.tried,
-        "threshold_level": found.level,
-        "null_threshold_best": found.threshold,
-        "ranking": found.ranking,
-        "set_up_errors": found.errors,
-        "residuals": rows,
-        "patterns": patterns,
-        "calibration": calibration(found.models[BASE], base),
-        "coefficients": {
-            "asked": len(found.models[BASE].names),
-            "carried": carried(found.models[BASE], base),
-        },
-        "gain": None,
-        "next_measurement": _next(emulated, measurements, found),
-    }
-    if found.verdict == "unexplained":
-        ranges = {k: e.levers for k, e in emulated.settings.experiments.items()}
-        out |= unexplained(rows, ranges)  # type: ignore[arg-type]  # `derived` fills it in
-    winner = extended_name(found)
-    likeliest = found.fits[winner or BASE]
-    out["scatter"] = shared_errors.scatter(likeliest.shared_errors(found.data))
-    out |= {"misfit": out["lack_of_fit"], "rows": [], "test": None}
-    out["laws"] = laws_of(
-        found, emulated.catalogue, list(dict.fromkeys(m.experiment for m in measurements))
-    )
-    out["errors"] = [
-        {"experiment": s["experiment"], "of": s["of"], "what": "declared", "sd": s["sd"], "p": None,
-         "rivals": []}
-        for s in out["scatter"]
-    ]  # fmt: skip
-    if winner:
-        out["calibration_extended"] = calibration(found.models[winner], found.fits[winner])
-        out["moved"] = moved(out["calibration"], out["calibration_extended"])
-    return out
-
-
-def laws_of(
-    found: Identification, catalogue: Mapping[str, Mechanism], kinds: Sequence[str]
-) -> list[dict[str, Any]]:
-    """[{experiment, slot, state, names, ...}] of the causes of an `Identification`: one for each
-    cause that is named; of a place that is known one with all names; of an ambiguous one the best,
-    the others being its rivals."""
-    rows = [_place(catalogue[name], kinds) for cause in found.causes for name in cause.split(" + ")]
-    if found.verdict == "discovered":
-        most = max(rows, key=lambda r: len(r["state"]))
-        return [most | {"names": found.causes, "sentence": _told(most["slot"], found)}]
-    if found.verdict == "ambiguous" and rows:
-        best = rows[0]
-        same = [r for r in rows if (r["slot"], r["state"]) == (best["slot"], best["state"])]
-        best["names"] = list(dict.fromkeys(n for r in same for n in r["names"]))
-        best["rivals"] = [
-            {k: r[k] for k in ("experiment", "slot", "state")} | {"words": r["names"][0]}
-            for r in rows
-            if r not in same
-        ]
-        rows = [best]
-    return rows
-
-
-def _place(mechanism, kinds):
-    slot, state = mechanism.law or (mechanism.name, ())
-    return {
-        "experiment": next(k for k in mechanism.experiments if k in kinds),
-        "slot": slot,
-        "state": list(state),
-        "names": [mechanism.name],
-        "forms": [],
-        "values": [],
-        "unit": "1",
-        "gain": None,
-        "rivals": [],
-        "sentence": "",
-    }
-
-
 WORDS = {"attraction": "grains attract each other"}
 """What acts in a slot, where its name does not say it."""
 
 
-def _told(slot, found):
-    """A sentence on a place: what acts there, the names that fit, and how often data without a law
-    look so."""
-    words = WORDS.get(slot, f"a law of the {label(slot)} is missing")
-    names = " and ".join(label(n) for n in found.causes)
-    return (
-        f"{capital(words)}: {names} are about equally probable, and of data "
-        f"without a law {chance(found.family_p)} look so."
+def of_found(found: Found) -> dict[str, Any]:
+    """The keys of verdict.json that a `Found` gives, gain and limits left open."""
+    return {
+        "verdict": found.verdict,
+        "causes": found.causes,
+        "reason": found.reason,
+        "misfit": found.misfit,
+        "laws": found.laws,
+        "errors": found.errors,
+        "rows": found.rows,
+        "next_measurement": found.next_setting,
+        "gain": None,
+        "test": None,
+    }
+
+
+def family_of(found: Found, alpha: float) -> dict[str, Any]:
+    """What was tried, and what chance gives of it."""
+    return {
+        "family_p": found.p,
+        "tried": sum(len(b.terms) for b in found.start.values()),
+        "threshold_level": alpha,
+        "null_threshold_best": found.selection.threshold,
+        "ranking": found.ranking,
+    }
+
+
+def base(bulk: Bulk, p: float) -> dict[str, Any]:
+    """The base model fitted to a table of simulated tests: calibration, lack_of_fit, patterns and
+    residuals. p: chance of its misfit."""
+    error, fitted = bulk.data.error[0], bulk.fitted
+    drawn = by_chance(bulk.measurements, error, fitted.sd[0])
+    rows = residual_rows(bulk.measurements, fitted, drawn, error)
+    return {
+        "calibration": calibration(bulk.base, fitted),
+        "lack_of_fit": lack_of_fit(fitted, p),
+        "patterns": trends(rows, drawn),
+        "residuals": rows,
+    }
+
+
+def findings(bulk: Bulk, found: Found, alpha: float) -> dict[str, Any]:
+    """The mapping without its gain, of a table of simulated tests."""
+    catalogue, settings = bulk.emulated.catalogue, bulk.emulated.settings
+    out = of_found(found) | family_of(found, alpha) | base(bulk, found.misfit["p"])
+    out["misfit"] = out["lack_of_fit"]
+    out["coefficients"] = {
+        "asked": len(bulk.base.names), "carried": carried(bulk.base, bulk.fitted)
+    }  # fmt: skip
+    for row in found.laws:
+        block = found.block_of(row["key"])
+        strong = strengths(row, block, catalogue)
+        row["strengths"] = {name: s["value"] for name, s in strong.items()}
+        row["sentence"] = _told(row, strong, catalogue)
+        row.pop("coded")
+        for ranked in found.ranking:
+            if ranked["mechanism"] in strong:
+                ranked["strength"] = {ranked["mechanism"]: strong[ranked["mechanism"]]}
+    if out["verdict"] == "unexplained":
+        out |= unexplained(
+            out["residuals"],
+            {k: e.levers for k, e in settings.experiments.items()},  # type: ignore[misc]  # `derived` fills it in
+        )
+    else:
+        out["next_measurement"] = _next(bulk, found)
+    names = extension(bulk, found)
+    model, likeliest = bulk.fit(names)
+    out["scatter"] = shared_errors.scatter(likeliest.shared_errors(bulk.data))
+    out["exclusion"] = limits(found, catalogue)
+    if names:
+        out["calibration_extended"] = calibration(model, likeliest)
+        out["moved"] = moved(out["calibration"], out["calibration_extended"])
+    return out
+
+
+def lack_of_fit(fitted: Fit, p: float) -> dict[str, float]:
+    """The mapping of verdict.json of the base model's fit, with the chance p of such a misfit: the
+    chi-square of the readings, and beside it the deviance of tests without a value."""
+    out = {"chi_square": float(fitted.chi_square[0]), "freedom": float(fitted.freedom[0])}
+    if fitted.deviances.size:
+        out["deviance"] = float(fitted.deviances.sum())
+    return out | {"p": p}
+
+
+def carried(model: Model, fitted: Fit) -> int:
+    """Number of coefficients that the data carry: directions of the parameters along which their
+    Fisher information leaves at most a quarter of the prior's variance, half its standard
+    deviation."""
+    left = fitted.cov[0] / np.outer(model.prior_sd, model.prior_sd)
+    return int((np.linalg.eigvalsh(left) <= CARRIED).sum())
+
+
+def extension(bulk: Bulk, found: Found) -> tuple[str, ...]:
+    """Mechanisms of the model to extend to: of each law that was found the likeliest, of the
+    strongest law alone where the engine cannot have all at once; none without a law."""
+    if found.verdict not in NAMED:
+        return ()
+    names = tuple(
+        dict.fromkeys(
+            row["names"][0] if row["names"] else found.names[row["key"]].likeliest
+            for row in found.laws
+        )
     )
+    return names if bulk.emulated.combine(bulk.conditions, names) else names[:1]
+
+
+def _told(row, strong, catalogue):
+    """A sentence on what acts in a place, with its strength where it has one name or is a free
+    law."""
+    if len(row["names"]) == 1:
+        return ""
+    if len(strong) == 1:
+        [(name, s)] = strong.items()
+        if catalogue[name].changes:
+            text = capital(catalogue[name].description)
+            ends = f"95 %: {s['low']:+.2g} to {s['high']:+.2g}"
+            return f"{text} by {s['value']:+.2g} ({ends}): {s['name']}."
+    missing = f"a law of the {label(row['slot'])} is missing"
+    return f"{capital(WORDS.get(row['slot'], missing))}."
 
 
 def unexplained(
@@ -146,36 +168,22 @@ def unexplained(
     )
 
 
-def extended_name(found: Identification) -> str | None:
-    """Name of the model to extend to: the causes where identified, the best of them where
-    ambiguous, else None."""
-    if found.verdict == "identified":
-        return (
-            key_of(found.causes)
-            if key_of(found.causes) in found.fits
-            else found.ranking[0]["mechanism"]
-        )
-    return found.ranking[0]["mechanism"] if found.verdict in ("discovered", "ambiguous") else None
-
-
-def _next(emulated, measurements, found):
-    """The measurement that separates the rivals; the base model is one of them unless it has
-    been refuted."""
-    refuted = found.verdict in ("identified", "discovered", "ambiguous")
-    names = [r["mechanism"] for r in found.ranking][:RIVALS] + ([] if refuted else [BASE])
-    causes = [n for n in found.causes if n in found.fits]
-    if found.verdict in ("discovered", "ambiguous") and len(causes) > 1:
-        names = causes
-    score = np.array([float(found.fits[n].score[0]) for n in names])
+def _next(bulk, found):
+    """The measurement that separates the best mechanism of each place that is left, and the base
+    model unless it has been refuted."""
+    refuted, catalogue = found.verdict in NAMED, bulk.emulated.catalogue
+    near = [r for law in found.laws for r in (law, *law["rivals"]) if "slot" in r]
+    places = {(r["slot"], tuple(r["state"])) for r in near}
+    names = [r["mechanism"] for r in found.ranking]
+    known = [catalogue[n] for n in bulk.emulated.applicable(bulk.conditions)]
+    placed = [n for n in names if place_of(catalogue[n], known) in places]
+    names = (placed if refuted and len(placed) > 1 else names)[:RIVALS]
+    names += [] if refuted else [BASE]
+    fits = {() if n == BASE else (n,): bulk.fit(() if n == BASE else (n,))[1] for n in names}
+    score = np.array([float(f.score[0]) for f in fits.values()])
     # equal weights among causes that count as not told apart
     weight = np.exp(np.clip(score - score.max(), -3.0, 0.0))
-    split = {tuple(n.split(" + ")) if n != BASE else (): n for n in names}
-    return propose(
-        emulated,
-        measurements,
-        {k: found.fits[n] for k, n in split.items()},
-        dict(zip(split, weight, strict=True)),
-    )
+    return propose(bulk.emulated, bulk.measurements, fits, dict(zip(fits, weight, strict=True)))
 
 
 def validate(verdict: Mapping[str, Any]) -> None:

@@ -6,7 +6,6 @@ import pytest
 from scipy.stats import binom
 
 from calibration.intake.measurements import Measurement
-from diagnosis import exclusion
 from diagnosis.laws.readings import readings_of
 from diagnosis.power import POWER, power
 from diagnosis.table_model.found import discover
@@ -57,25 +56,6 @@ def test_the_limits_of_a_slope_hold_the_truth(shared):
     width = np.median([high - low for low, high in rows])
     # each height may have an error of its own: that is paid for
     assert 0.8 < width / (2.0 * 1.645 * error) < 4.0
-
-
-def test_what_is_told_of_a_strength_follows_its_cost():
-    class Strength:
-        name, unit, low, high, off = "yield speed", "m/s", 0.0, 4.0, 4.0
-
-        def coded(self, natural):
-            return natural / 4.0
-
-        def natural(self, coded):
-            return 4.0 * coded
-
-    class Yielding:
-        name, strength = "plastic", Strength()
-
-    coded = np.linspace(0.0, 1.0, 41)
-    row = exclusion._of_mechanism(Yielding, coded, ((1.0 - coded) / 0.1) ** 2)
-    assert row["above"] is None
-    assert row["below"] == pytest.approx(4.0 * (1.0 - 0.1 * 1.645), rel=0.01)
 
 
 SHARE = 0.02  # error of one reading of five

@@ -1,60 +1,15 @@
-"""Odds of one model against another and of errors of the set-up, the misfit of each experiment, and
-names that fall by left-out settings, by the closed form of linear models."""
+"""The misfit of each experiment, and names that fall by left-out settings, by the closed form of
+linear models."""
 
 import numpy as np
 import pytest
 from linear_model import Linear
-from scipy.special import logsumexp
-from scipy.stats import multivariate_normal
 
 from calibration.intake.measurements import Measurement
 from diagnosis import extend
 from diagnosis.extend import FIT, _as_known, gain, held_out_fits, refit_errors
-from diagnosis.fit import Data, data_of, fit
-from diagnosis.rules import withdraw_refuted
-from diagnosis.set_up_errors import EVERY, ONE, SIZES, log_evidence, set_up_errors
-
-N, ERROR = 6, 1.5
-
-
-def drawn(columns):
-    rng = np.random.default_rng(5)
-    value = rng.normal(size=(1, N))
-    return Linear(rng.normal(size=(N, columns))), Data(value, np.full((1, N), ERROR))
-
-
-def density(model, data, error):
-    """Of the readings with all parameters integrated out; error: (n,) variances."""
-    mean = model.x @ model.prior_mean
-    covariance = model.x @ np.diag(model.prior_sd**2) @ model.x.T + np.diag(error)
-    return multivariate_normal(mean, covariance).logpdf(data.value[0])
-
-
-@pytest.mark.parametrize("times", [1.0, 6.0])
-def test_odds_of_two_linear_models_are_those_of_their_marginal_normals(times):
-    """Whether they fit or not."""
-    models, data = [drawn(1)[0], drawn(3)[0]], drawn(1)[1]
-    data.value[0] *= times
-    found = [log_evidence(model, data, fit(model, data))[0] for model in models]
-    one, two = (density(model, data, np.full(N, ERROR**2)) for model in models)
-    assert found[0] - found[1] == pytest.approx(one - two, abs=1e-3)
-
-
-@pytest.mark.parametrize("off", [0.0, 12.0])
-def test_errors_of_the_set_up_are_weighed_as_normals_of_every_size(off):
-    model, data = drawn(2)
-    data.value[0, 3] += off * ERROR
-    own = np.full(N, ERROR**2)
-    plain = density(model, data, own)
-    every = [density(model, data, own * (1.0 + s**2)) for s in SIZES]
-    one = [[density(model, data, own * (1.0 + s**2 * row)) for s in SIZES] for row in np.eye(N)]
-    found = set_up_errors(model, data, fit(model, data))
-    exact = logsumexp(every) - np.log(len(SIZES)) - plain
-    assert found[EVERY] == pytest.approx(exact, abs=1e-6)
-    exact = logsumexp(one) - np.log(N * len(SIZES)) - plain
-    assert found[ONE] == pytest.approx(exact, abs=1e-6)
-    assert off == 0.0 or found[ONE] > found[EVERY] > 0.0
-
+from diagnosis.fit import data_of, fit
+from diagnosis.rules import withdraw_mechanisms
 
 SD, REPLICATES, READINGS = 50.0, 10_000, 40  # so many that the spread is known
 MEAN_ERROR = SD / np.sqrt(REPLICATES)
@@ -161,7 +116,7 @@ def withdrawn(curve):
         # without the law the engine has no slope
         found = gain(rows, after + 9.0, after, refit=refit_errors(model, data, fits))
         verdict = {"verdict": "identified", "causes": ["cohesion"], "gain": found, "ranking": []}
-        fell.append(withdraw_refuted(verdict)["verdict"] != "identified")
+        fell.append(withdraw_mechanisms(verdict)["verdict"] != "identified")
         before.append(found["held_out_rmse_after"] > FIT)
         refit = np.array([p["refit"] for p in found["points"]])
         known = np.sqrt(OWN_ERROR**2 + SCATTER**2 / RUNS + refit**2)

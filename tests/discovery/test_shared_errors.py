@@ -12,16 +12,17 @@ from scipy.stats import multivariate_normal
 from benchmarks.rates.simulated import rate_settings
 from calibration.intake.measurements import Measurement
 from diagnosis import held_out
+from diagnosis.bulk import Bulk
 from diagnosis.catalogue import load_catalogue
 from diagnosis.design import inputs_of
 from diagnosis.extend import gain, held_out_points
 from diagnosis.fit import data_of, fit
-from diagnosis.identify import identify
 from diagnosis.model import Emulated
 from diagnosis.page.markdown import page
 from diagnosis.response import Response
 from diagnosis.settings import BASE, parameters_of
 from diagnosis.shared_errors import covariance_of, scatter
+from diagnosis.table_model.term import LAW
 from diagnosis.verdict import findings, validate
 
 SETTINGS = rate_settings()
@@ -229,10 +230,26 @@ def emulated_once():
 def test_a_mechanism_is_found_beside_batch_error(emulated):
     for seed in range(200, 203):
         rows = measured(emulated, seed, LARGE, 0.7)
-        found = identify(emulated, rows, 0.05, 100, 3)
+        bulk = Bulk(emulated, rows)
+        found = bulk.judged()
         assert found.verdict == "identified"
-        verdict = findings(emulated, rows, found)
+        verdict = findings(bulk, found, 0.05)
         validate(verdict)
         told = {(s["experiment"], s["of"]): s for s in verdict["scatter"]}
         assert ("heap", "batch") in told or ("shear", "instrument") in told
         assert re.search(r"^## Errors beyond", page(verdict), re.M)
+
+
+def test_terms_of_one_experiment_touch_no_other(emulated):
+    rows = measured(emulated, 3, 0.0)
+    [block] = Bulk(emulated, rows).block().values()
+    kinds = np.array([m.experiment for m in rows])
+    assert block.readings.experiments == list(dict.fromkeys(kinds))
+    for term in block.terms.values():
+        if term.kind != LAW:
+            for shape in term.shapes:
+                touched = np.abs(shape.root).any((0, 2))
+                touched |= False if shape.mean is None else np.abs(shape.mean).any(0)
+                assert not touched[kinds != term.experiment].any()
+    law = block.terms["heap:attraction()"]
+    assert law.more == {"experiments": ["heap", "shear"], "settings": len(rows)}

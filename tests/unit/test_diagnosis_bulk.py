@@ -21,7 +21,7 @@ from calibration.study.factors import read_factors
 from dem.experiments import experiments
 from dem.spec import parse_spec
 from diagnosis import emulator_waves, extend
-from diagnosis.catalogue import load_catalogue
+from diagnosis.bulk import Bulk
 from diagnosis.derived import MOST_RUNS, RUNS, completed
 from diagnosis.design import (
     BASE,
@@ -36,14 +36,14 @@ from diagnosis.design import (
 from diagnosis.emulator import train
 from diagnosis.extend import within
 from diagnosis.failures import as_tests
-from diagnosis.identify import identify, one_place
 from diagnosis.lever_laws import lever_laws, with_laws
 from diagnosis.model import Emulated
+from diagnosis.page.words import place
 from diagnosis.rig import Rig
-from diagnosis.rules import as_laws, with_errors
 from diagnosis.settings import catalogue_of, parameters_of, settings_of, study_settings
 from diagnosis.setup import Setup
 from diagnosis.stages import plan_runs
+from diagnosis.verdict import findings
 from facts import refused
 
 LEVELS = (0.8, 1.0, 1.25)
@@ -271,7 +271,7 @@ def test_a_wave_goes_to_the_base_model_and_to_what_the_rest_is_enough_for(runs, 
 
 
 def refined(measured, runs=240, scatter=2.0):
-    """`Identification` of heaps, the emulators refined by two waves of runs that scatter [deg]."""
+    """`Found` of heaps, the emulators refined by two waves of runs that scatter [deg]."""
     bench, laws = emulated(runs, scatter)
     rig = Rig(bench.settings, RUN, tuple(bench.factors))
     rows, specs = plan(rig, known_of(bench), ["heap"])
@@ -284,7 +284,7 @@ def refined(measured, runs=240, scatter=2.0):
         emulators, _ = train(rows, metrics, bench.settings, bench.factors)
         emulators = with_laws(emulators, bench.settings, bench.factors, laws)
         bench = Emulated(emulators, bench.settings, bench.factors, bench.catalogue)
-    return identify(bench, measured, replicates=100)
+    return Bulk(bench, measured).judged()
 
 
 def test_an_attraction_is_found_and_none_is_none_by_one_rule():
@@ -293,9 +293,8 @@ def test_an_attraction_is_found_and_none_is_none_by_one_rule():
     assert refined(heaps(lambda d: 36.0)).verdict == "adequate"
     found = refined(heaps(lambda d: 30.0 + 27.0 / d))
     assert found.verdict != "adequate"
-    assert found.lack_of_fit_p < 0.05
-    own = [r["mechanism"] for r in found.ranking if not r["mechanism"].endswith("diameter")]
-    assert own[0] in ("cohesion", "liquid_bridge")
+    assert found.p < 0.05
+    assert found.ranking[0]["mechanism"] in ("cohesion", "liquid_bridge")
 
 
 def bench_settings(runs):
@@ -342,64 +341,40 @@ def heaps(angle, sizes=(1.6, 1.75, 1.9, 2.1, 2.3, 2.5), sd=0.4):
 def test_few_runs_tell_a_law_along_a_lever_from_none():
     """The closed form gives 50 degrees for each 1 of rolling friction; between 1.6 and 2.5 mm the
     law changes it by 0.15 in all. The same heaps without it are adequate."""
-    bench, laws = emulated()
-    plain = identify(bench, heaps(lambda d: 38.0), replicates=100)
-    assert plain.verdict == "adequate"
-    found = identify(bench, heaps(lambda d: 38.0 + 7.5 * math.log(d / 2) / 0.45), replicates=100)
-    assert found.verdict in ("identified", "ambiguous")
-    along = {n for n, law in laws.items() if law.changes[1] == "particle_diameter_mm"}
-    assert along & set(found.causes)
-    [name] = sorted(along & set(found.causes))[:1]
-    row = {"slot": "rolling_friction", "state": ["size"], "names": [name]}
-    told = {"verdict": "identified", "causes": [name], "laws": [row], "ranking": found.ranking}
-    verdict = as_laws(told, laws)
-    assert verdict["verdict"] == "discovered"
-    assert verdict["causes"] == verdict["laws"][0]["names"] == []
-    assert "1.6 to 2.5 mm" in verdict["laws"][0]["sentence"]
+    bench, _ = emulated()
+    assert Bulk(bench, heaps(lambda d: 38.0)).judged().verdict == "adequate"
+    bulk = Bulk(bench, heaps(lambda d: 38.0 + 7.5 * math.log(d / 2) / 0.45))
+    found = bulk.judged()
+    assert found.verdict in ("discovered", "ambiguous")
+    told = [law | {"words": place(law)} for law in findings(bulk, found, 0.05)["laws"]]
+    near = [r for law in told for r in (law, *law["rivals"])]
+    assert "rolling friction of size" in {r["words"] for r in near}
+    assert not told[0]["names"]  # a free law is a place and no name
+    assert "1.6 to 2.5 mm" in told[0]["sentence"]
 
 
 def test_a_single_heap_at_odds_is_named_by_its_line():
     """Line 5 stands 6 degrees too steep, where a heap is known to 0.2; without it nothing is."""
     bench, _ = emulated(scatter=0.1)
-    rows = heaps(lambda d: 38.0 + 6.0 * (d == 2.1))
-    found = identify(bench, rows, replicates=100)
-    assert found.verdict == "unexplained"
-    verdict = with_errors({"verdict": found.verdict, "rows": []}, found, rows)
-    assert verdict["verdict"] == "error"
-    [row] = verdict["rows"]
+    found = Bulk(bench, heaps(lambda d: 38.0 + 6.0 * (d == 2.1))).judged()
+    assert found.verdict == "error"
+    [row] = found.rows
     assert row["line"] == 5
     assert row["standard_deviations"] > 3.0
-    plain = identify(bench, heaps(lambda d: 38.0), replicates=100)
-    assert with_errors({"verdict": "adequate"}, plain, rows) == {"verdict": "adequate"}
+    assert row["expected"] == pytest.approx(38.0, abs=1.0)
+    assert Bulk(bench, heaps(lambda d: 38.0)).judged().rows == []
 
 
 def test_a_zigzag_from_size_to_size_is_an_error_of_each_setting():
     """Three degrees up and down, where a heap is known to 0.2: no line is at odds with the rest."""
     bench, _ = emulated(scatter=0.1)
     off = dict(zip((1.6, 1.75, 1.9, 2.1, 2.3, 2.5), (3, -3, 3, -3, 3, -3), strict=True))
-    rows = heaps(lambda d: 38.0 + off[d])
-    found = identify(bench, rows, replicates=100)
-    verdict = {"verdict": found.verdict, "rows": [], "errors": [], "laws": []}
-    verdict = with_errors(verdict, found, rows)
-    assert verdict["verdict"] == "error"
-    assert verdict["rows"] == []
-    [error] = verdict["errors"]
+    found = Bulk(bench, heaps(lambda d: 38.0 + off[d])).judged()
+    assert found.verdict == "error"
+    assert found.rows == []
+    [error] = found.errors
     assert error["of"] == "settings"
-    assert 1.5 < error["sd"] < 6.0
-
-
-@pytest.mark.parametrize(
-    ("names", "one"),
-    [
-        (("cohesion", "liquid_bridge"), True),
-        (("cohesion", "uncounted_load"), False),
-        (("cohesion", "grain_shape"), False),  # a shape is no law of a contact
-        (("grain_shape", "rolling_law"), False),
-    ],
-)
-def test_mechanisms_are_in_one_place_where_they_are_cases_of_one_law(names, one):
-    known = load_catalogue()
-    assert one_place(known[n] for n in names) == one
+    assert 1.5 < 38.0 * error["sd"] < 6.0
 
 
 def beverloo(spec):

@@ -16,10 +16,10 @@ from benchmarks.rates.simulated import salt_settings
 from calibration.inference.chance_of_no_value import Chance, log_likelihood
 from calibration.intake.measurements import Measurement
 from diagnosis import emulator_waves, setup, stages
+from diagnosis.bulk import Bulk
 from diagnosis.extend import extension_plan
 from diagnosis.failures import train_failures
 from diagnosis.fit import Data, held_out
-from diagnosis.identify import identify
 from diagnosis.rig import Rig
 from diagnosis.settings import BASE, catalogue_of, parameters_of
 from diagnosis.verdict import findings
@@ -149,13 +149,15 @@ def heaps(bias, outcomes=True, seed=5):
 
 def test_grains_that_are_too_large_clog(emulated):
     """The angles alone say nothing of the size; the three sizes that clog do."""
-    silent = identify(emulated, heaps(1.3, outcomes=False), replicates=100)
+    silent = Bulk(emulated, heaps(1.3, outcomes=False)).judged()
     assert silent.verdict == "adequate"
-    found = identify(emulated, heaps(1.3), replicates=100)
+    bulk = Bulk(emulated, heaps(1.3))
+    found = bulk.judged()
     assert found.ranking[0]["mechanism"] == "size_bias"
     assert found.ranking[0]["gain"] > silent.ranking[0]["gain"] + 4.0
-    assert found.family_p < 0.025
+    assert found.p < 0.025
     assert found.causes == ["size_bias"]
+    findings(bulk, found, 0.05)
     strength = found.ranking[0]["strength"]["size_bias"]
     assert strength["low"] > 1.0
 
@@ -163,15 +165,14 @@ def test_grains_that_are_too_large_clog(emulated):
 def test_grains_of_the_stated_size_do_not_clog(emulated):
     rows = heaps(1.0)
     assert not any(r.outcome for r in rows)
-    assert identify(emulated, rows, replicates=100).verdict == "adequate"
+    assert Bulk(emulated, rows).judged().verdict == "adequate"
 
 
 def test_a_clog_that_the_base_model_expects_is_no_cause(emulated):
     large = Measurement(
         "heap", math.nan, math.nan, 4, {"particle_diameter_mm": 2.8}, outcome="clogged"
     )
-    found = identify(emulated, [*heaps(1.0), large], replicates=100)
-    assert found.verdict == "adequate"
+    assert Bulk(emulated, [*heaps(1.0), large]).judged().verdict == "adequate"
 
 
 def test_the_held_out_probability_is_an_average_over_the_odds():
@@ -186,9 +187,9 @@ def test_every_stage_fits_the_outcomes_that_the_verdict_fits(emulated, tmp_path)
     """The parameters that are shown first, those of the waves and those of the gain's runs."""
     rows = heaps(1.3)
     read = [m for m in rows if not m.outcome]
-    settings = emulated.settings.model_copy(update={"replicates": 60})
-    found = identify(emulated, rows, settings.alpha, settings.replicates, settings.seed)
-    verdict = findings(emulated, read, found)
+    settings = emulated.settings
+    bulk = Bulk(emulated, rows)
+    verdict = findings(bulk, bulk.judged(settings.alpha, settings.seed), settings.alpha)
     own = types.SimpleNamespace(
         of_contacts=False, settings=settings, measurements=read, tested=rows,
         emulated=lambda designs, plans: (emulated, []),
@@ -203,10 +204,10 @@ def test_every_stage_fits_the_outcomes_that_the_verdict_fits(emulated, tmp_path)
     assert shown["lack_of_fit"] == verdict["lack_of_fit"]
     assert shown["lack_of_fit"]["deviance"] > 1.0
     _, fitted = emulator_waves.modes(emulated, rows)["size_bias"]
-    assert fitted.theta == pytest.approx(found.fits["size_bias"].theta)
+    model, own_fit = bulk.fit(["size_bias"])
+    assert fitted.theta == pytest.approx(own_fit.theta)
     rig = Rig(settings, RUN, emulated.factors)
-    models = {"after": found.models["size_bias"]}
-    extension, _ = extension_plan(rig, models, read, found.data)
+    extension, _ = extension_plan(rig, {"after": model}, read, bulk.data)
     strength = emulated.catalogue["size_bias"].strength
     # the angles alone leave the strength at its prior's 1.025
     assert all(strength.natural(r["theta"][-1]) > 1.1 for r in extension)

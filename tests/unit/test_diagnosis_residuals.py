@@ -9,13 +9,12 @@ from diagnosis_cases import bench, residual
 
 from calibration.intake.measurements import Measurement
 from diagnosis import discrepancy, figures
+from diagnosis.bulk import Bulk
 from diagnosis.extend import gain, run_scatter
 from diagnosis.fit import data_of
-from diagnosis.identify import carried, identify
 from diagnosis.page.markdown import page
 from diagnosis.residuals import by_chance, tails, trends
-from diagnosis.settings import BASE
-from diagnosis.verdict import findings, validate
+from diagnosis.verdict import carried, findings, validate
 from facts import tells
 
 
@@ -178,10 +177,11 @@ def shears(stress, n=5):
 
 
 def test_a_hump_that_no_mechanism_has_is_shown(emulated):
-    measured = shears(lambda s: 0.6 * s * (1.0 + 4.0 * bump(s) * np.sign(s - 1.9)))
-    found = identify(emulated, measured, replicates=60)
+    measured = shears(lambda s: 0.6 * s * (1.0 + 4.0 * bump(s)))
+    bulk = Bulk(emulated, measured)
+    found = bulk.judged()
     assert found.verdict == "unexplained"
-    verdict = findings(emulated, measured, found)
+    verdict = findings(bulk, found, 0.05)
     [curve] = verdict["discrepancy"]
     assert max(curve["low"]) > 0.0
     assert min(curve["high"]) < 0.0
@@ -194,6 +194,6 @@ def test_a_hump_that_no_mechanism_has_is_shown(emulated):
 
 def test_a_yield_locus_carries_one_coefficient_and_its_intercept_another(emulated):
     """Two frictions act through one slope: their sum is known, and not each."""
-    straight = identify(emulated, shears(lambda s: 0.6 * s), replicates=60)
-    assert carried(straight.models[BASE], straight.fits[BASE]) == 1
-    assert carried(straight.models["cohesion"], straight.fits["cohesion"]) == 2
+    straight = Bulk(emulated, shears(lambda s: 0.6 * s))
+    assert carried(*straight.fit(())) == 1
+    assert carried(*straight.fit(["cohesion"])) == 2

@@ -10,7 +10,7 @@ import pytest
 from diagnosis_cases import bench, closed_form, concluded, files, setup_of
 
 from diagnosis import setup, stages
-from diagnosis.identify import identify
+from diagnosis.bulk import Bulk
 from diagnosis.measurements import Measured, read_measurements
 from diagnosis.verdict import findings, validate
 
@@ -44,7 +44,8 @@ def shear_of(measured, intercept, slope=0.845):
 
 
 def diagnose(emulated, measured):
-    return findings(emulated, measured, identify(emulated, measured, replicates=100, seed=2))
+    bulk = Bulk(emulated, measured)
+    return findings(bulk, bulk.judged(seed=2), 0.05)
 
 
 def test_without_an_intercept_nothing_is_missing(emulated):
@@ -57,7 +58,8 @@ def test_an_intercept_alone_leaves_cohesion_and_an_uncounted_load_in_question(em
     found = diagnose(emulated, shear_of(read_measurements(SHIPPED), 0.084))
     validate(found)
     assert found["verdict"] == "ambiguous"
-    assert set(found["causes"]) == {"cohesion", "uncounted_load"}
+    [law] = found["laws"]
+    assert [law["slot"], *(r["slot"] for r in law["rivals"])] == ["attraction", "load"]
     assert any(p["experiment"] == "shear" and p["lever"] for p in found["patterns"])
     further = found["next_measurement"]
     assert further["experiment"] == "heap"  # the shear cell's weights change no heap
@@ -73,7 +75,7 @@ def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypa
         monkeypatch.setattr(
             module, "simulate", lambda specs: {k: closed_form(s) for k, s in specs.items()}
         )
-    settings = emulated.settings.model_copy(update={"replicates": 60})
+    settings = emulated.settings
     at = tmp_path.joinpath
 
     plan = files(tmp_path, design="design.json", plan="plan.json")

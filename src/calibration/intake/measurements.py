@@ -62,8 +62,8 @@ class Measurement:
     ended with where it has no value; readings: the values that it is the mean of, where the table
     holds them, and lines: where they stand; known: ((factor, value), ...) of another code's run;
     covariates: {column: value} of what was recorded beside the reading and is no lever, the mean
-    over its readings, and pooled: those of them that differ among these; test: its name in the
-    study's configuration, empty where experiment and levers tell it.
+    over its readings, and pooled: {column: values} of those that differ among these; test: its name
+    in the study's configuration, empty where experiment and levers tell it.
     """
 
     experiment: str
@@ -85,7 +85,7 @@ class Measurement:
     known: tuple = ()
     covariates: dict = field(default_factory=dict)
     lines: tuple = field(default=(), compare=False)
-    pooled: tuple = ()
+    pooled: dict = field(default_factory=dict, compare=False)
 
     @property
     def proportional(self) -> str | None:
@@ -237,7 +237,7 @@ def _mean(own):
     names = dict.fromkeys(name for m in own for name in m.covariates)
     beside = {name: [m.covariates[name] for m in own if name in m.covariates] for name in names}
     mean["covariates"] = {name: fmean(values) for name, values in beside.items()}
-    mean["pooled"] = tuple(name for name, values in beside.items() if len({*values}) > 1)
+    mean["pooled"] = {k: tuple(v) for k, v in beside.items() if len({*v}) > 1}
     return replace(own[0], **mean, readings=tuple(values))
 
 

@@ -208,7 +208,7 @@ def _one(measurements, block, laws, tested, names, engine):
     rows = [measurements[i] for i in readings.rows[own]]
     done = {"left_out": lever, "levels": chosen, "run": len(own), "of": len(readings.log)}
     y = readings.log
-    shared = {(readings.experiment, n): block.sd_of(n, y) for n in readings.groups}
+    shared = {(readings.experiment, n): float(block.sd_of(n, y)[0]) for n in readings.groups}
     refit = np.abs(wider - after)[:, 0]
     return Compared(rows, before, after, shared, refit, done if any(ran) else None)
 

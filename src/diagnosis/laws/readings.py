@@ -8,7 +8,7 @@ restitution or friction is one level."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -40,7 +40,8 @@ class Readings:
     to rounding counted in; own: (n,) the same as if each lost something else; groups: {batch or
     instrument: (n,) codes}; folds: {lever: [indices of a level]}; replicates: (n,) of each; values:
     (n,) as read; step: that readings are multiples of, or None; relative: (n,) derivative of `log`
-    by the logarithm of the value; coarse: whether the step is coarser than the readings differ.
+    by the logarithm of the value; coarse: whether the step is coarser than the readings differ;
+    parts: {experiment: `Part`} where the readings are of several, as simulated ones are.
     """
 
     experiment: str
@@ -57,12 +58,45 @@ class Readings:
     step: float | None
     relative: np.ndarray
     coarse: bool = False
+    parts: dict = field(default_factory=dict)
+
+    def of(self, experiment: str) -> tuple[Readings, np.ndarray]:
+        """The readings of one experiment, and their places (k,)."""
+        return self.parts.get(experiment, (self, np.arange(len(self.log))))
+
+    @property
+    def experiments(self) -> list[str]:
+        """The experiments of which readings there are."""
+        return list(self.parts) or [self.experiment]
+
+    @property
+    def usual(self) -> np.ndarray:
+        """(n,) median error of a reading of its experiment."""
+        out = np.empty(len(self.log))
+        for kind in self.experiments:
+            own, at = self.of(kind)
+            out[at] = np.median(own.error[own.error < 10.0])
+        return out
+
+    @property
+    def scatters(self) -> dict[str, np.ndarray]:
+        """{name: (n,) whether a reading has it} of the errors from setting to setting."""
+        out = {}
+        for kind in self.experiments:
+            name = name_of("settings", kind if self.parts else "")
+            out[name] = np.isin(np.arange(len(self.log)), self.of(kind)[1])
+        return out
 
     @property
     def centre(self) -> np.ndarray:
         """(n,) logarithm of the best constant, alike at all settings."""
         weight = 1.0 / self.error**2
         return np.full(len(self.log), (weight * self.log).sum() / weight.sum())
+
+
+def name_of(error: str, experiment: str) -> str:
+    """Name of an error that the readings of an experiment share among those of several."""
+    return f"{error} of {experiment}" if experiment else error
 
 
 UNKNOWN = 30.0
@@ -196,16 +230,21 @@ def to_log(
     experiment: str, value: ArrayLike, levers: Mapping[str, np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Logarithm of a reading over its shape, and the derivative by the value. value and levers:
-    (n,), in their units; both results (n,)."""
+    (..., n), in their units; both results (..., n)."""
     value = np.asarray(value, float)
     if experiment == "tilt":
         angle = np.radians(value)
         return np.log(np.tan(angle)), np.radians(2.0 / np.sin(2.0 * angle))
-    return np.log(value / levers[SHAPE[experiment]]), 1.0 / value
+    return np.log(value / _shape(experiment, levers)), 1.0 / value
+
+
+def _shape(experiment, levers):
+    """What a reading is taken over: a lever, or nothing."""
+    return levers[SHAPE[experiment]] if experiment in SHAPE else 1.0
 
 
 def from_log(experiment: str, log: np.ndarray, levers: Mapping[str, np.ndarray]) -> np.ndarray:
     """The reading in its unit, of its logarithm over its shape. log and levers: (n,)."""
     if experiment == "tilt":
         return np.degrees(np.arctan(np.exp(log)))
-    return np.exp(log) * levers[SHAPE[experiment]]
+    return np.exp(log) * _shape(experiment, levers)

@@ -69,7 +69,7 @@ def _scattered(verdict):
 
 def _pointed(verdict):
     """The single rows of a verdict that has found nothing else."""
-    only = verdict["verdict"] == "error" and not _found_errors(verdict, ("declared",))
+    only = verdict["verdict"] == "error" and not _found_errors(verdict)
     return (verdict.get("rows") or []) if only else []
 
 
@@ -98,11 +98,11 @@ def _kinds(rows):
 
 
 def _misses(rows):
-    """Measured less predicted (n,) of an experiment, as a share of the prediction where the spread
+    """Measured less predicted (n,) of an experiment, as a share of the reading where the spread
     goes with it."""
     miss = np.array([r["measured"] - r["predicted"] for r in rows])
     if QUANTITIES[rows[0]["experiment"]].relative:
-        miss = miss / np.array([r["predicted"] for r in rows])
+        miss = miss / np.array([r["measured"] for r in rows])
     return miss
 
 

@@ -66,7 +66,7 @@ def chance(p: float | None) -> str:
     """A probability in per cent, at least 0.1 %; nothing of None."""
     if p is None:
         return ""
-    return "less than 0.1 %" if p < 1e-3 else f"{float(f'{100 * p:.2g}'):g} %"
+    return "at most 0.1 %" if p <= 1e-3 else f"{float(f'{100 * p:.2g}'):g} %"
 
 
 def amount(value: float, unit: str) -> str:
@@ -120,10 +120,21 @@ def miss(experiment: str, value: float) -> str:
 
 
 def lines_of(rows: Iterable[Mapping[str, Any]]) -> str:
-    """'line 5', or 'lines 5, 8 and 12'."""
-    told = [str(r["line"]) for r in sorted(rows, key=lambda r: r["line"])]
+    """'line 5', 'lines 5, 8 and 12', or 'lines 5 to 8' of a setting with several readings."""
+    runs: list[list[int]] = []
+    for line in sorted({n for r in rows for n in r.get("lines") or [r["line"]]}):
+        if len(runs) and line == runs[-1][-1] + 1:
+            runs[-1].append(line)
+        else:
+            runs.append([line])
+    told = [t for run in runs for t in (_run(run) if len(run) > 2 else map(str, run))]
     head = ", ".join(told[:-1])
-    return f"lines {head} and {told[-1]}" if head else f"line {told[0]}"
+    many = head or " to " in told[0]
+    return f"line{'s' if many else ''} {head + ' and ' if head else ''}{told[-1]}"
+
+
+def _run(lines):
+    return [f"{lines[0]} to {lines[-1]}"]
 
 
 def place(row: Mapping[str, Any]) -> str:
@@ -153,7 +164,7 @@ FILTERS = {
     f.__name__: f
     for f in (
         amount, at, bare, between, capital, chance, fixed, in_unit, joined, keys, label, lines_of,
-        miss, odds, place, plain, quantity, sentence, setting, size, unit,
+        miss, odds, place, plain, quantity, sentence, setting, size, unit, with_article,
     )
 } | {
     "number": format,

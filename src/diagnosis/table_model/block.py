@@ -1,18 +1,20 @@
-"""The model of one experiment's readings, and the evidence for a further term, of many data sets at
-once.
+"""The model of readings, and the evidence for a further term, of many data sets at once.
 
-y = level + terms that are held + errors from setting to setting, of batches and of instruments +
-noise. All are Gaussian. How large the errors are is one of a grid (the prior is half Cauchy in
-units of a setting's error). With the inverse covariance P, a curve m gains m'Py - m'Pm / 2 in log
-probability, and a Gaussian vector of root V beside it gains u'A^-1 u / 2 - log det(A) / 2 with u =
-V'P(y - m) and A = 1 + V'PV (Rasmussen and Williams 2006,
-Gaussian Processes for Machine Learning, 5.4.1 and A.3).
+y = what is expected without a term + terms that are held + errors from setting to setting, of
+batches and of instruments + noise. All are Gaussian. Of single contacts a level that is free is
+expected; of simulated tests what the emulators say at the base model's best point, with what free
+coefficients change there and the simulation's own error (`diagnosis.bulk`).
+
+How large the errors are is one of a grid (the prior is half Cauchy in units of a setting's error).
+With the inverse covariance P, a curve m gains m'Py - m'Pm / 2 in log probability, and a Gaussian
+vector of root V beside it gains u'A^-1 u / 2 - log det(A) / 2 with u = V'P(y - m) and A = 1 + V'PV
+(Rasmussen and Williams 2006, Gaussian Processes for Machine Learning, 5.4.1 and A.3).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import TYPE_CHECKING
 
@@ -34,6 +36,7 @@ of a setting; and none."""
 USUAL = 2.0  # scale of their prior, in the same unit
 NONE = 2.0  # prior weight of none, beside a half Cauchy density times its spacing
 JITTER = 1e-10
+MOST_NAMES = 4  # kinds of error of which two are tried at once
 
 
 @dataclass(frozen=True)
@@ -47,14 +50,26 @@ class Held:
     prior: float
 
 
+@dataclass(frozen=True)
+class Ground:
+    """What is expected of n simulated readings before a term is added: mean (n,), root (n, p) of
+    what coefficients may change by what is known of them, error (n, n): covariance of the
+    simulation's own errors."""
+
+    mean: np.ndarray
+    root: np.ndarray
+    error: np.ndarray
+
+
 @dataclass
 class Block:
-    """Model of the `Readings` of one experiment with the terms that could be added and those that
-    are held {key: Held}."""
+    """Model of `Readings` with the terms that could be added and those that are held {key: Held};
+    ground: of simulated readings, None where a level is free."""
 
     readings: object
     terms: dict
     held: dict = field(default_factory=dict)
+    ground: Ground | None = None
 
     def __post_init__(self):
         self.sds, self.prior = _grid(self.readings)
@@ -62,7 +77,7 @@ class Block:
 
     def with_held(self, held: dict[str, Held]) -> Block:
         """The same with other terms held."""
-        return Block(self.readings, self.terms, held)
+        return replace(self, held=held)
 
     def without(self, key: str) -> Block:
         """The same without a term that is held."""
@@ -70,21 +85,24 @@ class Block:
 
     def _build(self):
         n = len(self.readings.log)
-        unit = float(np.median(self.readings.error[self.readings.error < 10.0]))
-        self.unit = unit
-        shared = {"settings": np.eye(n)} | {
-            name: (code[:, None] == code[None, :]).astype(float)
+        self.unit = self.readings.usual
+        shared = {k: np.diag(v.astype(float)) for k, v in self.readings.scatters.items()} | {
+            name: ((code[:, None] == code[None, :]) & (code >= 0)).astype(float)
             for name, code in self.readings.groups.items()
         }
         noise = np.diag(self.readings.error**2) + JITTER * np.eye(n)
+        over = np.outer(self.unit, self.unit)
         self.errors = np.array(
-            [noise + sum((unit * t) ** 2 * shared[k] for k, t in c.items()) for c in self.sds]
+            [noise + sum(t**2 * over * shared[k] for k, t in c.items()) for c in self.sds]
         )
-        self.mean, own = self.readings.centre.copy(), np.zeros((n, n))
+        free = self.ground
+        self.mean = (self.readings.centre if free is None else free.mean).copy()
+        own = np.zeros((n, n))
         for h in self.held.values():
             self.mean = self.mean + h.mean
             own += h.root @ h.root.T
-        self.smooth = own + LEVEL_SD**2
+        level = LEVEL_SD**2 if free is None else free.root @ free.root.T + free.error
+        self.smooth = own + level
         total = self.errors + self.smooth
         self.precision, self.logdet = np.linalg.inv(total), np.linalg.slogdet(total)[1]
         self._own = None
@@ -137,7 +155,7 @@ class Block:
         prior = term.weight + shape.weight - float(np.log(len(shape.label)))
         n = len(self.readings.log)
         mean = np.zeros(n) if shape.mean is None else shape.mean[k]
-        if not shape.own_level:
+        if not shape.own_level and self.ground is None:
             mean = mean - mean.mean()
         return Held(term, mean, shape.root[k], prior)
 
@@ -181,7 +199,7 @@ class Block:
 
     def bare(self) -> list[int]:
         """Places of the grid without an error from setting to setting."""
-        return [g for g, c in enumerate(self.sds) if "settings" not in c]
+        return [g for g, c in enumerate(self.sds) if not set(c) & set(self.readings.scatters)]
 
     def chi_square(self, y: np.ndarray, places: Sequence[int] | np.ndarray) -> np.ndarray:
         """(b,) sum of squared residuals of data sets (b, n) in the errors at the likeliest of some
@@ -221,18 +239,26 @@ class Block:
         own = error * rng.standard_normal(out.shape)
         return out + own / redrawn_share(error, self.readings.replicates, count, rng)
 
-    def sd_of(self, name: str, y: np.ndarray) -> float:
-        """Root mean square standard deviation of an error, over what y (n,) says of its size."""
-        sds = np.array([self.unit * c.get(name, 0.0) for c in self.sds])
-        return float(np.sqrt(self.shares(y) @ sds**2))
+    def sd_of(self, name: str, y: np.ndarray) -> np.ndarray:
+        """Root mean square standard deviations (n,) of an error, over what y (n,) says of its
+        size."""
+        times = np.array([c.get(name, 0.0) for c in self.sds])
+        there = self.readings.scatters.get(name, self.readings.groups.get(name, 0) >= 0)
+        return self.unit * np.sqrt(self.shares(y) @ times**2) * there
+
+    def freedom(self) -> float:
+        """Readings less the directions of what is free that they tell."""
+        free = LEVEL_SD**2 if self.ground is None else self.ground.root @ self.ground.root.T
+        told = np.trace(free * np.ones(2 * self.mean.shape) @ self.precision[self.bare()[0]])
+        return len(self.mean) - round(float(told), 1)
 
 
 def _grid(readings):
     """[{name: times}] of the sizes that are tried, at most two kinds of error at once, and their
     log prior (g,)."""
-    names = ("settings", *readings.groups)
+    names = (*readings.scatters, *readings.groups)
     choices = [{}]
-    for count in (1, 2):
+    for count in (1, 2) if len(names) <= MOST_NAMES else (1,):
         for chosen in combinations(names, count):
             for times in np.array(np.meshgrid(*[TIMES] * count)).reshape(count, -1).T:
                 choices.append(dict(zip(chosen, times, strict=True)))

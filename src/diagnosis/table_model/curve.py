@@ -41,7 +41,7 @@ def paid(block: Block, levers: Iterable[str]) -> Block:
             for k, index in enumerate(levels):
                 code[index] = k
             codes[name] = code
-    return Block(replace(readings, groups=readings.groups | codes), block.terms, block.held)
+    return replace(block, readings=replace(readings, groups=readings.groups | codes))
 
 
 def unit_of(law: FreeLaw) -> str:

@@ -10,9 +10,9 @@ import numpy as np
 
 from calibration.intake.quantities import LEVERS, QUANTITIES
 from diagnosis.chance import share_above
-from diagnosis.laws.readings import FREE, from_log, readings_of
+from diagnosis.laws.readings import FREE, from_log, name_of, readings_of
 from diagnosis.measurements import LEAST_SETTINGS
-from diagnosis.page.words import capital, odds, with_article
+from diagnosis.page.words import capital, lines_of, odds, with_article
 from diagnosis.table_model import selection as chosen
 from diagnosis.table_model.curve import BAND, curve, unit_of
 from diagnosis.table_model.left_out import judged, without_row
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from diagnosis.catalogue import Mechanism
     from diagnosis.laws.known import Known
     from diagnosis.laws.readings import Readings
+    from diagnosis.table_model.block import Block
 
 
 MISFIT = 0.01
@@ -39,6 +40,7 @@ which no mechanism is named and no formula told: none that was tried fits."""
 
 SURE = 0.95  # probability that an error of a declared batch or instrument is there, to be told
 LEAST_ROWS = 3
+LEAST_BITS = 0.1  # that a reading at a setting must tell of what is in question, for it to be asked
 SCATTER = {"of": "settings", "what": "settings", "words": "error from setting to setting"}
 WORDS = {
     "adequate": "constant coefficients meet the readings within their own errors",
@@ -68,7 +70,7 @@ class Found:
     ranking: list
     scatter: list
     next_setting: dict | None
-    selection: object = field(repr=False)
+    selection: chosen.Selection = field(repr=False)
     start: dict = field(repr=False)
     names: dict = field(default_factory=dict, repr=False)
     scattered: dict | None = None
@@ -77,6 +79,10 @@ class Found:
     def p(self) -> float:
         """Chance of the first step."""
         return self.selection.p
+
+    def block_of(self, key: str) -> Block:
+        """The block that has a term."""
+        return next(b for b in self.selection.blocks.values() if key in b.terms)
 
     @property
     def law(self) -> dict[str, Any] | None:
@@ -101,20 +107,35 @@ def discover(
         return None
     measurements, single = set_aside(measurements)
     parts = [readings_of(measurements, k, (defaults or {}).get(k)) for k in kinds]
-    start = chosen.blocks_of(parts, known)
+    out = judged_by(chosen.blocks_of(parts, known), measurements, single, alpha, seed, chance)
+    out.next_setting = _next(out)
+    return out
+
+
+def judged_by(
+    start: dict[str, Block],
+    measurements: Sequence[Measurement],
+    single: Sequence[dict[str, Any]] = (),
+    alpha: float = 0.05,
+    seed: int = 0,
+    chance: Sequence[int] = chosen.CHANCE,
+) -> Found:
+    """`Found` of blocks {name: Block} without a term held, no further setting proposed; single:
+    rows of readings that were set aside."""
     misfit = chosen.misfit(_replicated(start), seed, chance[0])
     found = chosen.select(start, alpha, seed, chance)
     left = chosen.misfit(found.blocks, seed, chance[-1])
     ranking = _ranking(start, found)
-    out = Found("", [], "", misfit, left, [], [], single, ranking, [], None, found, start)
-    for kind, block in found.blocks.items():
+    out = Found("", [], "", misfit, left, [], [], list(single), ranking, [], None, found, start)
+    for block in found.blocks.values():
         for key in block.held:
             _add(out, measurements, block, key)
-        out.errors += _declared(measurements, kind, block)
+        out.errors += _declared(measurements, block)
     if left["p"] < MISFIT:
         out.errors += [e for b in found.blocks.values() for e in _settings(b, left["p"])]
         out.scattered = chosen.misfit(found.blocks, seed, chance[-1], scatter=True)
         _in_question(out, measurements)
+        _first_suspect(out, measurements, seed, chance[-1])
     else:
         out.errors += [e for b in found.blocks.values() for e in _rounded(b, misfit["p"])]
     for rows, by in (
@@ -145,8 +166,8 @@ def _replicated(blocks):
     """The blocks without terms, by the errors that replicates show: what rounding takes off is an
     error of the set-up and no part of a fit that is adequate."""
     return {
-        kind: chosen.Block(replace(b.readings, error=b.readings.own), {})
-        for kind, b in blocks.items()
+        name: replace(b, readings=replace(b.readings, error=b.readings.own), terms={}, held={})
+        for name, b in blocks.items()
     }
 
 
@@ -165,7 +186,7 @@ def _add(out, measurements, block, key):
         out.errors.append(row | _error(block, key))
         _instead(out, measurements, block, key, near)
     else:
-        out.rows.append(_row(measurements, block, term))
+        out.rows.append(_row(measurements, block, key))
 
 
 def _instead(out, measurements, block, key, near):
@@ -200,7 +221,7 @@ def _in_question(out, measurements):
     if stopped is None or out.laws or out.rows or any(e["what"] != "settings" for e in said):
         return
     block = out.selection.blocks[stopped.experiment]
-    few = len(block.readings.log) < LEAST_SETTINGS
+    few = _shown(block, stopped.key) < LEAST_SETTINGS
     least = chosen.LEAST if few else chosen.ODDS
     if block.terms[stopped.key].kind != LAW or stopped.evidence < least:
         return
@@ -209,10 +230,34 @@ def _in_question(out, measurements):
     ]
     near = chosen.rivals(held, stopped.key)
     row = {"experiment": stopped.experiment, "key": stopped.key, "evidence": stopped.evidence}
-    row |= {"p": stopped.p, "instead_of": f"{stopped.experiment}:settings"}
-    row["rivals"] = [SCATTER | {"experiment": stopped.experiment, "behind": -stopped.evidence}]
+    kind = block.terms[stopped.key].experiment
+    row |= {"experiment": kind, "p": stopped.p, "instead_of": f"{kind}:settings"}
+    row["rivals"] = [SCATTER | {"experiment": kind, "behind": -stopped.evidence}]
     row["rivals"] += [_rival(measurements, held, r) for r in near]
     out.laws.append(row | _law(held, stopped.key, out))
+
+
+def _first_suspect(out, measurements, seed, count):
+    """The row that explains more than an error from setting to setting, and alone all of the
+    misfit, where nothing else is placed: few settings do not tell the two apart."""
+    if out.laws or out.rows or any(e["what"] not in ("declared", "settings") for e in out.errors):
+        return
+    blocks, best = out.selection.blocks, (0.0, None, None)
+    for name, block in blocks.items():
+        values = chosen.evidences(block, block.readings.log[None])
+        rows = [(float(v[0]), name, k) for k, v in values.items() if block.terms[k].kind == ROW]
+        best = max([best, *rows], key=lambda row: row[0])
+    _, name, key = best
+    if key is None:
+        return
+    held = chosen.with_terms(blocks, name, [key])
+    if chosen.misfit(held, seed, count)["p"] >= MISFIT:
+        out.rows.append(_row(measurements, held[name], key))
+
+
+def _shown(block, key):
+    """Settings of the experiments that show a law."""
+    return block.terms[key].more.get("settings", len(block.readings.log))
 
 
 def _rival(measurements, block, rival):
@@ -314,15 +359,16 @@ def _amount(law, value):
 def _error(block, key):
     """Of an error of the set-up: how large it is, as a share of the reading or, of a single level
     or a zero, in the lever's unit too."""
-    term, y = block.terms[key], block.readings.log
-    part = block.part(key, y)
+    term = block.terms[key]
+    readings, at = block.readings.of(term.experiment)
+    part = block.part(key, block.readings.log)[at]
     sd = float(np.std(part)) if term.what != "one level" else float(np.abs(part).max())
     row = {"of": term.of, "what": term.what, "sd": sd}
     lever = LEVERS.get(term.of)
     words = QUANTITIES[term.experiment].words
     if term.what == "levels":
-        levels = block.readings.folds[term.of]
-        value = block.readings.levers[term.of]
+        levels = readings.folds[term.of]
+        value = readings.levers[term.of]
         offsets = {f"{value[i[0]]:g}": float(np.expm1(part[i[0]] - part.mean()))
                    for i in levels}  # fmt: skip
         row["offsets"] = offsets
@@ -330,7 +376,7 @@ def _error(block, key):
         text = f"Each {lever.words} has an error of its own in the {words}: {told} {lever.unit}."
     elif term.what == "one level":
         index = int(np.argmax(np.abs(part)))
-        level = float(block.readings.levers[term.of][index])
+        level = float(readings.levers[term.of][index])
         row |= {"level": level, "share": float(np.expm1(part[index]))}
         text = (
             f"All readings at a {lever.words} of {level:g} {lever.unit} are "
@@ -341,14 +387,18 @@ def _error(block, key):
             row["reads_like"] = level * (1.0 + row["share"])
             text += f": they read like {row['reads_like']:.3g} {lever.unit}"
         text += "."
+    elif term.what == "exchanged":
+        shape, _ = block.shape_of(key)
+        row["exchanged"] = [float(v) for v in shape.name.split(" and ")]
+        text = f"The {lever.words}s of {shape.name} {lever.unit} are exchanged."
     elif term.what == "zero":
-        row["value"] = block.strength(key, y)
+        row["value"] = block.strength(key, block.readings.log)
         text = f"The {lever.words} is off by {row['value']:+.3g} {lever.unit} everywhere."
     elif term.of == "resolution":
         row["step"] = term.more["step"]
         text = _coarse(term.experiment, row["step"])
     else:
-        order = np.argsort(block.readings.rows)
+        order = np.argsort(readings.rows)
         row["share"] = float(np.expm1(part[order[-1]] - part[order[0]]))
         text = f"The {words} drifts by {100 * row['share']:+.2g} % in the order of the rows."
     return row | {"sentence": text.replace("  ", " ").replace(" .", ".")}
@@ -361,32 +411,33 @@ def _coarse(kind, step):
 
 def _rounded(block, p):
     """Rows of the resolution where it is coarser than the errors of the readings."""
-    readings = block.readings
-    if not readings.coarse or any(h.term.of == "resolution" for h in block.held.values()):
-        return []
-    kind = readings.experiment
+    held = {h.term.experiment for h in block.held.values() if h.term.of == "resolution"}
+    coarse = {k: block.readings.of(k)[0] for k in block.readings.experiments}
     return [{"experiment": kind, "key": f"{kind}:resolution", "of": "resolution", "what": "digits",
-             "sd": float(np.median(rounded_off(readings))), "p": p, "evidence": float(-np.log(p)),
-             "step": readings.step, "rivals": [],
-             "sentence": _coarse(kind, readings.step)}]  # fmt: skip
+             "sd": float(np.median(rounded_off(own))), "p": p, "evidence": float(-np.log(p)),
+             "step": own.step, "rivals": [], "sentence": _coarse(kind, own.step)}
+            for kind, own in coarse.items() if own.coarse and kind not in held]  # fmt: skip
 
 
-def _row(measurements, block, term):
-    [place] = term.rows
+def _row(measurements, block, key):
+    [place] = block.terms[key].rows
     m = measurements[block.readings.rows[place]]
-    off, expected = without_row(block, place)
+    off, expected = without_row(block, key, place)
     row = {"experiment": m.experiment, "line": m.line, "levers": m.levers, "value": float(m.value)}
     row["setting"] = int(block.readings.rows[place])
-    row |= {"standard_deviations": off, "sentence": ""}
+    row |= {"standard_deviations": off, "lines": list(m.lines) or [m.line], "sentence": ""}
     at = np.exp(block.readings.log[place] - expected)
-    levers = {k: v[[place]] for k, v in block.readings.levers.items()}
+    readings, own = block.readings.of(m.experiment)
+    here = own == place
+    levers = {k: v[here] for k, v in readings.levers.items()}
     row["expected"] = float(from_log(m.experiment, np.array([expected]), levers)[0])
-    where = f"Line {m.line}" if m.line else "One row"
+    where = f"{capital(lines_of([row]))}" if m.line else "One row"
+    verb, side = "read" if len(m.lines) > 1 else "reads", "more" if at > 1 else "less"
     row["sentence"] = (
-        f"{where} reads {100 * abs(at - 1):.2g} % {'more' if at > 1 else 'less'} than all others "
-        f"say ({abs(off):.0f} standard deviations)"
+        f"{where} {verb} {100 * abs(at - 1):.2g} % {side} than all others say "
+        f"({abs(off):.0f} standard deviations)"
     )
-    like = _looks_like(block, place, at)
+    like = _looks_like(readings, here, at)
     row["reads_like"] = like
     if like:
         row["sentence"] += f": it reads like one at {like['value']:g} {LEVERS[like['lever']].unit}"
@@ -394,14 +445,14 @@ def _row(measurements, block, term):
     return row
 
 
-def _looks_like(block, place, at):
-    """{lever, value} of another level that a row reads like, or None."""
-    lever = getattr(QUANTITIES[block.readings.experiment].scale, "lever", None)
-    if lever not in block.readings.folds:
+def _looks_like(readings, here, at):
+    """{lever, value} of another level that a row reads like, or None; here: (n,) which it is."""
+    lever = getattr(QUANTITIES[readings.experiment].scale, "lever", None)
+    if lever not in readings.folds:
         return None
-    values = np.unique(block.readings.levers[lever])
-    own = block.readings.levers[lever][place]
-    off = np.abs(np.log(own * at / values)) / block.readings.error[place]
+    values = np.unique(readings.levers[lever])
+    own = float(readings.levers[lever][here][0])
+    off = np.abs(np.log(own * at / values)) / readings.error[here]
     best = int(np.argmin(off))
     return (
         {"lever": lever, "value": float(values[best])}
@@ -410,16 +461,22 @@ def _looks_like(block, place, at):
     )
 
 
-def _declared(measurements, kind, block):
+def _declared(measurements, block):
     """Errors of declared batches and instruments that are there almost surely, with how much each
     of them reads too high or too low, as a share of the mean of all."""
-    y = block.readings.log
+    return [row for kind in block.readings.experiments
+            for row in _declared_of(measurements, block, kind)]  # fmt: skip
+
+
+def _declared_of(measurements, block, kind):
+    y, (readings, at) = block.readings.log, block.readings.of(kind)
     share, out = block.shares(y), []
-    for name, code in block.readings.groups.items():
-        there = float(share @ np.array([name in c for c in block.sds]))
+    for name, code in readings.groups.items():
+        key = name_of(name, kind if block.readings.parts else "")
+        there = float(share @ np.array([key in c for c in block.sds]))
         if there > SURE:
-            labels = sorted({getattr(measurements[i], name) for i in block.readings.rows})
-            offsets = dict(zip(labels, _offsets(block, code), strict=True))
+            labels = sorted({getattr(measurements[i], name) for i in readings.rows})
+            offsets = dict(zip(labels, _offsets(block, code, at), strict=True))
             told = ", ".join(f"{100 * v:+.2g} % with {n or 'none'}" for n, v in offsets.items())
             text = f"Each {name} has an error of its own in the {QUANTITIES[kind].words}: {told}."
             if len(offsets) == 2:
@@ -430,42 +487,46 @@ def _declared(measurements, kind, block):
                     f"{high or 'none'} than with {low or 'none'}."
                 )
             out.append({"experiment": kind, "key": f"{kind}:{name}", "of": name, "what": "declared",
-                        "sd": block.sd_of(name, y), "offsets": offsets, "p": 1.0 - there,
+                        "sd": float(block.sd_of(key, y)[at[0]]), "offsets": offsets,
+                        "p": 1.0 - there,
                         "evidence": float(np.log(there / max(1.0 - there, 1e-9))),
                         "rivals": [], "sentence": text})  # fmt: skip
     return out
 
 
-def _offsets(block, code):
+def _offsets(block, code, at):
     """Shares (g,) by which the readings of each of g batches or instruments are off their mean, by
-    least squares beside what is held."""
-    y, weight = block.readings.log, 1.0 / block.readings.error**2
-    left = y - sum(block.part(key, y) for key in block.held)
+    least squares beside what is held; code: (k,) of the readings at places (k,)."""
+    y, weight = block.readings.log, 1.0 / block.readings.error[at] ** 2
+    left = (y - sum(block.part(key, y) for key in block.held))[at]
+    left = left if block.ground is None else left - block.expected(y)[0][at]
     means = np.array([np.average(left[code == g], weights=weight[code == g])
                       for g in range(code.max() + 1)])  # fmt: skip
     return [float(v) for v in np.expm1(means - means.mean())]
 
 
 def _settings(block, p):
-    y = block.readings.log
-    sd = block.sd_of("settings", y)
-    share = 1.0 - block.shares(y)[block.bare()].sum()
-    if share < 0.5:
-        return []
-    kind = block.readings.experiment
-    text = (
-        f"From setting to setting the {QUANTITIES[kind].words} scatters by {100 * sd:.2g} % more "
-        "than the errors of the readings say."
-    )
-    return [{"experiment": kind, "key": f"{kind}:settings", "of": "settings", "what": "settings",
-             "sd": sd, "p": p, "evidence": float(np.log(share / max(1.0 - share, 1e-9))),
-             "rivals": [], "sentence": text}]  # fmt: skip
+    y, out = block.readings.log, []
+    for kind in block.readings.experiments:
+        name = name_of("settings", kind if block.readings.parts else "")
+        share = float(block.shares(y) @ np.array([name in c for c in block.sds]))
+        if share < 0.5:
+            continue
+        sd = float(block.sd_of(name, y)[block.readings.of(kind)[1][0]])
+        text = (
+            f"From setting to setting the {QUANTITIES[kind].words} scatters by {100 * sd:.2g} % "
+            "more than the errors of the readings say."
+        )
+        row = {"experiment": kind, "key": f"{kind}:settings", "of": "settings", "what": "settings"}
+        row |= {"sd": sd, "p": p, "evidence": float(np.log(share / max(1.0 - share, 1e-9)))}
+        out.append(row | {"rivals": [], "sentence": text})
+    return out
 
 
 def _ranking(start, found):
     """[{mechanism, score, gain, p}] of the catalogue, each alone in the model, best first."""
     rows = []
-    for kind, block in start.items():
+    for block in start.values():
         y = block.readings.log[None]
         base = block.base(y)
         for term in block.terms.values():
@@ -473,9 +534,9 @@ def _ranking(start, found):
                 if shape.catalogue:
                     own = replace(term, shapes=(replace(shape, weight=0.0),))
                     gain = float(block.evidence(own, y, base)[0])
-                    rows.append({"mechanism": shape.name, "experiment": kind, "score": gain,
-                                 "gain": gain, "p": share_above(found.null, gain),
-                                 "null_threshold": found.threshold})  # fmt: skip
+                    row = {"mechanism": shape.name, "experiment": term.experiment, "score": gain}
+                    row |= {"gain": gain, "p": share_above(found.null, gain)}
+                    rows.append(row | {"null_threshold": found.threshold})
     return sorted(rows, key=lambda r: -r["gain"])
 
 
@@ -503,7 +564,6 @@ def _judge(out):
         out.causes = list(dict.fromkeys(law["single"] for law in out.laws))
     elif out.verdict == "ambiguous":
         out.causes = list(dict.fromkeys(n for law in out.laws for n in law["names"]))
-    out.next_setting = _next(out)
     return out
 
 
@@ -519,7 +579,7 @@ def _open(row):
 def _few(out):
     """Laws that rest on too few settings are not told from errors between settings."""
     for law in out.laws:
-        count = len(out.selection.blocks[law["experiment"]].readings.log)
+        count = _shown(out.block_of(law["key"]), law["key"])
         if count < LEAST_SETTINGS and out.verdict in ("identified", "discovered"):
             out.verdict = "ambiguous"
             out.reason = (
@@ -537,18 +597,23 @@ def _next(out):
     wrong = next((r["level"] for row in rows for r in row["rivals"] if r.get("level")), "")
     for row in rows:
         if row["rivals"]:
-            block = out.selection.blocks[row["experiment"]]
+            block = out.block_of(row["key"])
             near = [r.key for r in chosen.rivals(block, row["key"])]
             scatter = [None] * any(r.get("of") == "settings" for r in row["rivals"])
-            found = propose(block, row["key"], scatter + near, wrong)
+            found = _telling(propose(block, row["key"], scatter + near, wrong))
             if found:
                 return found
     for row in rows:
         other = row.get("set_anew")
         if other and other["behind"] < chosen.CLEAR:
-            block = out.selection.blocks[row["experiment"]]
-            return propose(block, row["key"], [other["key"]])
+            block = out.block_of(row["key"])
+            return _telling(propose(block, row["key"], [other["key"]]))
     return None
+
+
+def _telling(proposed):
+    """A setting that is proposed, None where a reading there would tell next to nothing."""
+    return proposed if proposed and proposed["information_bits"] >= LEAST_BITS else None
 
 
 def limits(found: Found, catalogue: Mapping[str, Mechanism]) -> list[dict[str, Any]]:
@@ -557,16 +622,34 @@ def limits(found: Found, catalogue: Mapping[str, Mechanism]) -> list[dict[str, A
     out = []
     for block in found.selection.blocks.values():
         for term in block.terms.values():
-            for shape in (s for s in term.shapes if s.catalogue):
+            for shape in (s for s in term.shapes if s.name in catalogue):
                 out.append(_of_mechanism(block, term, shape, catalogue[shape.name].strength))
     for block in found.selection.blocks.values():
         for term in block.terms.values():
             law = term.law
-            if term.kind == LAW and term.free and law.weight is None:
+            if term.kind == LAW and law is not None and term.free and law.weight is None:
                 low, high = slope_limits(block, law)
                 row = {"experiment": law.experiment, "slot": law.slot, "state": list(law.state)}
                 row |= {"of": "change over the plan's states", "unit": "share"}
                 out.append(row | {"below": low, "above": high})
+    return out
+
+
+def strengths(
+    row: Mapping[str, Any], block: Block, catalogue: Mapping[str, Mechanism]
+) -> dict[str, dict[str, Any]]:
+    """{mechanism: {name, unit, value, low, high}} of those that a law is left: the strength with
+    its 95 % interval, cut at its range."""
+    out, term = {}, block.terms[row["key"]]
+    for shape in term.shapes:
+        if shape.name not in row["coded"] or shape.name not in catalogue:
+            continue
+        own = catalogue[shape.name].strength
+        ends = strength_limits(block, term, shape, 0.5 + 0.5 * BAND)
+        ends = [own.natural(e if c is None else c) for c, e in zip(ends, (0.0, 1.0), strict=True)]
+        low, high = sorted(map(float, ends))
+        out[shape.name] = {"name": own.name, "unit": own.unit, "low": low, "high": high}
+        out[shape.name]["value"] = float(own.natural(row["coded"][shape.name]))
     return out
 
 

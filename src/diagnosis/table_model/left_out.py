@@ -21,7 +21,7 @@ def refitted(block: Block, index: np.ndarray) -> Block:
     """The block without the readings `index`, the strengths of what is held fitted anew, each in
     its form: the levels that are left may be too few to choose one. index: (k,) places of
     readings."""
-    out = Block(unknown(block.readings, index), block.terms, block.held)
+    out = replace(block, readings=unknown(block.readings, index))
     y = out.readings.log
     for key in block.held:
         rest = out.without(key)
@@ -59,9 +59,10 @@ def judged(block: Block, key: str) -> dict[str, Any]:
             mean, variance = b.expected(readings.log)
             off = readings.log[index] - mean[index]
             error = readings.error[index]
-            shared = sum(b.sd_of(n, readings.log) ** 2 for n in ("settings", *readings.groups))
-            misses += [(label, o / e, o / np.sqrt(e**2 + v + shared))
-                       for o, e, v in zip(off, error, variance[index], strict=True)]  # fmt: skip
+            names = (*readings.scatters, *readings.groups)
+            shared = sum(b.sd_of(n, readings.log)[index] ** 2 for n in names)
+            whole = np.sqrt(error**2 + variance[index] + shared)
+            misses += [(label, o / e, o / w) for o, e, w in zip(off, error, whole, strict=True)]
     if not misses:
         return {"settings": 0, "before": 0.0, "after": 0.0, "beyond_band": 0.0}
 
@@ -76,12 +77,11 @@ def judged(block: Block, key: str) -> dict[str, Any]:
     }
 
 
-def without_row(block: Block, place: int) -> tuple[float, float]:
+def without_row(block: Block, key: str, place: int) -> tuple[float, float]:
     """(distance [sd], expected logarithm) of a row from what all others say."""
-    key = f"{block.readings.experiment}:row {place}"
     rest = refitted(block.without(key) if key in block.held else block, np.array([place]))
     y = block.readings.log
     mean, variance = rest.expected(y)
-    shared = rest.sd_of("settings", y) ** 2
+    shared = sum(rest.sd_of(name, y)[place] ** 2 for name in block.readings.scatters)
     sd = np.sqrt(block.readings.error[place] ** 2 + variance[place] + shared)
     return float((y[place] - mean[place]) / sd), float(mean[place])

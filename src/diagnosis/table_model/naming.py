@@ -41,7 +41,7 @@ UNIT = {
 class Named:
     """names: mechanisms that fit as well as the best form; forms: forms that do and are another
     curve, the best first; formulas: {form: text}; curves: {name: what it adds (n,)}; nearest: the
-    likeliest mechanism, or None; coded: {mechanism: its coded strength}."""
+    likeliest mechanism, or None; coded: {mechanism: its coded strength}; likeliest: of all."""
 
     names: list
     forms: list
@@ -49,6 +49,7 @@ class Named:
     curves: dict
     nearest: str | None
     coded: dict
+    likeliest: str = ""
 
     @property
     def single(self) -> str | None:
@@ -76,12 +77,12 @@ def named(block: Block, key: str) -> Named:
     names = [n for n in left if n in known]
     forms = [n for n in left if n not in known and not any(
         _alike(curves[n], curves[k], block.readings.error) for k in names)]  # fmt: skip
-    formulas = {n: written(held[n], key, n) for n in forms if n != FREE}
+    formulas = {n: written(held[n], key, n) for n in forms if n != FREE and term.law}
     nearest = next((n for n in order if n in known), None)
     # a free curve follows every form: it is told only where nothing else is left
     forms = [n for n in forms if n != FREE] if len(left) > 1 and left[0] != FREE else forms
-    coded = {n: held[n].strength(key, y) for n in names}
-    return Named(names, forms, formulas, curves, nearest, coded)
+    coded = {n: held[n].strength(key, y) for n in names or order[:1] if n in known or not term.law}
+    return Named(names, forms, formulas, curves, nearest, coded, order[0])
 
 
 def _alike(one, other, error):

@@ -42,6 +42,7 @@ def words_of(term: Term | None) -> str:
         "levels": f"an error of each {lever} that was set",
         "one level": f"one {lever} that was set wrongly",
         "zero": f"a wrong zero of the {lever}",
+        "exchanged": f"two exchanged levels of the {lever}",
     }.get(term.what, term.of or "a single row")
 
 

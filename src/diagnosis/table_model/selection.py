@@ -149,7 +149,7 @@ def misfit(
         rng = np.random.default_rng([seed, 21, place])
         made = block.draw(y, count, rng, share / share.sum())
         null += block.chi_square(made, places)
-        freedom += len(y) - 1
+        freedom += block.freedom()
     return {"chi_square": chi, "freedom": max(freedom, 1.0), "p": share_above(null, chi)}
 
 
@@ -325,10 +325,12 @@ def _beside_one_level(block, key, own):
     """`Rival`s of an error of each level: a law of the lever with one level set wrongly."""
     held = block.terms[key]
     lever, y = held.of, _y(block)
-    wrong = next((t for t in block.terms.values() if (t.what, t.of) == ("one level", lever)), None)
+    kind = held.experiment
+    wrong = next((t for t in block.terms.values()
+                  if (t.experiment, t.what, t.of) == (kind, "one level", lever)), None)  # fmt: skip
     if held.what != "levels" or wrong is None or wrong.key in block.held:
         return
-    if len(block.readings.folds[lever]) < LEAST_BESIDE:
+    if len(block.readings.of(kind)[0].folds[lever]) < LEAST_BESIDE:
         return
     rest = block.without(key)
     start = rest.score(y)
@@ -350,7 +352,7 @@ def _one_by_plan(block, key, other):
     """Whether a law of one lever with two levels and an error of these levels are compared."""
     law, error = sorted((block.terms[key], block.terms[other]), key=lambda t: t.kind != LAW)
     own = law.law.needs if law.kind == LAW and law.law else ()
-    levels = block.readings.folds.get(error.of, ())
+    levels = block.readings.of(error.experiment)[0].folds.get(error.of, ())
     return error.what == "levels" and own == (error.of,) and len(levels) == 2
 
 

@@ -15,15 +15,82 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from calibration.intake.quantities import QUANTITIES
+from diagnosis.chance import share_above
 from diagnosis.reading_errors import spread_unit
 
 if TYPE_CHECKING:
     from calibration.intake.measurements import Measurement
 
 
+WITHIN = 0.01
+"""Chance of how readings go with something within their settings, over all that is looked at, below
+which they are taken one by one."""
+
+LEAST_WITHIN = 8  # readings beyond one a setting, for that to be looked at
+PERMUTATIONS = 1999
 LEAST = 4  # readings of a condition
 FAR = 7.0  # usual standard deviations
 TO_NORMAL = 1.4826  # of the median absolute deviation of a normal law
+
+
+def one_by_one(
+    measurements: Sequence[Measurement], seed: int = 0
+) -> tuple[list[Measurement], dict[str, dict[str, Any]]]:
+    """The measurements, those of an experiment whose readings go with the order of the rows or with
+    a recorded number within their settings as one of each reading; and {experiment: {of, p}} of
+    these.
+
+    Within settings the readings are permuted (Fisher 1935, The Design of Experiments). Their
+    common spread is that which is left beside a straight line over what they go with most."""
+    out, told = list(measurements), {}
+    for kind in dict.fromkeys(m.experiment for m in measurements):
+        own = [m for m in out if m.experiment == kind and len(m.lines) == len(m.readings) > 1]
+        if sum(m.n - 1 for m in own) < LEAST_WITHIN:
+            continue
+        found = _within(own, seed)
+        if found["p"] >= WITHIN:
+            continue
+        told[kind] = {"of": found["of"], "p": found["p"]}
+        out = [one for m in out for one in (_singles(m, found["sd"]) if m in own else [m])]
+    # the order of the rows is that of the tests
+    return sorted(out, key=lambda m: m.line or 0), told
+
+
+def _within(own, seed):
+    """{of, p, sd}: what readings go with most within their settings, its chance over all that was
+    looked at, and the spread that a line over it leaves, in `spread_unit`."""
+    groups = np.repeat(np.arange(len(own)), [m.n for m in own])
+    off = np.concatenate([(np.array(m.readings) - m.value) / u
+                          for m, u in zip(own, spread_unit(own), strict=True)])  # fmt: skip
+    columns = {
+        "order": np.argsort(np.argsort(np.concatenate([m.lines for m in own]))).astype(float)
+    }
+    for name in dict.fromkeys(n for m in own for n in m.pooled):
+        read = [m.pooled.get(name, (m.covariates.get(name),) * m.n) for m in own]
+        if all(len(v) == m.n and None not in v for v, m in zip(read, own, strict=True)):
+            columns[name] = np.concatenate(read)
+    x = np.array([c - np.array([c[groups == g].mean() for g in groups]) for c in columns.values()])
+    x /= np.sqrt((x**2).sum(1, keepdims=True))
+    rng, size = np.random.default_rng([seed, 31]), np.sqrt((off**2).sum())
+    places = [np.flatnonzero(groups == g) for g in range(len(own))]
+    drawn = np.empty((PERMUTATIONS, len(off)))
+    for index in places:
+        drawn[:, index] = rng.permuted(np.tile(off[index], (PERMUTATIONS, 1)), axis=1)
+    seen, null = np.abs(x @ off) / size, np.abs(drawn @ x.T).max(1) / size
+    best = int(seen.argmax())
+    left = np.sqrt((off**2).sum() * (1.0 - seen[best] ** 2) / (len(off) - len(own) - 1))
+    return {"of": [*columns][best], "p": share_above(null, float(seen[best])), "sd": float(left)}
+
+
+def _singles(m, spread):
+    """A measurement of each reading."""
+    for k, (value, line) in enumerate(zip(m.readings, m.lines, strict=True)):
+        more = {name: values[k] for name, values in m.pooled.items()}
+        sd = spread * float(spread_unit([m])[0])
+        yield replace(
+            m, value=value, sd=sd, n=1, line=line, readings=(value,), lines=(line,), pooled={},
+            covariates=m.covariates | more,
+        )  # fmt: skip
 
 
 def set_aside(

@@ -1,0 +1,293 @@
+"""Simulated tests as a table model: what the emulators say, linear about the base model's best
+point.
+
+A reading is the emulated value at the best point, moved by its slopes there times what coefficients
+may still be; the emulators' covariance is one more error. What a mechanism adds at a strength is
+the emulated value at the best point with it, less what the base model's slopes make of that point:
+so its curve bends with the coefficients as the emulators do. Single contacts have a level in place
+of all this, and everything else is the same (`diagnosis.table_model`).
+
+Tests that end without a value are readings too, of the logarithm of their odds with half a test
+added on either side (Anscombe 1956, Biometrika 43:461): error and expectation of that.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.special import expit
+from scipy.stats import binom
+
+from diagnosis.chance import CLOSE
+from diagnosis.fit import evidence, fit
+from diagnosis.laws.readings import Readings, name_of, readings_of, to_log
+from diagnosis.settings import lever_values
+from diagnosis.table_model.block import Block, Ground
+from diagnosis.table_model.found import judged_by
+from diagnosis.table_model.selection import CHANCE
+from diagnosis.table_model.term import LAW, Shape, Term, random_term
+from diagnosis.table_model.terms import all_terms
+from diagnosis.table_model.terms.laws import bend_root
+
+if TYPE_CHECKING:
+    from calibration.intake.measurements import Measurement
+    from diagnosis.catalogue import Mechanism
+    from diagnosis.fit import Fit
+    from diagnosis.model import Emulated, Model
+    from diagnosis.table_model.found import Found
+
+
+STRENGTHS = np.linspace(0.0, 1.0, 11)
+"""Coded strengths at which a mechanism's curve is asked for."""
+
+RANK = 4  # directions in which a mechanism's emulator may err beyond the base model's
+BENDS_ALONG = "the readings follow a curve along a lever that no mechanism and no error has"
+UNSEEN = 1e-4  # of a logarithm: a mechanism that never adds more does not show in the table
+LEAST_CURVE = 5  # levels of a lever along which readings may follow a curve
+LEAST = 1e-9  # value of a reading whose logarithm is taken
+
+
+class Bulk:
+    """The model of a table of simulated tests. measurements: those with a value; data: `Data` of
+    them and of the tests without one; base, fitted: the base model and its fit."""
+
+    def __init__(self, emulated: Emulated, tested: Sequence[Measurement]) -> None:
+        self.emulated = emulated
+        self.measurements, self.tests, self.data = evidence(emulated, tested)
+        self.conditions = [m.condition for m in self.measurements]
+        self._fits: dict[tuple[str, ...], tuple[Model, Fit]] = {}
+        self.base, self.fitted = self.fit(())
+
+    def fit(self, names: Iterable[str]) -> tuple[Model, Fit]:
+        """The model with mechanisms, and its fit."""
+        key = tuple(names)
+        if key not in self._fits:
+            model = self.emulated.model(self.conditions, key, self.tests)
+            self._fits[key] = model, fit(model, self.data)
+        return self._fits[key]
+
+    def at(self, values: np.ndarray) -> Bulk:
+        """The same table with other values (n,) at the same best point of the base model."""
+        other = copy.copy(self)
+        other.data = replace(self.data, value=values[None])
+        rows = zip(self.measurements, values, strict=True)
+        other.measurements = [replace(m, value=float(v)) for m, v in rows]
+        return other
+
+    def block(self, terms: bool = True) -> dict[str, Block]:
+        """{name: `Block`} of the table, its terms beside it where they are asked for."""
+        readings = self._readings()
+        logs, slope, error = self._logs(self.base, self.fitted.theta[0])
+        off = self.fitted.theta[0] - self.base.prior_mean
+        ground = Ground(logs - slope @ off, slope * self.base.prior_sd, error)
+        found = [*self._laws(readings, logs, slope, error), *_errors(readings)] if terms else []
+        return {readings.experiment: Block(readings, {t.key: t for t in found}, {}, ground)}
+
+    def judged(self, alpha: float = 0.05, seed: int = 0, chance: Sequence[int] = CHANCE) -> Found:
+        """`Found` of the table, no further setting proposed."""
+        blocks = self.block()
+        found = judged_by(blocks, self.measurements, (), alpha, seed, chance)
+        if found.verdict == "error" and not found.rows and _bends(found.selection.blocks):
+            found.verdict, found.reason = "unexplained", BENDS_ALONG
+        return found
+
+    def _readings(self):
+        """Of all experiments, then of the tests without a value."""
+        kinds = list(dict.fromkeys(m.experiment for m in self.measurements))
+        parts, start = {}, 0
+        for kind in kinds:
+            own = readings_of(self.measurements, kind, self._given(kind))
+            parts[kind] = own, start + np.arange(len(own.log))
+            start += len(own.log)
+        odds, error, tests = self._odds()
+        n, more = start + len(odds), np.ones(len(odds))
+
+        def together(name, last):
+            return np.concatenate([*(getattr(own, name) for own, _ in parts.values()), last])
+
+        groups = {}
+        for kind, (own, at) in parts.items():
+            for name, code in own.groups.items():
+                groups[name_of(name, kind)] = np.full(n, -1)
+                groups[name_of(name, kind)][at] = code
+        return Readings(
+            experiment=kinds[0] if len(kinds) == 1 else "bulk",
+            rows=together("rows", -more.astype(int)),
+            levers={},
+            covariates={},
+            log=together("log", odds),
+            error=together("error", error),
+            own=together("own", error),
+            groups=groups,
+            folds={},
+            replicates=together("replicates", more),
+            values=together("values", tests),
+            step=None,
+            relative=together("relative", more),
+            parts=parts,
+        )
+
+    def _order(self):
+        """Places (n,) of the measurements in the order of the readings."""
+        kinds = [m.experiment for m in self.measurements]
+        return [i for kind in dict.fromkeys(kinds) for i, k in enumerate(kinds) if k == kind]
+
+    def _odds(self):
+        """Logarithms (c,) of the odds of the tests, their errors, and numbers of tests."""
+        if self.data.failed is None:
+            return (np.zeros(0),) * 3
+        failed, tests = self.data.failed[0], self.data.tests
+        some, none = failed + 0.5, tests - failed + 0.5
+        return np.log(some / none), np.sqrt(1.0 / some + 1.0 / none), tests
+
+    def _logs(self, model, theta):
+        """Logarithms (n,) that a model expects at theta (p,), their derivatives (n, p), and the
+        covariance (n, n) of the emulators' errors."""
+        order = self._order()
+        value, error, slope = (v[0][order] for v in model.with_slope(theta[None]))
+        logs, by_value = np.empty(len(value)), np.empty(len(value))
+        start = 0
+        for kind in dict.fromkeys(m.experiment for m in self.measurements):
+            levers = readings_of(self.measurements, kind, self._given(kind)).levers
+            at = slice(start, start + sum(m.experiment == kind for m in self.measurements))
+            logs[at], by_value[at] = to_log(kind, np.maximum(value[at], LEAST), levers)
+            start = at.stop
+        sd = error * by_value
+        alike = model.error_correlation(theta)[np.ix_(order, order)]
+        odds, by_odds = self._expected_odds(model, theta)
+        n, c = len(logs), len(odds)
+        covariance = np.zeros((n + c, n + c))
+        covariance[:n, :n] = alike * np.outer(sd, sd)
+        slopes = np.vstack([slope * by_value[:, None], by_odds])
+        return np.concatenate([logs, odds]), slopes, covariance
+
+    def _given(self, kind):
+        defaults = lever_values(self.emulated.settings, kind, {})
+        return {k: v for k, v in defaults.items() if v is not None}
+
+    def _expected_odds(self, model, theta):
+        """What is expected (c,) of the logarithms of the odds, and the derivatives (c, p)."""
+        if not len(model.tests):
+            return np.zeros(0), np.zeros((0, len(theta)))
+        odds, slope = (v[0] for v in model.odds(theta[None]))
+        value, rise = np.empty(len(odds)), np.empty(len(odds))
+        for i, n in enumerate(self.data.tests.astype(int)):
+            failed = np.arange(n + 1)
+            told = np.log((failed + 0.5) / (n - failed + 0.5))
+            chance = binom.pmf(failed, n, expit(odds[i]))
+            value[i] = told @ chance
+            rise[i] = told @ (chance * (failed - n * expit(odds[i])))
+        return value, rise[:, None] * slope
+
+    def _laws(self, readings, logs, slope, error):
+        """A term for each place of a law, the mechanisms and free laws there as its shapes."""
+        places = {}
+        known = [self.emulated.catalogue[n] for n in self.emulated.applicable(self.conditions)]
+        for mechanism in known:
+            curves, roots = self._curves(mechanism.name, logs, slope, error)
+            if np.abs(curves).max() > UNSEEN:
+                place = place_of(mechanism, known)
+                places.setdefault(place, []).append((mechanism, curves, roots))
+        for place, own in places.items():
+            kinds = [k for k in readings.parts if any(k in m.experiments for m, _, _ in own)]
+            shapes = tuple(
+                Shape(m.name, STRENGTHS, roots, curves, -float(np.log(len(own))), m.changes is None)
+                for m, curves, roots in own
+            )
+            slot, state = place
+            key = f"{kinds[0]}:{slot}({', '.join(state)})"
+            more = {"experiments": kinds, "settings": self._shown(kinds)}
+            yield Term(kinds[0], LAW, key, shapes, place=place, more=more)
+
+    def _shown(self, kinds):
+        """Settings of experiments with a value, or of which no test gave one."""
+        count = sum(m.experiment in kinds for m in self.measurements)
+        if self.data.failed is None:
+            return count
+        none = np.flatnonzero(self.data.failed[0] == self.data.tests)
+        return count + sum(self.tests[i][0] in kinds for i in none)
+
+    def _curves(self, name, logs, slope, error):
+        """What a mechanism adds at each strength (k, n), and the roots (k, n, r) of what is
+        uncertain about it."""
+        model, _ = self.fit((name,))
+        p, start = len(self.base.factors), self.fitted.theta[0]
+        curves, left = [], []
+        for coded in STRENGTHS:
+            held = with_strength(model, float(coded))
+            theta = fit(held, self.data, (float(coded),)).theta[0]
+            own, _, covariance = self._logs(held, theta)
+            curves.append(own - logs - slope @ (theta[:p] - start))
+            size, direction = np.linalg.eigh(covariance - error)
+            left.append(direction[:, -RANK:] * np.sqrt(np.maximum(size[-RANK:], 0.0)))
+        curves = np.array(curves)
+        between = 0.5 * np.gradient(curves, axis=0)[..., None]
+        return curves, np.concatenate([between, np.array(left)], axis=2)
+
+
+def place_of(mechanism: Mechanism, known: Sequence[Mechanism]) -> tuple[str, tuple[str, ...]]:
+    """(slot, state) of a law. Mechanisms of the catalogue that act in one slot are at one place
+    where the state of one of them holds the others'."""
+    if mechanism.law is None:
+        return mechanism.name, ()
+    slot, state = mechanism.law
+    if mechanism.changes is None:
+        near = [m.law[1] for m in known if m.law and m.changes is None and m.law[0] == slot]
+        widest = max(near, key=len)
+        state = widest if all(set(other) <= set(widest) for other in near) else state
+    return slot, tuple(state)
+
+
+def with_strength(model: Model, coded: float) -> Model:
+    """The model with the strength of its last mechanism held."""
+    held = copy.copy(model)
+    held.low, held.high = model.low.copy(), model.high.copy()
+    held.prior_mean = model.prior_mean.copy()
+    for bound in (held.low, held.high, held.prior_mean):
+        bound[-1] = coded
+    return held
+
+
+def _bends(blocks):
+    """Whether a smooth curve along a lever explains more than an error of each setting."""
+    for block in blocks.values():
+        y, n = block.readings.log[None], len(block.readings.log)
+        for own, at in block.readings.parts.values():
+            for lever in (name for name, levels in own.folds.items() if len(levels) >= LEAST_CURVE):
+                x = np.log(own.levers[lever])
+                x = 2.0 * (x - x.min()) / np.ptp(x) - 1.0
+                root = np.zeros((n, 1 + bend_root(x).shape[1]))
+                root[at] = np.hstack([x[:, None], bend_root(x)])
+                term = Term(own.experiment, LAW, "", (random_term(root),))
+                if block.evidence(term, y)[0] > CLOSE:
+                    return True
+    return False
+
+
+def _errors(readings):
+    """The terms of each experiment that are no laws, over all readings. A wrong zero of the load is
+    a mechanism of the catalogue."""
+    for own, at in readings.parts.values():
+        for term in all_terms(own, {}):
+            if term.kind != LAW and term.what != "zero":
+                yield _spread(term, at, len(readings.log))
+
+
+def _spread(term, at, n):
+    """A term of the readings at places (k,) as one of n readings."""
+
+    def over(shape):
+        root = np.zeros((len(shape.root), n, shape.root.shape[2]))
+        root[:, at] = shape.root
+        if shape.mean is None:
+            return replace(shape, root=root)
+        mean = np.zeros((len(shape.root), n))
+        mean[:, at] = shape.mean
+        return replace(shape, root=root, mean=mean)
+
+    rows = tuple(int(at[i]) for i in term.rows)
+    return replace(term, shapes=tuple(map(over, term.shapes)), rows=rows)
