@@ -50,7 +50,7 @@ def rows(paper: Paper, studies: Sequence[Study]) -> Iterator[dict[str, Any]]:
     """Rows of the chain: the screening of the first study, the paper's points from a study of its
     factors, the validation of every study."""
     yield from _screening(paper, studies[0])
-    alike = [s for s in studies if set(s.region_names() or ()) == set(NAMES.values())]
+    alike = [s for s in studies if {f["name"] for f in s.region or ()} == set(NAMES.values())]
     study = alike[0] if alike else None
     if study is not None:
         for table in (ASCENT, REGION):
@@ -58,8 +58,9 @@ def rows(paper: Paper, studies: Sequence[Study]) -> Iterator[dict[str, Any]]:
         yield from _equation(paper, study)
         yield from _optimum(paper, study)
     else:
-        names = (f"{s.name}: {', '.join(s.region_names() or ('not run',))}" for s in studies)
-        reason = f"no study of the paper's factors ({'; '.join(names)})"
+        own = ((s.name, ", ".join(f["name"] for f in s.region or ())) for s in studies)
+        names = "; ".join(f"{name}: {region or 'not run'}" for name, region in own)
+        reason = f"no study of the paper's factors ({names})"
         for item, what in (
             ("Table 10", "angles along the ascent"),
             ("Table 11", "angles of the Box-Behnken runs"),
@@ -73,21 +74,19 @@ def rows(paper: Paper, studies: Sequence[Study]) -> Iterator[dict[str, Any]]:
         yield from _validation(paper, one)
 
 
-def simulated_sd(paper: Paper) -> float:
-    """Scatter of the paper's own runs at one point [deg]: standard deviation of the 25 angles of
-    Table 13."""
-    return float(paper.numbers("table13_validation", "angle_deg")["angle_deg"].std(ddof=1))
+def simulated_sd(paper: Paper) -> tuple[float, int]:
+    """Scatter of the paper's own runs at one point: standard deviation [deg] of the angles of Table
+    13, and how many they are."""
+    angles = paper.numbers("table13_validation", "angle_deg")["angle_deg"]
+    return float(angles.std(ddof=1)), len(angles)
 
 
 def _screening(paper, study):
     """Rows of Tables 6 and 7."""
     runs, summary = study.table("screening", "runs"), study.summary("screening")
     if runs is None or summary is None:
-        for item, name, what in (
-            ("Table 6", "table06", "screening runs"),
-            ("Table 7", "table07", "effects"),
-        ):
-            yield r.row(Place(item, name, what), None, None, r.NOT_RUN, "screening")
+        for place in (("Table 6", "table06", "screening runs"), ("Table 7", "table07", "effects")):
+            yield r.row(Place(*place), None, None, r.NOT_RUN, "screening")
         return
     more = [own_half(s.table("screening", "runs")) for s in study.repeats]
     runs = own_half(runs)
@@ -111,20 +110,19 @@ def _alike(runs, first):
     )
 
 
-def _scatter(paper, study, every):
-    """(our standard deviation between seeds [deg], its degrees of freedom, the paper's): from the
-    repeats, else from the validation."""
-    theirs = simulated_sd(paper)
+def _scatter(study, every):
+    """(our standard deviation between seeds [deg], its degrees of freedom): from the repeats, else
+    from the validation."""
     if len(every) == 1:
         own, n = study.seed_spread() or (None, None)
-        return own, None if n is None else n - 1, theirs
+        return own, None if n is None else n - 1
     valued = with_value(pd.concat(every, ignore_index=True), "response")
     square, freedom = pure_error(valued[CODES].to_numpy(float), valued["response"].to_numpy())
-    return math.sqrt(square / freedom), freedom, theirs
+    return math.sqrt(square / freedom), freedom
 
 
 def _runs(paper, study, every):
-    own, _, theirs = _scatter(paper, study, every)
+    own, theirs = _scatter(study, every)[0], simulated_sd(paper)[0]
     alike = _alike(every[0], paper.numbers(DESIGN, *CODES))
     for k, text in enumerate(paper.printed(DESIGN, "angle_deg")):
         place = Place("Table 6", f"table06.run{k + 1}", f"angle of run {k + 1}", "deg", study.name)
@@ -136,17 +134,16 @@ def _runs(paper, study, every):
 
 
 def _effects(paper, study, every):
-    names = paper.text("table05_contact_parameter_ranges", "factor", "name")
-    names = names.set_index("factor")["name"]
+    names = paper.text("table05_contact_parameter_ranges").set_index("factor")["name"]
     effects = study.table("screening", "effects").set_index("code")
     theirs = screened(paper).table.set_index("code")["effect"]
     runs = with_value(pd.concat(every, ignore_index=True), "response")
     own = [c for c in CODES if c in effects.index and effects.loc[c, "name"] == names[c]]
     ours = screen(runs, own, runs["response"]).table.set_index("code") if own else None
     inverse = np.linalg.inv(np.cov(runs[own].T, bias=True).reshape(len(own), len(own)))
-    sd, freedom, paper_sd = _scatter(paper, study, every)
+    sd, freedom = _scatter(study, every)
     # of the paper's effects, by the scatter between its runs, that of Table 13
-    paper_n = len(paper.numbers("table13_validation", "angle_deg"))
+    paper_sd, paper_n = simulated_sd(paper)
     their_error = Error(2.0 * paper_sd / math.sqrt(len(paper.text(DESIGN))), paper_n - 1)
     for code in CODES:
         words = f"effect of {r.said(names[code])}"
@@ -179,7 +176,7 @@ def _points(paper, study, item, stage, name, what, lacking):
     runs = study.table(stage, "runs") if stage else study.region_runs()
     at = levels(paper, item)
     printed, used = Counter(map(tuple, at.to_numpy())), Counter()
-    own, theirs = (study.seed_spread() or (None,))[0], simulated_sd(paper)
+    own, theirs = (study.seed_spread() or (None,))[0], simulated_sd(paper)[0]
     for k, text in enumerate(paper.printed(TABLES[item].file, "angle_deg")):
         ident = f"{item.lower().replace(' ', '')}.{name.format(k + 1)}"
         place = Place(item, ident, what.format(k + 1), "deg", study.name)
@@ -201,7 +198,7 @@ def runs_at(runs: pd.DataFrame, point: Mapping[str, float]) -> pd.DataFrame:
 
 def _surface(study):
     """Our regression of the region's runs in the paper's letters A, B, C."""
-    region = {f["name"]: f["code"] for f in study.summary("response_surface", "region")}
+    region = {f["name"]: f["code"] for f in study.region}
     runs = with_value(study.region_runs(), "response")
     ours = pd.DataFrame({a: runs[region[name]] for a, name in LETTERS.items()})
     return fit_surface(ours, list(LETTERS), runs["response"])
@@ -228,7 +225,7 @@ def _equation(paper, study):
 def _statistics(paper, study):
     """Fit statistics of our surface, whatever its factors, with intervals drawn from the fit. Where
     the design was repeated, each repeat is fitted alone, as the paper's, and the mean is shown."""
-    runs, region = study.region_runs(), study.summary("response_surface", "region")
+    runs, region = study.region_runs(), study.region
     if runs is None or region is None:
         place = Place("Table 12", "table12.statistics", "fit statistics")
         yield r.row(place, None, None, r.NOT_RUN, "response_surface")
@@ -266,18 +263,15 @@ def _drawn(runs, codes, surface, seed=1):
     """Statistics (DRAWS,) each of surfaces fitted to responses drawn about `surface`."""
     rng, fitted = np.random.default_rng(seed), surface.predict(runs[codes].to_numpy(float))
     sd = float(np.sqrt(surface.sigma2))
-    found = [
-        fit_surface(runs, codes, fitted + rng.normal(0.0, sd, len(fitted))).summary
-        for _ in range(DRAWS)
-    ]
-    return {key: np.array([f[key] for f in found]) for key in STATISTICS}
+    drawn = (fitted + rng.normal(0.0, sd, len(fitted)) for _ in range(DRAWS))
+    return pd.DataFrame([fit_surface(runs, codes, y).summary for y in drawn])
 
 
 def _optimum(paper, study):
     """Our surface at the paper's optimum beside the paper's validated angle. It says whether that
     optimum is one of ours; the three coordinates are one point of a set and are not compared."""
     ours, at = _surface(study), []
-    region = {f["name"]: f for f in study.summary("response_surface", "region")}
+    region = {f["name"]: f for f in study.region}
     for name in NAMES.values():
         low, high = region[name]["low"], region[name]["high"]
         at.append((paper.value(f"optimum_{name}") - 0.5 * (low + high)) / (0.5 * (high - low)))
@@ -286,7 +280,7 @@ def _optimum(paper, study):
     text = "angle at the paper's optimum, by our surface"
     place = Place("3.1", "optimum.angle", text, "deg", study.name, headline=True)
     reach = predicted - low, high - predicted
-    sd, n = simulated_sd(paper), len(paper.numbers("table13_validation", "angle_deg"))
+    sd, n = simulated_sd(paper)
     their_reach = 2 * (float(stats.t.ppf(1 - ALPHA, n - 1)) * sd / np.sqrt(n),)
     basis = "90 % interval of the mean of 25 runs there, by our surface; Table 13 on the other side"
     angle = paper.scalar("validated_angle_of_repose")
