@@ -51,27 +51,19 @@ def levers(
     """
     if experiment == "shear":
         return {"normal_stress_kPa": np.array(LOADS[levels[0]])}
-    own = HEIGHTS if experiment == "drop" else RATES
-    axes = [own[levels[0]], SIZES[levels[1]]]
-    names = [
-        "drop_height_mm" if experiment == "drop" else "tilt_rate_deg_s",
-        "particle_diameter_mm",
-    ]
+    lever, own = ("drop_height_mm", HEIGHTS) if experiment == "drop" else ("tilt_rate_deg_s", RATES)
+    axes, names = [own[levels[0]], SIZES[levels[1]]], [lever, "particle_diameter_mm"]
     if frames:
         axes, names = [axes[0], SIZES[2], FRAMES], [*names, "output_interval_s"]
     rows = np.array(list(product(*axes)))
     x = dict(zip(names, rows.T, strict=True))
     if column:
         low, high = FURTHER[column]
-        x[column] = _column(column, len(rows), low, high, rng)
+        if column == "impact_number":  # it counts up, in an order of its own
+            x[column] = rng.permutation(np.round(np.linspace(low, high, len(rows))))
+        else:
+            x[column] = np.round(rng.uniform(low, high, len(rows)), 1)
     return x
-
-
-def _column(column, n, low, high, rng):
-    """Readings of a further column: the number of impacts counts up, in an order of its own."""
-    if column == "impact_number":
-        return rng.permutation(np.round(np.linspace(low, high, n)))
-    return np.round(rng.uniform(low, high, n), 1)
 
 
 def shuffled(x, rng):
