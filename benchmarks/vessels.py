@@ -66,29 +66,28 @@ def poured(point, width, depth, seed):
 
 def rig(name, point, wider, seed):
     """Run spec of a rig as `dem new` writes it, `wider` times as many grains wide."""
-    d, grain = GRAIN, {"diameter_mm": GRAIN}
-    if name == "shear":
-        geometry = {"normal_stress_kPa": 2, "inner_diameter_mm": 10 * d * wider,
-                    "outer_diameter_mm": 22 * d * wider, "shear_speed_mm_s": 15 * d,
-                    "preshear_displacement_mm": 2 * d, "shear_displacement_mm": 3 * d}  # fmt: skip
-        particles = {"count": round(1300 * wider**2)} | grain
-        return spec_of("shear", point, seed, particles, geometry,
-                       overlap_limit=0.8, rayleigh_fraction=0.2)  # fmt: skip
-    if name == "wall":
-        geometry = {"normal_stress_kPa": 2, "ring_diameter_mm": 12 * d * wider,
-                    "slide_speed_mm_s": 10 * d, "slide_mm": 2 * d}  # fmt: skip
-        particles = {"count": round(800 * wider**2)} | grain
-        return spec_of("wall_friction", point, seed, particles, geometry, rayleigh_fraction=0.2)
-    if name == "silo":
-        wide = 45.0 * wider
-        geometry = {"orifice_diameter_mm": 18, "silo_diameter_mm": wide}
-        count = 0.55 * 1.5 * wide**2 * 43.2 / d**3
-        return spec_of("discharge", point, seed, {"count": round(count)} | grain, geometry,
-                       max_time_s=15)  # fmt: skip
-    d = (0.9 * 50**2 * 75 / 4000) ** (1 / 3) / wider
-    geometry = {"cylinder_diameter_mm": 50, "plate_diameter_mm": 200, "lift_speed_mm_s": 20}
-    particles = {"count": round(4000 * wider**3), "diameter_mm": d}
-    return spec_of("lifted_cylinder", point, seed, particles, geometry, max_time_s=5)
+    d, wide = GRAIN, 45.0 * wider
+    if name == "cyl":
+        d = (0.9 * 50**2 * 75 / 4000) ** (1 / 3) / wider
+    experiment, count, geometry, numerics = {
+        "shear": ("shear", 1300 * wider**2, {
+            "normal_stress_kPa": 2, "inner_diameter_mm": 10 * d * wider,
+            "outer_diameter_mm": 22 * d * wider, "shear_speed_mm_s": 15 * d,
+            "preshear_displacement_mm": 2 * d, "shear_displacement_mm": 3 * d,
+        }, {"overlap_limit": 0.8, "rayleigh_fraction": 0.2}),
+        "wall": ("wall_friction", 800 * wider**2, {
+            "normal_stress_kPa": 2, "ring_diameter_mm": 12 * d * wider,
+            "slide_speed_mm_s": 10 * d, "slide_mm": 2 * d,
+        }, {"rayleigh_fraction": 0.2}),
+        "silo": ("discharge", 0.55 * 1.5 * wide**2 * 43.2 / d**3, {
+            "orifice_diameter_mm": 18, "silo_diameter_mm": wide,
+        }, {"max_time_s": 15}),
+        "cyl": ("lifted_cylinder", 4000 * wider**3, {
+            "cylinder_diameter_mm": 50, "plate_diameter_mm": 200, "lift_speed_mm_s": 20,
+        }, {"max_time_s": 5}),
+    }[name]  # fmt: skip
+    particles = {"count": round(count), "diameter_mm": d}
+    return spec_of(experiment, point, seed, particles, geometry, **numerics)
 
 
 def made(folder, spec):

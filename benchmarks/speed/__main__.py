@@ -182,15 +182,6 @@ def tree() -> tuple[str, int | str]:
         return "", ""
 
 
-def load() -> float | str:
-    """Processes that run or wait to, the mean of the last minute; empty where the system does not
-    say."""
-    try:
-        return round(os.getloadavg()[0], 2)
-    except OSError:
-        return ""
-
-
 def append(path: Path, rows: Sequence[dict[str, Any]]) -> None:
     """Append one line a case to a CSV history: with the commit, the number of files that differ
     from it and the load of the machine, so that a figure of a changed tree or a busy machine is
@@ -203,12 +194,13 @@ def append(path: Path, rows: Sequence[dict[str, Any]]) -> None:
 
 
 def made_by() -> dict[str, Any]:
-    """Date, engine, machine and its load."""
+    """Date, engine, machine and its load: processes that run or wait to, the mean of the last
+    minute."""
     return {
         "date": time.strftime("%Y-%m-%d"),
         "engine": engine_fingerprint(),
         "machine": machine(),
-        "load": load(),
+        "load": round(os.getloadavg()[0], 2),
     }
 
 

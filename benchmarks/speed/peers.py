@@ -14,6 +14,7 @@ import re
 import resource
 import subprocess
 import time
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -56,23 +57,41 @@ def run_peers(sim: Simulation, width: float, folder: str | Path) -> dict[str, np
 def write_states(sim: Simulation, width: float, folder: Path) -> None:
     """Write the grains in the form that each engine reads."""
     x, v, w, r = sim.position, sim.velocity, sim.spin, sim.radius
-    top = float(x[:, 2].max()) + 0.02
-    box = f"0 {width:.9e} xlo xhi\n0 {width:.9e} ylo yhi\n-0.001 {top:.9e} zlo zhi\n"
-    moving = "\n".join(
-        " ".join([str(i + 1), *(f"{q:.9e}" for q in (*v[i], *w[i]))]) for i in range(sim.n)
-    )
+    box = (0.0, 0.0, -0.001), (width, width, float(x[:, 2].max()) + 0.02)
+    grains = 1, [1] * sim.n, r, [1210.0] * sim.n, x, v, w
     for engine, style in (("liggghts", "Atoms"), ("lammps", "Atoms # sphere")):
-        rows = "\n".join(
-            f"{i + 1} 1 {2 * r[i]:.9e} 1210 " + " ".join(f"{q:.9e}" for q in x[i])
-            for i in range(sim.n)
-        )
-        text = (
-            f"settled bed\n\n{sim.n} atoms\n1 atom "
-            f"types\n\n{box}\n{style}\n\n{rows}\n\nVelocities\n\n{moving}\n"
-        )
-        (folder / f"bed.{engine}.data").write_text(text)
+        write_data(folder / f"bed.{engine}.data", style, box, *grains)
     with open(folder / "bed.csv", "w", newline="") as stream:
         csv.writer(stream).writerows(np.column_stack([r, x, v, w]).tolist())
+
+
+def write_data(
+    path: Path,
+    style: str,
+    box: tuple[Sequence[float], Sequence[float]],
+    kinds: int,
+    types: Sequence[int],
+    radius: np.ndarray,
+    density: Sequence[float],
+    position: np.ndarray,
+    velocity: np.ndarray,
+    spin: np.ndarray,
+) -> None:
+    """Write grains as LIGGGHTS and LAMMPS read them: style is the heading of the atoms, box its low
+    and its high corner [m], kinds the number of types; types from 1 on, radii [m], densities
+    [kg/m3] (n,); position [m], velocity [m/s] and spin [rad/s] (n, 3)."""
+    lines = ["grains", "", f"{len(radius)} atoms", f"{kinds} atom types", ""]
+    lines += [f"{a:.12g} {b:.12g} {c}lo {c}hi" for a, b, c in zip(*box, "xyz", strict=True)]
+    lines += ["", style, ""]
+    for k, place in enumerate(position):
+        lines.append(f"{k + 1} {types[k]} {2 * radius[k]:.12g} {density[k]:g} {_words(place)}")
+    lines += ["", "Velocities", ""]
+    lines += [f"{k + 1} {_words(v)} {_words(spin[k])}" for k, v in enumerate(velocity)]
+    path.write_text("\n".join([*lines, ""]))
+
+
+def _words(vector):
+    return " ".join(f"{q:.12g}" for q in vector)
 
 
 def run_program(command: list[str], folder: Path, name: str) -> tuple[str, float, float]:
