@@ -1,10 +1,10 @@
 """What the width of a rig does to what is read in it: `python -m benchmarks.vessels RUNS OUT`.
 
-Makes the runs that RUNS has not yet and writes `density.csv` and `rigs.csv` into OUT, a row a run.
-The kept tables are in results/reference/vessels, with the plan that was stated before the runs.
+Makes the runs that RUNS does not have of this engine and writes `density.csv` and `rigs.csv` into
+OUT, a row a run. The kept tables are in results/reference/vessels, with the plan that was stated
+before the runs.
 """
 
-import json
 import math
 import sys
 from pathlib import Path
@@ -90,19 +90,12 @@ def rig(name, point, wider, seed):
     return spec_of(experiment, point, seed, particles, geometry, **numerics)
 
 
-def made(folder, spec):
-    """Metrics of a run, which is made where it is not there."""
-    if not (folder / "result.json").exists():
-        run(spec, folder)
-    return json.loads((folder / "result.json").read_text())["metrics"]
-
-
-def densities(folder):
-    """Mass over volume and density of the core with each edge [kg/m3] of a bed."""
+def densities(folder, width):
+    """Mass over volume and density of the core with each edge [kg/m3] of a bed so many grains
+    wide."""
     state = np.load(folder / "final.npz")
     place, radius = state["position"] - state["wall_origin"][0], state["radius"]
-    wide = json.loads((folder / "result.json").read_text())["spec"]["geometry"]
-    half = 0.5e-3 * wide["vessel_diameter_mm"]
+    half = 0.5e-3 * (width * GRAIN)
     level = float(np.sort(place[:, 2])[int(0.95 * len(place)) - 1])
     mass = DENSITY * 4.0 / 3.0 * math.pi * float((radius[place[:, 2] <= level] ** 3).sum())
     found = {"mass_over_volume_kg_m3": mass / (math.pi * half**2 * level)}
@@ -121,17 +114,17 @@ def main(runs: Path, out: Path) -> None:
         for width, depth in BEDS:
             for seed in SEEDS:
                 folder = runs / f"{point}-w{width:g}-h{depth:g}-{seed}"
-                made(folder, poured(point, width, depth, seed))
+                run(poured(point, width, depth, seed), folder, again=False)
                 row = {"point": point, "width": width, "depth": depth, "seed": seed}
-                beds.append(row | densities(folder))
+                beds.append(row | densities(folder, width))
     for name, metric in READ.items():
         for point in ("p1", "p2"):
             for wider in (1.0, 1.5):
                 for seed in SEEDS[:3]:
                     folder = runs / f"{name}-{point}-{wider:g}-{seed}"
-                    value = made(folder, rig(name, point, wider, seed))[metric]
+                    found = run(rig(name, point, wider, seed), folder, again=False)["metrics"]
                     row = {"rig": name, "point": point, "wider": wider, "seed": seed}
-                    rigs.append(row | {"metric": metric, "value": value})
+                    rigs.append(row | {"metric": metric, "value": found[metric]})
     pd.DataFrame(beds).round(2).to_csv(out / "density.csv", index=False)
     pd.DataFrame(rigs).round(4).to_csv(out / "rigs.csv", index=False)
 

@@ -140,16 +140,9 @@ def _write_data(case, folder, style):
     density = [MATERIALS[name].density for name in material]
     corners = case.triangles.reshape(-1, 3)
     box = corners.min(axis=0) - 0.01, corners.max(axis=0) + 0.01
-    grains = (
-        len(case.materials),
-        types,
-        radius,
-        density,
-        position,
-        velocity,
-        np.zeros_like(velocity),
-    )
-    write_data(folder / "grains.data", style, box, *grains)
+    state = position, velocity, np.zeros_like(velocity)
+    grains = np.column_stack([types, radius, density, *state])
+    write_data(folder / "grains.data", style, box, len(case.materials), grains)
 
 
 def _pair(a, b):

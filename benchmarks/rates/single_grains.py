@@ -7,7 +7,7 @@ the strengths in STRENGTHS: each moves one setting of the plan by ten standard e
 
 import math
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -23,7 +23,7 @@ from calibration.runs.simulated import named, simulate
 from dem.constants import GRAVITY
 from dem.spec import parse_spec
 from diagnosis import contacts
-from diagnosis.catalogue import Mechanism, load_catalogue
+from diagnosis.catalogue import load_catalogue
 from diagnosis.rig import Rig
 from diagnosis.settings import parameters_of
 
@@ -107,27 +107,18 @@ def study() -> tuple[Rig, dict]:
 
 
 @cache
-def measured(truth: str, point: int, seed: int) -> list:
-    """Return the measurements of a case; those of `mechanism` and `removed` are the same."""
-    effects = {truth: strengths()[truth]} if truth else {}
-    return draw(point, *study(), effects, seed)
+def measured(truth: str, point: int, seed: int) -> list[Measurement]:
+    """Return measurements of PLAN with an effect switched on; those of `mechanism` and `removed`
+    are the same.
 
-
-def draw(
-    point: int,
-    rig: Rig,
-    catalogue: Mapping[str, Mechanism],
-    effects: Mapping[str, float],
-    seed: int,
-) -> list[Measurement]:
-    """Return measurements of PLAN with `effects` {name: strength in its unit} switched on.
-
-    `point` draws the base parameters from the middle 60 % of their ranges. `seed` and the effects
+    `point` draws the base parameters from the middle 60 % of their ranges. `seed` and the effect
     draw the noise of each condition. A run that gives no value is a row with that outcome.
     """
+    rig, catalogue = study()
+    effects = {truth: strengths()[truth]} if truth else {}
     rng = np.random.default_rng([point, 20_011])
     values = {f.name: f.natural(float(rng.uniform(-0.6, 0.6))) for f in rig.factors}
-    measured = []
+    rows = []
     for experiment, levers in PLAN:
         spec = _own_step(rig.spec(Condition(experiment, levers), 50_000 + 100 * point, values))
         for name, strength in effects.items():
@@ -135,7 +126,7 @@ def draw(
                 spec = catalogue[name].apply(spec, strength)
         [metrics] = simulate(named([spec])).values()
         if metrics is None:
-            measured.append(
+            rows.append(
                 Measurement(
                     experiment, math.nan, math.nan, 1, dict(levers),
                     outcome=OUTCOMES[0], quantity=QUANTITIES[experiment].name,
@@ -147,8 +138,8 @@ def draw(
         label = repr((experiment, sorted(levers.items()), sorted(effects.items())))
         noise = np.random.default_rng([seed, zlib.crc32(label.encode())])
         frames = effects.get("apex_sampling", 0.0)
-        measured.append(_read(experiment, levers, value, noise, frames))
-    return measured
+        rows.append(_read(experiment, levers, value, noise, frames))
+    return rows
 
 
 def _own_step(spec):

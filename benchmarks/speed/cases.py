@@ -10,7 +10,7 @@ import numpy as np
 from dem.contact.registry import ContactParameters, Laws, Material
 from dem.experiments import heap
 from dem.simulation import Simulation
-from dem.spec import Numerics, parse_spec
+from dem.spec import parse_spec
 from dem.walls.builder import WallSet
 
 SALT = Material(1210.0, 1.0e7, 0.25)
@@ -104,6 +104,7 @@ def timed_bed() -> dict[str, Any]:
     rebuilds = sim.rebuilds
     best = block_rates(sim, BLOCKS).max()
     return {
+        "case": "settled bed",
         "particles": sim.n,
         "particle_steps_per_s": best,
         "contact_pairs_per_particle": len(sim.contacts()[0]) / sim.n,
@@ -146,6 +147,7 @@ def timed_heap() -> dict[str, Any]:
     steps, grains = np.transpose(looks)
     wall, spent = time.perf_counter() - begin, time.process_time() - spent
     return {
+        "case": "funnel heap",
         "particles": sim.n,
         "wall_time_s": wall,
         "steps": sim.steps,
@@ -153,12 +155,6 @@ def timed_heap() -> dict[str, Any]:
         "rebuild_share": sim.rebuild_seconds / max(sim.advance_seconds, 1e-12),
         "peak_memory_MiB": peak_memory(),
     }
-
-
-MILLION = "bed of 1000000 on two threads"
-"""Name, in the history of speeds, of a million grains that come to rest."""
-RESTING = Numerics.model_fields["rest_energy_ratio"].default
-"""Energy of motion below which they are at rest, as `motion` has it."""
 
 
 def peak_memory() -> float:

@@ -14,10 +14,9 @@ import re
 import resource
 import subprocess
 import time
-from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -58,40 +57,25 @@ def write_states(sim: Simulation, width: float, folder: Path) -> None:
     """Write the grains in the form that each engine reads."""
     x, v, w, r = sim.position, sim.velocity, sim.spin, sim.radius
     box = (0.0, 0.0, -0.001), (width, width, float(x[:, 2].max()) + 0.02)
-    grains = 1, [1] * sim.n, r, [1210.0] * sim.n, x, v, w
+    grains = np.column_stack([np.ones(sim.n), r, np.full(sim.n, 1210.0), x, v, w])
     for engine, style in (("liggghts", "Atoms"), ("lammps", "Atoms # sphere")):
-        write_data(folder / f"bed.{engine}.data", style, box, *grains)
+        write_data(folder / f"bed.{engine}.data", style, box, 1, grains)
     with open(folder / "bed.csv", "w", newline="") as stream:
         csv.writer(stream).writerows(np.column_stack([r, x, v, w]).tolist())
 
 
-def write_data(
-    path: Path,
-    style: str,
-    box: tuple[Sequence[float], Sequence[float]],
-    kinds: int,
-    types: Sequence[int],
-    radius: np.ndarray,
-    density: Sequence[float],
-    position: np.ndarray,
-    velocity: np.ndarray,
-    spin: np.ndarray,
-) -> None:
+def write_data(path: Path, style: str, box: Any, kinds: int, grains: np.ndarray) -> None:
     """Write grains as LIGGGHTS and LAMMPS read them: style is the heading of the atoms, box its low
-    and its high corner [m], kinds the number of types; types from 1 on, radii [m], densities
-    [kg/m3] (n,); position [m], velocity [m/s] and spin [rad/s] (n, 3)."""
-    lines = ["grains", "", f"{len(radius)} atoms", f"{kinds} atom types", ""]
-    lines += [f"{a:.12g} {b:.12g} {c}lo {c}hi" for a, b, c in zip(*box, "xyz", strict=True)]
-    lines += ["", style, ""]
-    for k, place in enumerate(position):
-        lines.append(f"{k + 1} {types[k]} {2 * radius[k]:.12g} {density[k]:g} {_words(place)}")
-    lines += ["", "Velocities", ""]
-    lines += [f"{k + 1} {_words(v)} {_words(spin[k])}" for k, v in enumerate(velocity)]
-    path.write_text("\n".join([*lines, ""]))
-
-
-def _words(vector):
-    return " ".join(f"{q:.12g}" for q in vector)
+    and its high corner [m], kinds the number of types. Columns of grains (n, 12): type from 1 on,
+    radius [m], density [kg/m3], position [m], velocity [m/s] and spin [rad/s]."""
+    atoms, moving = [], []
+    for k, (kind, radius, density, *state) in enumerate(grains.tolist(), start=1):
+        words = [f"{q:.12g}" for q in state]
+        atoms.append(f"{k} {kind:g} {2 * radius:.12g} {density:g} {' '.join(words[:3])}")
+        moving.append(" ".join([str(k), *words[3:]]))
+    edges = [f"{a:.12g} {b:.12g} {c}lo {c}hi" for a, b, c in zip(*box, "xyz", strict=True)]
+    head = ["grains", "", f"{len(atoms)} atoms", f"{kinds} atom types", "", *edges, "", style, ""]
+    path.write_text("\n".join([*head, *atoms, "", "Velocities", "", *moving, ""]))
 
 
 def run_program(command: list[str], folder: Path, name: str) -> tuple[str, float, float]:

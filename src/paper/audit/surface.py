@@ -9,13 +9,7 @@ import pyDOE3
 from scipy import stats
 from scipy.optimize import linear_sum_assignment
 
-from calibration.statistics.surface import (
-    Surface,
-    fit_surface,
-    model_matrix,
-    quadratic_terms,
-    term_name,
-)
+from calibration.statistics import surface as fit
 from paper.audit.paper import NAMES, Cells, Claims, Found, Paper, Printed, printed_number, propagate
 from paper.audit.screening import ANOVA
 
@@ -31,13 +25,13 @@ def _key(name):
     return "1" if name == "Intercept" else name.replace("²", "2")
 
 
-ALL_TERMS = {_key(term_name(term)): term for term in quadratic_terms(CODES)}
+ALL_TERMS = {_key(fit.term_name(term)): term for term in fit.quadratic_terms(CODES)}
 TERMS = tuple(term for term in ALL_TERMS if term != "1")
 
 
 def _coefficients(surface):
     found = zip(surface.terms, surface.beta, strict=True)
-    return {_key(term_name(term)): float(b) for term, b in found}
+    return {_key(fit.term_name(term)): float(b) for term, b in found}
 
 
 def _printed_levels(paper):
@@ -60,11 +54,11 @@ def restored_levels(paper: Paper) -> np.ndarray:
 
 
 @lru_cache(maxsize=2)
-def regression(paper: Paper, terms: tuple[str, ...] = tuple(ALL_TERMS)) -> Surface:
+def regression(paper: Paper, terms: tuple[str, ...] = tuple(ALL_TERMS)) -> fit.Surface:
     """Regression of Table 11's angles on the restored levels, with all terms unless given."""
     table = pd.DataFrame(restored_levels(paper), columns=CODES)
     angles = paper.numbers(DESIGN, "angle_deg").angle_deg
-    return fit_surface(table, CODES, angles, [ALL_TERMS[t] for t in terms])
+    return fit.fit_surface(table, CODES, angles, [ALL_TERMS[t] for t in terms])
 
 
 def _anova(paper):
@@ -73,7 +67,7 @@ def _anova(paper):
 
 
 def _rank(paper, claim):
-    terms = model_matrix(_printed_levels(paper), CODES, list(ALL_TERMS.values()))
+    terms = fit.model_matrix(_printed_levels(paper), CODES, list(ALL_TERMS.values()))
     printed = paper.text(TABLE_12).set_index("source")[ANOVA.split()].stack()
     cells = zip(_anova(paper).stack()[printed.index], printed, strict=True)
     right = [Found(value).compared(text)[0] for value, text in cells if text]
@@ -193,7 +187,7 @@ def _optimum_of_equation(paper, claim):
     terms = [ALL_TERMS[t] for t in printed]
 
     def at_optimum(numbers):
-        return _at_optimum(paper, lambda levels: model_matrix(levels, CODES, terms) @ numbers)
+        return _at_optimum(paper, lambda levels: fit.model_matrix(levels, CODES, terms) @ numbers)
 
     value, of_settings = at_optimum([cell.value for cell in printed.values()])
     rounding = propagate(lambda numbers: at_optimum(numbers)[0], list(printed.values()))
