@@ -17,17 +17,7 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from benchmarks.speed.cases import (
-    BLOCK,
-    SETTLE_STEPS,
-    bed,
-    block_rates,
-    box_width,
-    peak_memory,
-    tiled,
-    timed_bed,
-    timed_heap,
-)
+from benchmarks.speed import cases
 from benchmarks.speed.peers import WITHOUT_ROLLING, run_peers
 from calibration.files import write_table
 from calibration.intake.tables import read_written
@@ -77,10 +67,10 @@ def main(words: list[str] | None = None) -> int:
 def _million():
     """A million grains come to rest on two threads: a hundred settled beds side by side, whose
     walls are taken out."""
-    start = tiled(bed(10_000), SETTLE_STEPS, 10)
-    sim = bed(1_000_000, start=start, stir=0.0, threads=2)
+    start = cases.tiled(cases.bed(10_000), cases.SETTLE_STEPS, 10)
+    sim = cases.bed(1_000_000, start=start, stir=0.0, threads=2)
     begin, energy = time.perf_counter(), [math.inf]
-    while energy[-1] >= RESTING and sim.steps < SETTLE_STEPS:
+    while energy[-1] >= RESTING and sim.steps < cases.SETTLE_STEPS:
         sim.advance(300)
         energy.append(motion(sim))
     spent = time.perf_counter() - begin
@@ -99,16 +89,16 @@ def _million():
         "rest_energy_ratio": energy[-1],
         "highest_rest_energy_ratio": max(energy[1:]),
         "rebuild_share": sim.rebuild_seconds / sim.advance_seconds,
-        "peak_memory_MiB": peak_memory(),
+        "peak_memory_MiB": cases.peak_memory(),
     }
 
 
 def _threads():
     """One bed on one thread and on two, in turn; the numbers are the same."""
-    sim = bed()
-    sim.advance(SETTLE_STEPS)
+    sim = cases.bed()
+    sim.advance(cases.SETTLE_STEPS)
     state = {name: np.array(value) for name, value in sim.state_dict().items()}
-    teams = [bed(threads=number) for number in (1, 2)]
+    teams = [cases.bed(threads=number) for number in (1, 2)]
     for team in teams:
         team.restore(state)
     rounds = [[_wall_time(team) for team in teams] for _ in range(ROUNDS)]
@@ -118,13 +108,13 @@ def _threads():
 
 def _wall_time(sim):
     begin = time.perf_counter()
-    sim.advance(BLOCK)
+    sim.advance(cases.BLOCK)
     return time.perf_counter() - begin
 
 
 CASES = {
-    "bed": timed_bed,
-    "heap": timed_heap,
+    "bed": cases.timed_bed,
+    "heap": cases.timed_heap,
     "million": _million,
     "threads": _threads,
 }
@@ -135,7 +125,7 @@ def peer_rows() -> list[dict[str, Any]]:
     their 95 % intervals over ten blocks. Raises DemError when none is installed."""
     with tempfile.TemporaryDirectory() as folder:
         sim, ours = _ten_blocks("constant_torque")
-        others = run_peers(sim, box_width(sim.n), folder)
+        others = run_peers(sim, cases.box_width(sim.n), folder)
     if not others:
         raise DemError("none of liggghts, lmp and yade is installed")
     _, alone = _ten_blocks("none")
@@ -156,9 +146,9 @@ def peer_rows() -> list[dict[str, Any]]:
 
 def _ten_blocks(rolling):
     """A settled bed, and its particle-steps per second of processor in each of ten blocks."""
-    sim = bed(rolling=rolling)
-    sim.advance(SETTLE_STEPS)
-    return sim, block_rates(sim, 10)
+    sim = cases.bed(rolling=rolling)
+    sim.advance(cases.SETTLE_STEPS)
+    return sim, cases.block_rates(sim, 10)
 
 
 def machine() -> str:

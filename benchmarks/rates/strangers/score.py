@@ -19,8 +19,6 @@ What counts:
 - limits: where no law acts on an experiment, a limit of a free law there does not exclude zero.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 import pandas as pd
 from scipy import stats
@@ -199,46 +197,35 @@ def limits(drawn, said):
 # --- rates --------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Figure:
-    """words; rows of the kept table that count; the mark; the share asked; at least or at most."""
-
-    words: str
-    group: tuple[str, ...]
-    mark: str
-    asked: float
-    most: bool = False
-    strength: float | None = None
-
-
 LOSES = "a name with a gain below zero"
 WITH_LAWS = ("law", "two laws", "two-level law")
 ALL_NULLS = ("null", "two-level null", "declared", "fault", "two-level error")
 FIGURES = (
-    Figure("leading place right", WITH_LAWS, "leads", 0.85, False, 10.0),
-    Figure("both of two laws", ("two laws",), "both", 0.70, False, 10.0),
-    Figure("adequate at a misfit", (), "adequate_wrongly", 0.0, True),
-    Figure("wrong name", (), "wrong_name", 0.03, True),
-    Figure("two-level nulls: a law claimed", ("two-level null", "two-level error"), "claimed", 0.05,
-           True),
-    Figure("nulls of every kind: no law", ALL_NULLS, "silent", 0.95),
-    Figure(LOSES, (), "name_loses", 0.0, True),
-    Figure("a faulty row or level pointed at", ("row", "level"), "pointed", 0.80),
-    Figure("the laboratory's error told", ("fault", "two-level error"), "fault", np.nan, False,
-           10.0),
-    *(Figure(f"leading place right at {size:g} standard errors", WITH_LAWS, "leads", np.nan, False,
-             size) for size in (5.0, 20.0)),
-    *(Figure(f"no law: {group}", (group,), "silent", np.nan) for group in ALL_NULLS),
+    # words; groups of the kept table that count, all where none is named; the mark; the share
+    # asked; whether at most; the strength that counts
+    ("leading place right", WITH_LAWS, "leads", 0.85, False, 10.0),
+    ("both of two laws", ("two laws",), "both", 0.70, False, 10.0),
+    ("adequate at a misfit", (), "adequate_wrongly", 0.0, True, None),
+    ("wrong name", (), "wrong_name", 0.03, True, None),
+    ("two-level nulls: a law claimed", ("two-level null", "two-level error"), "claimed", 0.05, True,
+     None),
+    ("nulls of every kind: no law", ALL_NULLS, "silent", 0.95, False, None),
+    (LOSES, (), "name_loses", 0.0, True, None),
+    ("a faulty row or level pointed at", ("row", "level"), "pointed", 0.80, False, None),
+    ("the laboratory's error told", ("fault", "two-level error"), "fault", np.nan, False, 10.0),
+    *((f"leading place right at {size:g} standard errors", WITH_LAWS, "leads", np.nan, False, size)
+      for size in (5.0, 20.0)),
+    *((f"no law: {group}", (group,), "silent", np.nan, False, None) for group in ALL_NULLS),
 )  # fmt: skip
 
 
 def rates(rows: pd.DataFrame) -> pd.DataFrame:
     """One line a figure: words, hits, of, share, low, high, asked, holds; the limits at the end."""
     lines = []
-    for f in FIGURES:
-        own = rows[rows["group"].isin(f.group)] if f.group else rows
-        own = own if f.strength is None else own[own["strength"] == f.strength]
-        lines.append(_line(f.words, own[f.mark], f.asked, f.most))
+    for words, groups, mark, asked, most, strength in FIGURES:
+        own = rows[rows["group"].isin(groups)] if groups else rows
+        own = own if strength is None else own[own["strength"] == strength]
+        lines.append(_line(words, own[mark], asked, most))
     held, n = rows["limits_held"].fillna(0).sum(), rows["limits"].fillna(0).sum()
     known = rows[rows["named"].notna()]
     told = known["verdict"] == "identified"
