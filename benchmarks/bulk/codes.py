@@ -238,15 +238,10 @@ def run_lammps(case: Case, folder: Path) -> Outcome:
     for i, name in enumerate(names):
         walls.append(f"group grains{i} type {i + 1}")
         for k in range(len(regions)):
-            law = _lammps_law(name, "steel")
-            walls.append(
-                f"fix wall{i}_{k} grains{i} wall/gran/region granular {law} region wall{k}"
-            )
-    (folder / "in.lammps").write_text(
-        (INPUTS / "lammps.in")
-        .read_text()
-        .format(**_numbers(case), pairs="\n".join(pairs), walls="\n".join(walls))
-    )
+            law = f"wall/gran/region granular {_lammps_law(name, 'steel')} region wall{k}"
+            walls.append(f"fix wall{i}_{k} grains{i} {law}")
+    words = _numbers(case) | {"pairs": "\n".join(pairs), "walls": "\n".join(walls)}
+    (folder / "in.lammps").write_text((INPUTS / "lammps.in").read_text().format(**words))
     command = [find("lmp", lammps.INSTALL), "-in", "in.lammps", "-log", "none"]
     return _finished(case, folder, "lammps", command)
 

@@ -68,14 +68,12 @@ def _identity(paper, claim):
     radius, density, stiffness, damping, speed = 1e-3, 1210.0, 800.0, 0.01, 1.7
     ratio, one = np.array([0.5, 1.0, 2.0, 4.0]), np.ones(4)
     cube, sphere = ratio**3, 4 / 3 * np.pi * density * radius**3
-    mass = 4 * np.pi * radius**3 * density * cube / (3 * (1 + cube))
+    number = 4 * np.pi * cube / (3 * (1 + cube))
+    mass = radius**3 * density * number
     force = sphere * cube / (1 + cube) * speed**2 / radius
     terms = [force, stiffness * radius * one, damping * speed * one]
-    numbers = [
-        4 * np.pi * cube / (3 * (1 + cube)),
-        stiffness / (radius * density * speed**2) * one,
-        damping / (radius**2 * density * speed) * one,
-    ]
+    pi2, pi3 = stiffness / (radius * density * speed**2), damping / (radius**2 * density * speed)
+    numbers = [number, pi2 * one, pi3 * one]
     left, right = {
         "mass": (mass, 1 / (1 / sphere + 1 / (sphere * cube))),
         "radius": (radius * ratio / (1 + ratio), 1 / (1 / radius + 1 / (ratio * radius))),

@@ -103,11 +103,8 @@ def own_half(runs: pd.DataFrame | None) -> pd.DataFrame | None:
 
 def _alike(runs, first):
     """Whether both tables ran the same rows."""
-    return (
-        set(CODES) <= set(runs) & set(first)
-        and len(runs) == len(first)
-        and np.allclose(runs[CODES], first[CODES])
-    )
+    there = set(CODES) <= set(runs) & set(first) and len(runs) == len(first)
+    return there and np.allclose(runs[CODES], first[CODES])
 
 
 def _scatter(study, every):
