@@ -28,13 +28,6 @@ QUANTITY = {
     "tilt": ("sliding_angle", "deg"),
     "shear": ("shear_stress", "kPa"),
 }
-LEVERS = (
-    "drop_height_mm",
-    "particle_diameter_mm",
-    "output_interval_s",
-    "tilt_rate_deg_s",
-    "normal_stress_kPa",
-)
 PROPORTIONAL = {"drop": "drop_height_mm", "shear": "normal_stress_kPa"}
 """Lever that a reading goes with at a constant coefficient."""
 

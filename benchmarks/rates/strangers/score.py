@@ -25,15 +25,21 @@ from scipy import stats
 
 from benchmarks.rates.kept_rates import share as rate
 from benchmarks.rates.strangers import nature
-from benchmarks.rates.strangers.cases import LEVERS, PROPORTIONAL, Case, Drawn
+from benchmarks.rates.strangers.cases import PROPORTIONAL, Case, Drawn
 
 LEVER = {
     "speed": "drop_height_mm",
     "size": "particle_diameter_mm",
     "rate": "tilt_rate_deg_s",
     "load": "normal_stress_kPa",
+    "interval": "output_interval_s",
 }
 """State of a law: the lever that sets it; a speed is that of a fall from its height."""
+MARKS = (
+    "verdict laws names errors rows misfit_p own_p leads named both claimed silent "
+    "adequate_wrongly wrong_name name_loses pointed fault limits limits_held band"
+).split()
+"""Columns of a row, of the marks those that are not asked too."""
 CLAIMS = ("identified", "discovered")
 CLEAN = ("null", "two-level null", "declared")
 
@@ -78,7 +84,7 @@ def _variance_ratio(experiment, rows):
     y = (rows["value"] / scale).to_numpy(float)
     own = [c for c in ("batch", "instrument") if c in rows and rows[c].notna().any()]
     if "replicate" in rows:
-        keys = [c for c in LEVERS if c in rows]
+        keys = [c for c in LEVER.values() if c in rows]
         sets = rows.assign(y=y).groupby(keys, dropna=False)["y"]
         within, freedom, m = sets.var(ddof=1).mean(), (sets.size() - 1).sum(), sets.size().iloc[0]
         y, design = sets.mean().to_numpy(), np.ones((sets.ngroups, 1))
@@ -107,8 +113,8 @@ def marks(case: Case, drawn: Drawn, said: dict) -> dict:
     own, stated = own_misfit(drawn.table), 1.0 if misfit is None else misfit
     # readings that are rounded to one value show no spread: where that is told, nothing is silent
     coarse = any(e.get("of") == "resolution" for e in errors)
-    adequate = said["verdict"] == "adequate" and not coarse
-    row = {
+    adequate, held = said["verdict"] == "adequate" and not coarse, limits(drawn, said)
+    row = dict.fromkeys(MARKS) | {
         "verdict": said["verdict"],
         "laws": "; ".join(f"{p[0]}:{p[1]}:{'x'.join(p[2])}" for p in found if p),
         "names": "; ".join(names),
@@ -116,16 +122,12 @@ def marks(case: Case, drawn: Drawn, said: dict) -> dict:
         "rows": " ".join(str(r["line"]) for r in said.get("rows") or []),
         "misfit_p": misfit,
         "own_p": own,
-        "leads": None,
-        "named": None,
-        "both": None,
         "claimed": int(claims),
-        "silent": None,
         "adequate_wrongly": int(adequate and (own < 1e-3 or stated < 0.01)),
         "wrong_name": 0,
-        "name_loses": None,
-        "pointed": None,
-        "fault": None,
+        "limits": held[0],
+        "limits_held": held[1],
+        "band": in_band(drawn, laws),
     }
     right = {n for law in drawn.laws for n in law.names}
     if said["verdict"] == "identified":
@@ -150,8 +152,6 @@ def marks(case: Case, drawn: Drawn, said: dict) -> dict:
             row["pointed"] = int(lever or _pointed(fault, said))
         else:
             row["fault"] = int(None in kinds or fault.experiment in kinds)
-    row["limits"], row["limits_held"] = limits(drawn, said)
-    row["band"] = in_band(drawn, laws)
     return row
 
 

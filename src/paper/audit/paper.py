@@ -301,8 +301,9 @@ class Table:
 
     def curve(self, paper: Paper) -> list[Printed]:
         """The printed quadratic's coefficients, highest power first."""
-        texts = paper.scalar_text(f"{self.equation}_coefficients").split()
-        return [p for p in map(Printed.parse, texts) if p is not None]
+        name = f"{self.equation}_coefficients"
+        texts = paper.scalar_text(name).split()
+        return [printed_number(text, path=paper.folder, key=name) for text in texts]
 
 
 TABLES = {
