@@ -20,6 +20,7 @@ from benchmarks.rates.simulated import rate_settings, salt_heap
 from calibration.intake.measurements import OUTCOMES, Measurement
 from calibration.intake.quantities import QUANTITIES, Condition
 from calibration.runs.simulated import named, simulate
+from calibration.study.config import overlay
 from dem.constants import GRAVITY
 from dem.spec import parse_spec
 from diagnosis import contacts
@@ -120,7 +121,9 @@ def measured(truth: str, point: int, seed: int) -> list[Measurement]:
     values = {f.name: f.natural(float(rng.uniform(-0.6, 0.6))) for f in rig.factors}
     rows = []
     for experiment, levers in PLAN:
-        spec = _own_step(rig.spec(Condition(experiment, levers), 50_000 + 100 * point, values))
+        spec = rig.spec(Condition(experiment, levers), 50_000 + 100 * point, values)
+        step = STEP[experiment] * parse_spec(spec).numerics.rayleigh_fraction
+        spec = overlay(spec, {"numerics": {"rayleigh_fraction": step}})
         for name, strength in effects.items():
             if experiment in catalogue[name].experiments and name != "apex_sampling":
                 spec = catalogue[name].apply(spec, strength)
@@ -140,12 +143,6 @@ def measured(truth: str, point: int, seed: int) -> list[Measurement]:
         frames = effects.get("apex_sampling", 0.0)
         rows.append(_read(experiment, levers, value, noise, frames))
     return rows
-
-
-def _own_step(spec):
-    """Another time step than the diagnosis takes."""
-    step = STEP[spec["experiment"]] * parse_spec(spec).numerics.rayleigh_fraction
-    return spec | {"numerics": spec["numerics"] | {"rayleigh_fraction": step}}
 
 
 def _read(experiment, levers, value, rng, frame_factor):
