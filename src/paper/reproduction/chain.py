@@ -42,8 +42,9 @@ STATISTICS = {
     "adequate_precision": "adequate precision",
 }
 DRAWS = 400
-ASCENT = "Table 10", "ascent", "level{}", "angle at level {}", "our path does not pass this point"
-REGION = "Table 11", None, "run{}", "angle of run {}", "not a point of our design"
+DESIGNED = "Table 6", "table06.run{}", "angle of run {}", "this study ran another design"
+ASCENT = "Table 10", "table10.level{}", "angle at level {}", "our path does not pass this point"
+REGION = "Table 11", "table11.run{}", "angle of run {}", "not a point of our design"
 
 
 def rows(paper: Paper, studies: Sequence[Study]) -> Iterator[dict[str, Any]]:
@@ -53,8 +54,9 @@ def rows(paper: Paper, studies: Sequence[Study]) -> Iterator[dict[str, Any]]:
     alike = [s for s in studies if {f["name"] for f in s.region or ()} == set(NAMES.values())]
     study = alike[0] if alike else None
     if study is not None:
-        for table in (ASCENT, REGION):
-            yield from _points(paper, study, *table)
+        own = (study.seed_spread() or (None,))[0]
+        for table, runs in ((ASCENT, study.table("ascent", "runs")), (REGION, study.region_runs())):
+            yield from _points(paper, study, runs, levels(paper, table[0]), own, *table)
         yield from _equation(paper, study)
         yield from _optimum(paper, study)
     else:
@@ -91,8 +93,10 @@ def _screening(paper, study):
     more = [own_half(s.table("screening", "runs")) for s in study.repeats]
     runs = own_half(runs)
     every = [runs, *(t for t in more if t is not None and _alike(t, runs))]
-    yield from _runs(paper, study, every)
-    yield from _effects(paper, study, every)
+    at, (sd, freedom) = paper.numbers(DESIGN, *CODES), _scatter(study, every)
+    ran = pd.concat(every, ignore_index=True)
+    yield from _points(paper, study, ran if _alike(runs, at) else None, at, sd, *DESIGNED)
+    yield from _effects(paper, study, ran, sd, freedom)
 
 
 def own_half(runs: pd.DataFrame | None) -> pd.DataFrame | None:
@@ -118,27 +122,14 @@ def _scatter(study, every):
     return math.sqrt(square / freedom), freedom
 
 
-def _runs(paper, study, every):
-    own, theirs = _scatter(study, every)[0], simulated_sd(paper)[0]
-    alike = _alike(every[0], paper.numbers(DESIGN, *CODES))
-    for k, text in enumerate(paper.printed(DESIGN, "angle_deg")):
-        place = Place("Table 6", f"table06.run{k + 1}", f"angle of run {k + 1}", "deg", study.name)
-        if alike:
-            yield r.point(place, text, [t["response"].iloc[k] for t in every], own, theirs)
-        else:
-            reason = "this study ran another design"
-            yield r.row(place, text.text, None, r.NOT_COMPARABLE, reason)
-
-
-def _effects(paper, study, every):
+def _effects(paper, study, ran, sd, freedom):
     names = paper.text("table05_contact_parameter_ranges").set_index("factor")["name"]
     effects = study.table("screening", "effects").set_index("code")
     theirs = screened(paper).table.set_index("code")["effect"]
-    runs = with_value(pd.concat(every, ignore_index=True), "response")
+    runs = with_value(ran, "response")
     own = [c for c in CODES if c in effects.index and effects.loc[c, "name"] == names[c]]
     ours = screen(runs, own, runs["response"]).table.set_index("code") if own else None
     inverse = np.linalg.inv(np.cov(runs[own].T, bias=True).reshape(len(own), len(own)))
-    sd, freedom = _scatter(study, every)
     # of the paper's effects, by the scatter between its runs, that of Table 13
     paper_sd, paper_n = simulated_sd(paper)
     their_error = Error(2.0 * paper_sd / math.sqrt(len(paper.text(DESIGN))), paper_n - 1)
@@ -167,16 +158,13 @@ def _rounded(effect):
     return printed_number(f"{number:f}")
 
 
-def _points(paper, study, item, stage, name, what, lacking):
-    """Rows of a table's points: the mean of our runs at each beside the one run of the paper. Our
-    runs at a point are shared out among the rows that the paper has there."""
-    runs = study.table(stage, "runs") if stage else study.region_runs()
-    at = levels(paper, item)
-    printed, used = Counter(map(tuple, at.to_numpy())), Counter()
-    own, theirs = (study.seed_spread() or (None,))[0], simulated_sd(paper)[0]
+def _points(paper, study, runs, at, own, item, name, what, lacking):
+    """Rows of a table's points, at: the mean of our runs at each, which scatter by own, beside the
+    one run of the paper. Our runs at a point are shared out among the rows that the paper has
+    there."""
+    printed, used, theirs = Counter(map(tuple, at.to_numpy())), Counter(), simulated_sd(paper)[0]
     for k, text in enumerate(paper.printed(TABLES[item].file, "angle_deg")):
-        ident = f"{item.lower().replace(' ', '')}.{name.format(k + 1)}"
-        place = Place(item, ident, what.format(k + 1), "deg", study.name)
+        place = Place(item, name.format(k + 1), what.format(k + 1), "deg", study.name)
         key = tuple(at.iloc[k])
         known = runs is not None and set(at) <= set(runs)
         here = runs_at(runs, dict(at.iloc[k])) if known else pd.DataFrame()
