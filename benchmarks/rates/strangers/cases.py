@@ -165,25 +165,29 @@ def noise_for(laws, experiment, x, c, strength):
     return min(min(alone) / strength, MOST) if alone else 1.0
 
 
-def with_laws(*names, plan="4", other=None, written=means):
-    """draw(rng, strength) of a table with these laws; `other` is a further experiment without
-    one."""
+def with_laws(*names, beside=(), plan="4", column=None, uneven=False, written=means):
+    """draw(rng, strength) of a table with these laws.
+
+    beside: further experiments, without one. column: a further column without any effect. uneven:
+    each setting is read half as well, as well or twice as well as usual.
+    """
     laws = tuple(nature.BY_NAME[n] for n in names)
 
     def draw(rng, strength):
         strong = tuple((law, law.k * rng.uniform(0.85, 1.15) if "v^" not in law.name else law.k)
                        for law in laws)  # fmt: skip
         parts, noise, constants = [], {}, {}
-        for experiment in dict.fromkeys([law.experiment for law in laws] + [other] * bool(other)):
+        for experiment in dict.fromkeys([*(law.experiment for law in laws), *beside]):
             states = {s for law in laws if law.experiment == experiment
                       for _, place in law.places for s in place}  # fmt: skip
-            column = next((c for c in plans.FURTHER if c in states), None)
-            x = plans.levers(experiment, PLANS[plan], rng, column, "interval" in states)
+            further = next((c for c in plans.FURTHER if c in states), column)
+            x = plans.levers(experiment, PLANS[plan], rng, further, "interval" in states)
             c = constant(experiment, rng)
             noise[experiment] = noise_for(strong, experiment, x, c, strength)
             constants[experiment] = c
             true = nature.value(strong, experiment, x, c)
-            parts.append(written(experiment, x, true, rng, noise[experiment]))
+            scale = rng.choice([0.5, 1.0, 2.0], len(true)) if uneven else noise[experiment]
+            parts.append(written(experiment, x, true, rng, scale))
         table = pd.concat(parts, ignore_index=True)
         return Drawn(table, laws, (), constants, noise, strong)
 
@@ -195,7 +199,9 @@ def with_laws(*names, plan="4", other=None, written=means):
 
 def _plain(experiment, plan, rng, shuffle=False):
     x = plans.levers(experiment, PLANS[plan], rng)
-    x = plans.shuffled(x, rng) if shuffle else x
+    if shuffle:  # the rows in the order in which they were measured
+        order = rng.permutation(len(x["particle_diameter_mm"]))
+        x = {k: v[order] for k, v in x.items()}
     return x, nature.value((), experiment, x, constant(experiment, rng))
 
 
@@ -347,20 +353,9 @@ def coarse(to_mm, every_reading, written=means):
 # --- nulls --------------------------------------------------------------------------------------
 
 
-def null(*experiments, plan="4", column=None, uneven=False, written=means):
-    """Constant coefficients and noise alone. column: a further column without any effect. uneven:
-    each setting is read half as well, as well or twice as well as usual."""
-
-    def draw(rng, strength):
-        parts = []
-        for experiment in experiments:
-            x = plans.levers(experiment, PLANS[plan], rng, column)
-            true = nature.value((), experiment, x, constant(experiment, rng))
-            scale = rng.choice([0.5, 1.0, 2.0], len(true)) if uneven else 1.0
-            parts.append(written(experiment, x, true, rng, scale))
-        return Drawn(pd.concat(parts, ignore_index=True))
-
-    return draw
+def null(*experiments, **how):
+    """Constant coefficients and noise alone; how: as of `with_laws`."""
+    return with_laws(beside=experiments, **how)
 
 
 def named_batches(column, count):
@@ -404,13 +399,13 @@ _add("law", {
     "v^-0.6, 3 levels": with_laws("v^-0.6", plan="3"),
     "v^-0.6, 4 levels": with_laws("v^-0.6"),
     "v^-0.25, single readings": with_laws("v^-0.25", plan="3", written=singles),
-    "v^-0.25 and constant slides": with_laws("v^-0.25", other="tilt"),
+    "v^-0.25 and constant slides": with_laws("v^-0.25", beside=["tilt"]),
     "power of size, 3 levels": with_laws("power of size", plan="3"),
     "rebound 14 % lower at 4 mm and constant slides":
-        with_laws("rebound 14 % lower at 4 mm", plan="3", other="tilt"),
+        with_laws("rebound 14 % lower at 4 mm", plan="3", beside=["tilt"]),
     "late hand, 4 levels": with_laws("late hand"),
     "friction over the load, 3 levels": with_laws("friction over the load", plan="3"),
-    "late hand and constant drops": with_laws("late hand", other="drop"),
+    "late hand and constant drops": with_laws("late hand", beside=["drop"]),
     "cohesion, 5 loads": with_laws("cohesion", plan="5"),
     "cohesion, 3 loads": with_laws("cohesion", plan="3"),
 })  # fmt: skip

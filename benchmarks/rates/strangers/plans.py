@@ -1,5 +1,4 @@
-"""What a laboratory sets: full plans of two to five levels a lever, further columns, and the order
-of the rows."""
+"""What a laboratory sets: full plans of two to five levels a lever, and further columns."""
 
 from itertools import product
 
@@ -64,9 +63,3 @@ def levers(
         else:
             x[column] = np.round(rng.uniform(low, high, len(rows)), 1)
     return x
-
-
-def shuffled(x, rng):
-    """The rows in the order in which they were measured."""
-    order = rng.permutation(len(next(iter(x.values()))))
-    return {k: v[order] for k, v in x.items()}
