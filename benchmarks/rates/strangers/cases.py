@@ -157,6 +157,12 @@ def constant(experiment, rng):
 # --- laws -------------------------------------------------------------------------------------
 
 
+def drawing(function):
+    """A function of (rng, strength, how) as one of how, which gives a function of rng and
+    strength."""
+    return lambda *how, **named: lambda rng, strength: function(rng, strength, *how, **named)
+
+
 def noise_for(laws, experiment, x, c, strength):
     """Scale of the usual noise at which the weakest of the laws of an experiment, each alone, is so
     strong; MOST at most, and the law is then stronger than asked."""
@@ -165,33 +171,30 @@ def noise_for(laws, experiment, x, c, strength):
     return min(min(alone) / strength, MOST) if alone else 1.0
 
 
-def with_laws(*names, beside=(), plan="4", column=None, uneven=False, written=means):
-    """draw(rng, strength) of a table with these laws.
+@drawing
+def with_laws(rng, strength, *names, beside=(), plan="4", column=None, uneven=False, written=means):
+    """A table with these laws.
 
     beside: further experiments, without one. column: a further column without any effect. uneven:
     each setting is read half as well, as well or twice as well as usual.
     """
     laws = tuple(nature.BY_NAME[n] for n in names)
-
-    def draw(rng, strength):
-        strong = tuple((law, law.k * rng.uniform(0.85, 1.15) if "v^" not in law.name else law.k)
-                       for law in laws)  # fmt: skip
-        parts, noise, constants = [], {}, {}
-        for experiment in dict.fromkeys([*(law.experiment for law in laws), *beside]):
-            states = {s for law in laws if law.experiment == experiment
-                      for _, place in law.places for s in place}  # fmt: skip
-            further = next((c for c in plans.FURTHER if c in states), column)
-            x = plans.levers(experiment, PLANS[plan], rng, further, "interval" in states)
-            c = constant(experiment, rng)
-            noise[experiment] = noise_for(strong, experiment, x, c, strength)
-            constants[experiment] = c
-            true = nature.value(strong, experiment, x, c)
-            scale = rng.choice([0.5, 1.0, 2.0], len(true)) if uneven else noise[experiment]
-            parts.append(written(experiment, x, true, rng, scale))
-        table = pd.concat(parts, ignore_index=True)
-        return Drawn(table, laws, (), constants, noise, strong)
-
-    return draw
+    strong = tuple((law, law.k * rng.uniform(0.85, 1.15) if "v^" not in law.name else law.k)
+                   for law in laws)  # fmt: skip
+    parts, noise, constants = [], {}, {}
+    for experiment in dict.fromkeys([*(law.experiment for law in laws), *beside]):
+        states = {s for law in laws if law.experiment == experiment
+                  for _, place in law.places for s in place}  # fmt: skip
+        further = next((c for c in plans.FURTHER if c in states), column)
+        x = plans.levers(experiment, PLANS[plan], rng, further, "interval" in states)
+        c = constant(experiment, rng)
+        noise[experiment] = noise_for(strong, experiment, x, c, strength)
+        constants[experiment] = c
+        true = nature.value(strong, experiment, x, c)
+        scale = rng.choice([0.5, 1.0, 2.0], len(true)) if uneven else noise[experiment]
+        parts.append(written(experiment, x, true, rng, scale))
+    table = pd.concat(parts, ignore_index=True)
+    return Drawn(table, laws, (), constants, noise, strong)
 
 
 # --- faults of the laboratory -------------------------------------------------------------------
@@ -220,18 +223,15 @@ def grown(experiment, x, true, pattern, strength):
     return true + error * pattern * k
 
 
-def patterned(experiment, of, pattern, plan="4", other=None, shuffle=False):
+@drawing
+def patterned(rng, strength, experiment, of, pattern, plan="4", other=None, shuffle=False):
     """Readings of a plan have errors in common: pattern(n, x, rng) gives them in standard errors
     (n,), and further columns. of: what the fault is of. shuffle: the plan is measured in random
     order."""
-
-    def draw(rng, strength):
-        x, true = _plain(experiment, plan, rng, shuffle)
-        errors, columns = pattern(len(true), x, rng)
-        table = means(experiment, x, grown(experiment, x, true, errors, strength), rng)
-        return _faulty(table.assign(**columns), experiment, of, other=other, plan=plan, rng=rng)
-
-    return draw
+    x, true = _plain(experiment, plan, rng, shuffle)
+    errors, columns = pattern(len(true), x, rng)
+    table = means(experiment, x, grown(experiment, x, true, errors, strength), rng)
+    return _faulty(table.assign(**columns), experiment, of, other=other, plan=plan, rng=rng)
 
 
 def shared_by_level(experiment, of, plan="4", other=None):
@@ -279,75 +279,62 @@ def drift(experiment, shuffle=True):
     )
 
 
-def one_row(experiment, plan="4", other=None, written=means):
+@drawing
+def one_row(rng, strength, experiment, plan="4", other=None, written=means):
     """One row is off by so many standard errors; of single readings, by so many standard deviations
     of a reading."""
-
-    def draw(rng, strength):
-        x, true = _plain(experiment, plan, rng)
-        table = written(experiment, x, true, rng)
-        row = int(rng.integers(len(table)))
-        spread = sigma(experiment, true)[row * len(true) // len(table)]
-        error = spread / np.sqrt(REPLICATES) if written is means else spread
-        table.loc[row, "value"] += strength * error * rng.choice([-1.0, 1.0])
-        return _faulty(table, experiment, "row", (row + 2,), other=other, plan=plan, rng=rng)
-
-    return draw
+    x, true = _plain(experiment, plan, rng)
+    table = written(experiment, x, true, rng)
+    row = int(rng.integers(len(table)))
+    spread = sigma(experiment, true)[row * len(true) // len(table)]
+    error = spread / np.sqrt(REPLICATES) if written is means else spread
+    table.loc[row, "value"] += strength * error * rng.choice([-1.0, 1.0])
+    return _faulty(table, experiment, "row", (row + 2,), other=other, plan=plan, rng=rng)
 
 
-def mislabelled():
+@drawing
+def mislabelled(rng, strength):
     """Three of 20 rows at three sizes and three neighbouring heights stand under each other's
     label, none above the height that it stands under. The strength does not count."""
-
-    def draw(rng, strength):
-        x = plans.levers("drop", PLANS["close"], rng)
-        table = means("drop", x, nature.value((), "drop", x, float(rng.uniform(0.5, 0.7))), rng)
-        heights = np.unique(x["drop_height_mm"])
-        sizes = rng.permutation(np.unique(x["particle_diameter_mm"]))[:3]
-        start = int(rng.integers(len(heights) - 2))
-        rows = [
-            int(np.flatnonzero((x["drop_height_mm"] == h) & (x["particle_diameter_mm"] == d))[0])
-            for h, d in zip(heights[start : start + 3], sizes, strict=True)
-        ]
-        read = ["value", "sd"]
-        table.loc[rows, read] = table.loc[np.roll(rows, 1), read].to_numpy()
-        return _faulty(table, "drop", "row", tuple(sorted(r + 2 for r in rows)))
-
-    return draw
+    x = plans.levers("drop", PLANS["close"], rng)
+    table = means("drop", x, nature.value((), "drop", x, float(rng.uniform(0.5, 0.7))), rng)
+    heights = np.unique(x["drop_height_mm"])
+    sizes = rng.permutation(np.unique(x["particle_diameter_mm"]))[:3]
+    start = int(rng.integers(len(heights) - 2))
+    rows = [
+        int(np.flatnonzero((x["drop_height_mm"] == h) & (x["particle_diameter_mm"] == d))[0])
+        for h, d in zip(heights[start : start + 3], sizes, strict=True)
+    ]
+    read = ["value", "sd"]
+    table.loc[rows, read] = table.loc[np.roll(rows, 1), read].to_numpy()
+    return _faulty(table, "drop", "row", tuple(sorted(r + 2 for r in rows)))
 
 
-def wrong_level(share, level=2):
+@drawing
+def wrong_level(rng, strength, share, level=2):
     """All drops of one level fell from a height that was so many times the one that stands in the
     table (120 mm that were 132). The noise makes it as strong as asked."""
-
-    def draw(rng, strength):
-        x, true = _plain("drop", "5", rng)
-        at = x["drop_height_mm"] == np.unique(x["drop_height_mm"])[level]
-        off = true * np.where(at, share, 1.0)
-        scale = distance("drop", x, off) / strength
-        lines = tuple(int(i) + 2 for i in np.flatnonzero(at))
-        return _faulty(means("drop", x, off, rng, scale), "drop", "drop_height_mm", lines)
-
-    return draw
+    x, true = _plain("drop", "5", rng)
+    at = x["drop_height_mm"] == np.unique(x["drop_height_mm"])[level]
+    off = true * np.where(at, share, 1.0)
+    scale = distance("drop", x, off) / strength
+    lines = tuple(int(i) + 2 for i in np.flatnonzero(at))
+    return _faulty(means("drop", x, off, rng, scale), "drop", "drop_height_mm", lines)
 
 
-def coarse(to_mm, every_reading, written=means):
+@drawing
+def coarse(rng, strength, to_mm, every_reading, written=means):
     """Rebounds are read to so many mm: each reading, or the mean that is written down."""
 
     def read(values):
         return np.maximum(np.round(values / to_mm), 1.0) * to_mm
 
-    def draw(rng, strength):
-        table = written(
-            "drop", *_plain("drop", "5", rng), rng, read=read if every_reading else None
-        )
-        if "sd" in table:  # five equal readings do not have a spread of nothing
-            table["sd"] = np.maximum(table["sd"], to_mm / np.sqrt(12.0) * every_reading)
-        if not every_reading:
-            table["value"] = read(table["value"])
-        return _faulty(table, "drop", "resolution")
-
-    return draw
+    table = written("drop", *_plain("drop", "5", rng), rng, read=read if every_reading else None)
+    if "sd" in table:  # five equal readings do not have a spread of nothing
+        table["sd"] = np.maximum(table["sd"], to_mm / np.sqrt(12.0) * every_reading)
+    if not every_reading:
+        table["value"] = read(table["value"])
+    return _faulty(table, "drop", "resolution")
 
 
 # --- nulls --------------------------------------------------------------------------------------
@@ -358,15 +345,12 @@ def null(*experiments, **how):
     return with_laws(beside=experiments, **how)
 
 
-def named_batches(column, count):
+@drawing
+def named_batches(rng, strength, column, count):
     """Batches or instruments that are told and share nothing."""
-
-    def draw(rng, strength):
-        table = means("drop", *_plain("drop", "4", rng), rng)
-        table[column] = rng.permutation(np.arange(len(table)) % count) + 1
-        return Drawn(table)
-
-    return draw
+    table = means("drop", *_plain("drop", "4", rng), rng)
+    table[column] = rng.permutation(np.arange(len(table)) % count) + 1
+    return Drawn(table)
 
 
 KINDS: dict[str, Kind] = {}
