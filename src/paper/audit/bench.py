@@ -100,15 +100,18 @@ def _between(paper, claim):
     return Found(f"{low:g} to {high:g}", holds=low <= claim.value <= high, at=at)
 
 
-def _lasts(needed):
-    """Whether a printed duration is at least what is needed, a function of the paper [s]."""
-    return lambda paper, claim: Found(needed(paper), holds=claim.value >= needed(paper))
-
-
-def _fall_and_rise(paper):
-    """To the highest printed rebound."""
-    heights = (paper.value("drop_height"), DROP.points(paper)[1].max())
-    return sum(np.sqrt(2e-3 * h / paper.value("gravity")) for h in heights)
+def _lasts(paper, claim):
+    """Whether a printed duration is at least what is needed [s]: to make all grains, to tilt to the
+    largest angle, to fall and rise to the highest rebound."""
+    if claim.group == "heap":
+        needed = paper.value("particle_count") / paper.value("generation_rate")
+    elif claim.group == "tilt":
+        tilted = TILT.points(paper)[1].max() / paper.value("inclined_plane_tilt_rate")
+        needed = paper.value("tilt_start") + tilted
+    else:
+        heights = (paper.value("drop_height"), DROP.points(paper)[1].max())
+        needed = sum(np.sqrt(2e-3 * h / paper.value("gravity")) for h in heights)
+    return Found(needed, holds=claim.value >= needed)
 
 
 def _tangent(paper, row):
@@ -176,31 +179,24 @@ def _salt_constants(paper):
     return 1e6 * paper.value("section_1_1_shear_modulus"), paper.value("section_1_1_poisson_ratio")
 
 
-def _longer_times(time):
+def _longer_times(paper, claim):
     """{simulated diameter: Found}, sieve size times scale factor: whether the time step is below a
-    time of a grain, time(paper, radius [m], density, constants of the salt). The paper may print no
-    constants."""
-
-    def found(paper, claim):
-        constants, scale = _salt_constants(paper), paper.value("scale_factor")
-        density, every = intrinsic(paper, "salt_density").value, {}
-        for diameter in (scale * float(size) for size in SIEVES_MM):
-            every[f"{diameter:g}mm"] = Found(None)
-            if constants is not None:
-                limit = time(paper, 0.5e-3 * diameter, density, constants)
-                share, steps = claim.value / limit, limit / claim.value
-                every[f"{diameter:g}mm"] = Found(limit, holds=share < 1, share=share, steps=steps)
-        return every
-
-    return found
-
-
-def _contact_time(paper, radius, density, constants):
-    """Of a grain that falls on the plate of the drop test [s]."""
+    grain's Rayleigh time, or below the contact of one that falls on the plate of the drop test. The
+    paper may print no constants of the salt."""
     names = ("density", "shear_modulus", "poisson_ratio")
     plate = Material(*(intrinsic(paper, f"steel_{n}").value for n in names))
     speed = np.sqrt(2e-3 * paper.value("drop_height") * paper.value("gravity"))
-    return hertz_contact_time(radius, speed, Material(density, *constants), plate)
+    constants, scale = _salt_constants(paper), paper.value("scale_factor")
+    density, every = intrinsic(paper, "salt_density").value, {}
+    for diameter in (scale * float(size) for size in SIEVES_MM):
+        radius, every[f"{diameter:g}mm"] = 0.5e-3 * diameter, Found(None)
+        if constants is not None:
+            limit = rayleigh_time(radius, density, *constants)
+            if claim.part == "contact":
+                limit = hertz_contact_time(radius, speed, Material(density, *constants), plate)
+            share, steps = claim.value / limit, limit / claim.value
+            every[f"{diameter:g}mm"] = Found(limit, holds=share < 1, share=share, steps=steps)
+    return every
 
 
 def _law_heights(paper):
@@ -256,25 +252,13 @@ CLAIMS: Claims = {
     ),
     "tilt.between drop.between": _between,
     "tilt.bench tilt.simulated drop.bench drop.simulated shear.particle": _readings,
-    "tilt.reach": _lasts(
-        lambda paper: (
-            paper.value("tilt_start")
-            + TILT.points(paper)[1].max() / paper.value("inclined_plane_tilt_rate")
-        )
-    ),
-    "drop.duration": _lasts(_fall_and_rise),
+    "heap.generation tilt.reach drop.duration": _lasts,
     "shear.slope shear.intercept": _yield_locus,
     "shear.friction": lambda paper, _: Found(
         paper.value("yield_locus_slope"), paper.scalar("yield_locus_slope").half_unit
     ),
-    "tilt.time_step drop.time_step": _longer_times(
-        lambda _, radius, density, constants: rayleigh_time(radius, density, *constants)
-    ),
-    "drop.contact": _longer_times(_contact_time),
+    "tilt.time_step drop.time_step drop.contact": _longer_times,
     "table09.law": _heights_on_law,
-    "heap.generation": _lasts(
-        lambda paper: paper.value("particle_count") / paper.value("generation_rate")
-    ),
 }
 CELLS: Cells = {
     "table08.tangent.{row}": (TILT.file, TILT.parameter, _tangent),
