@@ -83,7 +83,9 @@ def _make(name, engine, cores):
             print(f"release: {name}: {command} failed", file=sys.stderr)
             return False
     for study in part.get("keep", ()):
-        keep_study(Path("results") / study, KEPT / study)
+        kept_results.keep(f"results/{study}", KEPT / study, (*kept_results.KEPT, *TABLES))
+        if Path("results/runs").is_dir():  # what its heaps held
+            write_table(funnels(Path("results") / study), KEPT / study / FUNNELS)
     for source, target in part.get("copies", {}).items():
         _copy(Path(source), KEPT / target)
     took = round(time.monotonic() - begin, 1)
@@ -92,13 +94,6 @@ def _make(name, engine, cores):
     write_json(RECORD, record | {name: own})
     write_pages()
     return True
-
-
-def keep_study(study: Path, target: Path) -> None:
-    """Copy a study's summaries and tables, and, where its runs are at hand, what its heaps held."""
-    kept_results.keep(study, target, (*kept_results.KEPT, *TABLES))
-    if (study.parent / "runs").is_dir():
-        write_table(funnels(study), target / FUNNELS)
 
 
 def funnels(study: Path) -> pd.DataFrame:
