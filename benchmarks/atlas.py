@@ -157,7 +157,8 @@ def _config(specs, readings, folder):
     write_factors(folder / "factors.tsv", FACTORS)
     rows = [
         {"experiment": spec["experiment"], "quantity": without_unit(_metric(name)), "value": value}
-        | {"unit": in_ascii(unit_of(_metric(name)))} | _levers(spec)
+        | {"unit": in_ascii(unit_of(_metric(name)))}
+        | {k: v for k, v in spec["geometry"].items() if k == "rotation_rate_deg_s"}  # a lever
         for name, spec in specs.items() for value in readings[name]
     ]  # fmt: skip
     write_table(pd.DataFrame(rows), folder / "measured.csv")
@@ -171,12 +172,6 @@ def _config(specs, readings, folder):
         "measurements": str(folder / "measured.csv"),
     }
     return parse_config(data)
-
-
-def _levers(spec):
-    """Columns that the reading of a test needs: a drum's speed."""
-    key = "rotation_rate_deg_s"
-    return {key: spec["geometry"][key]} if key in spec["geometry"] else {}
 
 
 def left_out() -> pd.DataFrame:

@@ -118,7 +118,9 @@ def compared(study: Path, heaps: Path) -> dict[str, Any]:
     )  # fmt: skip
     ours = values[1.0]
     found = compare(runs, ours, [*conventions(runs, ours), friction], spread=apart(study))
-    return found | {"without_value": int((~has).sum()), "mean": _mean(runs, ours)}
+    off = np.array([run.value for run in runs]) - ours  # theirs less ours [deg]
+    mean = {"difference": float(off.mean()), "se": float(off.std(ddof=1) / np.sqrt(len(off)))}
+    return found | {"without_value": int((~has).sum()), "mean": mean}
 
 
 def ours_at(specs: list[dict[str, Any]], share: float, root: Path) -> np.ndarray:
@@ -145,12 +147,6 @@ def apart(study: Path) -> float:
     specs = list(read_plan(study / "validation" / "plan.json").values())
     ours = ours_at(specs, 1.0, study.parent / "runs")
     return float(np.hypot(theirs, np.nanstd(ours, ddof=1)))
-
-
-def _mean(runs, ours):
-    """Mean difference, theirs less ours, and its standard error [deg]."""
-    off = np.array([run.value for run in runs]) - ours
-    return {"difference": float(off.mean()), "se": float(off.std(ddof=1) / np.sqrt(len(off)))}
 
 
 if __name__ == "__main__":

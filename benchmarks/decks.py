@@ -18,15 +18,7 @@ from calibration.files import read_json
 from calibration.intake.tables import read_written
 from calibration.runs.simulated import simulate
 from calibration.study.config import overlay
-from calibration.telling.export import rolling
-from calibration.telling.export.decks import (
-    DECKS,
-    SEEDS,
-    Deck,
-    engine_of,
-    heaps_here,
-    heaps_there,
-)
+from calibration.telling.export import decks, rolling
 from calibration.telling.export.trials import OWN, TRIALS, trials
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
@@ -39,15 +31,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Kind:
-    """One law, or one kind of grain, that is poured in several codes."""
+    """One law, or one kind of grain, that is poured in several codes.
 
-    about: str
-    """What it is, in words."""
+    changes: what differs from the run spec of trials.json. converted: whether the codes get the
+    numbers that `export_converted` finds for their own law.
+    """
+
     changes: Mapping[str, Any]
-    """What differs from the run spec of trials.json."""
-    codes: tuple[str, ...] = (*DECKS, "yade")
+    codes: tuple[str, ...] = (*decks.DECKS, "yade")
     converted: bool = False
-    """Whether the codes get the numbers that `export_converted` finds for their own law."""
 
 
 TYPE_C, TYPE_A = "elastic_plastic", "constant_torque"
@@ -57,25 +49,16 @@ STICKY = {
     "law_parameters": {"cohesion_energy_density_J_m3": 60_000},
 }
 KINDS = {
-    TYPE_C: Kind("type C, which all codes have", {"laws": {"rolling": TYPE_C}}),
-    f"{TYPE_C}, sieve curve": Kind(
-        "grains of two sizes, half of the mass each",
-        {"laws": {"rolling": TYPE_C}, "particles": {"sizes": SIZES}},
-    ),
-    f"{TYPE_C}, sjkr": Kind(
-        "an attraction that of the other codes LIGGGHTS alone has", STICKY, ("liggghts",)
-    ),
-    TYPE_A: Kind(
-        "type A on the own spin, which no other code has: their decks have type C with the same "
-        "number",
-        {"laws": {"rolling": TYPE_A}},
-        DECKS,
-    ),
-    f"{TYPE_A}, converted": Kind(
-        "the same law, with the numbers that `export_converted` finds",
-        {"laws": {"rolling": TYPE_A}},
-        converted=True,
-    ),
+    # type C, which all codes have
+    TYPE_C: Kind({"laws": {"rolling": TYPE_C}}),
+    # grains of two sizes, half of the mass each
+    f"{TYPE_C}, sieve curve": Kind({"laws": {"rolling": TYPE_C}, "particles": {"sizes": SIZES}}),
+    # an attraction that of the other codes LIGGGHTS alone has
+    f"{TYPE_C}, sjkr": Kind(STICKY, ("liggghts",)),
+    # type A on the own spin, which no other code has: their decks have type C with the same number
+    TYPE_A: Kind({"laws": {"rolling": TYPE_A}}, decks.DECKS),
+    # the same law, with the numbers that `export_converted` finds
+    f"{TYPE_A}, converted": Kind({"laws": {"rolling": TYPE_A}}, converted=True),
 }
 """What is tried. Of `constant_torque_relative` three of the first five heaps here did not rest
 within the three seconds."""
@@ -87,7 +70,7 @@ STATED = {
 """What the decks of the trial state of the calibrated model: nothing of it is used."""
 
 
-def poured(name: str, folder: str | Path, seeds: int = SEEDS) -> dict[str, Any]:
+def poured(name: str, folder: str | Path, seeds: int = decks.SEEDS) -> dict[str, Any]:
     """Changes, conversion and {code: profiles of its heaps} of one of KINDS, this engine's heaps
     among them; folder: where the decks and their heaps are kept."""
     kind, place = KINDS[name], Path(folder) / name.replace(", ", "_").replace(" ", "_")
@@ -96,9 +79,9 @@ def poured(name: str, folder: str | Path, seeds: int = SEEDS) -> dict[str, Any]:
     wanted, heaps = range(spec.seed, spec.seed + seeds), {}
     for code in kind.codes:
         deck = deck_in(place, code, spec, found)
-        heaps[code] = heaps_there(deck, wanted, 3600.0)
+        heaps[code] = decks.heaps_there(deck, wanted, 3600.0)
         if OWN not in heaps:
-            heaps[OWN] = heaps_here(deck, wanted)
+            heaps[OWN] = decks.heaps_here(deck, wanted)
     return {"changes": kind.changes, "rolling": found, "heaps": heaps}
 
 
@@ -126,18 +109,18 @@ def converted(mapping: dict[str, Any], folder: Path) -> dict[str, Any]:
     return rolling.conclude(parse_spec(mapping), evidence, moved, UNIT)
 
 
-def deck_in(folder: Path, code: str, spec: RunSpec, found: Mapping[str, Any] | None) -> Deck:
+def deck_in(folder: Path, code: str, spec: RunSpec, found: Mapping[str, Any] | None) -> decks.Deck:
     """The deck of a run spec for a code, whose heaps are kept in a folder. found: content of
     rolling.json, or None where the numbers stay as they are."""
     place = folder / code
     place.mkdir(parents=True, exist_ok=True)
-    return Deck(place, code, spec, STATED | {"rolling": found})
+    return decks.Deck(place, code, spec, STATED | {"rolling": found})
 
 
 def main(folder: str | Path = "results/trials") -> int:
     """Write trials.json."""
     codes = dict.fromkeys(code for kind in KINDS.values() for code in kind.codes)
-    by = {code: engine_of(code).version() for code in codes} | {OWN: engine_fingerprint()}
+    by = {code: decks.engine_of(code).version() for code in codes} | {OWN: engine_fingerprint()}
     made = {name: poured(name, folder) for name in KINDS}
     write_json(TRIALS, {"spec": trials()["spec"], "poured_by": by, "trials": made})
     return 0

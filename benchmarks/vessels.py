@@ -1,10 +1,10 @@
 """What the width of a rig does to what is read in it: `python -m benchmarks.vessels RUNS OUT`.
 
-Makes the runs that RUNS has not yet and writes `density.csv` and `rigs.csv` into OUT, a row a run.
-The kept tables are in results/reference/vessels, with the plan that was stated before the runs.
+Makes the runs that RUNS does not have of this engine and writes `density.csv` and `rigs.csv` into
+OUT, a row a run. The kept tables are in results/reference/vessels, with the plan that was stated
+before the runs.
 """
 
-import json
 import math
 import sys
 from pathlib import Path
@@ -66,44 +66,36 @@ def poured(point, width, depth, seed):
 
 def rig(name, point, wider, seed):
     """Run spec of a rig as `dem new` writes it, `wider` times as many grains wide."""
-    d, grain = GRAIN, {"diameter_mm": GRAIN}
-    if name == "shear":
-        geometry = {"normal_stress_kPa": 2, "inner_diameter_mm": 10 * d * wider,
-                    "outer_diameter_mm": 22 * d * wider, "shear_speed_mm_s": 15 * d,
-                    "preshear_displacement_mm": 2 * d, "shear_displacement_mm": 3 * d}  # fmt: skip
-        particles = {"count": round(1300 * wider**2)} | grain
-        return spec_of("shear", point, seed, particles, geometry,
-                       overlap_limit=0.8, rayleigh_fraction=0.2)  # fmt: skip
-    if name == "wall":
-        geometry = {"normal_stress_kPa": 2, "ring_diameter_mm": 12 * d * wider,
-                    "slide_speed_mm_s": 10 * d, "slide_mm": 2 * d}  # fmt: skip
-        particles = {"count": round(800 * wider**2)} | grain
-        return spec_of("wall_friction", point, seed, particles, geometry, rayleigh_fraction=0.2)
-    if name == "silo":
-        wide = 45.0 * wider
-        geometry = {"orifice_diameter_mm": 18, "silo_diameter_mm": wide}
-        count = 0.55 * 1.5 * wide**2 * 43.2 / d**3
-        return spec_of("discharge", point, seed, {"count": round(count)} | grain, geometry,
-                       max_time_s=15)  # fmt: skip
-    d = (0.9 * 50**2 * 75 / 4000) ** (1 / 3) / wider
-    geometry = {"cylinder_diameter_mm": 50, "plate_diameter_mm": 200, "lift_speed_mm_s": 20}
-    particles = {"count": round(4000 * wider**3), "diameter_mm": d}
-    return spec_of("lifted_cylinder", point, seed, particles, geometry, max_time_s=5)
+    d, wide = GRAIN, 45.0 * wider
+    if name == "cyl":
+        d = (0.9 * 50**2 * 75 / 4000) ** (1 / 3) / wider
+    experiment, count, geometry, numerics = {
+        "shear": ("shear", 1300 * wider**2, {
+            "normal_stress_kPa": 2, "inner_diameter_mm": 10 * d * wider,
+            "outer_diameter_mm": 22 * d * wider, "shear_speed_mm_s": 15 * d,
+            "preshear_displacement_mm": 2 * d, "shear_displacement_mm": 3 * d,
+        }, {"overlap_limit": 0.8, "rayleigh_fraction": 0.2}),
+        "wall": ("wall_friction", 800 * wider**2, {
+            "normal_stress_kPa": 2, "ring_diameter_mm": 12 * d * wider,
+            "slide_speed_mm_s": 10 * d, "slide_mm": 2 * d,
+        }, {"rayleigh_fraction": 0.2}),
+        "silo": ("discharge", 0.55 * 1.5 * wide**2 * 43.2 / d**3, {
+            "orifice_diameter_mm": 18, "silo_diameter_mm": wide,
+        }, {"max_time_s": 15}),
+        "cyl": ("lifted_cylinder", 4000 * wider**3, {
+            "cylinder_diameter_mm": 50, "plate_diameter_mm": 200, "lift_speed_mm_s": 20,
+        }, {"max_time_s": 5}),
+    }[name]  # fmt: skip
+    particles = {"count": round(count), "diameter_mm": d}
+    return spec_of(experiment, point, seed, particles, geometry, **numerics)
 
 
-def made(folder, spec):
-    """Metrics of a run, which is made where it is not there."""
-    if not (folder / "result.json").exists():
-        run(spec, folder)
-    return json.loads((folder / "result.json").read_text())["metrics"]
-
-
-def densities(folder):
-    """Mass over volume and density of the core with each edge [kg/m3] of a bed."""
+def densities(folder, width):
+    """Mass over volume and density of the core with each edge [kg/m3] of a bed so many grains
+    wide."""
     state = np.load(folder / "final.npz")
     place, radius = state["position"] - state["wall_origin"][0], state["radius"]
-    wide = json.loads((folder / "result.json").read_text())["spec"]["geometry"]
-    half = 0.5e-3 * wide["vessel_diameter_mm"]
+    half = 0.5e-3 * (width * GRAIN)
     level = float(np.sort(place[:, 2])[int(0.95 * len(place)) - 1])
     mass = DENSITY * 4.0 / 3.0 * math.pi * float((radius[place[:, 2] <= level] ** 3).sum())
     found = {"mass_over_volume_kg_m3": mass / (math.pi * half**2 * level)}
@@ -122,17 +114,17 @@ def main(runs: Path, out: Path) -> None:
         for width, depth in BEDS:
             for seed in SEEDS:
                 folder = runs / f"{point}-w{width:g}-h{depth:g}-{seed}"
-                made(folder, poured(point, width, depth, seed))
+                run(poured(point, width, depth, seed), folder, again=False)
                 row = {"point": point, "width": width, "depth": depth, "seed": seed}
-                beds.append(row | densities(folder))
+                beds.append(row | densities(folder, width))
     for name, metric in READ.items():
         for point in ("p1", "p2"):
             for wider in (1.0, 1.5):
                 for seed in SEEDS[:3]:
                     folder = runs / f"{name}-{point}-{wider:g}-{seed}"
-                    value = made(folder, rig(name, point, wider, seed))[metric]
+                    found = run(rig(name, point, wider, seed), folder, again=False)["metrics"]
                     row = {"rig": name, "point": point, "wider": wider, "seed": seed}
-                    rigs.append(row | {"metric": metric, "value": value})
+                    rigs.append(row | {"metric": metric, "value": found[metric]})
     pd.DataFrame(beds).round(2).to_csv(out / "density.csv", index=False)
     pd.DataFrame(rigs).round(4).to_csv(out / "rigs.csv", index=False)
 

@@ -7,8 +7,8 @@ TABLES = [user_file(path) for path in paper.stages.tables(STUDY_OBJECT)]
 # of further studies, where they have been run: the validations that count beside this one, and the
 # screenings of this one at other seeds
 BESIDE, REPEATS = (
-    [f"{RESULTS}{path.removeprefix(SETTINGS.results)}" for path in named(STUDY_OBJECT)]
-    for named in (paper.stages.beside, paper.stages.repeats)
+    [f"{RESULTS}{path.removeprefix(SETTINGS.results)}" for path in files]
+    for files in paper.stages.further(STUDY_OBJECT)
 )
 # the claim of 1.2, where the study makes it or has made it
 SCALED = (

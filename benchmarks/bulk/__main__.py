@@ -16,11 +16,11 @@ from dem.errors import DemError
 RUNS, SPEEDS = "runs.csv", "speeds.csv"
 
 
-def _parser():
+def main(words: list[str] | None = None) -> int:
+    """Run the cases that are asked for; returns the exit status."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.bulk")
-    parser.add_argument(
-        "files", type=Path, help="folder of MercuryDPM's Drivers/Papers/OSBenchmark"
-    )
+    files = "folder of MercuryDPM's Drivers/Papers/OSBenchmark"
+    parser.add_argument("files", type=Path, help=files)
     parser.add_argument("out", type=Path, help="folder for the results")
     parser.add_argument("--case", choices=CASES, action="append", required=True)
     parser.add_argument("--code", choices=CODES, action="append", required=True)
@@ -28,12 +28,7 @@ def _parser():
         "--speed", action="store_true", help="keep the speed alone, of a run with nothing beside it"
     )
     parser.add_argument("--seconds", type=float, default=float("inf"), help="of simulated time")
-    return parser
-
-
-def main(words: list[str] | None = None) -> int:
-    """Run the cases that are asked for; returns the exit status."""
-    args = _parser().parse_args(words)
+    args = parser.parse_args(words)
     try:
         for name in args.case:
             case = CASES[name](args.files).shortened(args.seconds)

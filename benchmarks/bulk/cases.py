@@ -125,60 +125,41 @@ def read_numbers(path: Path, columns: int) -> np.ndarray:
     rows = []
     for number, line in enumerate(lines[1:], 2):
         words = line.split()
-        if len(words) != columns:
-            if words and number < len(lines) - 2:
-                raise DemError(f"{path}, line {number}: {line!r}; allowed: {columns} numbers")
+        if len(words) != columns and (not words or number >= len(lines) - 2):
             continue
         try:
-            rows.append([float(word) for word in words])
+            rows.append(np.array(words, float).reshape(columns))
         except ValueError:
             raise DemError(f"{path}, line {number}: {line!r}; allowed: {columns} numbers") from None
     return np.array(rows)
 
 
-def _spheres(path):
-    """(radius (n,), position (n, 3)) of a file of spheres."""
-    table = read_numbers(path, 4)
-    return table[:, 0], table[:, 1:]
-
-
-def _walls(path):
-    return read_numbers(path, 9).reshape(-1, 3, 3)
+def _given(folder, spheres):
+    """(radius (n,), position (n, 3), triangles (t, 3, 3)) of a case's folder."""
+    table, walls = read_numbers(folder / spheres, 4), read_numbers(folder / "walls.txt", 9)
+    return table[:, 0], table[:, 1:], walls.reshape(-1, 3, 3)
 
 
 def penetration(folder: Path) -> Case:
     """A steel sphere falls into a bed of grains of 2 mm in a box."""
-    radius, position = _spheres(folder / "Penetration" / "25KParticles.txt")
+    radius, position, triangles = _given(folder / "Penetration", "25KParticles.txt")
     wide, height, speed = INTRUDER
     grains = len(radius)
 
     def watch(position, number):
         return {"height_m": float(position[number == grains, 2][0])}
 
-    triangles = _walls(folder / "Penetration" / "walls.txt")
-    return Case(
-        "penetration-25K",
-        (
-            Group("M1", radius, position),
-            Group("steel", np.array([wide]), np.array([[0.0, 0.0, height]]), (0.0, 0.0, -speed)),
-        ),
-        triangles,
-        5e-7,
-        0.1,
-        watch,
-        box=_inside(triangles),
-    )
-
-
-def _inside(triangles):
-    """Half widths and bottom of the box within walls that have a thickness."""
+    # half widths and bottom of the box within walls that have a thickness
     x, y, z = triangles.reshape(-1, 3).T
-    return float(np.abs(x).min()), float(np.abs(y).min()), float(np.unique(np.round(z, 9))[1])
+    box = float(np.abs(x).min()), float(np.abs(y).min()), float(np.unique(np.round(z, 9))[1])
+    sphere = Group("steel", np.array([wide]), np.array([[0.0, 0.0, height]]), (0.0, 0.0, -speed))
+    groups = Group("M1", radius, position), sphere
+    return Case("penetration-25K", groups, triangles, 5e-7, 0.1, watch, box=box)
 
 
 def drum(folder: Path) -> Case:
     """A drum turns grains of two sizes and materials."""
-    radius, position = _spheres(folder / "Drum" / "PartCoordinates.txt")
+    radius, position, triangles = _given(folder / "Drum", "PartCoordinates.txt")
     coarse = radius == COARSE
     groups = (
         Group("M1", radius[~coarse], position[~coarse]),
@@ -195,19 +176,10 @@ def drum(folder: Path) -> Case:
             for name, of in (("M1", number < fine), ("M2", number >= fine))
         }
 
-    triangles = _walls(folder / "Drum" / "walls.txt")
     corners = triangles.reshape(-1, 3)
     inner = float(np.hypot(corners[:, 0], corners[:, 2])[np.abs(corners[:, 1]) <= 0.03].min())
-    return Case(
-        "drum",
-        groups,
-        triangles,
-        8e-7,
-        5.0,
-        watch,
-        spin=-DRUM_SPIN,
-        regions=(f"cylinder y 0 0 {inner:.6g} -0.03 0.03",),
-    )
+    regions = (f"cylinder y 0 0 {inner:.6g} -0.03 0.03",)
+    return Case("drum", groups, triangles, 8e-7, 5.0, watch, spin=-DRUM_SPIN, regions=regions)
 
 
 CASES: dict[str, Callable[[Path], Case]] = {"penetration-25K": penetration, "drum": drum}

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.bulk.cases import CONTACTS, MATERIALS, POISSON, Case
-from benchmarks.speed.peers import run_program
+from benchmarks.speed.peers import run_program, write_data
 from calibration.engines import lammps, liggghts
 from calibration.engines.program import find
 from dem.constants import GRAVITY
@@ -36,14 +36,11 @@ WIDE of it, WIDE_SKIN, the fastest of 0.1, 0.5, 1 and 2 for LIGGGHTS, which then
 all grains."""
 
 MOVED = {
-    unit: {f"dem-moved-{k}-{short}": k * size for k in (1, 2, 3, 4)}
-    for unit, short, size in (
-        ("nanometres", "nm", 1e-9),
-        ("micrometres", "um", 1e-6),
-        ("tenths of a mm", "0.1mm", 1e-4),
-    )
+    f"dem-moved-{k}-{unit}": k * size
+    for unit, size in (("nm", 1e-9), ("um", 1e-6), ("0.1mm", 1e-4))
+    for k in (1, 2, 3, 4)
 }
-"""Unit -> name -> how far [m] the last group is from its place: what chance makes of a case."""
+"""Name -> how far [m] the last group is from its place: what chance makes of a case."""
 
 CRUSHED = 0.5
 """Share of its radius to which a grain may be pressed here before the run is stopped as blown up:
@@ -94,10 +91,10 @@ def simulation(case: Case) -> Simulation:
     return sim
 
 
-def run_here(case: Case, folder: Path) -> Outcome:
-    """The case in this engine."""
+def run_here(case: Case, folder: Path, distance: float = 0.0) -> Outcome:
+    """The case in this engine, with the grains of its last group so far along x [m]."""
     compile_engine()
-    sim = simulation(case)
+    sim = simulation(case.moved(distance))
     between, looks = case.looks
     rows, done = [{"time_s": 0.0, **case.watch(sim.position, sim.tag)}], 0.0
     begin, spent = time.perf_counter(), time.process_time()
@@ -107,10 +104,6 @@ def run_here(case: Case, folder: Path) -> Outcome:
         rows.append({"time_s": sim.time, **case.watch(sim.position, sim.tag)})
     wall, spent = time.perf_counter() - begin, time.process_time() - spent
     return Outcome(rows, sim.steps, done, spent, wall)
-
-
-def _run_moved(case, folder, distance):
-    return run_here(case.moved(distance), folder)
 
 
 def _finished(case, folder, name, command):
@@ -139,35 +132,17 @@ def _frames(path: Path) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
                 yield step, table[:, 0].astype(int) - 1, table[:, 1:]
 
 
-def _space(case):
-    """Six bounds of the box [m], with room around the walls."""
-    corners = case.triangles.reshape(-1, 3)
-    low, high = corners.min(axis=0) - 0.01, corners.max(axis=0) + 0.01
-    return [q for pair in zip(low, high, strict=True) for q in pair]
-
-
 def _write_data(case, folder, style):
-    """Grains as LIGGGHTS and LAMMPS read them: types are numbered as `case.materials` are."""
+    """Grains as LIGGGHTS and LAMMPS read them: types are numbered as `case.materials` are. There is
+    room around the walls."""
     material, radius, position, velocity = _all(case)
-    names = case.materials
-    types = [names.index(name) + 1 for name in material]
+    types = [1 + case.materials.index(name) for name in material]
     density = [MATERIALS[name].density for name in material]
-    bounds = _space(case)
-    box = "\n".join(
-        f"{bounds[2 * k]:.9g} {bounds[2 * k + 1]:.9g} {axis}lo {axis}hi"
-        for k, axis in enumerate("xyz")
-    )
-    grains = "\n".join(
-        f"{k + 1} {types[k]} {2 * radius[k]:.9g} {density[k]:g} "
-        + " ".join(f"{q:.12g}" for q in position[k])
-        for k in range(len(radius))
-    )
-    moving = "\n".join(
-        f"{k + 1} " + " ".join(f"{q:.9g}" for q in velocity[k]) + " 0 0 0"
-        for k in range(len(radius))
-    )
-    text = f"{len(radius)} atoms\n{len(names)} atom types\n\n{box}\n\n{style}\n\n{grains}\n\n"
-    (folder / "grains.data").write_text(f"grains\n\n{text}Velocities\n\n{moving}\n")
+    corners = case.triangles.reshape(-1, 3)
+    box = corners.min(axis=0) - 0.01, corners.max(axis=0) + 0.01
+    state = position, velocity, np.zeros_like(velocity)
+    grains = np.column_stack([types, radius, density, *state])
+    write_data(folder / "grains.data", style, box, len(case.materials), grains)
 
 
 def _pair(a, b):
@@ -263,15 +238,10 @@ def run_lammps(case: Case, folder: Path) -> Outcome:
     for i, name in enumerate(names):
         walls.append(f"group grains{i} type {i + 1}")
         for k in range(len(regions)):
-            law = _lammps_law(name, "steel")
-            walls.append(
-                f"fix wall{i}_{k} grains{i} wall/gran/region granular {law} region wall{k}"
-            )
-    (folder / "in.lammps").write_text(
-        (INPUTS / "lammps.in")
-        .read_text()
-        .format(**_numbers(case), pairs="\n".join(pairs), walls="\n".join(walls))
-    )
+            law = f"wall/gran/region granular {_lammps_law(name, 'steel')} region wall{k}"
+            walls.append(f"fix wall{i}_{k} grains{i} {law}")
+    words = _numbers(case) | {"pairs": "\n".join(pairs), "walls": "\n".join(walls)}
+    (folder / "in.lammps").write_text((INPUTS / "lammps.in").read_text().format(**words))
     command = [find("lmp", lammps.INSTALL), "-in", "in.lammps", "-log", "none"]
     return _finished(case, folder, "lammps", command)
 
@@ -297,11 +267,7 @@ def run_yade(case: Case, folder: Path) -> Outcome:
 
 CODES: dict[str, Callable[[Case, Path], Outcome]] = {
     "dem": run_here,
-    **{
-        name: partial(_run_moved, distance=distance)
-        for starts in MOVED.values()
-        for name, distance in starts.items()
-    },
+    **{name: partial(run_here, distance=distance) for name, distance in MOVED.items()},
     "liggghts": run_liggghts,
     "lammps": run_lammps,
     "yade": run_yade,

@@ -11,10 +11,10 @@ them.
 """
 
 import json
-import os
 import tempfile
 import zlib
 from collections.abc import Callable, Mapping
+from contextlib import chdir
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
@@ -227,13 +227,9 @@ def table_of(case: Case) -> pd.DataFrame:
     own = {r.name: r.low + (r.high - r.low) * rng.uniform(0.2, 0.8) for r in rows}
     pull = PULL[case.kind] * (case.effect == "attraction")
     wrong = rng.integers(1, len(levels) - 1)
-    rows = []
+    quantity, rows = QUANTITIES[case.kind], []
     for k, level in enumerate(levels):
-        d = (
-            level
-            if lever == "particle_diameter_mm"
-            else RIGS[case.kind]["particles"]["diameter_mm"]
-        )
+        d = level if case.kind == "heap" else RIGS[case.kind]["particles"]["diameter_mm"]
         along = np.log(level / levels[0]) / np.log(levels[-1] / levels[0]) - 0.5
         falls = -0.25 * along * (case.effect == "friction over the size")
         at = own | {"rolling": max(own["rolling"] + falls, 0.01)}
@@ -242,17 +238,13 @@ def table_of(case: Case) -> pd.DataFrame:
         sd = float(np.hypot(SCATTER[case.kind], READING[case.kind]))
         if case.effect == "one level off" and k == wrong:
             off = 12.0 * sd / np.sqrt(REPLICATES)
-            true = true * (1.0 + off) if QUANTITIES[case.kind].relative else true + off
-        quantity = QUANTITIES[case.kind]
+            true = true * (1.0 + off) if quantity.relative else true + off
         row = {"experiment": case.kind, "quantity": quantity.name, "unit": quantity.unit}
         if clogs(case.kind, state):
-            told = {"outcome": "clogged", "n": REPLICATES, "sd": ""}
-            rows.append(row | {lever: level} | told)
+            rows.append(row | {lever: level, "outcome": "clogged", "n": REPLICATES, "sd": ""})
             continue
-        rows += [
-            row | {"value": f"{scattered(case.kind, true, sd, rng):.4g}", lever: level}
-            for _ in range(REPLICATES)
-        ]
+        readings = (scattered(case.kind, true, sd, rng) for _ in range(REPLICATES))
+        rows += [row | {"value": f"{value:.4g}", lever: level} for value in readings]
     return pd.DataFrame(rows)
 
 
@@ -260,41 +252,29 @@ def table_of(case: Case) -> pd.DataFrame:
 
 
 def diagnosed(table: pd.DataFrame, kind: str, runs: int, seed: int = 0) -> dict[str, Any]:
-    """verdict.json of a table, by the stages of the diagnosis in a folder of their own; the runs
-    that were made under `made`. seed: of the runs' scatter."""
-    before = Path.cwd()
-    with tempfile.TemporaryDirectory() as folder:
-        os.chdir(folder)
-        try:
-            return _in_folder(table, kind, runs, seed)
-        finally:
-            os.chdir(before)
-
-
-def _in_folder(table, kind, runs, seed):
-    table.to_csv("table.csv", index=False)
-    Path("factors.tsv").write_text(FACTORS)
-    config = parse_config({
-        "name": "stranger", "factors": "factors.tsv", "measurements": "table.csv",
-        "tests": {"test": {"experiment": kind, "run": MATERIALS | RIGS[kind]}},
-        "fixed": FIXED,
-        "diagnosis": {"runs": runs},
-    })  # fmt: skip
-    return through(Setup(SimpleNamespace(config=config), study_settings(config)), seed)
-
-
-def through(setup: Setup, seed: int = 0) -> dict[str, Any]:
-    """verdict.json of a study whose runs are closed forms."""
+    """verdict.json of a table, by the stages of the diagnosis in a folder of their own, with closed
+    forms for runs; the runs that were made under `made`. seed: of the runs' scatter."""
     figures: Any = SimpleNamespace(save=lambda figure, _: plt.close(figure))
 
     def simulate(specs, *_):
         return simulated(seed, specs)
 
     with (
+        tempfile.TemporaryDirectory() as folder,
+        chdir(folder),
         patch.multiple(stages, simulate=simulate, common=figures),
         patch.multiple("diagnosis.setup", simulate=simulate, untested=lambda names: set()),
     ):
-        return _stages(setup)
+        table.to_csv("table.csv", index=False)
+        Path("factors.tsv").write_text(FACTORS)
+        config = parse_config({
+            "name": "stranger", "factors": "factors.tsv", "measurements": "table.csv",
+            "tests": {"test": {"experiment": kind, "run": MATERIALS | RIGS[kind]}},
+            "fixed": FIXED,
+            "diagnosis": {"runs": runs},
+        })  # fmt: skip
+        study: Any = SimpleNamespace(config=config)
+        return _stages(Setup(study, study_settings(config)))
 
 
 def _stages(setup):

@@ -30,44 +30,16 @@ KEPT = ROOT / "results/reference/discovery"
 PAGE = KEPT / "rates.md"
 COMMAND = "python -m benchmarks.rates"
 DECIDE = {
-    "contacts": (
-        "diagnosis/table_model/*.py",
-        "diagnosis/table_model/terms/*.py",
-        "diagnosis/laws/*.py",
-        "diagnosis/catalogue/[a-z]*.py",
-        "diagnosis/chance.py",
-        "diagnosis/collision.py",
-        "diagnosis/fit.py",
-        "diagnosis/measurements.py",
-        "diagnosis/reading_errors.py",
-    ),
-    "bulk": (
-        "diagnosis/bulk.py",
-        "diagnosis/table_model/*.py",
-        "diagnosis/table_model/terms/*.py",
-        "diagnosis/laws/*.py",
-        "calibration/inference/chance_of_no_value.py",
-        "diagnosis/catalogue/*.py",
-        "diagnosis/chance.py",
-        "diagnosis/derived.py",
-        "diagnosis/design.py",
-        "diagnosis/emulator.py",
-        "diagnosis/emulator_waves.py",
-        "diagnosis/extend.py",
-        "diagnosis/failures.py",
-        "diagnosis/fit.py",
-        "diagnosis/lever_laws.py",
-        "diagnosis/measurements.py",
-        "diagnosis/model.py",
-        "diagnosis/reading_errors.py",
-        "diagnosis/response.py",
-        "diagnosis/rig.py",
-        "diagnosis/rules.py",
-        "diagnosis/scale.py",
-        "diagnosis/shared_errors.py",
-        "diagnosis/verdict.py",
-    ),
-}
+    "contacts": [f"diagnosis/{name}.py" for name in (
+        "table_model/* table_model/terms/* laws/* catalogue/[a-z]* chance collision fit "
+        "measurements reading_errors"
+    ).split()],
+    "bulk": ["calibration/inference/chance_of_no_value.py", *(f"diagnosis/{name}.py" for name in (
+        "table_model/* table_model/terms/* laws/* catalogue/* bulk chance derived design emulator "
+        "emulator_waves extend failures fit lever_laws measurements model reading_errors response "
+        "rig rules scale shared_errors verdict"
+    ).split())],
+}  # fmt: skip
 DECIDE["engine tables"] = DECIDE["bulk"]
 """Files that decide what is said of single contacts before the engine's gains, of bulk tests, and
 of bulk tests whose runs an engine made."""

@@ -1,20 +1,28 @@
 """Effects hidden in drops and slides of the engine, diagnosed as such tables are: by free laws and
 the integrated contact.
 
-Data are drawn by `hidden` at the strengths in STRENGTHS: each moves one setting of the plan by ten
-standard errors.
+Data are drawn by the real engine at other seeds, another time step and other base parameters, at
+the strengths in STRENGTHS: each moves one setting of the plan by ten standard errors.
 """
 
+import math
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
-from benchmarks.rates import hidden
 from benchmarks.rates.kept_rates import KEPT, ROOT, Trial, shares
 from benchmarks.rates.simulated import rate_settings, salt_heap
+from calibration.intake.measurements import OUTCOMES, Measurement
+from calibration.intake.quantities import QUANTITIES, Condition
+from calibration.runs.simulated import named, simulate
+from calibration.study.config import overlay
+from dem.constants import GRAVITY
+from dem.spec import parse_spec
 from diagnosis import contacts
 from diagnosis.catalogue import load_catalogue
 from diagnosis.rig import Rig
@@ -27,6 +35,35 @@ looked at while the method was made."""
 
 KINDS = ("no effect", "mechanism", "removed")
 VERDICTS = ("adequate", "identified", "discovered", "ambiguous", "error", "unexplained")
+
+NOISE = {"drop": 0.02, "tilt": 0.4}
+"""Standard deviation of one reading: a share of the value where that is its quantity's way, else in
+its unit."""
+
+REPLICATES = 5
+"""Readings of a condition."""
+
+STEP = {"drop": 0.8, "tilt": 1.25}
+"""Time step over that of the diagnosis."""
+
+FILM_S, FAST_FILM_S = 0.04, 0.01  # 25 and 100 frames a second
+PLAN = [
+    # the lower rebounds once more with an ordinary camera: free of charge, and it shows what the
+    # camera does
+    *(
+        ("drop", {"drop_height_mm": h, "particle_diameter_mm": d, "output_interval_s": film})
+        for film, heights in ((FAST_FILM_S, (50.0, 110.0, 250.0)), (FILM_S, (50.0, 110.0)))
+        for d in (1.0, 2.0, 4.0)
+        for h in heights
+    ),
+    *(
+        ("tilt", {"tilt_rate_deg_s": w, "particle_diameter_mm": d})
+        for d in (1.0, 1.6, 2.5, 4.0)
+        for w in (4.0, 20.0)
+    ),
+]
+"""What a laboratory measures that wants to tell mechanisms apart: each lever at its ends and
+between."""
 
 
 @dataclass(frozen=True)
@@ -71,10 +108,54 @@ def study() -> tuple[Rig, dict]:
 
 
 @cache
-def measured(truth: str, point: int, seed: int) -> list:
-    """Return the measurements of a case; those of `mechanism` and `removed` are the same."""
+def measured(truth: str, point: int, seed: int) -> list[Measurement]:
+    """Return measurements of PLAN with an effect switched on; those of `mechanism` and `removed`
+    are the same.
+
+    `point` draws the base parameters from the middle 60 % of their ranges. `seed` and the effect
+    draw the noise of each condition. A run that gives no value is a row with that outcome.
+    """
+    rig, catalogue = study()
     effects = {truth: strengths()[truth]} if truth else {}
-    return hidden.draw(point, *study(), effects, seed)
+    rng = np.random.default_rng([point, 20_011])
+    values = {f.name: f.natural(float(rng.uniform(-0.6, 0.6))) for f in rig.factors}
+    rows = []
+    for experiment, levers in PLAN:
+        spec = rig.spec(Condition(experiment, levers), 50_000 + 100 * point, values)
+        step = STEP[experiment] * parse_spec(spec).numerics.rayleigh_fraction
+        spec = overlay(spec, {"numerics": {"rayleigh_fraction": step}})
+        for name, strength in effects.items():
+            if experiment in catalogue[name].experiments and name != "apex_sampling":
+                spec = catalogue[name].apply(spec, strength)
+        [metrics] = simulate(named([spec])).values()
+        if metrics is None:
+            rows.append(
+                Measurement(
+                    experiment, math.nan, math.nan, 1, dict(levers),
+                    outcome=OUTCOMES[0], quantity=QUANTITIES[experiment].name,
+                )
+            )  # fmt: skip
+            continue
+        value = metrics[str(rig.settings.experiments[experiment].metric)]
+        # the same whatever else is measured, others for other effects
+        label = repr((experiment, sorted(levers.items()), sorted(effects.items())))
+        noise = np.random.default_rng([seed, zlib.crc32(label.encode())])
+        frames = effects.get("apex_sampling", 0.0)
+        rows.append(_read(experiment, levers, value, noise, frames))
+    return rows
+
+
+def _read(experiment, levers, value, rng, frame_factor):
+    """Mean and spread of noisy readings; frame_factor times the frame interval is what the camera
+    really had."""
+    n = REPLICATES
+    noise = NOISE[experiment] * (value if QUANTITIES[experiment].relative else 1.0)
+    sample = value + noise * rng.standard_normal(n)
+    if experiment == "drop" and frame_factor:
+        # each replicate's apex falls at a phase of its own between two frames
+        away = frame_factor * levers.get("output_interval_s", 0.0) * rng.uniform(-0.5, 0.5, n)
+        sample = sample - 1e3 * 0.5 * GRAVITY * away**2
+    return Measurement(experiment, float(sample.mean()), float(sample.std(ddof=1)), n, dict(levers))
 
 
 def judged(case: Case) -> dict[str, Any]:

@@ -17,19 +17,7 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from benchmarks.speed.cases import (
-    BLOCK,
-    MILLION,
-    RESTING,
-    SETTLE_STEPS,
-    bed,
-    block_rates,
-    box_width,
-    peak_memory,
-    tiled,
-    timed_bed,
-    timed_heap,
-)
+from benchmarks.speed import cases
 from benchmarks.speed.peers import WITHOUT_ROLLING, run_peers
 from calibration.files import write_table
 from calibration.intake.tables import read_written
@@ -37,7 +25,12 @@ from dem.errors import DemError
 from dem.experiments.phases import motion
 from dem.fingerprint import engine_fingerprint
 from dem.precompile import compile_engine
+from dem.spec import Numerics
 
+MILLION = "bed of 1000000 on two threads"
+"""Name, in the history of speeds, of a million grains that come to rest."""
+RESTING = Numerics.model_fields["rest_energy_ratio"].default
+"""Energy of motion below which they are at rest, as `motion` has it."""
 HISTORY = Path("results/reference/speed/history.csv")
 ROUNDS = 7
 COLUMNS = (
@@ -59,7 +52,7 @@ def main(words: list[str] | None = None) -> int:
     rows = []
     try:
         for case in args.case or ("bed", "heap"):
-            rows += CASES[case]()
+            rows.append(CASES[case]())
         if args.peers:
             rows += peer_rows()
     except DemError as fault:
@@ -74,10 +67,10 @@ def main(words: list[str] | None = None) -> int:
 def _million():
     """A million grains come to rest on two threads: a hundred settled beds side by side, whose
     walls are taken out."""
-    start = tiled(bed(10_000), SETTLE_STEPS, 10)
-    sim = bed(1_000_000, start=start, stir=0.0, threads=2)
+    start = cases.tiled(cases.bed(10_000), cases.SETTLE_STEPS, 10)
+    sim = cases.bed(1_000_000, start=start, stir=0.0, threads=2)
     begin, energy = time.perf_counter(), [math.inf]
-    while energy[-1] >= RESTING and sim.steps < SETTLE_STEPS:
+    while energy[-1] >= RESTING and sim.steps < cases.SETTLE_STEPS:
         sim.advance(300)
         energy.append(motion(sim))
     spent = time.perf_counter() - begin
@@ -86,7 +79,8 @@ def _million():
             f"a million grains: not at rest after {sim.steps} steps: energy {energy[-1]:.3g}, "
             f"below {RESTING:g} is rest"
         )
-    figures = {
+    return {
+        "case": MILLION,
         "particles": sim.n,
         "steps": sim.steps,
         "wall_time_s": spent,
@@ -95,33 +89,32 @@ def _million():
         "rest_energy_ratio": energy[-1],
         "highest_rest_energy_ratio": max(energy[1:]),
         "rebuild_share": sim.rebuild_seconds / sim.advance_seconds,
-        "peak_memory_MiB": peak_memory(),
+        "peak_memory_MiB": cases.peak_memory(),
     }
-    return [{"case": MILLION, **figures}]
 
 
 def _threads():
     """One bed on one thread and on two, in turn; the numbers are the same."""
-    sim = bed()
-    sim.advance(SETTLE_STEPS)
+    sim = cases.bed()
+    sim.advance(cases.SETTLE_STEPS)
     state = {name: np.array(value) for name, value in sim.state_dict().items()}
-    teams = [bed(threads=number) for number in (1, 2)]
+    teams = [cases.bed(threads=number) for number in (1, 2)]
     for team in teams:
         team.restore(state)
     rounds = [[_wall_time(team) for team in teams] for _ in range(ROUNDS)]
     alone, both = np.median(rounds, axis=0)
-    return [{"case": "one run on two threads", "wall_time_s": both, "ratio": alone / both}]
+    return {"case": "one run on two threads", "wall_time_s": both, "ratio": alone / both}
 
 
 def _wall_time(sim):
     begin = time.perf_counter()
-    sim.advance(BLOCK)
+    sim.advance(cases.BLOCK)
     return time.perf_counter() - begin
 
 
 CASES = {
-    "bed": lambda: [{"case": "settled bed", **timed_bed()}],
-    "heap": lambda: [{"case": "funnel heap", **timed_heap()}],
+    "bed": cases.timed_bed,
+    "heap": cases.timed_heap,
     "million": _million,
     "threads": _threads,
 }
@@ -132,7 +125,7 @@ def peer_rows() -> list[dict[str, Any]]:
     their 95 % intervals over ten blocks. Raises DemError when none is installed."""
     with tempfile.TemporaryDirectory() as folder:
         sim, ours = _ten_blocks("constant_torque")
-        others = run_peers(sim, box_width(sim.n), folder)
+        others = run_peers(sim, cases.box_width(sim.n), folder)
     if not others:
         raise DemError("none of liggghts, lmp and yade is installed")
     _, alone = _ten_blocks("none")
@@ -153,9 +146,9 @@ def peer_rows() -> list[dict[str, Any]]:
 
 def _ten_blocks(rolling):
     """A settled bed, and its particle-steps per second of processor in each of ten blocks."""
-    sim = bed(rolling=rolling)
-    sim.advance(SETTLE_STEPS)
-    return sim, block_rates(sim, 10)
+    sim = cases.bed(rolling=rolling)
+    sim.advance(cases.SETTLE_STEPS)
+    return sim, cases.block_rates(sim, 10)
 
 
 def machine() -> str:
@@ -182,15 +175,6 @@ def tree() -> tuple[str, int | str]:
         return "", ""
 
 
-def load() -> float | str:
-    """Processes that run or wait to, the mean of the last minute; empty where the system does not
-    say."""
-    try:
-        return round(os.getloadavg()[0], 2)
-    except OSError:
-        return ""
-
-
 def append(path: Path, rows: Sequence[dict[str, Any]]) -> None:
     """Append one line a case to a CSV history: with the commit, the number of files that differ
     from it and the load of the machine, so that a figure of a changed tree or a busy machine is
@@ -203,12 +187,13 @@ def append(path: Path, rows: Sequence[dict[str, Any]]) -> None:
 
 
 def made_by() -> dict[str, Any]:
-    """Date, engine, machine and its load."""
+    """Date, engine, machine and its load: processes that run or wait to, the mean of the last
+    minute."""
     return {
         "date": time.strftime("%Y-%m-%d"),
         "engine": engine_fingerprint(),
         "machine": machine(),
-        "load": load(),
+        "load": round(os.getloadavg()[0], 2),
     }
 
 

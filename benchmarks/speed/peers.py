@@ -16,7 +16,7 @@ import subprocess
 import time
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -56,23 +56,26 @@ def run_peers(sim: Simulation, width: float, folder: str | Path) -> dict[str, np
 def write_states(sim: Simulation, width: float, folder: Path) -> None:
     """Write the grains in the form that each engine reads."""
     x, v, w, r = sim.position, sim.velocity, sim.spin, sim.radius
-    top = float(x[:, 2].max()) + 0.02
-    box = f"0 {width:.9e} xlo xhi\n0 {width:.9e} ylo yhi\n-0.001 {top:.9e} zlo zhi\n"
-    moving = "\n".join(
-        " ".join([str(i + 1), *(f"{q:.9e}" for q in (*v[i], *w[i]))]) for i in range(sim.n)
-    )
+    box = (0.0, 0.0, -0.001), (width, width, float(x[:, 2].max()) + 0.02)
+    grains = np.column_stack([np.ones(sim.n), r, np.full(sim.n, 1210.0), x, v, w])
     for engine, style in (("liggghts", "Atoms"), ("lammps", "Atoms # sphere")):
-        rows = "\n".join(
-            f"{i + 1} 1 {2 * r[i]:.9e} 1210 " + " ".join(f"{q:.9e}" for q in x[i])
-            for i in range(sim.n)
-        )
-        text = (
-            f"settled bed\n\n{sim.n} atoms\n1 atom "
-            f"types\n\n{box}\n{style}\n\n{rows}\n\nVelocities\n\n{moving}\n"
-        )
-        (folder / f"bed.{engine}.data").write_text(text)
+        write_data(folder / f"bed.{engine}.data", style, box, 1, grains)
     with open(folder / "bed.csv", "w", newline="") as stream:
         csv.writer(stream).writerows(np.column_stack([r, x, v, w]).tolist())
+
+
+def write_data(path: Path, style: str, box: Any, kinds: int, grains: np.ndarray) -> None:
+    """Write grains as LIGGGHTS and LAMMPS read them: style is the heading of the atoms, box its low
+    and its high corner [m], kinds the number of types. Columns of grains (n, 12): type from 1 on,
+    radius [m], density [kg/m3], position [m], velocity [m/s] and spin [rad/s]."""
+    atoms, moving = [], []
+    for k, (kind, radius, density, *state) in enumerate(grains.tolist(), start=1):
+        words = [f"{q:.12g}" for q in state]
+        atoms.append(f"{k} {kind:g} {2 * radius:.12g} {density:g} {' '.join(words[:3])}")
+        moving.append(" ".join([str(k), *words[3:]]))
+    edges = [f"{a:.12g} {b:.12g} {c}lo {c}hi" for a, b, c in zip(*box, "xyz", strict=True)]
+    head = ["grains", "", f"{len(atoms)} atoms", f"{kinds} atom types", "", *edges, "", style, ""]
+    path.write_text("\n".join([*head, *atoms, "", "Velocities", "", *moving, ""]))
 
 
 def run_program(command: list[str], folder: Path, name: str) -> tuple[str, float, float]:

@@ -42,11 +42,10 @@ CODE = (*Path(__file__).parent.glob("*.py"), *SOURCES.glob("calibration/inferenc
 """The files that decide a trial."""
 
 
-def trials(
-    repeats: int = REPEATS,
-    first: int = FIRST,
-    ways: Mapping[str, Callable[[Bench, int], tuple | None]] | None = None,
-) -> pd.DataFrame:
+Ways = Mapping[str, Callable[[Bench, int], tuple | None]]
+
+
+def trials(seed: int = FIRST, ways: Ways | None = None) -> pd.DataFrame:
     """Table: response, way, runs, seed, miss [deg], how many of the three parameters their
     intervals hold and how wide these are; miss is NaN where the way ended with an error.
 
@@ -54,13 +53,11 @@ def trials(
     ways = ways or {way: partial(answer, way) for way in WAYS}
     rows = []
     for response, function in TRUTHS.items():
-        for seed in range(first, first + repeats):
-            for way, answers in ways.items():
-                for runs in RUNS:
-                    bench = Bench.drawn(function, seed)
-                    found = answers(bench, runs)
-                    row = {"response": response, "way": way, "runs": runs, "seed": seed}
-                    rows.append(row | _judged(found, bench))
+        for way, answers in ways.items():
+            for runs in RUNS:
+                bench = Bench.drawn(function, seed)
+                row = {"response": response, "way": way, "runs": runs, "seed": seed}
+                rows.append(row | _judged(answers(bench, runs), bench))
     return pd.DataFrame(rows)
 
 
@@ -84,12 +81,8 @@ def summary(table: pd.DataFrame) -> pd.DataFrame:
     for (way, runs), group in table.groupby(["way", "runs"], sort=False):
         square = group["miss"].dropna() ** 2
         rmse = np.sqrt(square.mean())
-        row = {
-            "way": way,
-            "runs": runs,
-            "studies": len(group),
-            "errors": group["miss"].isna().sum(),
-        }
+        row = {"way": way, "runs": runs, "studies": len(group)}
+        row |= {"errors": group["miss"].isna().sum()}
         row |= {"rmse": rmse, "rmse_se": square.std(ddof=1) / np.sqrt(len(square)) / (2 * rmse)}
         if "held" in group and group["held"].notna().any():
             share = group["held"].dropna() / 3.0
@@ -111,15 +104,11 @@ def by_response(table: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-def code_digest() -> str:
-    """Return a digest of CODE without comments, docstrings and layout."""
-    text = "\n".join(code_of(file.read_text()) for file in sorted(CODE))
-    return hashlib.sha256(text.encode()).hexdigest()[:12]
-
-
 def _made(folder, name, seeds, each, ways=None):
-    """Files of the trials, a seed each; `each`, a map, makes those that are missing."""
-    code = code_digest()
+    """Files of the trials, a seed each, named by a digest of CODE without comments, docstrings and
+    layout; `each`, a map, makes those that are missing."""
+    text = "\n".join(code_of(file.read_text()) for file in sorted(CODE))
+    code = hashlib.sha256(text.encode()).hexdigest()[:12]
     files = {seed: folder / f"{name}-{code}-{seed}.csv" for seed in seeds}
     missing = {seed: path for seed, path in files.items() if not path.exists()}
     list(each(partial(_keep, ways), missing, missing.values()))
@@ -127,7 +116,7 @@ def _made(folder, name, seeds, each, ways=None):
 
 
 def _keep(ways, seed, path):
-    write_table(trials(1, seed, ways), path)
+    write_table(trials(seed, ways), path)
 
 
 def main(argv: Sequence[str] | None = None) -> None:

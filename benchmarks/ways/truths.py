@@ -1,6 +1,7 @@
 """Responses in closed form that stand for the engine: the truth is known, a run costs nothing.
 
-Three factors in coded levels, [-1, 1]^3, as in a response surface of the chain; degrees.
+Three factors in coded levels, [-1, 1]^3, as in a response surface of the chain. Each function
+gives responses (n,) [deg] at coded points x (n, 3).
 """
 
 from __future__ import annotations
@@ -18,14 +19,13 @@ INSIDE = 0.8  # of the region's half width: where the truth is drawn
 
 
 def nearly_plane(x: np.ndarray) -> np.ndarray:
-    """Almost linear. Responses (n,) [deg] at coded points x (n, 3)."""
+    """Almost linear."""
     a, b, c = np.atleast_2d(x).T
     return 45.0 - 0.8 * a + 0.9 * b + 4.0 * c + 0.2 * c * c
 
 
 def quadratic(x: np.ndarray) -> np.ndarray:
-    """A full quadratic, as the chain's model assumes. Responses (n,) [deg] at coded points x (n,
-    3)."""
+    """A full quadratic, as the chain's model assumes."""
     a, b, c = np.atleast_2d(x).T
     return (
         45.0 - 0.6 * a + 1.0 * b + 4.0 * c - 0.7 * a * c + 0.6 * b * c + 1.0 * c * c + 0.5 * a * a
@@ -33,8 +33,7 @@ def quadratic(x: np.ndarray) -> np.ndarray:
 
 
 def saturating(x: np.ndarray) -> np.ndarray:
-    """Rises and levels off, as an angle does over rolling friction; no quadratic. Responses (n,)
-    [deg] at coded points x (n, 3)."""
+    """Rises and levels off, as an angle does over rolling friction; no quadratic."""
     a, b, c = np.atleast_2d(x).T
     return (
         48.0 - 5.5 * np.exp(-1.3 * (1.0 + c)) * (1.0 + 0.15 * a) + 0.8 * b - 1.0 * a * (c > 0) * c
@@ -47,19 +46,18 @@ are 3.1 degrees steeper in the rig as printed [deg]."""
 
 
 def stepped(x: np.ndarray) -> np.ndarray:
-    """A plane with a jump across the region. Responses (n,) [deg] at coded points x (n, 3)."""
+    """A plane with a jump across the region."""
     a, b, c = np.atleast_2d(x).T
     return 43.5 - 0.8 * a + 0.9 * b + 2.5 * c + STEP * (c > 0.1 + 0.3 * a)
 
 
 def packed(x: np.ndarray) -> np.ndarray:
-    """Share (n,) of heaps that are of the steeper kind at coded points x (n, 3)."""
+    """In place of responses the share of heaps that are of the steeper kind."""
     return 1.0 / (1.0 + np.exp(-6.0 * (np.atleast_2d(x)[:, 2] - 0.2)))
 
 
 def two_kinds(x: np.ndarray) -> np.ndarray:
-    """The mean of heaps of two kinds; a single one is of either. Responses (n,) [deg] at coded
-    points x (n, 3)."""
+    """The mean of heaps of two kinds; a single one is of either."""
     a, b, c = np.atleast_2d(x).T
     return 43.5 - 0.8 * a + 0.9 * b + 2.5 * c + STEP * packed(x)
 

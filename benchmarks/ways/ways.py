@@ -1,7 +1,8 @@
 """Ways to calibrate: each spends a given number of runs and answers with a point and intervals.
 
-An answer is a point (3,) and low, high (3,) of its stated 95 % intervals, all in coded levels; None
-where a way states none. The posterior is had on a grid, which leaves the sampler's noise out.
+Runs are coded points (n, 3) and their responses (n,) [deg]. An answer is a point (3,) and low, high
+(3,) of its stated 95 % intervals, all in coded levels; None where a way states none. The posterior
+is had on a grid, which leaves the sampler's noise out.
 """
 
 from __future__ import annotations
@@ -36,9 +37,12 @@ CUT = 3.0
 (Pukelsheim 1994, American Statistician 48:88)."""
 
 
-def box_behnken_and_candidate(bench: Bench, runs: int) -> tuple[np.ndarray, np.ndarray]:
-    """(x (n, 3), y (n,)): the chain's design; what is left of the runs goes to the surface's
-    optimum."""
+Runs = tuple[np.ndarray, np.ndarray]
+Answer = tuple[np.ndarray, np.ndarray | None, np.ndarray | None]
+
+
+def box_behnken_and_candidate(bench: Bench, runs: int) -> Runs:
+    """The chain's design; what is left of the runs goes to the surface's optimum."""
     x = box_behnken(FACTORS)[CODES].to_numpy(float)
     y = bench.run(x)
     left = runs - len(x)
@@ -49,10 +53,9 @@ def box_behnken_and_candidate(bench: Bench, runs: int) -> tuple[np.ndarray, np.n
     return x, y
 
 
-def chain(bench: Bench, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def chain(bench: Bench, x: np.ndarray, y: np.ndarray) -> Answer:
     """The paper's chain: quadratic, the point of the solution set nearest to the centre, each
-    parameter's interval with the others held. x (n, 3), y (n,) [deg]; returns point, low, high (3,)
-    each, coded."""
+    parameter's interval with the others held."""
     surface = _surface(x, y)
     point = solve(surface, bench.measured).chosen
     ends = [
@@ -62,20 +65,14 @@ def chain(bench: Bench, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.nd
     return point, *np.array(ends).T
 
 
-def solution_set(
-    bench: Bench, x: np.ndarray, y: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The same point with the extent of the solution set, which is no 95 % interval. x (n, 3), y
-    (n,) [deg]; returns point, low, high (3,) each, coded."""
+def solution_set(bench: Bench, x: np.ndarray, y: np.ndarray) -> Answer:
+    """The same point with the extent of the solution set, which is no 95 % interval."""
     found = solve(_surface(x, y), bench.measured)
     return found.chosen, found.low, found.high
 
 
-def posterior(
-    bench: Bench, x: np.ndarray, y: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The emulated posterior of the same runs, and the probable point nearest to the centre. x (n,
-    3), y (n,) [deg]; returns point, low, high (3,) each, coded."""
+def posterior(bench: Bench, x: np.ndarray, y: np.ndarray) -> Answer:
+    """The emulated posterior of the same runs, and the probable point nearest to the centre."""
     emulator = GaussianProcess().fit(0.5 + 0.5 * x, y)
     weight = _weights(emulator, bench)
     order = np.sort(weight)[::-1]
@@ -85,9 +82,8 @@ def posterior(
     return CUBE[probable][np.argmin(near)], *intervals(weight)
 
 
-def adaptive(bench: Bench, runs: int) -> tuple[np.ndarray, np.ndarray]:
-    """Runs of an adaptive posterior: a space-filling start, then batches at draws of it. Returns
-    coded points (n, 3) and responses (n,) [deg]."""
+def adaptive(bench: Bench, runs: int) -> Runs:
+    """Runs of an adaptive posterior: a space-filling start, then batches at draws of it."""
 
     def draws(emulator, n):
         return CUBE[bench.rng.choice(len(CUBE), n, p=_weights(emulator, bench))]
@@ -95,10 +91,10 @@ def adaptive(bench: Bench, runs: int) -> tuple[np.ndarray, np.ndarray]:
     return _in_batches(bench, runs, draws)
 
 
-def straddle(bench: Bench, runs: int) -> tuple[np.ndarray, np.ndarray]:
+def straddle(bench: Bench, runs: int) -> Runs:
     """Runs of a Gaussian-process optimiser: a space-filling start, then batches where the target
     may be met and least is known (the straddle of Bryan et al. 2005, Advances in Neural Information
-    Processing Systems 18:163). Returns coded points (n, 3) and responses (n,) [deg]."""
+    Processing Systems 18:163)."""
 
     def best(emulator, n):
         some = CUBE[bench.rng.choice(len(CUBE), 2000, replace=False)]
@@ -115,10 +111,9 @@ def straddle(bench: Bench, runs: int) -> tuple[np.ndarray, np.ndarray]:
     return _in_batches(bench, runs, best)
 
 
-def not_ruled_out(bench: Bench, runs: int) -> tuple[np.ndarray, np.ndarray]:
+def not_ruled_out(bench: Bench, runs: int) -> Runs:
     """Runs of history matching: a space-filling start, then waves drawn evenly from what is not
-    ruled out yet (Vernon et al. 2010, Bayesian Analysis 5:619). Returns coded points (n, 3) and
-    responses (n,) [deg]."""
+    ruled out yet (Vernon et al. 2010, Bayesian Analysis 5:619)."""
 
     def wave(emulator, n):
         left = CUBE[_implausible(emulator, bench) <= CUT]
@@ -128,12 +123,9 @@ def not_ruled_out(bench: Bench, runs: int) -> tuple[np.ndarray, np.ndarray]:
     return _in_batches(bench, runs, wave)
 
 
-def history_matching(
-    bench: Bench, x: np.ndarray, y: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def history_matching(bench: Bench, x: np.ndarray, y: np.ndarray) -> Answer:
     """The extent of what is not ruled out, which is no 95 % interval, and the point of it that is
-    the most plausible. x (n, 3), y (n,) [deg]; returns point, low, high (3,) each, coded. Raises
-    CalibrationError where all is ruled out."""
+    the most plausible. Raises CalibrationError where all is ruled out."""
     implausible = _implausible(GaussianProcess().fit(0.5 + 0.5 * x, y), bench)
     left = CUBE[implausible <= CUT]
     if not len(left):
@@ -148,9 +140,8 @@ def _implausible(emulator, bench):
     return np.abs(mean - bench.measured) / np.sqrt(variance + bench.se**2)
 
 
-def optimiser(bench: Bench, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, None, None]:
-    """The point where its process is nearest to the target; it states no interval. x (n, 3), y (n,)
-    [deg]; returns the coded point (3,)."""
+def optimiser(bench: Bench, x: np.ndarray, y: np.ndarray) -> Answer:
+    """The point where its process is nearest to the target; it states no interval."""
     emulator = GaussianProcess().fit(0.5 + 0.5 * x, y)
     miss = np.abs(emulator.mean(0.5 + 0.5 * CUBE)[0] - bench.measured)
     return CUBE[np.argmin(miss)], None, None
@@ -204,11 +195,8 @@ WAYS = {
 }
 
 
-def answer(
-    way: str, bench: Bench, runs: int
-) -> tuple[np.ndarray, np.ndarray | None, np.ndarray | None] | None:
-    """What a way answers with so many runs; None where it ends with an error. The answer is a coded
-    point (3,) with low and high (3,), None where the way states no interval."""
+def answer(way: str, bench: Bench, runs: int) -> Answer | None:
+    """What a way answers with so many runs; None where it ends with an error."""
     spend, conclude = WAYS[way]
     try:
         return conclude(bench, *spend(bench, runs))

@@ -23,6 +23,7 @@ from calibration.intake.quantities import QUANTITIES, measurable
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
 from calibration.runs.simulated import simulate
+from calibration.statistics.surface import pure_error
 from calibration.study.config import overlay, point_spec
 from dem.io.files import write_json
 from diagnosis import other_code
@@ -218,8 +219,11 @@ def spreads_of(
             [(metrics[r["run"]] or {}).get(cause.metric or metric, np.nan) for r in own]
         )
         table = table.reshape(-1, len(runs))  # (strengths and seeds, rows)
-        counts = np.isfinite(table).sum(0)
-        sd = _within(table) if len(cause.overlays) == 1 else None
+        has, sd = np.isfinite(table), None
+        counts = has.sum(0)
+        if len(cause.overlays) == 1 and counts.max() > 1:
+            square, freedom = pure_error(np.nonzero(has)[1][:, None], table[has])
+            sd = math.sqrt(square / freedom)
         if sd is None and cause.scatter_of:
             sd = (Study(folder / cause.scatter_of).seed_spread() or (None,))[0]
         if sd is not None and counts.all():
@@ -227,21 +231,11 @@ def spreads_of(
     return found
 
 
-def _within(table):
-    """Standard deviation of values (seeds, n) within their columns; None where no column has
-    two."""
-    freedom = np.maximum(np.isfinite(table).sum(0) - 1, 0)
-    if not freedom.any():
-        return None
-    square = np.nansum((table - np.nanmean(table, axis=0)) ** 2)
-    return float(math.sqrt(square / freedom.sum()))
-
-
 def _apart(sd, counts, paper, runs):
     """Standard deviation [deg] of the difference of two heaps at a row, the root mean square over
     the rows: ours the mean of `counts` (n,) that scatter by `sd`, theirs of as many as the table
     has there."""
-    theirs = simulated_sd(paper) ** 2 / np.array([m.n for m in runs])
+    theirs = simulated_sd(paper)[0] ** 2 / np.array([m.n for m in runs])
     return float(math.sqrt(np.mean(sd**2 / counts + theirs)))
 
 

@@ -9,7 +9,7 @@ are not made again.
 
 import sys
 from collections.abc import Iterator
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
@@ -48,13 +48,11 @@ def specs(study: Study) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
     keys = {f.name: f.key for f in study.factors}
     for point, (levels, seeds) in POINTS.items():
         values = {keys[k]: v for k, v in (study.config.fixed | levels).items()}
-        for seed in range(FIRST, FIRST + seeds):
-            for rate in RATES:
-                for speed in SPEEDS:
-                    row = dict(zip(KEYS, (point, rate, speed), strict=True)) | {"seed": seed}
-                    changes = {k: row[k] for k in KEYS[1:]}
-                    base = overlay(study.config.own_run, {"geometry": changes})
-                    yield row, point_spec(base, "heap", values, seed)
+        for seed, *rig in product(range(FIRST, FIRST + seeds), RATES, SPEEDS):
+            changes = dict(zip(KEYS[1:], rig, strict=True))
+            base = overlay(study.config.own_run, {"geometry": changes})
+            row = {"point": point} | changes | {"seed": seed}
+            yield row, point_spec(base, "heap", values, seed)
 
 
 def readings(position: np.ndarray, radius: np.ndarray, plate_radius: float) -> dict[str, float]:
@@ -124,9 +122,7 @@ def main(out: str | Path, config: str | Path = "config") -> None:
     study, rows = Study(config), []
     plate = 0.5e-3 * study.config.own_run["geometry"]["plate_diameter_mm"]
     for row, spec in specs(study):
-        folder = Path(out) / "{point}_{generation_rate_per_s}_{injection_speed_m_s}_{seed}".format(
-            **row
-        )
+        folder = Path(out) / "_".join(map(str, row.values()))
         try:
             found = run(parse_spec(spec), folder, again=False)["metrics"]
         except DemError as error:

@@ -3,6 +3,7 @@ supplements."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,12 @@ if TYPE_CHECKING:
 TABLES = Path("data/paper")
 SETTINGS = "config/reproduction.yaml"
 CAUSES = "config/disagreement.yaml"
+FURTHER = {
+    "beside": ("validation/validation.json",),
+    "repeats": ("screening/runs.csv", "response_surface/runs.csv"),
+}
+"""What counts beside a study: the validations of others, and the screenings and the response
+surfaces of the same at other seeds."""
 SIMULATED = ("table_6", "table_8", "table_9", "table_10", "table_11")
 """The paper's tables of simulated values, as tables of another code's runs."""
 
@@ -31,22 +38,12 @@ def _of(key, study):
     return yaml.safe_load(Path(SETTINGS).read_text("utf-8"))[key].get(study.name)
 
 
-def beside(study: Study) -> list[str]:
-    """The validations of the further studies that count beside this one, where they have been
-    run."""
-    return _there(study, "beside", ["validation/validation.json"])
-
-
-def repeats(study: Study) -> list[str]:
-    """The screenings of the same study at other seeds, and their response surfaces, where they have
+def further(study: Study) -> Iterator[list[str]]:
+    """For each key of FURTHER its files of the studies that SETTINGS has under it, where they have
     been run."""
-    return _there(study, "repeats", ["screening/runs.csv", "response_surface/runs.csv"])
-
-
-def _there(study, key, files):
-    """Those of the files in the studies under a key that exist."""
-    paths = (study.folder.parent / n / f for n in _of(key, study) or () for f in files)
-    return [str(path) for path in paths if path.exists()]
+    for key, files in FURTHER.items():
+        paths = (study.folder.parent / n / f for n in _of(key, study) or () for f in files)
+        yield [str(path) for path in paths if path.exists()]
 
 
 def causes(study: Study) -> str:
@@ -60,8 +57,7 @@ STAGES = (
         title="The paper's arithmetic",
         place=12,
         about="Every printed figure and statement, recomputed from the paper's own tables; "
-        "disagreements come "
-        "first.",
+        "disagreements come first.",
         tables=(("audit", "Audit"),),
         unshown=("id",),
     ),

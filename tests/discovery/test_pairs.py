@@ -4,7 +4,7 @@ forms."""
 import numpy as np
 import pytest
 
-from benchmarks.rates import hidden
+from benchmarks.rates import single_grains
 from benchmarks.rates.simulated import rate_settings
 from calibration.intake.measurements import Measurement
 from diagnosis.bulk import Bulk
@@ -16,7 +16,7 @@ from diagnosis.settings import BASE, parameters_of
 
 SETTINGS = rate_settings()
 FACTORS = parameters_of(SETTINGS, "config/factors.tsv", ["drop", "tilt"])
-CONDITIONS = hidden.PLAN
+CONDITIONS = single_grains.PLAN
 EFFECTS = {
     # change of the logarithm of a rebound, or of an emulated angle, at full strength
     ("drop", "air_drag"): lambda h, d: -0.8 * h / (0.3 + d),

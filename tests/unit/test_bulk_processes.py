@@ -81,7 +81,7 @@ def test_a_sphere_falls_freely_until_it_meets_the_bed(files):
 
 def test_a_moved_start_moves_the_sphere_alone(files):
     case = penetration(files)
-    moved_by = codes.MOVED["micrometres"]["dem-moved-3-um"]
+    moved_by = codes.MOVED["dem-moved-3-um"]
     here, moved = (codes.simulation(c).position for c in (case, case.moved(moved_by)))
     assert np.array_equal(here[:-1], moved[:-1])
     assert moved[-1] - here[-1] == pytest.approx([3e-6, 0.0, 0.0], abs=1e-15)

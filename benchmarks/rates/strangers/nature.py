@@ -139,9 +139,9 @@ OF_RATE = (("friction", ("rate",)), ("reading", ("rate",)))
 OF_INTERCEPT = (("attraction", ()), ("load", ()), ("reading", ()))
 
 
-def of_column(column: str, *slots: str, with_size: bool = False) -> tuple:
+def of_column(column: str, with_size: bool = False) -> tuple:
     """Places of a law of a further column, alone or with the size, whatever the slot is called."""
-    slots = slots or ("restitution", "friction", "reading", "attraction")
+    slots = ("restitution", "friction", "reading", "attraction")
     return tuple((slot, (column, "size") if with_size else (column,)) for slot in slots)
 
 

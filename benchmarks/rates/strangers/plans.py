@@ -1,5 +1,4 @@
-"""What a laboratory sets: full plans of two to five levels a lever, further columns, and the order
-of the rows."""
+"""What a laboratory sets: full plans of two to five levels a lever, and further columns."""
 
 from itertools import product
 
@@ -51,30 +50,16 @@ def levers(
     """
     if experiment == "shear":
         return {"normal_stress_kPa": np.array(LOADS[levels[0]])}
-    own = HEIGHTS if experiment == "drop" else RATES
-    axes = [own[levels[0]], SIZES[levels[1]]]
-    names = [
-        "drop_height_mm" if experiment == "drop" else "tilt_rate_deg_s",
-        "particle_diameter_mm",
-    ]
+    lever, own = ("drop_height_mm", HEIGHTS) if experiment == "drop" else ("tilt_rate_deg_s", RATES)
+    axes, names = [own[levels[0]], SIZES[levels[1]]], [lever, "particle_diameter_mm"]
     if frames:
         axes, names = [axes[0], SIZES[2], FRAMES], [*names, "output_interval_s"]
     rows = np.array(list(product(*axes)))
     x = dict(zip(names, rows.T, strict=True))
     if column:
         low, high = FURTHER[column]
-        x[column] = _column(column, len(rows), low, high, rng)
+        if column == "impact_number":  # it counts up, in an order of its own
+            x[column] = rng.permutation(np.round(np.linspace(low, high, len(rows))))
+        else:
+            x[column] = np.round(rng.uniform(low, high, len(rows)), 1)
     return x
-
-
-def _column(column, n, low, high, rng):
-    """Readings of a further column: the number of impacts counts up, in an order of its own."""
-    if column == "impact_number":
-        return rng.permutation(np.round(np.linspace(low, high, n)))
-    return np.round(rng.uniform(low, high, n), 1)
-
-
-def shuffled(x, rng):
-    """The rows in the order in which they were measured."""
-    order = rng.permutation(len(next(iter(x.values()))))
-    return {k: v[order] for k, v in x.items()}

@@ -19,23 +19,27 @@ What counts:
 - limits: where no law acts on an experiment, a limit of a free law there does not exclude zero.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 import pandas as pd
 from scipy import stats
 
 from benchmarks.rates.kept_rates import share as rate
 from benchmarks.rates.strangers import nature
-from benchmarks.rates.strangers.cases import LEVERS, PROPORTIONAL, Case, Drawn
+from benchmarks.rates.strangers.cases import PROPORTIONAL, Case, Drawn
 
 LEVER = {
     "speed": "drop_height_mm",
     "size": "particle_diameter_mm",
     "rate": "tilt_rate_deg_s",
     "load": "normal_stress_kPa",
+    "interval": "output_interval_s",
 }
 """State of a law: the lever that sets it; a speed is that of a fall from its height."""
+MARKS = (
+    "verdict laws names errors rows misfit_p own_p leads named both claimed silent "
+    "adequate_wrongly wrong_name name_loses pointed fault limits limits_held band"
+).split()
+"""Columns of a row, of the marks those that are not asked too."""
 CLAIMS = ("identified", "discovered")
 CLEAN = ("null", "two-level null", "declared")
 
@@ -50,41 +54,28 @@ def place(law):
     return law.get("experiment"), law["slot"], tuple(sorted(law.get("state") or ()))
 
 
-def places_of(law):
-    """The right places of a stranger's law."""
-    return {(law.experiment, slot, tuple(sorted(state))) for slot, state in law.places}
-
-
 def _is(said, law):
-    """Whether a place that was said is the law's; units after a column's name do not count."""
-    if said is None:
-        return False
-    right = places_of(law)
-    # a rival may leave out the experiment
-    return any(said[0] in (None, e) and said[1] == s and said[2] == st for e, s, st in right)
+    """Whether a place that was said is the law's; a rival may leave out the experiment."""
+    right = {(slot, tuple(sorted(state))) for slot, state in law.places}
+    return said is not None and said[0] in (None, law.experiment) and said[1:] in right
 
 
 def rivals_of(said):
     """All rivals of a verdict: of laws, of errors, and its own."""
     owners = [said, *said.get("laws", []), *said.get("errors", [])]
-    rivals = [r for o in owners for r in (o.get("rivals") or []) if isinstance(r, dict)]
-    return [{**r} for r in rivals]
+    return [r for o in owners for r in (o.get("rivals") or []) if isinstance(r, dict)]
 
 
-def high_end(gain):
-    """The upper end of a gain that is a number, an interval or has one; None without a gain."""
-    if isinstance(gain, dict):
-        ends = gain.get("interval") or gain.get("held_out_rmse_difference_interval")
-        return high_end(ends if ends is not None else gain.get("high", gain.get("value")))
-    return None if gain is None else float(np.max(gain))
+def _loses(law):
+    """Whether a law has names with a gain below zero."""
+    ends = (law.get("gain") or {}).get("held_out_rmse_difference_interval")
+    return bool(law.get("names") and ends and max(ends) < 0.0)
 
 
 def own_misfit(table: pd.DataFrame) -> float:
     """p of an analysis of variance: constant coefficients (and declared batches and instruments)
     against the scatter within settings, of the experiment that fits worst, times their number."""
-    ps = []
-    for experiment, rows in table.groupby("experiment"):
-        ps.append(_variance_ratio(experiment, rows))
+    ps = [_variance_ratio(experiment, rows) for experiment, rows in table.groupby("experiment")]
     return float(min(1.0, len(ps) * min(ps)))
 
 
@@ -93,7 +84,7 @@ def _variance_ratio(experiment, rows):
     y = (rows["value"] / scale).to_numpy(float)
     own = [c for c in ("batch", "instrument") if c in rows and rows[c].notna().any()]
     if "replicate" in rows:
-        keys = [c for c in LEVERS if c in rows]
+        keys = [c for c in LEVER.values() if c in rows]
         sets = rows.assign(y=y).groupby(keys, dropna=False)["y"]
         within, freedom, m = sets.var(ddof=1).mean(), (sets.size() - 1).sum(), sets.size().iloc[0]
         y, design = sets.mean().to_numpy(), np.ones((sets.ngroups, 1))
@@ -115,17 +106,15 @@ def _variance_ratio(experiment, rows):
 def marks(case: Case, drawn: Drawn, said: dict) -> dict:
     """What is right and wrong in a verdict; None where it is not asked."""
     laws, errors = said.get("laws") or [], said.get("errors") or []
-    found = [place(law) for law in laws]
-    among = [*found, *(place(r) for r in rivals_of(said))]
+    found, rivals = [place(law) for law in laws], rivals_of(said)
     names = sorted({n for law in laws for n in law.get("names") or ()})
     claims = said["verdict"] in CLAIMS
     misfit = (said.get("misfit") or {}).get("p")
     own, stated = own_misfit(drawn.table), 1.0 if misfit is None else misfit
     # readings that are rounded to one value show no spread: where that is told, nothing is silent
     coarse = any(e.get("of") == "resolution" for e in errors)
-    adequate = said["verdict"] == "adequate" and not coarse
-    two_levels = case.group == "two-level law"
-    row = {
+    adequate, held = said["verdict"] == "adequate" and not coarse, limits(drawn, said)
+    row = dict.fromkeys(MARKS) | {
         "verdict": said["verdict"],
         "laws": "; ".join(f"{p[0]}:{p[1]}:{'x'.join(p[2])}" for p in found if p),
         "names": "; ".join(names),
@@ -133,38 +122,36 @@ def marks(case: Case, drawn: Drawn, said: dict) -> dict:
         "rows": " ".join(str(r["line"]) for r in said.get("rows") or []),
         "misfit_p": misfit,
         "own_p": own,
-        "leads": None,
-        "named": None,
-        "both": None,
         "claimed": int(claims),
-        "silent": None,
         "adequate_wrongly": int(adequate and (own < 1e-3 or stated < 0.01)),
-        "wrong_name": int(_wrong_name(drawn, said, laws)),
-        "name_loses": int(any(law.get("names") and (high_end(law.get("gain")) or 0.0) < 0.0
-                              for law in laws)),
-        "pointed": None,
-        "fault": None,
-    }  # fmt: skip
-    if not any(law.get("gain") for law in laws):
-        row["name_loses"] = None  # the engine was not asked
+        "wrong_name": 0,
+        "limits": held[0],
+        "limits_held": held[1],
+        "band": in_band(drawn, laws),
+    }
+    right = {n for law in drawn.laws for n in law.names}
+    if said["verdict"] == "identified":
+        row["wrong_name"] = int(any(not set(law.get("names") or ()) <= right for law in laws))
+    if any(law.get("gain") for law in laws):  # the engine was asked
+        row["name_loses"] = int(any(map(_loses, laws)))
     if drawn.laws:
-        seen = among if two_levels else found[:1]
+        two_levels = case.group == "two-level law"
+        seen = [*found, *map(place, rivals)] if two_levels else found[:1]
         row["leads"] = int(any(_is(p, law) for p in seen for law in drawn.laws))
-        right = {n for law in drawn.laws for n in law.names}
         row["named"] = int(bool(right & set(names))) if right else None
+    else:
+        doubted = case.group in CLEAN and said["verdict"] in ("ambiguous", "failed")
+        row["silent"] = int(not claims and not doubted)
     if len(drawn.laws) == 2:
         row["both"] = int(all(any(_is(p, law) for p in found) for law in drawn.laws))
-    if not drawn.laws:
-        clean = case.group in CLEAN
-        row["silent"] = int(
-            not claims and not (clean and said["verdict"] in ("ambiguous", "failed"))
-        )
-    if case.group in ("row", "level"):
-        row["pointed"] = int(_pointed(drawn, said, case.group))
-    if drawn.faults and case.group not in ("row", "level"):
-        row["fault"] = int(all(_told(f, errors, rivals_of(said)) for f in drawn.faults))
-    row["limits"], row["limits_held"] = limits(drawn, said)
-    row["band"] = in_band(drawn, laws)
+    if drawn.faults:
+        [fault] = drawn.faults
+        kinds = [e.get("experiment") for e in [*errors, *rivals] if e.get("of") == fault.of]
+        if case.group in ("row", "level"):
+            lever = case.group == "level" and fault.experiment in kinds
+            row["pointed"] = int(lever or _pointed(fault, said))
+        else:
+            row["fault"] = int(None in kinds or fault.experiment in kinds)
     return row
 
 
@@ -186,110 +173,71 @@ def in_band(drawn, laws):
     return int(all(v["low"] <= t <= v["high"] for v, t in zip(values, true, strict=True)))
 
 
-def _wrong_name(drawn, said, laws):
-    if said["verdict"] != "identified":
-        return False
-    right = {n for law in drawn.laws for n in law.names}
-    return any(not set(law.get("names") or ()) <= right for law in laws)
-
-
-def _pointed(drawn, said, group):
-    (fault,) = drawn.faults
+def _pointed(fault, said):
     lines = {int(r["line"]) for r in said.get("rows") or []}
     hit, wrong = lines & set(fault.lines), lines - set(fault.lines)
-    rows = 2 * len(hit) >= len(fault.lines) and len(wrong) <= len(fault.lines)
-    lever = any(e.get("of") == fault.of and e.get("experiment") == fault.experiment
-                for e in [*(said.get("errors") or []), *rivals_of(said)])  # fmt: skip
-    return bool(rows or (group == "level" and lever))
-
-
-def _told(fault, errors, rivals):
-    return any(
-        e.get("of") == fault.of and e.get("experiment") in (None, fault.experiment)
-        for e in [*errors, *rivals]
-    )
+    return 2 * len(hit) >= len(fault.lines) and len(wrong) <= len(fault.lines)
 
 
 def limits(drawn, said):
     """(limits of free laws on experiments without a law, how many of them do not exclude zero)."""
-    own = [e for e in said.get("exclusion") or [] if e.get("slot")]
     acting = {law.experiment for law in drawn.laws}
-    slots = {"restitution": "drop", "drag": "drop"}
-    free = [e for e in own if (e.get("experiment") or slots.get(e["slot"])) not in acting]
-    if drawn.faults:
-        free = [e for e in free if _spared(drawn, e, slots)]
-    free = [e for e in free if e.get("below") is not None or e.get("above") is not None]
-    held = [
-        (e.get("below") is None or e["below"] <= 0.0)
-        and (e.get("above") is None or e["above"] >= 0.0)
-        for e in free
-    ]
+    # a row or a level that is wrong pulls at a limit as a law does; errors that are shared must be
+    # paid for
+    acting |= {f.experiment for f in drawn.faults if f.lines}
+    slots, held = {"restitution": "drop", "drag": "drop"}, []
+    for e in said.get("exclusion") or []:
+        ends = e.get("below"), e.get("above")
+        if e.get("slot") and ends != (None, None):
+            if (e.get("experiment") or slots.get(e["slot"])) not in acting:
+                held.append((ends[0] or 0.0) <= 0.0 <= (ends[1] or 0.0))
     return len(held), int(np.sum(held))
-
-
-def _spared(drawn, entry, slots):
-    """A row or a level that is wrong pulls at a limit as a law does; errors that are shared must be
-    paid for."""
-    hit = {f.experiment for f in drawn.faults if f.of == "row" or f.lines}
-    return (entry.get("experiment") or slots.get(entry["slot"])) not in hit
 
 
 # --- rates --------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Figure:
-    """words; rows of the kept table that count; the mark; the share asked; at least or at most."""
-
-    words: str
-    group: tuple[str, ...]
-    mark: str
-    asked: float
-    most: bool = False
-    strength: float | None = None
-
-
 LOSES = "a name with a gain below zero"
+WITH_LAWS = ("law", "two laws", "two-level law")
 ALL_NULLS = ("null", "two-level null", "declared", "fault", "two-level error")
 FIGURES = (
-    Figure("leading place right", ("law", "two laws", "two-level law"), "leads", 0.85, False, 10.0),
-    Figure("both of two laws", ("two laws",), "both", 0.70, False, 10.0),
-    Figure("adequate at a misfit", (), "adequate_wrongly", 0.0, True),
-    Figure("wrong name", (), "wrong_name", 0.03, True),
-    Figure("two-level nulls: a law claimed", ("two-level null", "two-level error"), "claimed", 0.05,
-           True),
-    Figure("nulls of every kind: no law", ALL_NULLS, "silent", 0.95),
-    Figure(LOSES, (), "name_loses", 0.0, True),
-    Figure("a faulty row or level pointed at", ("row", "level"), "pointed", 0.80),
-    Figure("the laboratory's error told", ("fault", "two-level error"), "fault", np.nan, False,
-           10.0),
+    # words; groups of the kept table that count, all where none is named; the mark; the share
+    # asked; whether at most; the strength that counts
+    ("leading place right", WITH_LAWS, "leads", 0.85, False, 10.0),
+    ("both of two laws", ("two laws",), "both", 0.70, False, 10.0),
+    ("adequate at a misfit", (), "adequate_wrongly", 0.0, True, None),
+    ("wrong name", (), "wrong_name", 0.03, True, None),
+    ("two-level nulls: a law claimed", ("two-level null", "two-level error"), "claimed", 0.05, True,
+     None),
+    ("nulls of every kind: no law", ALL_NULLS, "silent", 0.95, False, None),
+    (LOSES, (), "name_loses", 0.0, True, None),
+    ("a faulty row or level pointed at", ("row", "level"), "pointed", 0.80, False, None),
+    ("the laboratory's error told", ("fault", "two-level error"), "fault", np.nan, False, 10.0),
+    *((f"leading place right at {size:g} standard errors", WITH_LAWS, "leads", np.nan, False, size)
+      for size in (5.0, 20.0)),
+    *((f"no law: {group}", (group,), "silent", np.nan, False, None) for group in ALL_NULLS),
 )  # fmt: skip
 
 
 def rates(rows: pd.DataFrame) -> pd.DataFrame:
     """One line a figure: words, hits, of, share, low, high, asked, holds; the limits at the end."""
     lines = []
-    for f in FIGURES:
-        own = rows[rows["group"].isin(f.group)] if f.group else rows
-        own = own if f.strength is None else own[own["strength"] == f.strength]
-        lines.append(_line(f.words, own[f.mark], f.asked, f.most))
-    for size in (5.0, 20.0):
-        own = rows[(rows["strength"] == size) & rows["group"].isin(FIGURES[0].group)]
-        lines.append(
-            _line(f"leading place right at {size:g} standard errors", own["leads"], np.nan)
-        )
-    for group in ALL_NULLS:
-        lines.append(_line(f"no law: {group}", rows[rows["group"] == group]["silent"], np.nan))
+    for words, groups, mark, asked, most, strength in FIGURES:
+        own = rows[rows["group"].isin(groups)] if groups else rows
+        own = own if strength is None else own[own["strength"] == strength]
+        lines.append(_line(words, own[mark], asked, most))
     held, n = rows["limits_held"].fillna(0).sum(), rows["limits"].fillna(0).sum()
-    lines.append(_line("limits hold", [1] * int(held) + [0] * int(n - held), 0.9))
     known = rows[rows["named"].notna()]
     told = known["verdict"] == "identified"
-    lines.append(_line("a mechanism of the catalogue among the names", known["named"], np.nan))
-    lines.append(_line("of these tables identified", told, np.nan))
-    lines.append(_line("identified and right", known[told]["named"], np.nan))
-    lines.append(_line("the true curve in its band", rows["band"], 0.9))
-    lines.append(_line("within two minutes", rows["seconds"] <= 120.0, 1.0))
-    lines.append(_line("ended without a verdict", rows["verdict"] == "failed", 0.0, True))
+    lines += [
+        _line("limits hold", [1] * int(held) + [0] * int(n - held), 0.9),
+        _line("a mechanism of the catalogue among the names", known["named"], np.nan),
+        _line("of these tables identified", told, np.nan),
+        _line("identified and right", known[told]["named"], np.nan),
+        _line("the true curve in its band", rows["band"], 0.9),
+        _line("within two minutes", rows["seconds"] <= 120.0, 1.0),
+        _line("ended without a verdict", rows["verdict"] == "failed", 0.0, True),
+    ]
     return pd.DataFrame(lines)
 
 

@@ -1,53 +1,21 @@
 """Tables 8 and 9, the yield locus and the time steps: bench tests, their fits (Eq. 21, 23, 26) and
 inverses, and what too few steps in a contact do to Table 9."""
 
-from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
 from dem.contact.registry import Material
 from dem.timescales import hertz_contact_time, rayleigh_time
 from paper.audit.materials import SIEVES_MM, intrinsic
-from paper.audit.paper import Cells, Claims, Found, Paper, Printed, propagate, relative_error
+from paper.audit.paper import TABLES, Cells, Claims, Found, propagate
 
 # Hertz: duration = 2.9432 x peak overlap / speed (Johnson, Contact Mechanics, 1985, 11.4).
 DURATION_OVER_OVERLAP_TIME = 2.9432
 FEW_STEPS = (3.0, 3.5, 4.0)
 
 
-@dataclass(frozen=True)
-class Sweep:
-    """A bench test's simulated sweep: where its parameter, response, fit and measured value
-    stand."""
-
-    table: str
-    parameter: str
-    response: str
-    equation: str
-    measured: str
-    confirmed: str
-    unit: str
-
-    def points(self, paper: Paper) -> tuple[np.ndarray, np.ndarray]:
-        """Parameter (n,) and response (n,) of the table."""
-        table = paper.numbers(self.table, self.parameter, self.response)
-        return table[self.parameter].to_numpy(), table[self.response].to_numpy()
-
-    def curve(self, paper: Paper) -> list[Printed]:
-        """The printed quadratic's coefficients, highest power first."""
-        texts = paper.scalar_text(f"{self.equation}_coefficients").split()
-        return [p for p in map(Printed.parse, texts) if p is not None]
-
-
-TILT = Sweep(
-    "table08_inclined_plane", "salt_steel_static_friction", "angle_deg", "eq21",
-    "measured_inclined_plane_angle", "simulated_tilt_angle", "deg",
-)  # fmt: skip
-DROP = Sweep(
-    "table09_drop_test", "salt_steel_restitution", "rebound_height_mm", "eq23",
-    "measured_rebound_height", "simulated_rebound_at_0.421", "mm",
-)  # fmt: skip
+TILT, DROP = TABLES["Table 8"], TABLES["Table 9"]
 SWEEPS = dict.fromkeys(("table08", "tilt", "eq21"), TILT)
 SWEEPS |= dict.fromkeys(("table09", "drop", "eq23"), DROP)
 """First part of a claim's id: sweep."""
@@ -62,11 +30,12 @@ def _points(paper, claim):
     return SWEEPS[claim.group].points(paper)
 
 
-def _readings(name):
+def _readings(paper, claim):
     """Mean of readings_<name>.csv, None where the paper does not print them and no such file was
     added."""
+    name = "particle_shear_slope" if claim.group == "shear" else claim.id.replace(".", "_")
     file = f"readings_{name}"
-    return lambda paper, _: paper.numbers(file, "value").value.mean() if paper.has(file) else None
+    return paper.numbers(file, "value").value.mean() if paper.has(file) else None
 
 
 def _increment(paper, claim):
@@ -98,8 +67,7 @@ def _coefficient(paper, row):
 
 
 def _fit(paper, claim):
-    x, y = _points(paper, claim)
-    return np.polyfit(x, y, 2)
+    return np.polyfit(*_points(paper, claim), deg=2)
 
 
 def _fit_r2(paper, claim):
@@ -121,10 +89,7 @@ def _inverse(paper, claim, curve):
 
 
 def _inverse_of_print(paper, claim):
-    def inverse(curve):
-        return _inverse(paper, claim, curve)
-
-    printed = SWEEPS[claim.group].curve(paper)
+    printed, inverse = SWEEPS[claim.group].curve(paper), partial(_inverse, paper, claim)
     return Found(inverse([p.value for p in printed]), propagate(inverse, printed))
 
 
@@ -135,15 +100,18 @@ def _between(paper, claim):
     return Found(f"{low:g} to {high:g}", holds=low <= claim.value <= high, at=at)
 
 
-def _lasts(needed):
-    """Whether a printed duration is at least what is needed, a function of the paper [s]."""
-    return lambda paper, claim: Found(needed(paper), holds=claim.value >= needed(paper))
-
-
-def _fall_and_rise(paper):
-    """To the highest printed rebound."""
-    heights = (paper.value("drop_height"), DROP.points(paper)[1].max())
-    return sum(np.sqrt(2e-3 * h / paper.value("gravity")) for h in heights)
+def _lasts(paper, claim):
+    """Whether a printed duration is at least what is needed [s]: to make all grains, to tilt to the
+    largest angle, to fall and rise to the highest rebound."""
+    if claim.group == "heap":
+        needed = paper.value("particle_count") / paper.value("generation_rate")
+    elif claim.group == "tilt":
+        tilted = TILT.points(paper)[1].max() / paper.value("inclined_plane_tilt_rate")
+        needed = paper.value("tilt_start") + tilted
+    else:
+        heights = (paper.value("drop_height"), DROP.points(paper)[1].max())
+        needed = sum(np.sqrt(2e-3 * h / paper.value("gravity")) for h in heights)
+    return Found(needed, holds=claim.value >= needed)
 
 
 def _tangent(paper, row):
@@ -211,31 +179,24 @@ def _salt_constants(paper):
     return 1e6 * paper.value("section_1_1_shear_modulus"), paper.value("section_1_1_poisson_ratio")
 
 
-def _longer_times(time):
+def _longer_times(paper, claim):
     """{simulated diameter: Found}, sieve size times scale factor: whether the time step is below a
-    time of a grain, time(paper, radius [m], density, constants of the salt). The paper may print no
-    constants."""
-
-    def found(paper, claim):
-        constants, scale = _salt_constants(paper), paper.value("scale_factor")
-        density, every = intrinsic(paper, "salt_density").value, {}
-        for diameter in (scale * float(size) for size in SIEVES_MM):
-            every[f"{diameter:g}mm"] = Found(None)
-            if constants is not None:
-                limit = time(paper, 0.5e-3 * diameter, density, constants)
-                share, steps = claim.value / limit, limit / claim.value
-                every[f"{diameter:g}mm"] = Found(limit, holds=share < 1, share=share, steps=steps)
-        return every
-
-    return found
-
-
-def _contact_time(paper, radius, density, constants):
-    """Of a grain that falls on the plate of the drop test [s]."""
+    grain's Rayleigh time, or below the contact of one that falls on the plate of the drop test. The
+    paper may print no constants of the salt."""
     names = ("density", "shear_modulus", "poisson_ratio")
     plate = Material(*(intrinsic(paper, f"steel_{n}").value for n in names))
     speed = np.sqrt(2e-3 * paper.value("drop_height") * paper.value("gravity"))
-    return hertz_contact_time(radius, speed, Material(density, *constants), plate)
+    constants, scale = _salt_constants(paper), paper.value("scale_factor")
+    density, every = intrinsic(paper, "salt_density").value, {}
+    for diameter in (scale * float(size) for size in SIEVES_MM):
+        radius, every[f"{diameter:g}mm"] = 0.5e-3 * diameter, Found(None)
+        if constants is not None:
+            limit = rayleigh_time(radius, density, *constants)
+            if claim.part == "contact":
+                limit = hertz_contact_time(radius, speed, Material(density, *constants), plate)
+            share, steps = claim.value / limit, limit / claim.value
+            every[f"{diameter:g}mm"] = Found(limit, holds=share < 1, share=share, steps=steps)
+    return every
 
 
 def _law_heights(paper):
@@ -253,7 +214,7 @@ def _stepped_heights(paper, steps):
 
 
 def _heights_on_law(paper, claim):
-    heights = zip(paper.printed(DROP.table, DROP.response), _law_heights(paper), strict=True)
+    heights = zip(paper.printed(DROP.file, DROP.column), _law_heights(paper), strict=True)
     on = sum(abs(cell.value - h) <= cell.half_unit * (1 + 1e-9) for cell, h in heights)
     counts = []
     for steps in (*FEW_STEPS, 20.0, 100.0):
@@ -286,36 +247,21 @@ CLAIMS: Claims = {
     "drop.direct": lambda paper, _: Found(
         np.sqrt(paper.value(DROP.measured) / paper.value("drop_height")), law="sqrt(h/H)"
     ),
-    "tilt.error": lambda paper, _: relative_error(paper, TILT.confirmed, TILT.measured),
-    "drop.error": lambda paper, _: relative_error(paper, DROP.confirmed, DROP.measured),
-    "tilt.between drop.between": _between,
-    "tilt.bench": _readings("tilt_bench"),
-    "tilt.simulated": _readings("tilt_simulated"),
-    "drop.bench": _readings("drop_bench"),
-    "drop.simulated": _readings("drop_simulated"),
-    "tilt.reach": _lasts(
-        lambda paper: (
-            paper.value("tilt_start")
-            + TILT.points(paper)[1].max() / paper.value("inclined_plane_tilt_rate")
-        )
+    "tilt.error drop.error": lambda paper, claim: paper.miss(
+        SWEEPS[claim.group].confirmed, SWEEPS[claim.group].measured
     ),
-    "drop.duration": _lasts(_fall_and_rise),
+    "tilt.between drop.between": _between,
+    "tilt.bench tilt.simulated drop.bench drop.simulated shear.particle": _readings,
+    "heap.generation tilt.reach drop.duration": _lasts,
     "shear.slope shear.intercept": _yield_locus,
     "shear.friction": lambda paper, _: Found(
         paper.value("yield_locus_slope"), paper.scalar("yield_locus_slope").half_unit
     ),
-    "shear.particle": _readings("particle_shear_slope"),
-    "tilt.time_step drop.time_step": _longer_times(
-        lambda _, radius, density, constants: rayleigh_time(radius, density, *constants)
-    ),
-    "drop.contact": _longer_times(_contact_time),
+    "tilt.time_step drop.time_step drop.contact": _longer_times,
     "table09.law": _heights_on_law,
-    "heap.generation": _lasts(
-        lambda paper: paper.value("particle_count") / paper.value("generation_rate")
-    ),
 }
 CELLS: Cells = {
-    "table08.tangent.{row}": (TILT.table, TILT.parameter, _tangent),
-    "table09.height.{row}": (DROP.table, DROP.response, _height),
+    "table08.tangent.{row}": (TILT.file, TILT.parameter, _tangent),
+    "table09.height.{row}": (DROP.file, DROP.column, _height),
     "{equation}.c{power}": (_printed_coefficients, "printed", _coefficient),
 }

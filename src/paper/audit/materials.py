@@ -11,6 +11,8 @@ UNITS = {
 """Unit: powers of mass, length and time."""
 RIGHT_UNITS = {"density": "kg m-3", "modulus": "Pa", "angle": "1"}
 SIEVES_MM = ("0.3", "0.5", "1", "1.43", "2")
+CALLED_STEEL = "The density beside it is the salt's: Section 1.1 lists the salt and calls it steel"
+CUT_OFF = "The figure is cut off, not rounded: no consequence."
 SIEVED, DENSITY = "table02_sieve_fractions", "table03_density"
 
 
@@ -47,15 +49,9 @@ def _sieve_sums(paper, claim):
 
 
 def _density(paper, row):
-    mass_g, volume_cm3 = paper.numbers(DENSITY, "mass_g", "volume_cm3").iloc[row["row"] - 1]
-    density = 1000 * mass_g / volume_cm3
-    cut_off = int(density) == paper.printed(DENSITY, row["cell"])[row["row"] - 1].value
-    why = (
-        "The figure is cut off, not rounded: no consequence."
-        if cut_off
-        else "Mass over volume gives another figure."
-    )
-    return Found(density, why=why)
+    density = 1000 * float(row["mass_g"]) / float(row["volume_cm3"])
+    cut_off = int(density) == float(row[row["cell"]])
+    return Found(density, why=CUT_OFF if cut_off else "Mass over volume gives another figure.")
 
 
 def _particle_density(paper, claim):
@@ -97,20 +93,14 @@ def unit_dimension(unit: str) -> tuple[int, ...] | None:
     return tuple(total)
 
 
-def _of_steel(name, scale=1.0):
-    """A value of steel in Table 4, times a scale that makes it of the claim's unit."""
-
-    def found(paper, claim):
-        given = intrinsic(paper, f"steel_{name}")
-        salts = paper.value("section_1_1_density") == intrinsic(paper, "salt_density").value
-        reason = (
-            "The density beside it is the salt's: Section 1.1 lists the salt and calls it steel"
-            if salts
-            else "Section 1.1 and Table 4 differ"
-        )
-        return Found(given.value * scale, given.half_unit * scale, reason=reason)
-
-    return found
+def _of_steel(paper, claim):
+    """A value of steel in Table 4 in the claim's unit."""
+    names = {"poisson": "poisson_ratio", "shear": "shear_modulus"}
+    given = intrinsic(paper, f"steel_{names.get(claim.part, claim.part)}")
+    scale = 1e-6 if claim.unit == "MPa" else 1.0
+    salts = paper.value("section_1_1_density") == intrinsic(paper, "salt_density").value
+    reason = CALLED_STEEL if salts else "Section 1.1 and Table 4 differ"
+    return Found(given.value * scale, given.half_unit * scale, reason=reason)
 
 
 def _citation(paper, row):
@@ -136,9 +126,7 @@ CLAIMS: Claims = {
     "table03.mean": lambda paper, _: paper.numbers(DENSITY)["density_printed_kg_m3"].mean(),
     "table03.particle": _particle_density,
     "table03.brine": _brine_volume,
-    "section11.density": _of_steel("density"),
-    "section11.poisson": _of_steel("poisson_ratio"),
-    "section11.shear": _of_steel("shear_modulus", 1e-6),  # the claim is in MPa
+    "section11.density section11.poisson section11.shear": _of_steel,
     "section235.poisson": lambda paper, _: (
         None if paper.optional("salt_poisson_ratio") is None else "calibrated"
     ),

@@ -257,6 +257,11 @@ class Paper:
         """A single figure."""
         return self.scalar(name).value
 
+    def miss(self, name: str, measured: str) -> float:
+        """What a single figure is off a measured one [%]."""
+        target = self.value(measured)
+        return 100 * abs(self.value(name) - target) / target
+
     def optional(self, name: str) -> float | None:
         """A single figure, or None where no file holds it."""
         return self.value(name) if name in self._scalars else None
@@ -275,30 +280,45 @@ class Paper:
         return claims
 
 
-def relative_error(paper: Paper, name: str, measured: str) -> float:
-    """What a single figure is off a measured one [%]."""
-    target = paper.value(measured)
-    return 100 * abs(paper.value(name) - target) / target
-
-
 @dataclass(frozen=True)
 class Table:
-    """A table of simulated values: the experiment, its file, the column of the values, their
-    unit."""
+    """A table of simulated values: the experiment, its file, the column of the values, their unit.
+    Of a sweep also the column of its parameter, the equation that is fitted to it, and where the
+    measured value and that of the runs at its inverse stand."""
 
     experiment: str
     file: str
     column: str
     unit: str
+    parameter: str = ""
+    equation: str = ""
+    measured: str = ""
+    confirmed: str = ""
+
+    def points(self, paper: Paper) -> tuple[np.ndarray, np.ndarray]:
+        """Parameter (n,) and value (n,) of a sweep."""
+        return tuple(paper.numbers(self.file, self.parameter, self.column).to_numpy().T)
+
+    def curve(self, paper: Paper) -> list[Printed]:
+        """The printed quadratic's coefficients, highest power first."""
+        name = f"{self.equation}_coefficients"
+        texts = paper.scalar_text(name).split()
+        return [printed_number(text, path=paper.folder, key=name) for text in texts]
 
 
 TABLES = {
     "Table 6": Table("heap", "table06_plackett_burman", "angle_deg", "deg"),
-    "Table 8": Table("tilt", "table08_inclined_plane", "angle_deg", "deg"),
-    "Table 9": Table("drop", "table09_drop_test", "rebound_height_mm", "mm"),
+    "Table 8": Table(
+        "tilt", "table08_inclined_plane", "angle_deg", "deg", "salt_steel_static_friction", "eq21",
+        "measured_inclined_plane_angle", "simulated_tilt_angle",
+    ),
+    "Table 9": Table(
+        "drop", "table09_drop_test", "rebound_height_mm", "mm", "salt_steel_restitution", "eq23",
+        "measured_rebound_height", "simulated_rebound_at_0.421",
+    ),
     "Table 10": Table("heap", "table10_steepest_ascent", "angle_deg", "deg"),
     "Table 11": Table("heap", "table11_box_behnken", "angle_deg", "deg"),
-}
+}  # fmt: skip
 
 
 def levels(paper: Paper, item: str) -> pd.DataFrame:
@@ -308,9 +328,8 @@ def levels(paper: Paper, item: str) -> pd.DataFrame:
         ranges = paper.keyed("table05_contact_parameter_ranges", "factor", "low", "high")
         names = paper.text("table05_contact_parameter_ranges", "name")["name"]
         return _natural(paper.numbers(table.file, *ranges.index), ranges).set_axis(names, axis=1)
-    if table.experiment != "heap":
-        own = [c for c in paper.text(table.file) if c not in ("number", table.column)]
-        return paper.numbers(table.file, *own)
+    if table.parameter:
+        return paper.numbers(table.file, table.parameter)
     found = paper.numbers(table.file, *NAMES)
     if item == "Table 11":
         found = _natural(found, paper.keyed("table11_coding", "factor", "low", "high"))

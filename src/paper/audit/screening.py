@@ -8,18 +8,15 @@ from calibration.statistics.screening import Screening, screen
 from paper.audit.paper import FACTORS, NAMES, Cells, Claims, Found, Paper
 
 ANOVA = "sum_sq df mean_sq F p"
-PATH = "table10_steepest_ascent"
+DESIGN, PATH = "table06_plackett_burman", "table10_steepest_ascent"
 RANGES = "table05_contact_parameter_ranges"
-
-
-def _design(paper):
-    return paper.numbers("table06_plackett_burman", *FACTORS, "angle_deg")
 
 
 @lru_cache(maxsize=1)
 def screened(paper: Paper) -> Screening:
     """Main effects of the Plackett-Burman design."""
-    return screen(_design(paper), list(FACTORS), _design(paper).angle_deg)
+    design = paper.numbers(DESIGN, *FACTORS, "angle_deg")
+    return screen(design, list(FACTORS), design.angle_deg)
 
 
 def _anova(paper):
@@ -41,7 +38,7 @@ def _twice(paper, claim):
 
 
 def _orthogonal(paper, claim):
-    terms = _design(paper)[list(FACTORS)].assign(mean=1.0).to_numpy()
+    terms = paper.numbers(DESIGN, *FACTORS).assign(mean=1.0).to_numpy()
     return Found(np.abs(np.triu(terms.T @ terms, k=1)).max(), exact=True)
 
 
@@ -50,11 +47,9 @@ def _coded(paper, claim):
     odd = odd[~odd.isin((-1, 1))]
     natural = set(odd) == {_ranges(paper).high["salt_salt_restitution"]}
     what = (
-        "is the natural high level of Table 5 and stands for +1"
-        if natural
-        else "is no level of Table 5"
+        "the natural high level of Table 5 and stands for +1" if natural else "no level of Table 5"
     )
-    return Found(len(odd), shown=", ".join(f"{c:g}" for c in sorted(set(odd))), what=what)
+    return Found(len(odd), shown=", ".join(f"{c:g}" for c in sorted(set(odd))), what=f"is {what}")
 
 
 def _significant(paper, claim):
@@ -70,7 +65,7 @@ def _path(paper):
 
 def _relative_error(paper, row):
     target = paper.value("measured_angle_of_repose")
-    return abs(_path(paper).angle_deg[row["row"] - 1] - target) / target
+    return abs(float(row["angle_deg"]) - target) / target
 
 
 def _start(paper, claim):

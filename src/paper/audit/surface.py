@@ -1,7 +1,6 @@
 """Tables 11 to 13, Eq. 28 and Section 3: the Box-Behnken design, its analysis of variance, the
 regression, the optimum and its validation."""
 
-from collections.abc import Mapping
 from functools import lru_cache
 
 import numpy as np
@@ -10,24 +9,8 @@ import pyDOE3
 from scipy import stats
 from scipy.optimize import linear_sum_assignment
 
-from calibration.statistics.surface import (
-    Surface,
-    fit_surface,
-    model_matrix,
-    quadratic_terms,
-    term_name,
-)
-from paper.audit.paper import (
-    NAMES,
-    Cells,
-    Claims,
-    Found,
-    Paper,
-    Printed,
-    printed_number,
-    propagate,
-    relative_error,
-)
+from calibration.statistics import surface as fit
+from paper.audit.paper import NAMES, Cells, Claims, Found, Paper, Printed, printed_number, propagate
 from paper.audit.screening import ANOVA
 
 DESIGN, RUNS = "table11_box_behnken", "table13_validation"
@@ -42,25 +25,13 @@ def _key(name):
     return "1" if name == "Intercept" else name.replace("²", "2")
 
 
-ALL_TERMS = {_key(term_name(term)): term for term in quadratic_terms(CODES)}
+ALL_TERMS = {_key(fit.term_name(term)): term for term in fit.quadratic_terms(CODES)}
 TERMS = tuple(term for term in ALL_TERMS if term != "1")
-
-
-def _fit(levels, response, terms=tuple(ALL_TERMS)):
-    """Regression of `response` (n,) on coded `levels` (n, 3) with `terms`."""
-    table = pd.DataFrame(levels, columns=CODES)
-    return fit_surface(table, CODES, response, [ALL_TERMS[t] for t in terms])
 
 
 def _coefficients(surface):
     found = zip(surface.terms, surface.beta, strict=True)
-    return {_key(term_name(term)): float(b) for term, b in found}
-
-
-def _evaluate(equation: Mapping[str, float], levels: np.ndarray) -> np.ndarray:
-    """Values (n,) of a quadratic equation, given by its coefficients, at coded `levels` (n, 3)."""
-    terms = [ALL_TERMS[t] for t in equation]
-    return model_matrix(levels, CODES, terms) @ np.array(list(equation.values()))
+    return {_key(fit.term_name(term)): float(b) for term, b in found}
 
 
 def _printed_levels(paper):
@@ -82,14 +53,12 @@ def restored_levels(paper: Paper) -> np.ndarray:
     return restored
 
 
-def _angles(paper):
-    return paper.numbers(DESIGN, "angle_deg").angle_deg.to_numpy()
-
-
-@lru_cache(maxsize=1)
-def regression(paper: Paper) -> Surface:
-    """Full quadratic regression of Table 11's angles on the restored levels."""
-    return _fit(restored_levels(paper), _angles(paper))
+@lru_cache(maxsize=2)
+def regression(paper: Paper, terms: tuple[str, ...] = tuple(ALL_TERMS)) -> fit.Surface:
+    """Regression of Table 11's angles on the restored levels, with all terms unless given."""
+    table = pd.DataFrame(restored_levels(paper), columns=CODES)
+    angles = paper.numbers(DESIGN, "angle_deg").angle_deg
+    return fit.fit_surface(table, CODES, angles, [ALL_TERMS[t] for t in terms])
 
 
 def _anova(paper):
@@ -98,14 +67,10 @@ def _anova(paper):
 
 
 def _rank(paper, claim):
-    terms = model_matrix(_printed_levels(paper), CODES, list(ALL_TERMS.values()))
-    printed, found = paper.text(TABLE_12).set_index("source"), _anova(paper)
-    right = [
-        Found(found.loc[source, column]).compared(text)[0]
-        for column in ANOVA.split()
-        for source, text in printed[column].items()
-        if text
-    ]
+    terms = fit.model_matrix(_printed_levels(paper), CODES, list(ALL_TERMS.values()))
+    printed = paper.text(TABLE_12).set_index("source")[ANOVA.split()].stack()
+    cells = zip(_anova(paper).stack()[printed.index], printed, strict=True)
+    right = [Found(value).compared(text)[0] for value, text in cells if text]
     rank = int(np.linalg.matrix_rank(terms))
     return Found(rank, terms=terms.shape[1], right=sum(right), cells=len(right))
 
@@ -141,14 +106,6 @@ def _heading(paper, row):
 def _is_product(total, df, mean):
     slack = (total.half_unit + df * mean.half_unit) * (1 + 1e-9)
     return abs(total.value - df * mean.value) <= slack
-
-
-def _statistic(name):
-    return lambda paper, _: regression(paper).summary[name]
-
-
-def _p(source):
-    return lambda paper, _: _anova(paper).p[source]
 
 
 def _significant(paper, claim):
@@ -188,7 +145,7 @@ def _coefficient(paper, row):
     printed, term = printed_equation(paper), row["term"]
     kept = tuple(term for term in ALL_TERMS if term in printed)
     full = _coefficients(regression(paper))
-    reduced = _coefficients(_fit(restored_levels(paper), _angles(paper), kept))
+    reduced = _coefficients(regression(paper, kept))
     misses = [sum((c[t] - cell.value) ** 2 for t, cell in printed.items()) for c in (full, reduced)]
     nearer = full if misses[0] <= misses[1] else reduced
     return Found(nearer[term], full=full[term], reduced=reduced[term])
@@ -209,28 +166,28 @@ def _coding(paper):
     return coding.loc[list(NAMES)].to_numpy().T
 
 
-def _at_optimum(paper, equation):
-    """(Value of an equation at the printed optimum, what the rounding of its settings adds); a
-    setting that is a level of the design is exact."""
+def _at_optimum(paper, predict):
+    """(Value of an equation, a function of coded levels (n, 3), at the printed optimum, what the
+    rounding of its settings adds); a setting that is a level of the design is exact."""
     low, centre, high = levels = _coding(paper)
 
-    def predict(natural):
-        coded = (np.asarray(natural) - centre) / ((high - low) / 2)
-        return float(_evaluate(equation, coded[None, :])[0])
+    def at(natural):
+        return float(predict((np.array([natural]) - centre) / ((high - low) / 2))[0])
 
     settings = [paper.scalar(f"optimum_{name}") for name in NAMES.values()]
     rounded = [
         Printed(s.text, s.value, 0.0) if s.value in own else s
         for s, own in zip(settings, levels.T, strict=True)
     ]
-    return predict([s.value for s in settings]), propagate(predict, rounded)
+    return at([s.value for s in settings]), propagate(at, rounded)
 
 
 def _optimum_of_equation(paper, claim):
     printed, target = printed_equation(paper), paper.value("measured_angle_of_repose")
+    terms = [ALL_TERMS[t] for t in printed]
 
     def at_optimum(numbers):
-        return _at_optimum(paper, dict(zip(printed, numbers, strict=True)))
+        return _at_optimum(paper, lambda levels: fit.model_matrix(levels, CODES, terms) @ numbers)
 
     value, of_settings = at_optimum([cell.value for cell in printed.values()])
     rounding = propagate(lambda numbers: at_optimum(numbers)[0], list(printed.values()))
@@ -238,16 +195,16 @@ def _optimum_of_equation(paper, claim):
 
 
 def _optimum_of_regression(paper, claim):
-    equation, grid = _coefficients(regression(paper)), np.linspace(-1, 1, 41)
+    predict, grid = regression(paper).predict, np.linspace(-1, 1, 41)
     cube = np.stack(np.meshgrid(grid, grid, grid, indexing="ij"), axis=-1).reshape(-1, 3)
     target = paper.value("measured_angle_of_repose")
     band = paper.claims["validation.error"].value / 100 * target
-    near = cube[np.abs(_evaluate(equation, cube) - target) <= band]
+    near = cube[np.abs(predict(cube) - target) <= band]
     low, centre, high = _coding(paper)
     natural = centre + (high - low) / 2 * near
     ends = zip(NAMES, natural.min(axis=0), natural.max(axis=0), strict=True)
     ranges = ", ".join(f"{axis} {a:.3g} to {b:.3g}" for axis, a, b in ends)
-    value, rounding = _at_optimum(paper, equation)
+    value, rounding = _at_optimum(paper, predict)
     return Found(value, rounding, share=len(near) / len(cube), ranges=ranges)
 
 
@@ -286,25 +243,25 @@ CLAIMS: Claims = {
     "table11.rank": _rank,
     "table11.misprints": _misprints,
     "table11.rotatable": _rotatable,
-    "model.cv": _statistic("CV_percent"),
-    "model.r2": _statistic("R2"),
-    "model.r2_adj": _statistic("R2_adj"),
-    "model.r2_pred": _statistic("R2_pred"),
-    "model.precision": _statistic("adequate_precision"),
-    "model.p": _p("Model"),
-    "model.lack_of_fit": _p("Lack of Fit"),
+    "model.cv": lambda paper, _: regression(paper).summary["CV_percent"],
+    "model.r2": lambda paper, _: regression(paper).summary["R2"],
+    "model.r2_adj": lambda paper, _: regression(paper).summary["R2_adj"],
+    "model.r2_pred": lambda paper, _: regression(paper).summary["R2_pred"],
+    "model.precision": lambda paper, _: regression(paper).summary["adequate_precision"],
+    "model.p": lambda paper, _: _anova(paper).p["Model"],
+    "model.lack_of_fit": lambda paper, _: _anova(paper).p["Lack of Fit"],
     "model.highly model.significant": _significant,
     "interaction.highly interaction.significant conclusion.highly": _significant,
     "fig9a.trend fig9b.trend": _trend,
-    "fig9b.growth": _p("C2"),
+    "fig9b.growth": lambda paper, _: _anova(paper).p["C2"],
     "eq28.terms": _equation_terms,
     "optimum.eq28": _optimum_of_equation,
     "optimum.regression": _optimum_of_regression,
     "validation.mean": lambda paper, _: _runs(paper).angle_deg.mean(),
     "validation.replicates": lambda paper, _: len(_runs(paper)),
     "validation.repeats": _repeats,
-    "validation.error": lambda paper, _: relative_error(
-        paper, "validated_angle_of_repose", "measured_angle_of_repose"
+    "validation.error": lambda paper, _: paper.miss(
+        "validated_angle_of_repose", "measured_angle_of_repose"
     ),
     "validation.t_test": _t_test,
 }

@@ -11,6 +11,8 @@ from paper.audit.paper import Cells, Claims, Found
 
 RULE = dimensions.PAPER_RULE.held
 REAL_GRAVITY = dimensions.GRAVITY_RULE.held
+FIXED = {"stiffness": ("pi2", "stiffness"), "damping": ("pi3", "damping_coefficient")}
+"""Second part of a claim's id: group of Eq. 15 and quantity that it fixes."""
 
 
 def _power(quantity, held=RULE):
@@ -27,12 +29,10 @@ def _weight(paper, claim):
 
 def _groups(paper):
     """{dimensionless group: {quantity: its exponent}}."""
-    table = paper.text("dimensionless_groups", "group", "quantity", "exponent")
+    table = paper.text("dimensionless_groups", "group", "quantity")
     powers = paper.numbers("dimensionless_groups", "exponent").exponent
-    found = {}
-    for group, quantity, power in zip(table.group, table.quantity, powers, strict=True):
-        found.setdefault(group, {})[quantity] = power
-    return found
+    own = (rows.assign(power=powers).set_index("quantity") for _, rows in table.groupby("group"))
+    return {rows.group.iloc[0]: rows.power.to_dict() for rows in own}
 
 
 def _needed(paper, group, quantity):
@@ -48,19 +48,15 @@ def _dimensions(paper, row):
     return " ".join(f"{t:g}" for t in total)
 
 
-def _ratio(group, quantity):
+def _ratio(paper, claim):
     """How a quantity must go with the radius for a group of Eq. 15 to stay as it is."""
-
-    def found(paper, claim):
-        shown = quantity.replace("_", " ")
-        return Found(_needed(paper, group, quantity), exact=True, group=group, quantity=shown)
-
-    return found
+    group, quantity = FIXED[claim.part]
+    shown = quantity.replace("_", " ")
+    return Found(_needed(paper, *FIXED[claim.part]), exact=True, group=group, quantity=shown)
 
 
 def _restitution(paper, claim):
-    k = _needed(paper, "pi2", "stiffness")
-    c = _needed(paper, "pi3", "damping_coefficient")
+    k, c = (_needed(paper, *of) for of in FIXED.values())
     # of c / (2 sqrt(k m)), which alone sets the restitution of a linear contact
     ratio = Fraction(c) - (Fraction(k) + dimensions.exponent("mass", RULE)) / 2
     return Found(float(ratio), exact=True, damping=c, ratio=ratio)
@@ -72,14 +68,12 @@ def _identity(paper, claim):
     radius, density, stiffness, damping, speed = 1e-3, 1210.0, 800.0, 0.01, 1.7
     ratio, one = np.array([0.5, 1.0, 2.0, 4.0]), np.ones(4)
     cube, sphere = ratio**3, 4 / 3 * np.pi * density * radius**3
-    mass = 4 * np.pi * radius**3 * density * cube / (3 * (1 + cube))
+    number = 4 * np.pi * cube / (3 * (1 + cube))
+    mass = radius**3 * density * number
     force = sphere * cube / (1 + cube) * speed**2 / radius
     terms = [force, stiffness * radius * one, damping * speed * one]
-    numbers = [
-        4 * np.pi * cube / (3 * (1 + cube)),
-        stiffness / (radius * density * speed**2) * one,
-        damping / (radius**2 * density * speed) * one,
-    ]
+    pi2, pi3 = stiffness / (radius * density * speed**2), damping / (radius**2 * density * speed)
+    numbers = [number, pi2 * one, pi3 * one]
     left, right = {
         "mass": (mass, 1 / (1 / sphere + 1 / (sphere * cube))),
         "radius": (radius * ratio / (1 + ratio), 1 / (1 / radius + 1 / (ratio * radius))),
@@ -107,8 +101,7 @@ CLAIMS: Claims = {
         "adapts" if dimensions.exponent("modulus", RULE) else "is unchanged",
         power=dimensions.exponent("modulus", REAL_GRAVITY),
     ),
-    "section122.stiffness": _ratio("pi2", "stiffness"),
-    "section122.damping": _ratio("pi3", "damping_coefficient"),
+    "section122.stiffness section122.damping": _ratio,
     "section122.restitution": _restitution,
     "eq10.mass eq11.radius eq14.terms": _identity,
     "eq9.signs": _contact_signs,

@@ -9,10 +9,9 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from datetime import date
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 import yaml
@@ -57,16 +56,14 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _release(args):
-    strange = [name for name in args.parts if name not in PARTS]
-    if strange:
-        raise CalibrationError(
-            f"{strange[0]}: is no part of a release; allowed: {', '.join(PARTS)}"
-        )
+    for name in set(args.parts) - set(PARTS):
+        raise CalibrationError(f"{name}: is no part of a release; allowed: {', '.join(PARTS)}")
     if args.pages:
         write_pages()
         return 0
     chosen, engine, record = args.parts or list(PARTS), engine_fingerprint(), read_record()
-    old = due(chosen, record, engine)
+    # what another engine than this one made, or nobody recorded
+    old = [name for name in chosen if record.get(name, {}).get("engine") != engine]
     for name in chosen:
         made = record.get(name)
         took = f"; took {duration(made['wall_time_s'])}" if made and made["wall_time_s"] else ""
@@ -74,11 +71,6 @@ def _release(args):
     print(f"{len(old)} of {len(chosen)} parts are not of the present engine, {engine}")
     left = [name for name in chosen if args.again or name in old]
     return 0 if args.dry_run or all(_make(name, engine, args.cores) for name in left) else 1
-
-
-def due(names: Iterable[str], record: Mapping[str, Any], engine: str) -> list[str]:
-    """Of these parts, those that another engine than this one made, or that nobody recorded."""
-    return [name for name in names if name not in record or record[name]["engine"] != engine]
 
 
 def _make(name, engine, cores):
@@ -91,7 +83,9 @@ def _make(name, engine, cores):
             print(f"release: {name}: {command} failed", file=sys.stderr)
             return False
     for study in part.get("keep", ()):
-        keep_study(Path("results") / study, KEPT / study)
+        kept_results.keep(f"results/{study}", KEPT / study, (*kept_results.KEPT, *TABLES))
+        if Path("results/runs").is_dir():  # what its heaps held
+            write_table(funnels(Path("results") / study), KEPT / study / FUNNELS)
     for source, target in part.get("copies", {}).items():
         _copy(Path(source), KEPT / target)
     took = round(time.monotonic() - begin, 1)
@@ -100,13 +94,6 @@ def _make(name, engine, cores):
     write_json(RECORD, record | {name: own})
     write_pages()
     return True
-
-
-def keep_study(study: Path, target: Path) -> None:
-    """Copy a study's summaries and tables, and, where its runs are at hand, what its heaps held."""
-    kept_results.keep(study, target, (*kept_results.KEPT, *TABLES))
-    if (study.parent / "runs").is_dir():
-        write_table(funnels(study), target / FUNNELS)
 
 
 def funnels(study: Path) -> pd.DataFrame:

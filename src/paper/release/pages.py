@@ -125,11 +125,11 @@ def filled(template: str, kept: str | Path) -> str:
     return wrapped(environment.get_template(f"{template}.md.j2").render())
 
 
-def pieces(kept: str | Path = KEPT) -> dict[tuple[Path, str, str], str]:
+def pieces() -> dict[tuple[Path, str, str], str]:
     """{(page, begin, end): text between these marks} of the pages that only a part of is
     written."""
     return {
-        (page, f"<!-- {mark}: begin -->", f"<!-- {mark}: end -->"): filled(piece, kept).strip()
+        (page, f"<!-- {mark}: begin -->", f"<!-- {mark}: end -->"): filled(piece, KEPT).strip()
         for piece, (page, mark) in PIECES.items()
     }
 
@@ -150,8 +150,8 @@ def _refilled(found):
     )  # fmt: skip
 
 
-def write_pages(kept: str | Path = KEPT, root: str | Path = ".") -> None:
-    """Write every page that shows a release's data into the folder `root`."""
-    write_text(filled("results", kept), Path(root) / PAGE)
-    for (page, begin, end), text in pieces(kept).items():
-        put(Path(root) / page, text, begin, end)
+def write_pages() -> None:
+    """Write every page that shows a release's data."""
+    write_text(filled("results", KEPT), PAGE)
+    for (page, begin, end), text in pieces().items():
+        put(page, text, begin, end)

@@ -103,16 +103,14 @@ def without_value(kept: Path) -> str:
 def softening(table: pd.DataFrame) -> str:
     """What softening the grains to 3 MPa changes at full scale, in sentences, of the table of the
     study of the numerics: at each point, and over all of them with Welch's 95 % interval."""
-    stiff = table[table["variant"] == STIFFER]
-    soft = (
-        table[table["variant"] == stiff["against"].iloc[0]].set_index("point").loc[stiff["point"]]
-    )
+    stiff = table[table["variant"] == STIFFER].set_index("point")
+    soft = table[table["variant"] == stiff["against"].iloc[0]].set_index("point").loc[stiff.index]
     parts = np.concatenate([t["sd"] ** 2 / t["n"] for t in (stiff, soft)]) / len(stiff) ** 2
     counts = np.concatenate([stiff["n"], soft["n"]])
     freedom = parts.sum() ** 2 / (parts**2 / (counts - 1)).sum()
     half = stats.t.ppf(0.975, freedom) * np.sqrt(parts.sum())
     each = ", ".join(
-        f"{r.difference:+.2f}° ({r.low:+.2f} to {r.high:+.2f}) at {r.point}"
+        f"{r.difference:+.2f}° ({r.low:+.2f} to {r.high:+.2f}) at {r.Index}"
         for r in stiff.itertuples()
     )
     mean = stiff["difference"].mean()

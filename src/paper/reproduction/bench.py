@@ -8,14 +8,13 @@ import numpy as np
 from scipy import stats
 
 from calibration.statistics.equivalence import Error
-from paper.audit.bench import DROP, TILT, r_squared
-from paper.audit.paper import Paper, printed_number
+from paper.audit.bench import r_squared
+from paper.audit.paper import TABLES, Paper, printed_number
 from paper.reproduction import rows as r
 from paper.reproduction.rows import Place
 from paper.reproduction.study import Study
 
 DRAWS = 2000
-SWEEPS = {"tilt": ("Table 8", TILT), "drop": ("Table 9", DROP)}
 TRIALS = 5  # 2.3.2 and 2.3.3: the mean of five
 UNPRINTED = (
     "The paper prints one yield locus and no scatter; it is taken to scatter as ours, of which the "
@@ -25,26 +24,25 @@ UNPRINTED = (
 
 def rows(paper: Paper, study: Study) -> Iterator[dict[str, Any]]:
     """Rows of the bench tests."""
-    for stage in SWEEPS:
-        yield from _sweep(paper, study, stage)
+    for item in ("Table 8", "Table 9"):
+        yield from _sweep(paper, study, item)
     yield from _shear(paper, study)
 
 
-def _sweep(paper, study, stage):
-    item, sweep = SWEEPS[stage]
+def _sweep(paper, study, item):
+    sweep, stage = TABLES[item], TABLES[item].experiment
     equation, unit, factor = f"Eq. {sweep.equation[2:]}", sweep.unit, sweep.parameter
     runs, summary = study.table(stage, "runs"), study.summary(stage)
     if runs is None or summary is None:
-        for what in (item, equation):
-            place = Place(what, f"{stage}.{what}", f"{stage} test")
-            yield r.row(place, None, None, r.NOT_RUN, stage)
+        places = (Place(what, f"{stage}.{what}", f"{stage} test") for what in (item, equation))
+        yield from (r.row(at, None, None, r.NOT_RUN, stage) for at in places)
         return
 
     def place(what, name, text, unit="1", headline=False):
         return Place(what, f"{stage}.{name}", text, unit, study.name, headline)
 
     levels, responses = sweep.points(paper)
-    for level, text in zip(levels, paper.printed(sweep.table, sweep.response), strict=True):
+    for level, text in zip(levels, paper.printed(sweep.file, sweep.column), strict=True):
         point = place(item, f"{level:g}", f"{unit} at {factor} {level:g}", unit)
         here = runs[np.isclose(runs[factor], level)]
         if here.empty:
@@ -115,9 +113,8 @@ def _r2(place, printed, x, y):
 def _shear(paper, study):
     summary = study.summary("shear")
     if summary is None or "loci" not in summary:
-        for item in ("Eq. 26", "Eq. 27"):
-            place = Place(item, f"shear.{item}", "yield locus")
-            yield r.row(place, None, None, r.NOT_RUN, "shear")
+        places = (Place(what, f"shear.{what}", "yield locus") for what in ("Eq. 26", "Eq. 27"))
+        yield from (r.row(at, None, None, r.NOT_RUN, "shear") for at in places)
         return
     found, runs = summary[summary["measure"]], study.table("shear", "runs")
 

@@ -42,24 +42,27 @@ STATISTICS = {
     "adequate_precision": "adequate precision",
 }
 DRAWS = 400
-ASCENT = "Table 10", "ascent", "level{}", "angle at level {}", "our path does not pass this point"
-REGION = "Table 11", None, "run{}", "angle of run {}", "not a point of our design"
+DESIGNED = "Table 6", "table06.run{}", "angle of run {}", "this study ran another design"
+ASCENT = "Table 10", "table10.level{}", "angle at level {}", "our path does not pass this point"
+REGION = "Table 11", "table11.run{}", "angle of run {}", "not a point of our design"
 
 
 def rows(paper: Paper, studies: Sequence[Study]) -> Iterator[dict[str, Any]]:
     """Rows of the chain: the screening of the first study, the paper's points from a study of its
     factors, the validation of every study."""
     yield from _screening(paper, studies[0])
-    alike = [s for s in studies if set(s.region_names() or ()) == set(NAMES.values())]
+    alike = [s for s in studies if {f["name"] for f in s.region or ()} == set(NAMES.values())]
     study = alike[0] if alike else None
     if study is not None:
-        for table in (ASCENT, REGION):
-            yield from _points(paper, study, *table)
+        own = (study.seed_spread() or (None,))[0]
+        for table, runs in ((ASCENT, study.table("ascent", "runs")), (REGION, study.region_runs())):
+            yield from _points(paper, study, runs, levels(paper, table[0]), own, *table)
         yield from _equation(paper, study)
         yield from _optimum(paper, study)
     else:
-        names = (f"{s.name}: {', '.join(s.region_names() or ('not run',))}" for s in studies)
-        reason = f"no study of the paper's factors ({'; '.join(names)})"
+        own = ((s.name, ", ".join(f["name"] for f in s.region or ())) for s in studies)
+        names = "; ".join(f"{name}: {region or 'not run'}" for name, region in own)
+        reason = f"no study of the paper's factors ({names})"
         for item, what in (
             ("Table 10", "angles along the ascent"),
             ("Table 11", "angles of the Box-Behnken runs"),
@@ -73,27 +76,27 @@ def rows(paper: Paper, studies: Sequence[Study]) -> Iterator[dict[str, Any]]:
         yield from _validation(paper, one)
 
 
-def simulated_sd(paper: Paper) -> float:
-    """Scatter of the paper's own runs at one point [deg]: standard deviation of the 25 angles of
-    Table 13."""
-    return float(paper.numbers("table13_validation", "angle_deg")["angle_deg"].std(ddof=1))
+def simulated_sd(paper: Paper) -> tuple[float, int]:
+    """Scatter of the paper's own runs at one point: standard deviation [deg] of the angles of Table
+    13, and how many they are."""
+    angles = paper.numbers("table13_validation", "angle_deg")["angle_deg"]
+    return float(angles.std(ddof=1)), len(angles)
 
 
 def _screening(paper, study):
     """Rows of Tables 6 and 7."""
     runs, summary = study.table("screening", "runs"), study.summary("screening")
     if runs is None or summary is None:
-        for item, name, what in (
-            ("Table 6", "table06", "screening runs"),
-            ("Table 7", "table07", "effects"),
-        ):
-            yield r.row(Place(item, name, what), None, None, r.NOT_RUN, "screening")
+        for place in (("Table 6", "table06", "screening runs"), ("Table 7", "table07", "effects")):
+            yield r.row(Place(*place), None, None, r.NOT_RUN, "screening")
         return
     more = [own_half(s.table("screening", "runs")) for s in study.repeats]
     runs = own_half(runs)
     every = [runs, *(t for t in more if t is not None and _alike(t, runs))]
-    yield from _runs(paper, study, every)
-    yield from _effects(paper, study, every)
+    at, (sd, freedom) = paper.numbers(DESIGN, *CODES), _scatter(study, every)
+    ran = pd.concat(every, ignore_index=True)
+    yield from _points(paper, study, ran if _alike(runs, at) else None, at, sd, *DESIGNED)
+    yield from _effects(paper, study, ran, sd, freedom)
 
 
 def own_half(runs: pd.DataFrame | None) -> pd.DataFrame | None:
@@ -104,49 +107,31 @@ def own_half(runs: pd.DataFrame | None) -> pd.DataFrame | None:
 
 def _alike(runs, first):
     """Whether both tables ran the same rows."""
-    return (
-        set(CODES) <= set(runs) & set(first)
-        and len(runs) == len(first)
-        and np.allclose(runs[CODES], first[CODES])
-    )
+    there = set(CODES) <= set(runs) & set(first) and len(runs) == len(first)
+    return there and np.allclose(runs[CODES], first[CODES])
 
 
-def _scatter(paper, study, every):
-    """(our standard deviation between seeds [deg], its degrees of freedom, the paper's): from the
-    repeats, else from the validation."""
-    theirs = simulated_sd(paper)
+def _scatter(study, every):
+    """(our standard deviation between seeds [deg], its degrees of freedom): from the repeats, else
+    from the validation."""
     if len(every) == 1:
         own, n = study.seed_spread() or (None, None)
-        return own, None if n is None else n - 1, theirs
+        return own, None if n is None else n - 1
     valued = with_value(pd.concat(every, ignore_index=True), "response")
     square, freedom = pure_error(valued[CODES].to_numpy(float), valued["response"].to_numpy())
-    return math.sqrt(square / freedom), freedom, theirs
+    return math.sqrt(square / freedom), freedom
 
 
-def _runs(paper, study, every):
-    own, _, theirs = _scatter(paper, study, every)
-    alike = _alike(every[0], paper.numbers(DESIGN, *CODES))
-    for k, text in enumerate(paper.printed(DESIGN, "angle_deg")):
-        place = Place("Table 6", f"table06.run{k + 1}", f"angle of run {k + 1}", "deg", study.name)
-        if alike:
-            yield r.point(place, text, [t["response"].iloc[k] for t in every], own, theirs)
-        else:
-            reason = "this study ran another design"
-            yield r.row(place, text.text, None, r.NOT_COMPARABLE, reason)
-
-
-def _effects(paper, study, every):
-    names = paper.text("table05_contact_parameter_ranges", "factor", "name")
-    names = names.set_index("factor")["name"]
+def _effects(paper, study, ran, sd, freedom):
+    names = paper.text("table05_contact_parameter_ranges").set_index("factor")["name"]
     effects = study.table("screening", "effects").set_index("code")
     theirs = screened(paper).table.set_index("code")["effect"]
-    runs = with_value(pd.concat(every, ignore_index=True), "response")
+    runs = with_value(ran, "response")
     own = [c for c in CODES if c in effects.index and effects.loc[c, "name"] == names[c]]
     ours = screen(runs, own, runs["response"]).table.set_index("code") if own else None
     inverse = np.linalg.inv(np.cov(runs[own].T, bias=True).reshape(len(own), len(own)))
-    sd, freedom, paper_sd = _scatter(paper, study, every)
     # of the paper's effects, by the scatter between its runs, that of Table 13
-    paper_n = len(paper.numbers("table13_validation", "angle_deg"))
+    paper_sd, paper_n = simulated_sd(paper)
     their_error = Error(2.0 * paper_sd / math.sqrt(len(paper.text(DESIGN))), paper_n - 1)
     for code in CODES:
         words = f"effect of {r.said(names[code])}"
@@ -173,16 +158,13 @@ def _rounded(effect):
     return printed_number(f"{number:f}")
 
 
-def _points(paper, study, item, stage, name, what, lacking):
-    """Rows of a table's points: the mean of our runs at each beside the one run of the paper. Our
-    runs at a point are shared out among the rows that the paper has there."""
-    runs = study.table(stage, "runs") if stage else study.region_runs()
-    at = levels(paper, item)
-    printed, used = Counter(map(tuple, at.to_numpy())), Counter()
-    own, theirs = (study.seed_spread() or (None,))[0], simulated_sd(paper)
+def _points(paper, study, runs, at, own, item, name, what, lacking):
+    """Rows of a table's points, at: the mean of our runs at each, which scatter by own, beside the
+    one run of the paper. Our runs at a point are shared out among the rows that the paper has
+    there."""
+    printed, used, theirs = Counter(map(tuple, at.to_numpy())), Counter(), simulated_sd(paper)[0]
     for k, text in enumerate(paper.printed(TABLES[item].file, "angle_deg")):
-        ident = f"{item.lower().replace(' ', '')}.{name.format(k + 1)}"
-        place = Place(item, ident, what.format(k + 1), "deg", study.name)
+        place = Place(item, name.format(k + 1), what.format(k + 1), "deg", study.name)
         key = tuple(at.iloc[k])
         known = runs is not None and set(at) <= set(runs)
         here = runs_at(runs, dict(at.iloc[k])) if known else pd.DataFrame()
@@ -201,7 +183,7 @@ def runs_at(runs: pd.DataFrame, point: Mapping[str, float]) -> pd.DataFrame:
 
 def _surface(study):
     """Our regression of the region's runs in the paper's letters A, B, C."""
-    region = {f["name"]: f["code"] for f in study.summary("response_surface", "region")}
+    region = {f["name"]: f["code"] for f in study.region}
     runs = with_value(study.region_runs(), "response")
     ours = pd.DataFrame({a: runs[region[name]] for a, name in LETTERS.items()})
     return fit_surface(ours, list(LETTERS), runs["response"])
@@ -228,7 +210,7 @@ def _equation(paper, study):
 def _statistics(paper, study):
     """Fit statistics of our surface, whatever its factors, with intervals drawn from the fit. Where
     the design was repeated, each repeat is fitted alone, as the paper's, and the mean is shown."""
-    runs, region = study.region_runs(), study.summary("response_surface", "region")
+    runs, region = study.region_runs(), study.region
     if runs is None or region is None:
         place = Place("Table 12", "table12.statistics", "fit statistics")
         yield r.row(place, None, None, r.NOT_RUN, "response_surface")
@@ -266,18 +248,15 @@ def _drawn(runs, codes, surface, seed=1):
     """Statistics (DRAWS,) each of surfaces fitted to responses drawn about `surface`."""
     rng, fitted = np.random.default_rng(seed), surface.predict(runs[codes].to_numpy(float))
     sd = float(np.sqrt(surface.sigma2))
-    found = [
-        fit_surface(runs, codes, fitted + rng.normal(0.0, sd, len(fitted))).summary
-        for _ in range(DRAWS)
-    ]
-    return {key: np.array([f[key] for f in found]) for key in STATISTICS}
+    drawn = (fitted + rng.normal(0.0, sd, len(fitted)) for _ in range(DRAWS))
+    return pd.DataFrame([fit_surface(runs, codes, y).summary for y in drawn])
 
 
 def _optimum(paper, study):
     """Our surface at the paper's optimum beside the paper's validated angle. It says whether that
     optimum is one of ours; the three coordinates are one point of a set and are not compared."""
     ours, at = _surface(study), []
-    region = {f["name"]: f for f in study.summary("response_surface", "region")}
+    region = {f["name"]: f for f in study.region}
     for name in NAMES.values():
         low, high = region[name]["low"], region[name]["high"]
         at.append((paper.value(f"optimum_{name}") - 0.5 * (low + high)) / (0.5 * (high - low)))
@@ -286,7 +265,7 @@ def _optimum(paper, study):
     text = "angle at the paper's optimum, by our surface"
     place = Place("3.1", "optimum.angle", text, "deg", study.name, headline=True)
     reach = predicted - low, high - predicted
-    sd, n = simulated_sd(paper), len(paper.numbers("table13_validation", "angle_deg"))
+    sd, n = simulated_sd(paper)
     their_reach = 2 * (float(stats.t.ppf(1 - ALPHA, n - 1)) * sd / np.sqrt(n),)
     basis = "90 % interval of the mean of 25 runs there, by our surface; Table 13 on the other side"
     angle = paper.scalar("validated_angle_of_repose")

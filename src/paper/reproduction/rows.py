@@ -23,18 +23,7 @@ import numpy.typing as npt
 from scipy import stats
 
 from calibration.figures import label
-from calibration.statistics.equivalence import (
-    ALPHA,
-    DIFFERENT,
-    EQUIVALENT,
-    EXACT,
-    UNDECIDABLE,
-    UNDECIDED,
-    Error,
-    decide,
-    decide_difference,
-    together,
-)
+from calibration.statistics import equivalence as eq
 from paper.audit.paper import Printed
 
 NOT_RUN, NOT_COMPARABLE, NO_NUMBER = "not run", "not comparable", "no number"
@@ -87,12 +76,10 @@ def row(
 
 def _judged(place, paper, ours, difference, decision, margin, basis, **numbers):
     """Row of a difference that was decided against the margin."""
-    if decision.verdict == UNDECIDABLE:
+    if decision.verdict == eq.UNDECIDABLE:
         basis = f"{basis}; more runs of ours would not decide it"
-    return row(
-        place, paper, ours, decision.verdict, basis, difference=difference, low=decision.low,
-        high=decision.high, margin=margin, more_runs=decision.more_runs, **numbers,
-    )  # fmt: skip
+    numbers |= {"difference": difference, "margin": margin} | asdict(decision)
+    return row(place, paper, ours, numbers.pop("verdict"), basis, **numbers)
 
 
 def _margin(place, printed, margin):
@@ -126,12 +113,12 @@ def means(
     where known."""
     if sd is None or n is None or n < 2:
         return _without_spread(place, printed, ours)
-    own = Error(sd / math.sqrt(n), n - 1, n)
+    own = eq.Error(sd / math.sqrt(n), n - 1, n)
     if paper_sd is None:
-        theirs = Error(sd / math.sqrt(paper_n), n - 1)
+        theirs = eq.Error(sd / math.sqrt(paper_n), n - 1)
         basis = f"mean of {n}; the paper's, of {paper_n}, taken to scatter as ours"
     else:
-        theirs = Error(paper_sd / math.sqrt(paper_n), paper_n - 1)
+        theirs = eq.Error(paper_sd / math.sqrt(paper_n), paper_n - 1)
         basis = f"Welch interval of means of {n} and {paper_n}"
     return estimates(place, printed, ours, own, theirs, basis=basis) | {"sd": sd}
 
@@ -170,8 +157,8 @@ def estimates(
     place: Place,
     printed: Printed,
     ours: float,
-    own: Error,
-    theirs: Error | None = None,
+    own: eq.Error,
+    theirs: eq.Error | None = None,
     margin: float | None = None,
     basis: str = "",
 ) -> dict[str, Any]:
@@ -179,9 +166,9 @@ def estimates(
     of the paper's its printed value counts as exact."""
     apart, margin = ours - printed.value, _margin(place, printed, margin)
     basis = basis or ("standard errors of both fits" if theirs else "standard error of our fit")
-    theirs = theirs or EXACT
-    decision = decide_difference(apart, own, theirs, margin)
-    if decision.verdict == UNDECIDABLE:
+    theirs = theirs or eq.EXACT
+    decision = eq.decide_difference(apart, own, theirs, margin)
+    if decision.verdict == eq.UNDECIDABLE:
         basis = f"{basis}; the paper's own standard error is {theirs.se:.2g}"
     numbers = {"sd": own.se, "n": own.runs, "se": own.beside(theirs)[0]}
     return _judged(place, printed.text, ours, apart, decision, margin, basis, **numbers)
@@ -211,7 +198,7 @@ def within(
         low = apart - math.hypot(share * below, paper_above)
         return low, apart + math.hypot(share * above, paper_below)
 
-    decision = decide(interval, runs, margin)
+    decision = eq.decide(interval, runs, margin)
     return _judged(place, printed.text, ours, apart, decision, margin, basis, n=runs)
 
 
@@ -222,11 +209,11 @@ def spreads(place: Place, paper_sd: float, paper_n: int, sd: float, n: int) -> d
 
     def interval(count):
         free = min(count - 1, 1e9)  # as good as infinitely many
-        ends = (ratio / math.sqrt(stats.f.ppf(q, free, paper_n - 1)) for q in (1 - ALPHA, ALPHA))
-        return tuple((end - 1.0) * paper_sd for end in ends)
+        ends = np.sqrt(stats.f.ppf([1 - eq.ALPHA, eq.ALPHA], free, paper_n - 1))
+        return tuple((ratio / end - 1.0) * paper_sd for end in ends.tolist())
 
     margin, basis = SCATTER_SHARE * paper_sd, f"F interval of {n} and {paper_n} runs"
-    decision = decide(interval, n, margin)
+    decision = eq.decide(interval, n, margin)
     return _judged(place, f"{paper_sd:.3f}", sd, sd - paper_sd, decision, margin, basis, n=n)
 
 
@@ -245,7 +232,7 @@ def whole(item: str, unit: str, rows: Iterable[Mapping[str, Any]], study: str) -
     square = [float(np.mean(np.square(x))) for x in (own, [x["se"] for x in parts])]
     runs = int(sum(x["n"] for x in parts))
     scatter = math.sqrt(square[0]), math.sqrt(max(square[1] - square[0], 0.0))
-    found = together([x["difference"] for x in parts], *scatter, math.inf, runs, margin)
+    found = eq.together([x["difference"] for x in parts], *scatter, math.inf, runs, margin)
     basis = (
         f"{found.n} differences: mean {found.mean:+.2f}, root mean square {found.rms:.2f}, of "
         f"which the runs' scatter makes {math.sqrt(square[1]):.2f} (p = {found.p:.2g})"
@@ -255,6 +242,6 @@ def whole(item: str, unit: str, rows: Iterable[Mapping[str, Any]], study: str) -
 
 def words(place: Place, paper: str, ours: str, basis: str) -> dict[str, Any]:
     """Statements in words or sets: equal, or not, or undecided where one of the two is."""
-    same = EQUIVALENT if paper == ours else DIFFERENT
-    open_ones = [x for x in (UNDECIDED, UNDECIDABLE) if x in (paper, ours)]
+    same = eq.EQUIVALENT if paper == ours else eq.DIFFERENT
+    open_ones = [x for x in (eq.UNDECIDED, eq.UNDECIDABLE) if x in (paper, ours)]
     return row(place, paper, ours, open_ones[0] if open_ones else same, basis)

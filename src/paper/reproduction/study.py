@@ -1,5 +1,7 @@
 """What a study's stages have left in its folder."""
 
+from typing import Any
+
 import pandas as pd
 
 from calibration.chain.study import Results
@@ -16,18 +18,17 @@ class Study(Results):
     def region_runs(self) -> pd.DataFrame | None:
         """Runs of the response surface's design, those of `repeats` in the same region too, each
         repeat of the design with a number of its own (`replicate`); None without."""
-        own, region = self.table("response_surface", "runs"), self._region()
-        if own is None:
-            return None
-        tables = [own.assign(replicate=own.get("replicate", 1))]
-        for other in self.repeats:
-            runs = other.table("response_surface", "runs")
-            if runs is not None and other._region() == region:
-                last = tables[-1]["replicate"].max()
+        tables = []  # type: ignore[var-annotated]
+        for study in (self, *self.repeats):
+            runs = study.table("response_surface", "runs")
+            if runs is not None and study.region == self.region and (tables or study is self):
+                last = tables[-1]["replicate"].max() if tables else 0
                 tables.append(runs.assign(replicate=runs.get("replicate", 1) + last))
-        return pd.concat(tables, ignore_index=True)
+        return pd.concat(tables, ignore_index=True) if tables else None
 
-    def _region(self):
+    @property
+    def region(self) -> list[dict[str, Any]] | None:
+        """The response surface's factors in its order, or None."""
         return self.summary("response_surface", "region")
 
     def seed_spread(self) -> tuple[float, int] | None:
@@ -36,14 +37,9 @@ class Study(Results):
         validation = self.summary("validation")
         if validation:
             return validation["simulated_sd"], validation["simulated_n"]
-        runs, region = self.table("response_surface", "runs"), self.region_names()
-        if runs is None or region is None:
+        runs = self.table("response_surface", "runs")
+        if runs is None or self.region is None:
             return None
-        codes = [f["code"] for f in self.summary("response_surface", "region")]
+        codes = [f["code"] for f in self.region]
         centre = runs.loc[(runs[codes].abs() < 1e-9).all(axis=1), "response"].dropna()
         return (float(centre.std(ddof=1)), len(centre)) if len(centre) > 1 else None
-
-    def region_names(self) -> list[str] | None:
-        """Names of the response surface's factors in its order, or None."""
-        region = self.summary("response_surface", "region")
-        return [f["name"] for f in region] if region else None

@@ -44,24 +44,16 @@ def reproduction(study: CalibratedStudy, source: NamedFiles, output: NamedFiles)
     write_json(output.summary, {"counts": counts(table), "rows": rows})
 
 
-def reproduce(
-    folders: Sequence[str | Path],
-    paper: str | Path = PAPER,
-    repeats: Iterable[str | Path] = (),
-) -> pd.DataFrame:
+def reproduce(folders: Sequence[str | Path], repeats: Iterable[str | Path] = ()) -> pd.DataFrame:
     """The reproduction table from what the stages of the studies in `folders` have left; the first
     is the main one. repeats: folders of the same study at other seeds.
 
     Returns a DataFrame with columns `rows.COLUMNS`, a row a value; stages that have not run give
     rows that say so. Raises AuditInputError for an incomplete folder of printed tables.
     """
-    printed, studies = Paper(paper), [Study(f) for f in folders]
+    printed, studies = Paper(PAPER), [Study(f) for f in folders]
     studies[0].repeats = tuple(Study(f) for f in repeats)
-    rows = [
-        *_scaling(studies[0]),
-        *bench.rows(printed, studies[0]),
-        *chain.rows(printed, studies),
-    ]
+    rows = [*_scaling(studies[0]), *bench.rows(printed, studies[0]), *chain.rows(printed, studies)]
     rows += [r.whole(item, table.unit, rows, studies[0].name) for item, table in TABLES.items()]
     rows.sort(key=lambda row: ORDER.index(row["item"]))
     return pd.DataFrame(rows, columns=list(r.COLUMNS))
@@ -105,11 +97,8 @@ def _over_scales(statement, responses, study):
     and over the whole range of scales; responses: the table of the scaling study."""
     name, said, basis = statement["id"], statement["statement"], statement["sentence"]
     experiment, rule, kind = name.split(".")
-    case = responses[
-        (responses["experiment"] == experiment)
-        & (responses["rule"] == rule)
-        & (responses["cohesive"] == (kind == "cohesive"))
-    ]
+    named = responses[["experiment", "rule", "cohesive"]] == [experiment, rule, kind == "cohesive"]
+    case = responses[named.all(axis=1)]
     unit, digits, none = ("deg", 2, "0.0") if experiment == "heap" else ("1", 4, "0.000")
     margin, none, runs = r.SCALING[experiment], printed_number(none), int(case["n"].sum())
     place = Place("1.2", name, f"{said}, over the whole range", unit, study)
