@@ -59,6 +59,8 @@ class Bulk:
         self.emulated = emulated
         self.measurements, self.tests, self.data = evidence(emulated, tested)
         self.conditions = [m.condition for m in self.measurements]
+        self.kinds = list(dict.fromkeys(m.experiment for m in self.measurements))
+        self._parts = self._of_kinds()
         self._fits: dict[tuple[str, ...], tuple[Model, Fit]] = {}
         self.base, self.fitted = self.fit(())
 
@@ -76,6 +78,7 @@ class Bulk:
         other.data = replace(self.data, value=values[None])
         rows = zip(self.measurements, values, strict=True)
         other.measurements = [replace(m, value=float(v)) for m, v in rows]
+        other._parts = other._of_kinds()
         return other
 
     def block(self, terms: bool = True) -> dict[str, Block]:
@@ -95,16 +98,21 @@ class Bulk:
             found.verdict, found.reason = "unexplained", BENDS_ALONG
         return found
 
-    def _readings(self):
-        """Of all experiments, then of the tests without a value."""
-        kinds = list(dict.fromkeys(m.experiment for m in self.measurements))
+    def _of_kinds(self):
+        """{experiment: (its `Readings`, their places)}, one experiment after the other."""
         parts, start = {}, 0
-        for kind in kinds:
-            own = readings_of(self.measurements, kind, self._given(kind))
+        for kind in self.kinds:
+            defaults = lever_values(self.emulated.settings, kind, {})
+            given = {k: v for k, v in defaults.items() if v is not None}
+            own = readings_of(self.measurements, kind, given)
             parts[kind] = own, start + np.arange(len(own.log))
             start += len(own.log)
-        odds, error, tests = self._odds()
-        n, more = start + len(odds), np.ones(len(odds))
+        return parts
+
+    def _readings(self):
+        """Of all experiments, then of the tests without a value."""
+        parts, (odds, error, tests) = self._parts, self._odds()
+        n, more = len(self.measurements) + len(odds), np.ones(len(odds))
 
         def together(name, last):
             return np.concatenate([*(getattr(own, name) for own, _ in parts.values()), last])
@@ -115,7 +123,7 @@ class Bulk:
                 groups[name_of(name, kind)] = np.full(n, -1)
                 groups[name_of(name, kind)][at] = code
         return Readings(
-            experiment=kinds[0] if len(kinds) == 1 else "bulk",
+            experiment=self.kinds[0] if len(self.kinds) == 1 else "bulk",
             rows=together("rows", -more.astype(int)),
             levers={},
             covariates={},
@@ -131,11 +139,6 @@ class Bulk:
             parts=parts,
         )
 
-    def _order(self):
-        """Places (n,) of the measurements in the order of the readings."""
-        kinds = [m.experiment for m in self.measurements]
-        return [i for kind in dict.fromkeys(kinds) for i, k in enumerate(kinds) if k == kind]
-
     def _odds(self):
         """Logarithms (c,) of the odds of the tests, their errors, and numbers of tests."""
         if self.data.failed is None:
@@ -147,15 +150,12 @@ class Bulk:
     def _logs(self, model, theta):
         """Logarithms (n,) that a model expects at theta (p,), their derivatives (n, p), and the
         covariance (n, n) of the emulators' errors."""
-        order = self._order()
+        parts = self._parts
+        order = np.concatenate([own.rows for own, _ in parts.values()])
         value, error, slope = (v[0][order] for v in model.with_slope(theta[None]))
         logs, by_value = np.empty(len(value)), np.empty(len(value))
-        start = 0
-        for kind in dict.fromkeys(m.experiment for m in self.measurements):
-            levers = readings_of(self.measurements, kind, self._given(kind)).levers
-            at = slice(start, start + sum(m.experiment == kind for m in self.measurements))
-            logs[at], by_value[at] = to_log(kind, np.maximum(value[at], LEAST), levers)
-            start = at.stop
+        for kind, (own, at) in parts.items():
+            logs[at], by_value[at] = to_log(kind, np.maximum(value[at], LEAST), own.levers)
         sd = error * by_value
         alike = model.error_correlation(theta)[np.ix_(order, order)]
         odds, by_odds = self._expected_odds(model, theta)
@@ -164,10 +164,6 @@ class Bulk:
         covariance[:n, :n] = alike * np.outer(sd, sd)
         slopes = np.vstack([slope * by_value[:, None], by_odds])
         return np.concatenate([logs, odds]), slopes, covariance
-
-    def _given(self, kind):
-        defaults = lever_values(self.emulated.settings, kind, {})
-        return {k: v for k, v in defaults.items() if v is not None}
 
     def _expected_odds(self, model, theta):
         """What is expected (c,) of the logarithms of the odds, and the derivatives (c, p)."""
@@ -257,7 +253,9 @@ def _bends(blocks):
     for block in blocks.values():
         y, n = block.readings.log[None], len(block.readings.log)
         for own, at in block.readings.parts.values():
-            for lever in (name for name, levels in own.folds.items() if len(levels) >= LEAST_CURVE):
+            for lever, levels in own.folds.items():
+                if len(levels) < LEAST_CURVE or not (own.levers[lever] > 0.0).all():
+                    continue
                 x = np.log(own.levers[lever])
                 x = 2.0 * (x - x.min()) / np.ptp(x) - 1.0
                 root = np.zeros((n, 1 + bend_root(x).shape[1]))
