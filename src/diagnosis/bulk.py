@@ -20,15 +20,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import expit
-from scipy.stats import binom
+from scipy.stats import binom, truncnorm
 
 from diagnosis.chance import CLOSE
 from diagnosis.fit import evidence, fit
 from diagnosis.laws.readings import Readings, name_of, readings_of, to_log
+from diagnosis.reading_errors import redrawn_share
 from diagnosis.settings import lever_values
 from diagnosis.table_model.block import Block, Ground
-from diagnosis.table_model.found import judged_by
-from diagnosis.table_model.selection import CHANCE
+from diagnosis.table_model.found import WORDS, judged_by
+from diagnosis.table_model.next_setting import words_of
+from diagnosis.table_model.selection import CHANCE, CLEAR, evidences
 from diagnosis.table_model.term import LAW, Shape, Term, random_term
 from diagnosis.table_model.terms import all_terms
 from diagnosis.table_model.terms.laws import bend_root
@@ -43,6 +45,9 @@ if TYPE_CHECKING:
 
 STRENGTHS = np.linspace(0.0, 1.0, 11)
 """Coded strengths at which a mechanism's curve is asked for."""
+
+ONE_FORMULA = {"attraction", "load"}
+"""Slots whose laws add the same to a whole yield locus."""
 
 RANK = 4  # directions in which a mechanism's emulator may err beyond the base model's
 BENDS_ALONG = "the readings follow a curve along a lever that no mechanism and no error has"
@@ -86,9 +91,9 @@ class Bulk:
         readings = self._readings()
         logs, slope, error = self._logs(self.base, self.fitted.theta[0])
         off = self.fitted.theta[0] - self.base.prior_mean
-        ground = Ground(logs - slope @ off, slope * self.base.prior_sd, error)
+        ground = Ground(logs - slope @ off, slope * spread_of(self.base), error)
         found = [*self._laws(readings, logs, slope, error), *_errors(readings)] if terms else []
-        return {readings.experiment: Block(readings, {t.key: t for t in found}, {}, ground)}
+        return {readings.experiment: Simulated(readings, {t.key: t for t in found}, {}, ground)}
 
     def judged(self, alpha: float = 0.05, seed: int = 0, chance: Sequence[int] = CHANCE) -> Found:
         """`Found` of the table, no further setting proposed."""
@@ -96,6 +101,7 @@ class Bulk:
         found = judged_by(blocks, self.measurements, (), alpha, seed, chance)
         if found.verdict == "error" and not found.rows and _bends(found.selection.blocks):
             found.verdict, found.reason = "unexplained", BENDS_ALONG
+        _doubt_one_formula(found)
         return found
 
     def _of_kinds(self):
@@ -225,6 +231,52 @@ class Bulk:
         return curves, np.concatenate([between, np.array(left)], axis=2)
 
 
+def spread_of(model: Model) -> np.ndarray:
+    """Standard deviations (p,) of the model's parameters beforehand, cut at their bounds."""
+    ends = (model.low - model.prior_mean, model.high - model.prior_mean)
+    low, high = (end / model.prior_sd for end in ends)
+    out: np.ndarray = model.prior_sd * truncnorm.std(low, high)
+    return out
+
+
+class Simulated(Block):
+    """`Block` of simulated tests."""
+
+    readings: Readings
+    ground: Ground
+
+    def draw(
+        self, y: np.ndarray, count: int, rng: np.random.Generator, sizes: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Data sets (count, n) of the base model and of what is held, as y (n,) has it:
+        coefficients, the simulation's errors and those of readings drawn anew."""
+        held = sum((h.root @ h.root.T for h in self.held.values()), np.zeros((len(y),) * 2))
+        share: np.ndarray = self.shares(y) if sizes is None else sizes
+        parts = self.mean + (held @ self.precision @ (y - self.mean)[:, None])[..., 0]
+        free = rng.standard_normal((count, self.ground.root.shape[1])) @ self.ground.root.T
+        made: np.ndarray = share @ parts + free + self.noise(count, rng, share)
+        return made
+
+    def noise(self, count: int, rng: np.random.Generator, share: np.ndarray) -> np.ndarray:
+        """Errors (count, n) of the simulation and of readings, whose shared sizes have the
+        probabilities share (g,)."""
+        place = rng.choice(len(share), count, p=share)
+        error, out = self.readings.error, np.empty((count, len(self.mean)))
+        normal = rng.standard_normal(out.shape)
+        for g in np.unique(place):
+            covariance = self.errors[g] - np.diag(error**2) + self.ground.error
+            size, direction = np.linalg.eigh(covariance)
+            root = direction * np.sqrt(np.maximum(size, 0.0))
+            out[place == g] = normal[place == g] @ root.T
+        for kind in self.readings.experiments:
+            own, at = self.readings.of(kind)
+            found = redrawn_share(error[at], own.replicates, count, rng)
+            out[:, at] += error[at] * rng.standard_normal((count, len(at))) / found
+        tests = slice(sum(len(at) for _, at in self.readings.parts.values()), None)
+        out[:, tests] += error[tests] * rng.standard_normal(out[:, tests].shape)
+        return out
+
+
 def place_of(mechanism: Mechanism, known: Sequence[Mechanism]) -> tuple[str, tuple[str, ...]]:
     """(slot, state) of a law. Mechanisms of the catalogue that act in one slot are at one place
     where the state of one of them holds the others'."""
@@ -246,6 +298,25 @@ def with_strength(model: Model, coded: float) -> Model:
     for bound in (held.low, held.high, held.prior_mean):
         bound[-1] = coded
     return held
+
+
+def _doubt_one_formula(found):
+    """Give an attraction and a load that was not counted each other as rivals: both add the same to
+    a whole yield locus, and only other sizes or tests, clearly, part them."""
+    for law in (row for row in found.laws if row["slot"] in ONE_FORMULA):
+        block = found.block_of(law["key"])
+        values = evidences(block.without(law["key"]), block.readings.log[None])
+        for key, term in block.terms.items():
+            if term.kind != LAW or term.place[0] not in ONE_FORMULA - {law["slot"]}:
+                continue
+            behind = float((values[law["key"]] - values[key])[0])
+            if behind < CLEAR and not any(r.get("slot") == term.place[0] for r in law["rivals"]):
+                slot, state = term.place
+                row = {"experiment": term.experiment, "behind": behind, "words": words_of(term)}
+                law["rivals"].append(row | {"slot": slot, "state": list(state)})
+                if found.verdict in ("identified", "discovered"):
+                    found.verdict, found.reason = "ambiguous", WORDS["ambiguous"]
+                    found.causes = list(law["names"])
 
 
 def _bends(blocks):
