@@ -1,6 +1,5 @@
 """What a plan of heaps and shear cells would show, by emulators."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -57,22 +56,6 @@ def test_what_is_not_there_alarms_as_seldom_as_stated(emulated):
     nothing = SimpleNamespace(curves=np.zeros((1, len(plan()))))
     # 3.5 % are stated; 12 of 99 have a chance of 0.1 %
     assert tried.shown(nothing, 0)[0] <= 0.11
-
-
-@pytest.mark.slow
-def test_measurements_show_it_as_often_as_stated(emulated, rows):
-    """The closed form's own shear stresses, cohesion as strong as the row says."""
-    strength, rng, shown = rows["cohesion"]["detectable"], np.random.default_rng(6), 0
-    model, _ = Bulk(emulated, plan()).fit(["cohesion"])
-    base = Bulk(emulated, plan()).fitted.theta[0]
-    at = np.append(base, model.mechanisms[0].strength.coded(strength))[None]
-    true = model.predict(at)[0][0]
-    for k in range(12):
-        noise = [m.sd / m.n**0.5 * rng.standard_normal() for m in plan()]
-        drawn = [replace(m, value=t + e) for m, t, e in zip(plan(), true, noise, strict=True)]
-        shown += Bulk(emulated, drawn).judged(seed=k).p < 0.035
-    # 80 % are stated; below six of twelve have a chance of 0.4 %
-    assert shown >= 6
 
 
 def test_the_stage_reads_emulators_and_writes_its_page(emulated, tmp_path):
