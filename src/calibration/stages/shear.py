@@ -138,11 +138,7 @@ class SlopeCurve:
         freedom = len(mu) - model.shape[1]
         covariance = float(left @ left) / freedom * np.linalg.inv(model.T @ model)
         return cls(
-            coefficients,
-            covariance,
-            float(scipy.stats.t.ppf(0.975, freedom)),
-            mu.min(),
-            mu.max(),
+            coefficients, covariance, float(scipy.stats.t.ppf(0.975, freedom)), mu.min(), mu.max()
         )
 
     def at(self, friction: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
