@@ -55,13 +55,10 @@ def measured_locus(config: Config) -> tuple[float, float]:
     loads = [m.levers[LOAD] for m in found]
     if len(set(loads)) < 2:
         raise ConfigError(
-            "has one load, through which no yield locus can be drawn",
-            path=config.measurements,
-            line=found[0].line,
-            column=LOAD,
-            value=loads[0],
+            "has one load, through which no yield locus can be drawn", path=config.measurements,
+            line=found[0].line, column=LOAD, value=loads[0],
             allowed="shear stresses at two normal stresses or more",
-        )
+        )  # fmt: skip
     line = scipy.stats.linregress(loads, [m.value for m in found])
     return round(float(line.slope), DIGITS), round(float(line.intercept), DIGITS)
 
