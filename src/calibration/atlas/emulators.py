@@ -309,8 +309,8 @@ def poured_as_atlas(config: Config) -> tuple[Config, list[str]]:
         if poured != count:
             run = overlay(tests[name].run, {"particles": {"count": poured}})
             tests[name] = tests[name].model_copy(update={"run": run})
-            said.append(f"{name}: the atlas is asked for {poured:,} grains in place of {count:,}: "
-                        "it has heaps of no other number on such a plate")  # fmt: skip
+            said.append(f"{name}: the atlas is asked for {poured:,} grains in place of {count:,}, "
+                        "the nearest that it has on such a plate")  # fmt: skip
     return config.model_copy(update={"tests": tests}), said
 
 
