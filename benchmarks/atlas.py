@@ -130,7 +130,7 @@ def _estimated(kind, seed, specs, readings, folder):
     try:
         draws = estimate(config).tables["draws"]
         emulators = AtlasEmulators(config, FACTORS)
-    except CalibrationError as error:
+    except (CalibrationError, KeyError) as error:  # there are no draws where no parameters fit
         return [about | {"fault": str(error)}]
     rows, u = [], []
     for f in FACTORS:

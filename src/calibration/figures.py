@@ -172,10 +172,7 @@ def subplots(
 
 
 def panels(
-    items: Sequence[Any],
-    size: tuple[float, float],
-    draw: Callable[[Any, Any], None],
-    **axes: Any,
+    items: Sequence[Any], size: tuple[float, float], draw: Callable[[Any, Any], None], **axes: Any
 ) -> Figure:
     """Figure with a panel for each item, which draw(its axes, item) fills, two a row so that they
     read on a narrow page; size: inches of one; axes: as `add_subplot` takes them."""
@@ -203,11 +200,7 @@ def pairs_of(region: Sequence[Factor]) -> list[tuple[int, int]]:
 
 
 def plane(
-    region: Sequence[Factor],
-    i: int,
-    j: int,
-    at: np.ndarray | None = None,
-    resolution: int = 61,
+    region: Sequence[Factor], i: int, j: int, at: np.ndarray | None = None, resolution: int = 61
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A square grid over factors i and j: natural levels of i and of j (m, m), and the coded levels
     (m m, factors) of its points. The other factors are at the coded levels `at` (factors,), the

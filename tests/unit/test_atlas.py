@@ -3,6 +3,8 @@ estimate says what readings ask for, what they leave open, and what lies outside
 
 import math
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +24,7 @@ from calibration.stages.joint import first_points
 from calibration.study.factors import read_factors
 from dem.results import write_result
 from dem.spec import parse_spec
+from facts import tells
 from workflow_rules import rules_of
 
 RIG = ["--grain=4mm", "--density=1.3g/cm3", "--orifice=40mm", "--plate=160mm", "--height=100mm"]
@@ -78,15 +81,49 @@ def test_a_steeper_heap_asks_for_more_friction_and_less_bounce(capsys, tmp_path)
         assert all(f"Expected of {rig}" in text for rig in ("cylinder", "density", "drum"))
         means.append(pd.read_csv(out / "parameters.csv").set_index("parameter")["mean"])
         assert (out / "pairs.svg").stat().st_size > 1000
+        heap = pd.read_csv(out / "targets.csv").iloc[0]  # the error of the atlas makes the pull
+        assert heap["pull"] * heap["sd"] == pytest.approx(heap["measured"] - heap["predicted"])
+        rigs = pd.read_csv(out / "predictions.csv").set_index("rig")["geometry"]
+        assert rigs.drop("heap").str.startswith("grains 4 mm, ").all()  # the laboratory's own
+        assert tells(rigs["drum"], "drum diameter", "rotation rate")
     bounce = "grain_grain_restitution"
     assert means[1][bounce] < means[0][bounce]
     assert (means[1].drop(bounce) > means[0].drop(bounce)).all()
 
 
-def test_what_lies_outside_is_refused_with_what_is_allowed(capsys, tmp_path):
+@pytest.mark.slow
+def test_one_reading_is_enough_and_what_lies_outside_is_left_out(capsys, tmp_path):
+    heap = "--measured 30 sd=1 --rim 6mm --discharge 180g/s 190g/s orifice=35mm silo=150mm".split()
+    beside = "--lifted-cylinder 12 sd=1 --tilted-plane 24.5 25.1".split()
+    text = told(capsys, *heap, *beside, f"--out={tmp_path / 'out'}")
+    assert tells(text, "heap", "rim")
+    assert tells(text, "silo", "8.75", "5 to 7")
+    known = pd.read_csv(tmp_path / "out/parameters.csv").set_index("parameter")
+    assert known.loc["grain_wall_static_friction", ["low", "high"]].between(0.44, 0.48).all()
+    expected = pd.read_csv(tmp_path / "out/predictions.csv")
+    assert (expected[["low", "run_low"]] >= 0.0).all(axis=None)
+
+
+@pytest.mark.slow
+def test_an_angle_that_nothing_meets_gets_no_intervals(capsys, tmp_path):
+    text = told(capsys, "--measured", "44", "44.5", "45", f"--out={tmp_path / 'out'}")
+    assert {f.name for f in (tmp_path / "out").iterdir()} == {"estimate.json", "targets.csv"}
+    assert "Expected of" not in text
+
+
+def test_a_reader_that_stops_is_no_fault(tmp_path):
+    words = "-m calibration.interface.commands new peas --no-pilot --measured 30 31".split()
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen([sys.executable, *words, *RIG], cwd=tmp_path, **pipes) as run:
+        run.stdout.close()
+        assert run.stderr.read() == b""
+
+
+def test_what_lies_outside_is_refused_with_what_is_allowed(capsys, monkeypatch, tmp_path):
     assert main(["estimate", *RIG, "--measured", "30", "31", "--height=400mm"]) == 2
     error = capsys.readouterr().err
     assert re.search(r"height of the orifice.* 5; allowed: 0\.5 to 2\.5", error)
+    monkeypatch.setattr("calibration.interface.estimate.estimate_of", None)  # before all else
     assert main(["estimate", *RIG, "--measured", "30", "31", f"--out={tmp_path}"]) == 2
     assert "exists already" in capsys.readouterr().err
 

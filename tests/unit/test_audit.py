@@ -232,10 +232,7 @@ def test_written_files_hold_every_claim(shipped, tmp_path):
     text = paths[1].read_text("utf-8")
     assert f"{len(table)} claims" in text
     assert all(claim in text for claim in table.id)
-    assert sorted(p.name for p in paths[0].parent.iterdir()) == [
-        "audit.csv",
-        "audit.html",
-    ]
+    assert sorted(p.name for p in paths[0].parent.iterdir()) == ["audit.csv", "audit.html"]
 
 
 # --- parts of the audit ---------------------------------------------------------------------------

@@ -132,11 +132,7 @@ def tumbled(inertia, spin, time):
     a, b, c = inertia
 
     def euler(_, w):
-        return [
-            (b - c) / a * w[1] * w[2],
-            (c - a) / b * w[2] * w[0],
-            (a - b) / c * w[0] * w[1],
-        ]
+        return [(b - c) / a * w[1] * w[2], (c - a) / b * w[2] * w[0], (a - b) / c * w[0] * w[1]]
 
     return solve_ivp(euler, (0.0, time), spin, rtol=1e-11, atol=1e-9).y[:, -1]
 

@@ -205,9 +205,5 @@ def calibration(words):
     _parser().parse_args(words)
 
 
-CHECKS = {
-    "snakemake": snakemake,
-    "dem": dem_command,
-    "calibration": calibration,
-}
+CHECKS = {"snakemake": snakemake, "dem": dem_command, "calibration": calibration}
 """Program -> check of the words after it."""

@@ -5,14 +5,7 @@ import pandas as pd
 import pytest
 
 from benchmarks.ways.__main__ import summary, trials
-from benchmarks.ways.truths import (
-    INSIDE,
-    SEED_SD,
-    STEP,
-    TRUTHS,
-    Bench,
-    packed,
-)
+from benchmarks.ways.truths import INSIDE, SEED_SD, STEP, TRUTHS, Bench, packed
 from benchmarks.ways.ways import CUBE, CUT, GRID, WAYS, _implausible, answer
 from calibration.inference.gaussian_process import GaussianProcess
 from paper.release.values import enough

@@ -23,16 +23,7 @@ from dem.spec import parse_spec
 from diagnosis import emulator_waves, extend
 from diagnosis.bulk import Bulk
 from diagnosis.derived import MOST_RUNS, RUNS, completed
-from diagnosis.design import (
-    BASE,
-    ENOUGH,
-    LEARN,
-    TRAIN,
-    factor_share,
-    inputs_of,
-    plan,
-    possible,
-)
+from diagnosis.design import BASE, ENOUGH, LEARN, TRAIN, factor_share, inputs_of, plan, possible
 from diagnosis.emulator import train
 from diagnosis.extend import within
 from diagnosis.failures import as_tests

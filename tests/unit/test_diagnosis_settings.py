@@ -9,13 +9,7 @@ from calibration.intake.measurements import Measurement, MeasurementErrors
 from calibration.study.config.schema import Config
 from diagnosis.design import inputs_of, plan
 from diagnosis.rig import Rig
-from diagnosis.settings import (
-    catalogue_of,
-    check_levers,
-    parameters_of,
-    study_settings,
-    widened,
-)
+from diagnosis.settings import catalogue_of, check_levers, parameters_of, study_settings, widened
 from facts import refused
 
 
@@ -31,7 +25,7 @@ def test_changes_are_laid_over_key_by_key_and_a_null_takes_one_away():
                 "shear": {"metric": "other"},
                 "drop": {"levers": {"particle_diameter_mm": None}},
             }
-        },
+        }
     )
     assert changed.experiments["shear"].metric == "other"
     assert changed.experiments["shear"].run == plain.experiments["shear"].run

@@ -108,6 +108,13 @@ def test_what_cannot_be_run_is_told_first(changes, name, key):
     assert len(str(error.value).splitlines()) == 1
 
 
+def test_one_reading_is_refused_before_any_run(tmp_path):
+    path = tmp_path / "measured.csv"
+    path.write_text("experiment,quantity,value,unit,sd,n\nheap,angle_of_repose,31.2,deg,1,1\n")
+    with refused(ConfigError, "two values", line=2, column="n"):
+        check_ahead(study({"measurements": str(path)}))
+
+
 def test_a_level_that_a_declared_plan_would_run_is_told_first(monkeypatch):
     """The check has no list of runs of its own."""
     config = study({})
@@ -175,10 +182,7 @@ def test_a_rig_that_the_engine_cannot_run_is_told_first():
             "experiment": "discharge",
             "run": {"geometry": {"orifice_diameter_mm": 30.0, "silo_diameter_mm": 75.0}},
         },
-        "vessel": {
-            "experiment": "bulk_density",
-            "run": {"geometry": {"vessel_diameter_mm": 75.0}},
-        },
+        "vessel": {"experiment": "bulk_density", "run": {"geometry": {"vessel_diameter_mm": 75.0}}},
     }
     for rig in rigs.values():
         rig["run"] |= {"particles": {"count": 4000, "diameter_mm": 5.0}}

@@ -22,9 +22,9 @@ WHEAT = [
     ("lifted-cylinder", "cylinder", 60), ("lifted-cylinder", "depth", 80),
     ("lifted-cylinder", "speed", 20),
     ("bulk-density", "density", 765), ("bulk-density", "sd", 6), ("bulk-density", "n", 5),
-    ("drop", "rebound", 78), ("drop", "rebound", 80), ("drop", "height", 300),
-    ("drop", "wall", "steel"),
-    ("tilted-plane", "angle", 21), ("tilted-plane", "sd", 1), ("tilted-plane", "n", 5),
+    ("drop", "rebound", 78), ("tilted-plane", "angle", 21), ("drop", "height", 300),
+    ("drop", "wall", "steel"), ("drop", "rebound", 80),  # rows of one test may stand apart
+    ("tilted-plane", "sd", 1), ("tilted-plane", "n", 5),
     ("tilted-plane", "wall", "steel"),
     ("shear-cell", "stress", "1.9; 2.1"), ("shear-cell", "load", 2),
     ("shear-cell", "stress", "3.4; 3.5"), ("shear-cell", "load", 4),

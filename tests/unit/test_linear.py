@@ -41,10 +41,7 @@ def test_principal_axes_bring_a_tensor_onto_its_diagonal(first, second, moments)
 
 @pytest.mark.parametrize("alike", [(1.0, 3.0, 3.0), (1.0, 1.0, 3.0), (2.0, 2.0, 2.0)])
 @SETTINGS
-@given(
-    axis=direction,
-    noise=st.tuples(*[st.floats(-1e-15, 1e-15)] * 6),
-)
+@given(axis=direction, noise=st.tuples(*[st.floats(-1e-15, 1e-15)] * 6))
 def test_axes_of_a_body_of_revolution_do_not_turn_with_the_last_bits(alike, axis, noise):
     axes = frame(axis, (0.3, -0.5, 0.7))
     if alike[0] == alike[1]:

@@ -14,13 +14,7 @@ from calibration.intake.measurements import Measurement
 from calibration.study.factors import read_factors
 from diagnosis.collision import STEP, _rebounds
 from diagnosis.compared import compare
-from diagnosis.other_code import (
-    Cause,
-    conventions,
-    emulated,
-    of_contacts,
-    read_runs,
-)
+from diagnosis.other_code import Cause, conventions, emulated, of_contacts, read_runs
 from diagnosis.rig import Rig
 from diagnosis.settings import parameters_of
 from diagnosis.switched_causes import Switched, tried

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 from new_studies import begun, piloted
 
-from calibration.atlas.emulators import AtlasEmulators, cut_to_atlas
+from calibration.atlas.emulators import AtlasEmulators, cut_to_atlas, poured_as_atlas
+from calibration.errors import CalibrationError
 from calibration.interface.commands import main
 from calibration.interface.ranges import LEAST, ranges_by_atlas
 from calibration.statistics.screening_design import screening_design
 from calibration.study.factors import read_factors
-from facts import tells
+from facts import refused, tells
 
 ANGLE, SLOW = "angle_of_repose_deg", pytest.mark.slow
 RIG = ["--grain=4mm", "--density=1.3g/cm3", "--orifice=40mm", "--plate=160mm"]
@@ -60,12 +61,24 @@ def test_ranges_shrink_and_hold_the_truth(here, truth):
     assert standing(config, factors, found) < standing(config, factors, factors) - 0.3
 
 
-def test_ranges_stay_outside_the_atlas(here):
-    config, factors = begun_with("peas", 30, 31, rig=[*RIG, "--height=400mm"])
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [("--height=400mm", ("height", "5", "2.5")), ("--height=99mm --rim=6mm", ("rim", "6.0"))],
+)
+def test_ranges_stay_outside_the_atlas(here, words, why):
+    config, factors = begun_with("peas", 30, 31, rig=[*RIG, *words.split()])
     found, said, tests = ranges_by_atlas(config, factors)
     assert (found, tests) == (factors, [])
     assert len(said) == 1
-    assert tells(said[0], "ranges stay", "outside the atlas", "height", "5", "2.5")
+    assert tells(said[0], "ranges stay", "outside the atlas", *why)
+
+
+@pytest.mark.parametrize("angle", [15.0, 50.0])
+def test_the_atlas_is_asked_for_as_many_grains_as_it_has(here, angle):
+    config, factors = begun_with("peas", angle, angle + 1.0, rig=[*RIG, "--height=150mm"])
+    assert AtlasEmulators(poured_as_atlas(config)[0], factors).tests == ["heap"]
+    with refused(CalibrationError, "grains poured", "0.6 to 2"):
+        AtlasEmulators(config, factors)
 
 
 def test_an_angle_beyond_all_heaps_narrows_no_range_but_where_heaps_roll_off(here):

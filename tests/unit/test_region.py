@@ -16,11 +16,7 @@ from calibration.chain.study import Study
 from calibration.figures import ANGLE
 from calibration.runs import progress
 from calibration.stages.optimum import _moved, plan_candidate, plan_candidate_first
-from calibration.stages.response_surface import (
-    plan_response_surface,
-    response_surface,
-    sentences,
-)
+from calibration.stages.response_surface import plan_response_surface, response_surface, sentences
 from calibration.statistics import surface as surfaces
 from calibration.statistics.design import box_behnken, central_composite, region_design
 from calibration.statistics.goals import RULES, Goal, overall_desirability

@@ -80,8 +80,7 @@ def verdict(error=0.2, change=0.0, uncertain=0.0, said="adequate"):
 
 
 @pytest.mark.parametrize(
-    "failed",
-    [{"error": FAR + 0.1}, {"change": -1.6}, {"change": 2.0, "uncertain": 0.2}],
+    "failed", [{"error": FAR + 0.1}, {"change": -1.6}, {"change": 2.0, "uncertain": 0.2}]
 )
 def test_a_check_that_fails_takes_adequate_back(failed):
     found = undecided(verdict(**failed))
@@ -92,8 +91,7 @@ def test_a_check_that_fails_takes_adequate_back(failed):
 
 
 @pytest.mark.parametrize(
-    "passed",
-    [{}, {"error": FAR}, {"change": 1.4}, {"change": 2.0, "uncertain": 0.3}],
+    "passed", [{}, {"error": FAR}, {"change": 1.4}, {"change": 2.0, "uncertain": 0.3}]
 )
 def test_a_check_that_passes_changes_nothing(passed):
     assert undecided(verdict(**passed)) == verdict(**passed)

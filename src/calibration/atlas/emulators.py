@@ -18,6 +18,7 @@ from calibration.errors import CalibrationError
 from calibration.inference.chance_of_no_value import Chance
 from calibration.inference.gaussian_process import GaussianProcess
 from calibration.inference.posterior_sampling import Formed
+from calibration.study.config.specs import overlay
 from calibration.study.config.tests import spec_of
 from dem.grains.sizes import clump_shape, mean_radius
 
@@ -129,19 +130,19 @@ class Response:
 class AtlasEmulators:
     """`calibration.chain.joint.analysis.Emulators` of a study's tests, out of the atlas.
 
-    factors: the free ones. Raises CalibrationError where a test lies outside the atlas, naming what
-    does, and by how much; of `some` tests only where all do.
+    factors: the free ones. Raises CalibrationError where all tests lie outside the atlas, naming
+    what does, and by how much.
     """
 
-    def __init__(self, config: Config, factors: Sequence[Factor], some: bool = False) -> None:
+    def __init__(self, config: Config, factors: Sequence[Factor]) -> None:
         self.config, self.factors = config, factors
         names = [n for n, t in config.tests.items() if rig_of(t.experiment)]
         self._specs = {name: spec_of(config, name) for name in names}
-        outside = {name: [*self._outside(name)] for name in names}
-        self.tests = [name for name, faults in outside.items() if not faults]
-        if not self.tests or (len(self.tests) < len(names) and not some):
-            told = "; ".join(f for faults in outside.values() for f in faults)
-            raise CalibrationError(f"outside the atlas: {told or 'no test of the study is in it'}")
+        self._faults = {name: "; ".join(self._outside(name)) for name in names}
+        self.tests = [name for name, faults in self._faults.items() if not faults]
+        if not self.tests:
+            told = "; ".join(self._faults.values()) or "no test of the study is in it"
+            raise CalibrationError(f"outside the atlas: {told}")
         self._of: dict[tuple[str, str], Response] = {}
         runs = [pd.DataFrame({"rig": n}, index=kept(self._rig(n).name).index) for n in self.tests]
         self.design = pd.concat(runs)
@@ -150,8 +151,7 @@ class AtlasEmulators:
         return rig_of(self.config.tests[test].experiment)
 
     def _moved(self, test):
-        """[(factor's number, input's column, input, low, high)] of the inputs that factors
-        move."""
+        """[(factor's number, input's column, input, low, high)] of the inputs that factors move."""
         rig, spec = self._rig(test), self._specs[test]
         names = [i.name for i in rig.all_inputs]
         for k, f in enumerate(self.factors):
@@ -172,7 +172,10 @@ class AtlasEmulators:
                 yield own, at[own.name], "low" if x < 0.0 else "high"
 
     def _outside(self, test):
-        """Sentences on inputs of a test that lie outside the atlas."""
+        """Sentences on inputs of a test that lie outside the atlas, whose plates are bare."""
+        for key in ("plate_rim_height_mm", "plate_stl"):
+            if found := getattr(self._specs[test].geometry, key, None):
+                yield f"tests.{test}: {key} is {found}; allowed: none, a plate without a rim"
         for own, value, end in self._beyond(test):
             if own.beyond != end:
                 yield (
@@ -188,8 +191,7 @@ class AtlasEmulators:
                 if own.name != "vessel":
                     yield (
                         f"{test}: {own.meaning} is {value:.3g} and counts as "
-                        f"{getattr(own, end):g}, where the atlas ends: what is read beyond may "
-                        "differ"
+                        f"{getattr(own, end):g}: the atlas ends there; what is beyond may differ"
                     )
 
     def of(self, test: str, metric: str) -> Response:
@@ -224,14 +226,22 @@ class AtlasEmulators:
     def told(self, measured: Mapping[JointTarget, MeasuredMean]) -> dict[JointTarget, MeasuredMean]:
         """Of what was measured the targets of which the atlas has all metrics. Raises
         CalibrationError for none."""
-        found = {
-            target: mean for target, mean in measured.items()
-            if all(map(self.has, mean.tests, mean.metrics))
-        }  # fmt: skip
+        found = {t: m for t, m in measured.items() if all(map(self.has, m.tests, m.metrics))}
         if not found:
-            known = ", ".join(rig.title for rig in RIGS.values())
-            raise CalibrationError(f"nothing was measured that the atlas has; allowed: {known}")
+            faults = "; ".join(filter(None, self._faults.values()))
+            titles = ", ".join(rig.title for rig in RIGS.values())
+            known = f"nothing was measured that it has; allowed: {titles}"
+            raise CalibrationError(f"outside the atlas: {faults or known}")
         return found
+
+    def left_out(self, measured: Mapping[JointTarget, MeasuredMean]) -> list[str]:
+        """Sentences on the targets that are not `told`, and why."""
+        told, why = self.told(measured), "it has none"
+        return [
+            f"the atlas tells nothing of {t.name}: "
+            + "; ".join(self._faults.get(n) or why for n in t.tests)
+            for t in measured if t not in told
+        ]  # fmt: skip
 
     def values(self, test: str, metrics: Sequence[str]) -> np.ndarray:
         """(n, q) metrics of the atlas' runs, nan where a run gave none."""
@@ -285,6 +295,23 @@ def _parts(rig, spec, at, metric):
     widest = next(i.high for i in rig.inputs if i.name == "vessel")
     share = min(at["vessel"], widest) * length / spec.geometry.vessel_diameter_mm
     return [(share, metric)] + ([(1.0 - share, "poured_solid_fraction")] if share < 1.0 else [])
+
+
+def poured_as_atlas(config: Config) -> tuple[Config, list[str]]:
+    """(configuration whose heaps are poured of as many grains as the atlas has, sentences on those
+    that were of more or fewer): a laboratory pours what its plate takes, and the rest rolls off."""
+    tests, said, rig = dict(config.tests), [], RIGS["heap"]
+    own = next(i for i in rig.inputs if i.name == "filling")
+    for name in (n for n, t in tests.items() if t.experiment == rig.experiment):
+        spec = spec_of(config, name)
+        share, count = inputs_of(rig, spec)["filling"], spec.particles.count
+        poured = round(count * min(max(share, own.low), own.high) / share)
+        if poured != count:
+            run = overlay(tests[name].run, {"particles": {"count": poured}})
+            tests[name] = tests[name].model_copy(update={"run": run})
+            said.append(f"{name}: the atlas is asked for {poured:,} grains in place of {count:,}, "
+                        "the nearest that it has on such a plate")  # fmt: skip
+    return config.model_copy(update={"tests": tests}), said
 
 
 def cut_to_atlas(config: Config, factors: Sequence[Factor]) -> tuple[list[Factor], list[str]]:

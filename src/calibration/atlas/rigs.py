@@ -97,8 +97,7 @@ class Rig:
 
     run: ({name: value} of all inputs, diameter of the grain [mm]) -> the geometry, the number of
     grains, and numerics of its run. read: the way back, (run spec, diameter [mm], length over
-    diameter) -> {name: value} of the rig's inputs. readings: {metric: its unit, a key
-    of UNITS}.
+    diameter) -> {name: value} of the rig's inputs. readings: {metric: its unit, a key of UNITS}.
     """
 
     name: str
@@ -199,7 +198,7 @@ def _read_heap(spec, d, length):
     return {
         "plate": plate,
         "filling": spec.particles.count / _grains(cone),
-        "height": (g.discharge_height_mm - g.plate_rim_height_mm) / (0.5 * g.plate_diameter_mm),
+        "height": g.discharge_height_mm / (0.5 * g.plate_diameter_mm),
         "orifice": g.orifice_diameter_mm / (length * d),
         "feed": 1.0 if g.feed == "opened" else rate / passes,
     }
@@ -228,10 +227,7 @@ def _read_cylinder(spec, d, length):
 def _vessel(at, mm):
     wide = at["vessel"] * _length(at)
     count = _grains(math.pi / 4.0 * wide**3 * at["depth"])
-    return {
-        "particles": {"count": count},
-        "geometry": {"vessel_diameter_mm": wide * mm, "taps": 0},
-    }
+    return {"particles": {"count": count}, "geometry": {"vessel_diameter_mm": wide * mm, "taps": 0}}
 
 
 def _read_vessel(spec, d, length):

@@ -42,8 +42,7 @@ NO_GRAINS = {k: np.empty((0, 3)) for k in ("position", "velocity", "spin")} | {
 
 
 class EngineError(DemError):
-    """Another engine that is missing, cannot represent a spec, failed, or left no usable
-    numbers.
+    """Another engine that is missing, cannot represent a spec, failed, or left no usable numbers.
 
     `engine` (its name), `path`, `key` (of the spec, or a metric), `value` and `allowed` are what
     the message names; None where it names none.
@@ -73,9 +72,8 @@ class Engine:
     experiments: tuple[str, ...]
     """Experiments that it can run; empty where it can run any."""
     identity: Callable
-    """identity(settings) -> mapping of what the numbers depend on beyond spec and settings.
-    Raises EngineError where
-    the program is missing."""
+    """identity(settings) -> mapping of what the numbers depend on beyond spec and settings. Raises
+    EngineError where the program is missing."""
     refuse: Callable
     """refuse(spec): raises EngineError, by name, for what this engine cannot represent of a
     `RunSpec`."""

@@ -2,10 +2,8 @@
 comes back.
 
 Each stage's `design.csv` lists its points with their `run_id`. Whoever runs the other code writes
-one row a run into the
-table that `engine.responses` names: `run_id` and a column for each metric. What is missing is
-listed; what is
-not a number is an error by line.
+one row a run into the table that `engine.responses` names: `run_id` and a column for each metric.
+What is missing is listed; what is not a number is an error by line.
 """
 
 from __future__ import annotations

@@ -30,9 +30,7 @@ class Point:
 
 
 def measure_shear(
-    paths: Sequence[Path],
-    out: Path | None = None,
-    sheet: str | None = None,
+    paths: Sequence[Path], out: Path | None = None, sheet: str | None = None
 ) -> list[str]:
     """Lines to print: each file's points and their yield locus. Writes the table `out` of shear
     stresses. Raises CalibrationError.

@@ -7,12 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from calibration.errors import CalibrationError
-from calibration.runs.snakemake_command import (
-    LOGGER,
-    call,
-    rule_names,
-    snakemake_command,
-)
+from calibration.runs.snakemake_command import LOGGER, call, rule_names, snakemake_command
 from calibration.study.stage import load_stages
 from dem.errors import DemError
 
@@ -82,10 +77,7 @@ def _parser():
     run.set_defaults(command=_run)
     consent = commands.add_parser("allow", help="let a study start code", description=ALLOW)
     consent.add_argument(
-        "study",
-        nargs="+",
-        metavar="STUDY",
-        help="folder with config.yaml, or configuration files",
+        "study", nargs="+", metavar="STUDY", help="folder with config.yaml, or configuration files"
     )
     consent.set_defaults(command=_allow)
     deck = commands.add_parser("deck", help="check a deck", description=DECK)

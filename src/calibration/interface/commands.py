@@ -3,6 +3,7 @@ tells its parameters before a run is made, `dem angle` measures photographs, `de
 `dem shear` reads shear testers' tables, `dem clump` fills a grain's mesh with spheres."""
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -26,6 +27,22 @@ def main(argv: Sequence[str] | None = None) -> int:
     except CalibrationError as error:
         print(f"dem: {error}", file=sys.stderr)
         return 2
+
+
+def _quiet(command):
+    """A command that ends without a word where nobody reads on, as behind `| head`."""
+
+    def run(args):
+        try:
+            command(args)
+            sys.stdout.flush()
+        except BrokenPipeError:
+            os.dup2(
+                os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno()
+            )  # for what python flushes
+            sys.exit(1)
+
+    return run
 
 
 def _add_new(commands):
@@ -55,7 +72,7 @@ def _add_new(commands):
         "--no-pilot", action="store_true", help="leave the ranges as they are, make no run"
     )
     _add_told(new)
-    new.set_defaults(command=_new)
+    new.set_defaults(command=_quiet(_new))
 
 
 def _whole(text):
@@ -160,13 +177,15 @@ def _add_estimate(commands):
     )
     estimate.add_argument("--out", type=Path, help="new folder for tables and figure")
     _add_told(estimate)
-    estimate.set_defaults(command=_estimate)
+    estimate.set_defaults(command=_quiet(_estimate))
 
 
 def _estimate(args):
     from calibration.interface.estimate import estimate_of  # loads pandas and the schemas
 
     _words(args)
+    if args.out and args.out.exists():
+        raise CalibrationError(f"{args.out}: exists already; allowed: another folder (--out)")
     found = estimate_of(_entries(args))
     print(*found.said, sep="\n")
     if args.out:
@@ -179,8 +198,7 @@ def _add_angle(commands):
         "angle",
         help="angle of repose of heaps on photographs",
         description="Measure photographs of a heap, seen from the side before a plain backdrop, by "
-        "the flank fit that "
-        "the simulation's heaps are measured by.",
+        "the flank fit that the simulation's heaps are measured by.",
     )
     angle.add_argument("photos", type=Path, nargs="+", metavar="PHOTO")
     angle.add_argument("--out", type=Path, help="table to write, for the configuration's target")

@@ -10,21 +10,25 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pandas as pd
 import yaml
+from scipy.special import expit
 
-from calibration.atlas.emulators import AtlasEmulators, cut_to_atlas, diameter_mm
+from calibration.atlas.emulators import AtlasEmulators, cut_to_atlas, diameter_mm, poured_as_atlas
 from calibration.atlas.rigs import RIGS
-from calibration.errors import CalibrationError
 from calibration.figures import response_of
-from calibration.stages.joint import sentences, write_posterior
+from calibration.stages.joint import atlas_against, sentences, write_posterior
 from calibration.study.config import Config, overlay, parse_config
 from calibration.study.config.joint import joint_targets, measured_of
 from calibration.study.config.tests import spec_of
 from calibration.study.factors import read_factors
+from dem.experiments import experiments
+from dem.units import behind, unit_of, without_unit
 
 if TYPE_CHECKING:
     from calibration.study.new.answers import Entry
+    from calibration.study.new.laboratory import Laboratory
 
 GRAINS = 2000
 """Grains of a test at most, as `dem new --grains` has it: the atlas has heaps of no more."""
@@ -35,7 +39,8 @@ class Estimate:
     """What the atlas tells of a study.
 
     summary: as joint.json of a study's joint stage; tables: parameters, targets, predictions, next,
-    draws; said: sentences, what was cut and what was left out first.
+    draws; where no parameters meet the targets, targets alone; said: sentences, what was cut and
+    what was left out first.
     """
 
     summary: dict[str, Any]
@@ -44,10 +49,7 @@ class Estimate:
     factors: Sequence[Any]
 
     def write(self, folder: Path) -> None:
-        """Write all of it and the figure into a new folder. Raises CalibrationError where it is
-        there already."""
-        if folder.exists():
-            raise CalibrationError(f"{folder}: exists already; allowed: another folder (--out)")
+        """Write all of it, and the figure of the draws, into a new folder."""
         folder.mkdir(parents=True)
         files = {name: folder / f"{name}.csv" for name in self.tables}
         files |= {"pairs": folder / "pairs.svg", "summary": folder / "estimate.json"}
@@ -56,31 +58,70 @@ class Estimate:
 
 def estimate(config: Config) -> Estimate:
     """The `Estimate` of a study's measured tests. Raises CalibrationError where none of them is in
-    the atlas, and naming what lies outside it."""
+    the atlas, naming what lies outside it."""
     from calibration.chain.joint.analysis import analysed, metrics_of  # loads the sampler
 
     factors, said = cut_to_atlas(config, read_factors(config.factors))
     emulators = AtlasEmulators(config, factors)
     measured = measured_of(config, joint_targets(config))
     told = emulators.told(measured)
-    said += emulators.counted()
-    said += [f"the atlas has no {t.name}: it is left out" for t in measured if t not in told]
+    said += [*emulators.counted(), *emulators.left_out(measured)]
     tests = {name: metrics_of(config, name, told) for name in emulators.tests}
     summary, tables = analysed(config, emulators, told, tests)  # type: ignore[arg-type]  # as Emulators
-    said += [*sentences(summary, None), *_expected(tables["predictions"], told)]
+    if summary["agreement"]["contradicts"]:
+        own = {key: summary[key] for key in ("agreement", "targets", "misspecification_p")}
+        said += atlas_against(own, None)
+        return Estimate(own, {"targets": tables["targets"]}, said, factors)
+    expected = _expected(config, emulators, tables)
+    rigs = expected.loc[expected["told"], ["rig", "metric", "geometry"]]
+    tables["next"] = tables["next"].merge(rigs)
+    summary["next_test"] = tables["next"].to_dict("records")
+    tables["predictions"] = expected.drop(columns="told")
+    made = [pair for m in told.values() for pair in zip(m.tests, m.metrics, strict=True)]
+    said += [*sentences(summary, None), *_foretold(expected, made)]
     return Estimate(summary, tables, said, factors)
 
 
-def _expected(predictions, measured):
+def _expected(config, emulators, tables):
+    """The predictions with their rigs in words, over those draws at which a test gives a value, and
+    one that is possible; `told`: whether these are more than half, without which there are none."""
+    from calibration.chain.joint.analysis import tails
+
+    rng, draws, found = np.random.default_rng(config.seed), tables["draws"], []
+    u = np.column_stack([(draws[f.name] - f.low) / (f.high - f.low) for f in emulators.factors])
+    for row in tables["predictions"].to_dict("records"):
+        rig, metric = row["rig"], row["metric"]
+        metrics = experiments()[config.tests[rig].experiment].metrics
+        least, most = next((max(m.least, 0.0), m.most) for m in metrics if m.name == metric)
+        response = emulators.of(rig, metric)
+        mean, variance = response.mean(u)
+        many = rng.normal(mean, np.sqrt(variance))
+        odds, *_ = emulators.formed(rig, [metric], 1).chance.with_slope(u, [])
+        has = (many >= least) & (many <= most) & (rng.random(len(u)) > expit(odds))
+        runs = rng.normal(many, response.sd_of_run(u)).clip(least, most)
+        row |= {"geometry": _in_words(config, rig), "told": has.mean() > 0.5}
+        many, runs = (x[has] if row["told"] else np.nan * x for x in (many, runs))
+        for name, values in (("", many), ("run_", runs)):
+            row[f"{name}low"], row[f"{name}high"] = tails(values)
+        found.append(row | {"mean": many.mean()})
+    return pd.DataFrame(found)
+
+
+def _in_words(config, test):
+    """A test's rig: its grains, and what of its geometry has a unit."""
+    told = {"grains_mm": diameter_mm(spec_of(config, test))} | config.run_of(test)["geometry"]
+    told = {without_unit(k).replace("_", " "): (v, unit_of(k)) for k, v in told.items()}
+    return ", ".join(f"{k} {v:.3g}{behind(unit)}" for k, (v, unit) in told.items() if unit)
+
+
+def _foretold(expected, made):
     """Sentences on the readings that nobody made."""
-    made = {pair for m in measured.values() for pair in zip(m.tests, m.metrics, strict=True)}
-    for row in predictions.itertuples():
-        if (row.rig, row.metric) not in made:
-            shown = response_of(row.metric)
-            yield (
-                f"Expected of {row.rig}, {shown.name}: {shown.value(row.mean)} (95 %: "
-                f"{shown.value(row.low)} to {shown.value(row.high)})"
-            )
+    for row in (r for r in expected.itertuples() if (r.rig, r.metric) not in made):
+        shown = response_of(row.metric)
+        what = f"{row.rig}, {shown.name} ({row.geometry})"
+        ends = f"(95 %: {shown.value(row.low)} to {shown.value(row.high)})"
+        none = f"The atlas does not tell {what}: most draws give no value that is possible"
+        yield f"Expected of {what}: {shown.value(row.mean)} {ends}" if row.told else none
 
 
 def estimate_of(entries: Sequence[Entry]) -> Estimate:
@@ -91,25 +132,32 @@ def estimate_of(entries: Sequence[Entry]) -> Estimate:
 
     with tempfile.TemporaryDirectory() as work:
         folder = Path(work) / "estimate"
-        said = write_study(laboratory_of("estimate", folder, entries, GRAINS))
+        lab = laboratory_of("estimate", folder, entries, GRAINS, single=True)
+        said = write_study(lab)
         files = [folder / "config.yaml"]
-        data = yaml.safe_load(files[0].read_text("utf-8"))
-        data = with_usual_tests(data, parse_config(data, files=files))
-        found = estimate(parse_config(data, files=files))
+        data = with_usual_tests(yaml.safe_load(files[0].read_text("utf-8")), lab)
+        config, poured = poured_as_atlas(parse_config(data, files=files))
+        found = estimate(config)
     # what a profile does with its grains is nothing here: no run is made
-    return replace(found, said=[s for s in said if "profile" not in s] + found.said)
+    return replace(found, said=[s for s in [*said, *poured] if "profile" not in s] + found.said)
 
 
-def with_usual_tests(data: Mapping[str, Any], config: Config) -> dict[str, Any]:
-    """A configuration with a usual rig, the middle of the atlas, for each of its tests that the
-    study has none of: what the study expects of them can then be told."""
-    diameter = diameter_mm(spec_of(config, config.own))
-    particles = config.own_run["particles"]
-    shape = {k: particles[k] for k in ("elongation", "clump") if k in particles}
-    experiments = {t.experiment for t in config.tests.values()}
-    tests = {}
-    for rig in (r for r in RIGS.values() if r.experiment not in experiments):
+def with_usual_tests(data: Mapping[str, Any], lab: Laboratory) -> dict[str, Any]:
+    """A study's configuration with what a test tells of a parameter by itself as its prior in place
+    of the test; and of the laboratory's own grains a usual rig, the middle of the atlas, for each
+    test that it did not make, so that what is expected of it can be told. A drum of grains that
+    stick is none of these: they turn as a block, which has no surface to read."""
+    grains, tests, priors = lab.grains, dict(data["tests"]), {}
+    size = {"diameter_mm": grains.common_mm or grains.diameter_mm}
+    for test in lab.tests:
+        for f in (f for f in lab.factors if f.key in test.known):
+            mean, sd = test.known[f.key]
+            priors[f.name] = {"mean": mean, "sd": sd, "source": f.description}
+            tests.pop(test.rig)
+    made = {t.experiment for t in lab.tests} | ({"drum"} if grains.sticky else set())
+    shape = {"clump": {"file": grains.clump_file}} if grains.spheres else {}
+    for rig in (r for r in RIGS.values() if r.experiment not in made):
         at = {i.name: i.value(0.5) for i in rig.inputs} | {"elongation": 1.0}
-        run = overlay(rig.run(at, diameter), {"particles": shape | {"diameter_mm": diameter}})
+        run = overlay(rig.run(at, size["diameter_mm"]), {"particles": shape | size})
         tests[rig.name] = {"experiment": rig.experiment, "run": run}
-    return overlay(data, {"tests": tests})
+    return {**data, "tests": tests, "posterior": {"priors": priors}}

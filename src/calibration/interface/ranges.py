@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from calibration.atlas.emulators import AtlasEmulators, cut_to_atlas
+from calibration.atlas.emulators import AtlasEmulators, cut_to_atlas, poured_as_atlas
 from calibration.chain.joint.analysis import INSIDE, joint_of
 from calibration.errors import CalibrationError
 from calibration.figures import response_of
@@ -35,9 +35,11 @@ def ranges_by_atlas(
     the ranges reach what was measured). Ranges stay where the atlas refuses the study; where it has
     nothing in them of what was measured, they are cut only to where tests have a value."""
     try:
+        config, first = poured_as_atlas(config)
         own, short = cut_to_atlas(config, factors)
         emulators = AtlasEmulators(config, own)
-        measured = emulators.told(measured_of(config, joint_targets(config)))
+        read = measured_of(config, joint_targets(config))
+        measured = emulators.told(read)
     except CalibrationError as error:
         return list(factors), [f"the ranges stay as they are: {error}"], []
     joint = joint_of(config, emulators, measured)  # type: ignore[arg-type]  # as Emulators
@@ -57,13 +59,13 @@ def ranges_by_atlas(
         low, high = _wide_enough(*posterior.interval(KEPT))
         low, high = np.where(low > INSIDE, low, 0.0), np.where(high < 1.0 - INSIDE, high, 1.0)
         inner = _wide_enough(*posterior.interval(STANDS))
-    # the plates of the atlas are bare: what rolls off one with a rim it does not know
-    if config.own in emulators.tests and not config.own_run["geometry"].get("plate_rim_height_mm"):
+    if config.own in emulators.tests:
         low, high = _standing(config, factors, emulators, low, high, inner)
     ends = {f.name: (f, *pair) for f, *pair in zip(own, low, high, strict=True)}
     cut = [_narrowed(f, *ends[f.name]) if f.name in ends else f for f in factors]
     pairs = [(f, new) for f, new in zip(factors, cut, strict=True) if f != new]
-    said = [*said, *(f"{f.name}: {f.levels} becomes {new.levels}" for f, new in pairs)]
+    said = [*said, *first, *emulators.left_out(read)]
+    said += [f"{f.name}: {f.levels} becomes {new.levels}" for f, new in pairs]
     if why:
         where = "are cut only to where tests have a value" if pairs else "stay as they are"
         said.append(f"the ranges {where}: {why}")

@@ -10,7 +10,7 @@ from math import exp, prod
 
 from calibration import engines
 from calibration.errors import CalibrationError, ConfigError
-from calibration.study.config import Config, point_spec, states
+from calibration.study.config import Config, measured, point_spec, states
 from calibration.study.config.tests import key_in
 from calibration.study.cost import (
     BASE_MB,
@@ -40,6 +40,13 @@ def check_ahead(config: Config) -> None:
     a run that needs more memory than there is."""
     if config.name in RESERVED:
         raise ConfigError("is taken", key="name", value=config.name, allowed="another name")
+    for target in (config.target, *config.further_targets):
+        try:
+            measured.is_measured(config, target) and measured.read_target(config, target)
+        except measured.SingleError:
+            raise
+        except measured.NotComparableError:
+            pass  # a study may have it for its diagnosis alone
     factors = read_factors(config.factors)
     _check_held(config, factors)
     first: RunSpec | None = None

@@ -154,8 +154,7 @@ def progress(config: Config, store: RunStore | None = None) -> Progress:
     lasted = _expected(config, asked - walls.keys()) | {e: _mean(them) for e, them in walls.items()}
     plans = [
         replace(
-            plan,
-            each_s=above_s.get(plan.name) or _mean([lasted[e] for e in them if e in lasted]),
+            plan, each_s=above_s.get(plan.name) or _mean([lasted[e] for e in them if e in lasted])
         )
         for plan, them in zip(plans, left, strict=True)
     ]

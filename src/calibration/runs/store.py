@@ -56,9 +56,8 @@ class RunStore:
         return result
 
     def entry(self, name: str, full: bool = False) -> dict[str, Any]:
-        """What the index holds of a finished run: `engine`, `wall_time_s`, `refused` of one
-        without a value. `full` checks all of it
-        again."""
+        """What the index holds of a finished run: `engine`, `wall_time_s`, `refused` of one without
+        a value. `full` checks all of it again."""
         known = None if full else self._unchanged(name)
         return known or self._add(name, _whole(read_result, self.folder(name)))
 

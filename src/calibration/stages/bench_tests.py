@@ -241,10 +241,5 @@ STAGES = (
             ("drop", "Bench test: drop", 7.2, 1),
         )
     ),
-    Stage(
-        name="bench",
-        title="What the bench tests found",
-        place=7.4,
-        made_by="bench_parameters",
-    ),
+    Stage(name="bench", title="What the bench tests found", place=7.4, made_by="bench_parameters"),
 )

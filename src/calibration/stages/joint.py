@@ -66,7 +66,7 @@ def _by_atlas(config, factors):
     from calibration.atlas.emulators import AtlasEmulators
     from calibration.chain.joint.analysis import joint_of
 
-    atlas = AtlasEmulators(config, factors, some=True)
+    atlas = AtlasEmulators(config, factors)
     told = atlas.told(measured_of(config, joint_targets(config)))
     draws = joint_of(config, atlas, told).posterior(config.seed).draws  # type: ignore[arg-type]  # as Emulators
     return _spread(draws, config.joint.runs, config.seed)
@@ -217,13 +217,14 @@ def write_posterior(
     output: NamedFiles,
 ) -> None:
     """Write what `calibration.chain.joint.analysis.analysed` gives: a file a table, the figure
-    `pairs`, the summary."""
+    `pairs` where there are draws, the summary."""
     from calibration.chain.joint.analysis import middle
 
     for name, table in tables.items():
         write_table(table, getattr(output, name))
-    draws = tables["draws"]
-    figures.save(posterior_pairs(factors, draws, found["parameters"], middle(draws)), output.pairs)
+    if "draws" in tables:
+        draws, told = tables["draws"], found["parameters"]
+        figures.save(posterior_pairs(factors, draws, told, middle(draws)), output.pairs)
     write_json(output.summary, found)
 
 
@@ -330,6 +331,7 @@ def _correlated(summary):
 sentences = worded(
     "joint", kinds=kinds, correlated=_correlated, tells_most=tells_most, little=TELLS
 )
+atlas_against = worded("atlas_against")
 against = worded("against")
 """What of the targets of a mapping of joint.json speaks against the model: a contradiction between
 them, and each one of which all others expect another value."""

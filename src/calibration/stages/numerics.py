@@ -152,9 +152,7 @@ STAGES = (
         figures=(Figure("numerics"),),
         tables=(("numerics", "Numerics"),),
         about="Difference that resolution, time step, stiffness and rolling law make, with its 95 "
-        "% interval: "
-        "a choice whose interval holds zero, or that stays within the spread from seed to seed, "
-        "does not "
-        "matter here.",
+        "% interval: a choice whose interval holds zero, or that stays within the spread from "
+        "seed to seed, does not matter here.",
     ),
 )

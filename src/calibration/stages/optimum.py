@@ -309,10 +309,7 @@ def _mark(ax, region, pair, chosen):
 
 
 def desirability_contours(
-    surfaces: Sequence[Surface],
-    goals: Sequence[Goal],
-    region: Sequence[Factor],
-    found: Compromise,
+    surfaces: Sequence[Surface], goals: Sequence[Goal], region: Sequence[Factor], found: Compromise
 ) -> Drawing:
     """Overall desirability over each pair of factors, with the others at the chosen point. A line
     shows where a response meets its target. surfaces and goals have the same order; found:
@@ -344,10 +341,7 @@ STAGES = (
         place=4,
         chain=True,
         searches=True,
-        plans=(
-            Plan("candidate_first", ahead=_ahead),
-            Plan("candidate"),
-        ),
+        plans=(Plan("candidate_first", ahead=_ahead), Plan("candidate")),
         figures=(Figure("contours", ("solution_set.csv", "optimum.json")),),
         tables=(("solution_set", "Points of the solution set"),),
         sentences=sentences,

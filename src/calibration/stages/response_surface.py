@@ -20,12 +20,7 @@ from calibration.intake.tables import read_written
 from calibration.runs.plans import plan, write_plan
 from calibration.stages import worded
 from calibration.statistics.design import region_design
-from calibration.statistics.surface import (
-    fit_surface,
-    outlier_limit,
-    outliers,
-    reduced_surface,
-)
+from calibration.statistics.surface import fit_surface, outlier_limit, outliers, reduced_surface
 from calibration.study.factors import Choice, inside, physical_range
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json

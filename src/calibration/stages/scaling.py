@@ -27,12 +27,7 @@ from calibration import figures
 from calibration.files import write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_metric, read_values, together, write_plan
-from calibration.statistics.dimensions import (
-    PAPER_RULE,
-    RULES,
-    ScalingError,
-    factors,
-)
+from calibration.statistics.dimensions import PAPER_RULE, RULES, ScalingError, factors
 from calibration.statistics.numbers import fixed
 from calibration.study.config import given, overlay, point_spec
 from calibration.study.stage import Figure, Plan, Points, Stage

@@ -55,13 +55,10 @@ def measured_locus(config: Config) -> tuple[float, float]:
     loads = [m.levers[LOAD] for m in found]
     if len(set(loads)) < 2:
         raise ConfigError(
-            "has one load, through which no yield locus can be drawn",
-            path=config.measurements,
-            line=found[0].line,
-            column=LOAD,
-            value=loads[0],
+            "has one load, through which no yield locus can be drawn", path=config.measurements,
+            line=found[0].line, column=LOAD, value=loads[0],
             allowed="shear stresses at two normal stresses or more",
-        )
+        )  # fmt: skip
     line = scipy.stats.linregress(loads, [m.value for m in found])
     return round(float(line.slope), DIGITS), round(float(line.intercept), DIGITS)
 
@@ -138,11 +135,7 @@ class SlopeCurve:
         freedom = len(mu) - model.shape[1]
         covariance = float(left @ left) / freedom * np.linalg.inv(model.T @ model)
         return cls(
-            coefficients,
-            covariance,
-            float(scipy.stats.t.ppf(0.975, freedom)),
-            mu.min(),
-            mu.max(),
+            coefficients, covariance, float(scipy.stats.t.ppf(0.975, freedom)), mu.min(), mu.max()
         )
 
     def at(self, friction: ArrayLike) -> tuple[np.ndarray, np.ndarray]:

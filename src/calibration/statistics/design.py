@@ -69,10 +69,7 @@ def central_composite(
 
 
 def steepest_path(
-    factors: Sequence[Factor],
-    start: Mapping[str, float],
-    step: Mapping[str, float],
-    steps: int,
+    factors: Sequence[Factor], start: Mapping[str, float], step: Mapping[str, float], steps: int
 ) -> pd.DataFrame:
     """`steps` points start + k step in natural levels; start, step: {factor name: value}. Levels
     outside a factor's range, and factors without start or step, raise CalibrationError."""

@@ -89,8 +89,7 @@ class OverdeterminedError(ScalingError):
         said = ", ".join(f"{q} ~ h^{a}" for q, a in self.conflict.items())
         super().__init__(
             f"the held quantities contradict each other: {said}; given "
-            f"{', '.join(others) or 'no other'}, "
-            f"{last} must go as h^{demanded}"
+            f"{', '.join(others) or 'no other'}, {last} must go as h^{demanded}"
         )
 
 

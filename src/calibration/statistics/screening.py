@@ -154,10 +154,9 @@ def _effects(codes, beta, scale, sigma, df, total):
 
 
 def _screening_anova(table, residual, df, error, total, pure):
-    """Rows of the model, the factors and the residual; sums of squares are each factor's own
-    share. error: (standard deviation, degrees of freedom) that all are judged by; pure: (sum of
-    squares, degrees of freedom) within repeated points, which part the residual from the lack of
-    fit."""
+    """Rows of the model, the factors and the residual; sums of squares are each factor's own share.
+    error: (standard deviation, degrees of freedom) that all are judged by; pure: (sum of squares,
+    degrees of freedom) within repeated points, which part the residual from the lack of fit."""
     k, (sigma, df_error), (seeds, df_seeds) = len(table), error, pure
     residual = float(residual)
     model = total - residual

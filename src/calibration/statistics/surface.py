@@ -81,8 +81,7 @@ class Surface:
         self, levels: npt.ArrayLike, runs: float, alpha: float = 0.05
     ) -> tuple[np.ndarray, np.ndarray]:
         """(low, high), (n,) each, for the mean of `runs` new runs at coded levels (n, factors):
-        yhat +- t s sqrt(1/runs + x' (X'X)^-1 x); with runs = inf, for the true
-        mean."""
+        yhat +- t s sqrt(1/runs + x' (X'X)^-1 x); with runs = inf, for the true mean."""
         centre, mean_se = self.predict(levels), self.standard_error(levels)
         half = scipy.stats.t.ppf(1 - alpha / 2, self.df) * np.sqrt(self.sigma2 / runs + mean_se**2)
         return centre - half, centre + half

@@ -294,7 +294,7 @@ def _targets(whole, apart):
         k = pull["coefficient"]
         error = float(np.sqrt(named[pull["response"]].covariance[k, k]))
         row = {key: pull[key] for key in ("rig", "metric", "measured")} | {"error": error}
-        shown = ("predicted", "pull", "p", "pull_others", "p_others")
+        shown = ("predicted", "sd", "pull", "p", "pull_others", "p_others")
         rows.append(row | {key: pull[key] for key in shown})
     return pd.DataFrame(rows)
 
@@ -399,13 +399,14 @@ def _prediction(emulator, factors, draws, seed):
     mean = emulator.mean(u)[0]
     first, alone = shares(mean, u)
     row = {"mean": float(mean.mean())}
-    row |= dict(zip(("low", "high"), _tails(many), strict=True))
-    row |= dict(zip(("run_low", "run_high"), _tails(run), strict=True))
+    row |= dict(zip(("low", "high"), tails(many), strict=True))
+    row |= dict(zip(("run_low", "run_high"), tails(run), strict=True))
     row |= {"sd_parameters": float(mean.std())}
     row |= {f"{f.name} share": float(x) for f, x in zip(factors, first, strict=True)}
     return row | {f"{f.name} alone": float(x) for f, x in zip(factors, alone, strict=True)}
 
 
-def _tails(values):
+def tails(values: np.ndarray) -> list[float]:
+    """Ends of the LEVEL's interval of values (k,)."""
     tail = 0.5 * (1.0 - LEVEL)
     return [float(x) for x in np.quantile(values, [tail, 1.0 - tail])]

@@ -40,7 +40,7 @@ class CorrectedEmulators(Emulators):
 
     def __init__(self, config: Config, factors: Sequence[Any], design: pd.DataFrame) -> None:
         super().__init__(factors, design)
-        self.atlas = AtlasEmulators(config, factors, some=True)
+        self.atlas = AtlasEmulators(config, factors)
 
     def trained(self, rig: str, metric: str, u: np.ndarray, values: np.ndarray) -> Any:
         """The emulator of values (n,) at u (n, d)."""

@@ -29,15 +29,16 @@ PRESSED = 3.0
 class Pull:
     """One coefficient of a response against what is predicted of it.
 
-    measured; predicted: mean of the posterior of all targets; pull: their difference over the
-    standard deviation of both; p: two-sided, of the posterior predictive. pull_others, p_others:
-    the same by the posterior of all other targets, which has not seen this one.
+    measured; predicted: mean of the posterior of all targets; sd: that of their difference, the
+    emulator's error in it; pull: the difference over it; p: two-sided, of the posterior predictive.
+    pull_others, p_others: the same by the posterior of all other targets, which has not seen this.
     """
 
     response: str
     coefficient: int
     measured: float
     predicted: float
+    sd: float
     pull: float
     p: float
     pull_others: float
@@ -52,10 +53,10 @@ def pulls(joint: Joint, draws: np.ndarray, seed: int = 1, cloud: Cloud | None = 
         left = _draws_without(cloud, r.name, seed)
         with_all, with_others = (r.predicted(thinned(u)) for u in (draws, left))
         for j, y in enumerate(r.mean):
-            (mean, pull, p), (_, apart, p_apart) = (
+            (mean, sd, pull, p), (_, _, apart, p_apart) = (
                 _against(r, j, y, *predicted) for predicted in (with_all, with_others)
             )
-            found.append(Pull(r.name, j, float(y), mean, pull, p, apart, p_apart))
+            found.append(Pull(r.name, j, float(y), mean, sd, pull, p, apart, p_apart))
     return found
 
 
@@ -72,18 +73,18 @@ def _draws_without(cloud, name, seed):
 
 
 def _against(response, j, y, mean, variance):
-    """(predicted mean, pull, two-sided p) of a measured coefficient against a mixture of
+    """(predicted mean, sd, pull, two-sided p) of a measured coefficient against a mixture of
     predictions (k, q)."""
     own = response.covariance[j, j]
     sd = np.sqrt(variance[:, j] + own)
-    spread = np.sqrt(np.mean(sd**2) + mean[:, j].var())
+    spread = float(np.sqrt(np.mean(sd**2) + mean[:, j].var()))
     standard = (y - mean[:, j]) / sd
     # of few readings the tails are Student's
     known = not np.isfinite(response.freedom)
     law = stats.norm if known else stats.t(_effective(response.freedom, own, sd**2))
     below = float(np.mean(law.cdf(standard)))
     centre = float(mean[:, j].mean())
-    return centre, float((y - centre) / spread), 2.0 * min(below, 1.0 - below)
+    return centre, spread, float((y - centre) / spread), 2.0 * min(below, 1.0 - below)
 
 
 def _effective(freedom, own, total):

@@ -1,22 +1,10 @@
 """The configuration of a study: schema, checks, its measured values and the run specs that it
 describes."""
 
-from calibration.study.config.measured import (
-    goals,
-    is_measured,
-    read_back,
-    read_swept,
-    read_target,
-)
+from calibration.study.config.measured import goals, is_measured, read_back, read_swept, read_target
 from calibration.study.config.parse import given, parse_config, stands_alone, with_engine
 from calibration.study.config.schema import METRICS, Config, section_of
-from calibration.study.config.specs import (
-    numbers_of,
-    overlay,
-    point_spec,
-    states,
-    with_levels,
-)
+from calibration.study.config.specs import numbers_of, overlay, point_spec, states, with_levels
 
 __all__ = [
     "METRICS",

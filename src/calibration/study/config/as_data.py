@@ -73,12 +73,9 @@ def _refuse_code(data, lines, path, prefix=""):
         asks = [x for x in (key, value) if isinstance(x, str) and x.startswith("?")]
         if key in EVALUATED or asks:
             raise ConfigError(
-                "asks to be run as code",
-                path=Path(path),
-                line=lines.get(place),
-                key=place,
+                "asks to be run as code", path=Path(path), line=lines.get(place), key=place,
                 value=asks[0] if asks else value,
                 allowed="data alone; a configuration is never evaluated",
-            )
+            )  # fmt: skip
         if isinstance(value, dict | list):
             _refuse_code(value, lines, path, f"{place}.")

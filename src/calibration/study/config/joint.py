@@ -191,13 +191,9 @@ def _mean_of(row, path):
     condition."""
     if row.sd is None:
         raise ConfigError(
-            "has no error",
-            path=path,
-            line=row.line,
-            column="sd",
-            value=row.value,
+            "has no error", path=path, line=row.line, column="sd", value=row.value,
             allowed="a second reading, or sd in the row: the standard deviation of one reading",
-        )
+        )  # fmt: skip
     # a stated deviation of one reading is an instrument's; of several it is estimated from them
     freedom = row.n - 1.0 if row.n >= 2 else np.inf
     return row.value, row.sd**2 / row.n, freedom
@@ -210,13 +206,9 @@ def _refuse_contradicting(rows, found, path):
         if abs(a[0] - b[0]) > APART * error:
             raise ConfigError(
                 f"contradicts line {first.line}: {first.value:g} there, ± {error:.2g} on their "
-                "difference",
-                path=path,
-                line=second.line,
-                column="value",
-                value=second.value,
+                "difference", path=path, line=second.line, column="value", value=second.value,
                 allowed="one of them, or levers that tell them apart",
-            )
+            )  # fmt: skip
 
 
 def _pooled(target, rows, reading_sd):

@@ -104,6 +104,10 @@ class NotComparableError(ConfigError):
     setting."""
 
 
+class SingleError(NotComparableError):
+    """One reading with its spread: a posterior can use it, and no comparison of samples."""
+
+
 def agreeing(
     table: Measurements, experiment: str, quantity: str, spec: RunSpec, but: Collection[str] = ()
 ) -> list[Measurement]:
@@ -113,22 +117,18 @@ def agreeing(
     found = table.of(experiment, quantity)
     if not found:
         raise ConfigError(
-            "has no row of what is asked for",
-            path=table.path,
+            "has no row of what is asked for", path=table.path,
             allowed=f"a row with experiment {experiment} and quantity {quantity}",
-        )
+        )  # fmt: skip
     differing = [apart(m, spec, but) for m in found]
     own = [m for m, why in zip(found, differing, strict=True) if why is None]
     if not own:
         name, simulated = differing[0] or ("", 0.0)  # none agrees
         raise NotComparableError(
-            f"was measured at another setting than is simulated, {simulated:g}",
-            path=table.path,
-            line=found[0].line,
-            column=name,
-            value=found[0].levers[name],
+            f"was measured at another setting than is simulated, {simulated:g}", path=table.path,
+            line=found[0].line, column=name, value=found[0].levers[name],
             allowed="a row at the setting that is simulated, or an empty cell",
-        )
+        )  # fmt: skip
     return own
 
 
@@ -166,7 +166,7 @@ def sample(conditions: Sequence[Measurement], path: str | Path) -> np.ndarray | 
         )
     (only,) = conditions
     if only.n < 2 or only.sd is None:
-        raise ConfigError(
+        raise (ConfigError if only.sd is None else SingleError)(
             "needs at least two values to have a spread", path=path, line=only.line, column="n"
         )
     return Stated(only.value, only.sd, only.n)

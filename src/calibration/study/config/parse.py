@@ -16,12 +16,7 @@ from calibration.intake.measurements import read_measured
 from calibration.intake.numbers_with_units import check_plausible, in_key_units
 from calibration.study.config.joint import check_joint
 from calibration.study.config.measured import NotComparableError, goals, is_measured, read_target
-from calibration.study.config.schema import (
-    COARSER,
-    Config,
-    named_section_of,
-    section_of,
-)
+from calibration.study.config.schema import COARSER, Config, named_section_of, section_of
 from calibration.study.config.specs import point_spec, states
 from calibration.study.config.tests import check_tests, key_in
 from calibration.study.factors import Choice, read_factors, refuse_choices
@@ -54,9 +49,7 @@ REPLACED = {
 
 
 def parse_config(
-    data: Any,
-    files: Sequence[str | Path] = (),
-    stages: Collection[str] | None = None,
+    data: Any, files: Sequence[str | Path] = (), stages: Collection[str] | None = None
 ) -> Config:
     """`Config` from a mapping that was merged from YAML `files`, later ones over earlier ones.
 
@@ -314,9 +307,7 @@ FULL = "full"
 
 
 def parse_resolved(
-    data: Mapping[str, Any],
-    files: Sequence[str | Path] = (),
-    stages: Collection[str] | None = None,
+    data: Mapping[str, Any], files: Sequence[str | Path] = (), stages: Collection[str] | None = None
 ) -> Config:
     """`parse_config`. Raises ConfigError of the resolution where a finer one makes a study of the
     same files, and as `parse_config` does elsewhere."""

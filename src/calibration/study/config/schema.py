@@ -105,12 +105,10 @@ class Response(_Part):
     """What is asked of a metric of the test that the chain calibrates on."""
 
     low: float | None = Field(
-        None,
-        description="desirability 0 here; needed where there are several metrics",
+        None, description="desirability 0 here; needed where there are several metrics"
     )
     high: float | None = Field(
-        None,
-        description="desirability 0 here; needed where there are several metrics",
+        None, description="desirability 0 here; needed where there are several metrics"
     )
     margin: Positive | None = Field(
         None,
@@ -140,8 +138,7 @@ class ScreeningConfig(_Part):
         ge=0,
         le=20,
         description="runs at the centre of a generated design, whose scatter the effects are "
-        "judged against; none "
-        "in a Plackett-Burman design",
+        "judged against; none in a Plackett-Burman design",
     )
     foldover: bool = Field(
         False,
@@ -176,8 +173,7 @@ class AscentConfig(_Part):
     rule: Literal["configured", "effects"] = Field(
         "configured",
         description="path from start and step where given for all factors that went on, else from "
-        "the effects on "
-        "the first target",
+        "the effects on the first target",
     )
     start: dict[str, float] = Field({}, description="factor name: natural level of the first point")
     step: dict[str, float] = Field({}, description="factor name: natural step")
@@ -216,10 +212,7 @@ class OptimiseConfig(_Part):
         "runs are added as the first ones' scatter asks for (Stein's rule); without it no more",
     )
     candidate_at_most: int = Field(
-        100,
-        ge=2,
-        le=1000,
-        description="most of these runs, however wide their interval is then",
+        100, ge=2, le=1000, description="most of these runs, however wide their interval is then"
     )
     point: dict[str, float] = Field(
         {},
@@ -336,8 +329,7 @@ class PosteriorConfig(_Part):
     )
     readings: int = Field(5, ge=2, description="readings that the next test would take")
     hours: dict[str, Positive] = Field(
-        {},
-        description="test: hours in the laboratory for so many readings; assumed unless given",
+        {}, description="test: hours in the laboratory for so many readings; assumed unless given"
     )
 
 
@@ -443,8 +435,7 @@ class Config(_Part):
     engine: str | dict = Field(
         "dem",
         description="what makes the runs: dem, liggghts, lammps, yade, or a mapping with name and "
-        "settings of it, "
-        "of command or of table",
+        "settings of it, of command or of table",
     )
     measurements: str = Field(
         description="table of all that was measured: experiment, quantity, value, unit, levers ..."
@@ -489,10 +480,7 @@ class Config(_Part):
     numerics: str | None = Field(
         None, description="YAML file of points and variants; the stage `numerics` needs it"
     )
-    diagnosis: dict = Field(
-        {},
-        description="budget, seed and error rates of the diagnosis",
-    )
+    diagnosis: dict = Field({}, description="budget, seed and error rates of the diagnosis")
 
     @property
     def runs(self) -> str:

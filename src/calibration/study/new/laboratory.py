@@ -79,16 +79,17 @@ class Laboratory:
 
 
 def laboratory_of(
-    name: str, folder: Path, entries: Sequence[Entry], most: int | None = None
+    name: str, folder: Path, entries: Sequence[Entry], most: int | None = None, single: bool = False
 ) -> Laboratory:
-    """`Laboratory` of a study's name and new folder; most: grains that are simulated at most.
-    Raises CalibrationError for what no study can be made of, all faults at once."""
+    """`Laboratory` of a study's name and new folder; most: grains that are simulated at most;
+    single: whether one reading with its spread is enough. Raises CalibrationError for what no study
+    can be made of, all faults at once."""
     if most is not None and most < FEWEST:
         raise CalibrationError(f"--grains {most}: make no heap; allowed: {FEWEST} or more")
     tested = sorted((e for e in entries if e.method.becomes), key=lambda e: e.method.rank)
     alone = [e.method.name for e in tested] == ["funnel"]
     grain, shape, said = _grains(folder, entries, most or (MOST if alone else None))
-    _refuse_without_lead(tested)
+    _refuse_without_lead(tested, single)
     material = next((e.value("material") for e in entries if e.values("material")), None)
     factors = factors_of(material)
     bounce = factor_of(factors, "contacts.particle_particle.restitution")
@@ -198,7 +199,7 @@ def _of_axes(folder, entry, shared):
     return grains, went, said
 
 
-def _refuse_without_lead(tested):
+def _refuse_without_lead(tested, single):
     if not any(e.method.leads for e in tested):
         told = ", ".join(e.method.title for e in tested) or "no test"
         raise CalibrationError(
@@ -207,12 +208,13 @@ def _refuse_without_lead(tested):
             "density, a discharge, a shear cell or wall friction beside. A funnel is told by "
             "--measured, --orifice, --plate and --height; dem new --help lists all tests"
         )
-    if not any(_leads(e) for e in tested):
+    if not single and not any(_leads(e) for e in tested):
         first = next(e for e in tested if e.method.leads)
         raise CalibrationError(
             f"{first.place(first.method.readings[0].key)}: no test of grains upon grains has more "
             "than one reading, and the study compares simulated runs with the readings of one of "
-            "them; allowed: a second reading of any of them, or n of 2 or more beside a mean"
+            "them; allowed: a second reading of any of them, or n of 2 or more beside a mean (dem "
+            "estimate takes one reading with its sd)"
         )
 
 
@@ -225,7 +227,7 @@ def _leads(entry):
 
 def _leading_first(tested):
     """The entries in the order of their tests."""
-    lead = next(e for e in tested if _leads(e))
+    lead = next(filter(_leads, tested), None) or next(e for e in tested if e.method.leads)
     return [lead, *(e for e in tested if e is not lead)]
 
 

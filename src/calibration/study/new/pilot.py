@@ -8,7 +8,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Collection, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -95,8 +95,9 @@ def heard(what: str, show: Show) -> Iterator[None]:
     over, begun = threading.Event(), time.monotonic()
 
     def tell():
-        while not over.wait(EVERY_S):
-            show(f"{what}: {time.monotonic() - begun:.0f} s so far")
+        with suppress(BrokenPipeError):  # nobody reads on, which the block itself finds
+            while not over.wait(EVERY_S):
+                show(f"{what}: {time.monotonic() - begun:.0f} s so far")
 
     thread = threading.Thread(target=tell, daemon=True)
     thread.start()

@@ -241,10 +241,7 @@ def read_filled(path: Path, sheet: str | None = None) -> list[Raw]:
             f"{path}: holds no values; allowed: those of your tests in the column {VALUE}"
         )
     found: dict[str, list[dict]] = {}
-    for (name, key), rows in groupby(
-        filled, lambda r: (_plain(r[1][TEST]), _plain(r[1][QUESTION]))
-    ):
-        lines = list(rows)
+    for (name, key), lines in _questions(filled):
         place = f"{path.name}, line {lines[0][0]}"
         method = methods().get(name)
         if method is None:
@@ -252,7 +249,7 @@ def read_filled(path: Path, sheet: str | None = None) -> list[Raw]:
             faults.append(f"{place}: {lines[0][1][TEST]} is no test; allowed: {known}")
             continue
         tests = found.setdefault(name, [{}])
-        if key in tests[-1] and method.becomes:  # the same test once more, under another load
+        if key in tests[-1] and method.under:  # the same test once more, under another load
             tests.append({})
         tests[-1].setdefault(key, []).extend(_texts(path, method.question(key), lines, faults))
     raws = [
@@ -263,6 +260,19 @@ def read_filled(path: Path, sheet: str | None = None) -> list[Raw]:
     if faults:
         raise Faults([*faults, *_further(raws)])
     return raws
+
+
+def _questions(filled):
+    """((test, question), rows) of filled rows in any order; those of a test that was made under
+    several loads stay in theirs, which says what was read under which."""
+    for name in dict.fromkeys(_plain(row[TEST]) for _, row in filled):
+        rows = [r for r in filled if _plain(r[1][TEST]) == name]
+        keys = [_plain(row[QUESTION]) for _, row in rows]
+        method = methods().get(name)
+        if not method or keys.count(method.under) < 2:
+            rows.sort(key=lambda r: keys.index(_plain(r[1][QUESTION])))
+        for key, lines in groupby(rows, lambda r: _plain(r[1][QUESTION])):
+            yield (name, key), list(lines)
 
 
 def _plain(cell):

@@ -31,10 +31,7 @@ from dem.units import in_ascii, unit_of, without_unit
 
 PLAIN = ("parameter", "value", "unit")
 OTHERS_HELD = "interval_95_others_held"
-INTERVALS = {
-    OTHERS_HELD: "95 %, the others held",
-    "interval_95": "95 %, whatever the others are",
-}
+INTERVALS = {OTHERS_HELD: "95 %, the others held", "interval_95": "95 %, whatever the others are"}
 """Headings of a table, and of the intervals that an entry of calibrated.yaml may have."""
 OPEN = "NOT BOUNDED BY THE DATA"
 SIDES = {"low": "below", "high": "above"}

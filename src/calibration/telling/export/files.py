@@ -16,11 +16,7 @@ from calibration.telling.answer.words import head
 from calibration.telling.export import by_hand, mercurydpm
 from calibration.telling.export.decks import scatter_of_one, write_decks
 from calibration.telling.export.heap_comparison import profile
-from calibration.telling.export.parameters import (
-    engine_of,
-    known_parameters,
-    to_yaml,
-)
+from calibration.telling.export.parameters import engine_of, known_parameters, to_yaml
 from dem.errors import DemError
 from dem.render import read_run
 from dem.render.image import plate_of
@@ -53,9 +49,8 @@ def about(study: Study) -> list[str]:
     return [
         f"Study {config.name}: {metric} measured {validation['measured_mean']:.2f} {unit} "
         f"({validation['measured_n']} values, sd {validation['measured_sd']:.2f}); the calibrated "
-        f"model gives "
-        f"{validation['simulated_mean']:.2f} {unit} ({validation['simulated_n']} runs, sd "
-        f"{validation['simulated_sd']:.2f}) in the rig and with the grains of calibrated.yaml.",
+        f"model gives {validation['simulated_mean']:.2f} {unit} ({validation['simulated_n']} runs, "
+        f"sd {validation['simulated_sd']:.2f}) in the rig and with the grains of calibrated.yaml.",
         *(head(found) if found else []),
         f"Engine {engine_of(config)}. SI units. How each number was converted: "
         "docs/other-codes.md.",

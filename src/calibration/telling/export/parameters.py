@@ -162,9 +162,7 @@ def to_yaml(data: Any) -> str:
 
 
 def calibrated_spec(
-    config: Config,
-    factors: Sequence[Factor | Choice],
-    optimum: Mapping[str, float | str],
+    config: Config, factors: Sequence[Factor | Choice], optimum: Mapping[str, float | str]
 ) -> dict[str, Any]:
     """Run spec (a mapping) at the calibrated point {factor: level}, with the study's first seed."""
     levels = {**config.fixed, **optimum}

@@ -113,9 +113,7 @@ def on_path(spec: dict[str, Any], path: str, share: float) -> dict[str, Any]:
     rolling, static = place(path, share, parse_spec(spec).contacts.particle_particle)
     changes = {
         "laws": {"rolling": "constant_torque"},
-        "contacts": {
-            "particle_particle": {"rolling_friction": rolling, "static_friction": static},
-        },
+        "contacts": {"particle_particle": {"rolling_friction": rolling, "static_friction": static}},
     }
     if path == NO_ROTATION:
         changes["contacts"]["particle_wall"] = {"rolling_friction": rolling}  # type: ignore[index]

@@ -45,10 +45,9 @@ CARRIED = {
 NOT_CONVERTED_MARK = "NOT CONVERTED: rolling friction"
 NOT_CONVERTED = (
     "LIGGGHTS, LAMMPS, YADE and MercuryDPM have other laws of rolling friction than the one "
-    "calibrated with: the same "
-    "number gives a flatter heap there. Their blocks say so at their head; calibration run STUDY "
-    "export_converted searches the "
-    "numbers that give the calibrated angle and puts them here."
+    "calibrated with: the same number gives a flatter heap there. Their blocks say so at their "
+    "head; calibration run STUDY export_converted searches the numbers that give the calibrated "
+    "angle and puts them here."
 )
 
 

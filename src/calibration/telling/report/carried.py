@@ -29,11 +29,7 @@ def citation(name: str) -> str:
     )
 
 
-def workbook(
-    name: str,
-    answer: Mapping[str, Any],
-    findings: Sequence[tuple[str, str]],
-) -> bytes:
+def workbook(name: str, answer: Mapping[str, Any], findings: Sequence[tuple[str, str]]) -> bytes:
     """A workbook: a sheet of every parameter, one of every measured value, one of words; answer: as
     the page has it; findings: (heading, text). Values that are numbers stand as numbers."""
     import openpyxl  # takes a quarter of a second

@@ -39,10 +39,7 @@ def profiler(study: Path, response: Response) -> str | None:
     if main is None:
         return None
     factors = [_factor(f, optimum) for f in region]
-    data = {
-        "factors": factors,
-        "responses": [main, *_further(study, runs, codes)],
-    }
+    data = {"factors": factors, "responses": [main, *_further(study, runs, codes)]}
     return json.dumps(data).replace("<", "\\u003c")  # nothing in a name ends the script
 
 

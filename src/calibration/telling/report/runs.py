@@ -74,8 +74,7 @@ def runs_section(study: Path, stages: Mapping[str, Stage]) -> dict[str, Any] | N
         "title": "Runs, times and seeds",
         "texts": [
             f"{timed['run_id'].nunique()} runs took {total:.1f} minutes of one core, by engine "
-            f"{engines}. A run that "
-            "two stages share was made once.",
+            f"{engines}. A run that two stages share was made once.",
             *(f"{mixture}." for mixture in mixtures(study, drawn)),
         ],
         "figures": [],

@@ -192,8 +192,9 @@ class LaboratoryTest:
     rig: name of the rig; experiment and run: how it is simulated; rows: rows of the table of
     measured values; metrics: those of its rig that the joint study is calibrated to; discrepancy:
     {metric: standard deviation} by which the rig may be wrong; ranges: {key of a run spec: (low,
-    high, source)} of factors that it measures; went: {question's key: where its answer went};
-    said: sentences for the screen; wall: what the wall is of, where the test touches one.
+    high, source)} of factors that it measures; known: {key: (value, standard error)} of those that
+    it tells by itself; went: {question's key: where its answer went}; said: sentences for the
+    screen; wall: what the wall is of, where the test touches one.
     """
 
     rig: str
@@ -204,6 +205,7 @@ class LaboratoryTest:
     went: dict[str, str]
     discrepancy: dict[str, float] = field(default_factory=dict)
     ranges: dict[str, tuple[float, float, str]] = field(default_factory=dict)
+    known: dict[str, tuple[float, float]] = field(default_factory=dict)
     said: tuple[str, ...] = ()
     wall: str | None = None
 

@@ -118,6 +118,7 @@ def tilted(entry: Entry, grains: Grains) -> LaboratoryTest:
         entry, "angle", "plane", "tilt",
         {"particles": {"count": 4} | grains.single(), "geometry": geometry},
         rows, went=went, ranges={FRICTION: (*around(friction, spread), source)}, said=(source,),
+        known={FRICTION: (friction, spread)},
     )  # fmt: skip
 
 
