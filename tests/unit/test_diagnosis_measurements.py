@@ -155,12 +155,13 @@ def test_further_numbers_are_covariates_and_a_near_name_is_refused(tmp_path):
 
 def test_readings_of_a_setting_are_parted_by_what_was_recorded_beside_them(tmp_path):
     """A diagnosis takes readings at two temperatures for two conditions, where of each there are
-    two; a reading with a number of its own leaves one condition, and the page says so."""
+    two; each reading with a number of its own is one where it goes with that number, and the page
+    says so."""
 
-    def table(*degrees):
+    def table(*degrees, slope=0.05):
         path = tmp_path / "degrees.csv"
         head = "experiment,quantity,value,unit,drop_height_mm,temperature_C"
-        rows = [f"drop,rebound_height,{h / 5 + t / 20},mm,{h},{t}" for h in (50, 90, 150)
+        rows = [f"drop,rebound_height,{h / 5 + slope * t},mm,{h},{t}" for h in (50, 90, 150)
                 for t in degrees]  # fmt: skip
         path.write_text("\n".join([head, *rows]) + "\n")
         return path
@@ -170,10 +171,12 @@ def test_readings_of_a_setting_are_parted_by_what_was_recorded_beside_them(tmp_p
     assert [(m.n, m.covariates["temperature_C"]) for m in found.fitted] == [(2, 0), (2, 30)] * 3
     assert remarks(found) == []
     assert [m.n for m in read_measured(parted).conditions] == [4, 4, 4]  # one test at a setting
-    pooled = read_all(table(0, 10, 20, 30))
+    alone = read_all(table(0, 10, 20, 30))
+    assert [(m.n, m.covariates["temperature_C"]) for m in alone.fitted][:2] == [(1, 0), (1, 10)]
+    assert alone.singly["drop"]["of"] in ("temperature_C", "order")
+    pooled = read_all(table(0, 10, 20, 30, slope=0.0))
     assert [(m.n, m.covariates["temperature_C"]) for m in pooled.fitted] == [(4, 15)] * 3
-    [told] = remarks(pooled)
-    assert tells(told, "temperature_C")
+    assert tells(remarks(pooled)[0], "temperature_C")
 
 
 def test_readings_that_are_all_alike_have_a_spread_of_nothing(tmp_path):

@@ -45,7 +45,8 @@ def one_by_one(
     out, told = list(measurements), {}
     for kind in dict.fromkeys(m.experiment for m in measurements):
         own = [m for m in out if m.experiment == kind and len(m.lines) == len(m.readings) > 1]
-        if sum(m.n - 1 for m in own) < LEAST_WITHIN:
+        alike = all(len({*m.readings}) == 1 for m in own)
+        if alike or sum(m.n - 1 for m in own) < LEAST_WITHIN:
             continue
         found = _within(own, seed)
         if found["p"] >= WITHIN:
