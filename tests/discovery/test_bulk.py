@@ -78,7 +78,7 @@ def test_what_tests_without_a_value_are_expected_to_tell_is_their_mean():
     assert slope[:, 0] == pytest.approx((more - value) / 1e-5, rel=1e-3)
 
 
-HEIGHTS = (50.0, 100.0, 150.0, 200.0, 300.0, 400.0)
+HEIGHTS, WARM = (50.0, 100.0, 150.0, 200.0, 300.0, 400.0), "temperature_C"
 
 
 def drops(seed, drift=0.0, hot=0.0, exchanged=False):
@@ -94,15 +94,19 @@ def drops(seed, drift=0.0, hot=0.0, exchanged=False):
     rows = []
     for k, own in read.items():
         values, lines, warm = map(tuple, zip(*own, strict=True))
-        at = {1: 2, 2: 1}.get(k, k) if exchanged else k
-        levers = {"drop_height_mm": HEIGHTS[at], "particle_diameter_mm": 3.0}
+        at = {"drop_height_mm": HEIGHTS[{1: 2, 2: 1}.get(k, k) if exchanged else k]}
+        more = {"readings": values, "lines": lines, "line": lines[0], "pooled": {WARM: warm}}
         rows.append(
             Measurement(
-                "drop", np.mean(values), np.std(values, ddof=1), 6, levers, line=lines[0],
-                readings=values, lines=lines, pooled={"temperature_C": warm},
-                covariates={"temperature_C": np.mean(warm)},
+                "drop",
+                np.mean(values),
+                np.std(values, ddof=1),
+                6,
+                at,
+                **more,
+                covariates={WARM: np.mean(warm)},
             )
-        )  # fmt: skip
+        )
     return rows
 
 
@@ -124,9 +128,9 @@ def test_wear_in_random_order_is_told_as_a_drift_of_the_rows():
 
 def test_a_temperature_that_differs_among_the_readings_is_a_law_of_it():
     rows, told = one_by_one(drops(2, hot=-0.2))
-    assert told["drop"]["of"] == "temperature_C"
+    assert told["drop"]["of"] == WARM
     found = discover(rows)
-    assert (found.law["slot"], found.law["state"]) == ("restitution", ["temperature_C"])
+    assert (found.law["slot"], found.law["state"]) == ("restitution", [WARM])
 
 
 def test_two_heights_that_were_exchanged_are_told():

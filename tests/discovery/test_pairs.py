@@ -21,7 +21,6 @@ EFFECTS = {
     # change of the logarithm of a rebound, or of an emulated angle, at full strength
     ("drop", "air_drag"): lambda h, d: -0.8 * h / (0.3 + d),
     ("drop", "plastic_restitution"): lambda h, d: -0.3 * np.sqrt(h),
-    ("drop", "liquid_bridge"): lambda h, d: -0.3 * (1.2 - h) / (0.3 + d),
     ("tilt", "stress_dependent_friction"): lambda h, d: -0.25 * d,
 }
 
