@@ -95,24 +95,15 @@ def drops(seed, drift=0.0, hot=0.0, exchanged=False):
     for k, own in read.items():
         values, lines, warm = map(tuple, zip(*own, strict=True))
         at = {"drop_height_mm": HEIGHTS[{1: 2, 2: 1}.get(k, k) if exchanged else k]}
-        more = {"readings": values, "lines": lines, "line": lines[0], "pooled": {WARM: warm}}
-        rows.append(
-            Measurement(
-                "drop",
-                np.mean(values),
-                np.std(values, ddof=1),
-                6,
-                at,
-                **more,
-                covariates={WARM: np.mean(warm)},
-            )
-        )
+        more = {"readings": values, "lines": lines, "line": lines[0]}
+        more |= {"pooled": {WARM: warm}, "covariates": {WARM: np.mean(warm)}}
+        rows.append(Measurement("drop", np.mean(values), np.std(values, ddof=1), 6, at, **more))
     return rows
 
 
 def test_readings_that_go_with_nothing_stay_together():
-    told = [one_by_one(drops(seed))[1] for seed in range(60)]
-    assert sum(map(bool, told)) <= 3  # 1 % is stated; four of sixty have a chance of 0.3 %
+    told = sum(bool(one_by_one(drops(seed))[1]) for seed in range(60))
+    assert told <= 3  # 1 % is stated; four of sixty have a chance of 0.3 %
 
 
 def test_wear_in_random_order_is_told_as_a_drift_of_the_rows():

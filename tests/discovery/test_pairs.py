@@ -1,5 +1,4 @@
-"""Two mechanisms at once are found and one alone is one; the emulators are trained by closed
-forms."""
+"""Two mechanisms at once are found, and one alone is one; closed forms train the emulators."""
 
 import numpy as np
 import pytest
