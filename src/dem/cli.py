@@ -2,6 +2,7 @@
 
 import argparse
 import difflib
+import os
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -29,6 +30,11 @@ def main(argv: Sequence[str] | None = None, more: Iterable[Callable[[Any], objec
     try:
         args = _parser(more).parse_args(argv)
         args.command(args)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # nobody reads on, as behind `| head`, nor what Python flushes at its end
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
     except StoppedError as error:
         print(f"dem: {error}", file=sys.stderr)
         return 143

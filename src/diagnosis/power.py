@@ -105,7 +105,7 @@ class _Bench:
         self._noise = (
             block.draw(y, REPLICATES, rng, bare) - y
             if block.ground is None
-            else block.noise(REPLICATES, rng, bare / bare.sum())
+            else block.noise(REPLICATES, rng, bare)
         )
         made = block.draw(y, OF_CHANCE, rng, bare)
         best = np.max(list(evidences(block, made).values()), axis=0)
@@ -130,8 +130,9 @@ def _effects(block, catalogue):
     """`Effect` of every free law, a line over the logarithm of its state, and of every mechanism
     with curves."""
     readings = block.readings
+    centre, levers, own = readings.centre, coordinates(readings), (readings.experiment,)
     for term in block.terms.values():
-        law, centre, levers = term.law, readings.centre, coordinates(readings)
+        law = term.law
         if term.kind == LAW and law and term.free:
             x = scaled(law, levers)[0] if law.coordinate else np.zeros(len(centre))
             ladder = (law.sign or 1) * LADDER
@@ -147,8 +148,7 @@ def _effects(block, catalogue):
                 amount = told_in(law, readings, state)
                 told = np.array([amount(0, z) for z in ladder[good]])
                 of, unit = "what it adds in the middle of the plan", unit_of(law)
-            kinds = (readings.experiment,)
-            yield Effect(term.key, term.place, curves, told, of, unit, law.same, kinds)
+            yield Effect(term.key, term.place, curves, told, of, unit, law.same, own)
     for term in block.terms.values():
         for shape in (s for s in term.shapes if s.name in catalogue):
             strength = catalogue[shape.name].strength
@@ -158,7 +158,7 @@ def _effects(block, catalogue):
             curves = shape.mean[order]
             if block.ground is None:
                 curves = curves - curves.mean(1, keepdims=True)
-            kinds = term.more.get("experiments", (readings.experiment,))
+            kinds = term.more.get("experiments", own)
             yield Effect(
                 shape.name, term.place, curves, natural, strength.name, strength.unit, (), kinds
             )

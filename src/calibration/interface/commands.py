@@ -3,7 +3,6 @@ tells its parameters before a run is made, `dem angle` measures photographs, `de
 `dem shear` reads shear testers' tables, `dem clump` fills a grain's mesh with spheres."""
 
 import argparse
-import os
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -27,22 +26,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     except CalibrationError as error:
         print(f"dem: {error}", file=sys.stderr)
         return 2
-
-
-def _quiet(command):
-    """A command that ends without a word where nobody reads on, as behind `| head`."""
-
-    def run(args):
-        try:
-            command(args)
-            sys.stdout.flush()
-        except BrokenPipeError:
-            os.dup2(
-                os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno()
-            )  # for what python flushes
-            sys.exit(1)
-
-    return run
 
 
 def _add_new(commands):
@@ -72,7 +55,7 @@ def _add_new(commands):
         "--no-pilot", action="store_true", help="leave the ranges as they are, make no run"
     )
     _add_told(new)
-    new.set_defaults(command=_quiet(_new))
+    new.set_defaults(command=_new)
 
 
 def _whole(text):
@@ -177,7 +160,7 @@ def _add_estimate(commands):
     )
     estimate.add_argument("--out", type=Path, help="new folder for tables and figure")
     _add_told(estimate)
-    estimate.set_defaults(command=_quiet(_estimate))
+    estimate.set_defaults(command=_estimate)
 
 
 def _estimate(args):

@@ -41,7 +41,7 @@ class Readings:
     instrument: (n,) codes}; folds: {lever: [indices of a level]}; replicates: (n,) of each; values:
     (n,) as read; step: that readings are multiples of, or None; relative: (n,) derivative of `log`
     by the logarithm of the value; coarse: whether the step is coarser than the readings differ;
-    parts: {experiment: `Part`} where the readings are of several, as simulated ones are.
+    parts: {experiment: (its `Readings`, their places)} of simulated readings.
     """
 
     experiment: str
