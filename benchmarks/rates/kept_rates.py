@@ -32,7 +32,7 @@ COMMAND = "python -m benchmarks.rates"
 DECIDE = {
     "contacts": [f"diagnosis/{name}.py" for name in (
         "table_model/* table_model/terms/* laws/* catalogue/[a-z]* chance collision fit "
-        "measurements reading_errors"
+        "measurements reading_errors rules"
     ).split()],
     "bulk": ["calibration/inference/chance_of_no_value.py", *(f"diagnosis/{name}.py" for name in (
         "table_model/* table_model/terms/* laws/* catalogue/* bulk chance derived design emulator "
@@ -88,6 +88,11 @@ def share(hits: Iterable[Any]) -> tuple[int, int, float, float]:
         return 0, 0, 0.0, 1.0
     ends = stats.binomtest(k, n).proportion_ci(method="wilson")
     return k, n, float(ends.low), float(ends.high)
+
+
+def f1_score(hits: int, true: int, told: int) -> float:
+    """Harmonic mean of hits over what was told and hits over what is true."""
+    return 2.0 * hits / max(true + told, 1)
 
 
 def shares(rows: Iterable[tuple[str, Iterable[Any]]]) -> list[str]:

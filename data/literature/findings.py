@@ -16,7 +16,7 @@ from benchmarks.rates.simulated import salt_settings
 from calibration.study.config import overlay, parse_config
 from diagnosis import contacts
 from diagnosis.catalogue import load_catalogue
-from diagnosis.measurements import read_measurements
+from diagnosis.measurements import read_all
 from diagnosis.rig import Rig
 from diagnosis.table_model.found import discover
 
@@ -47,8 +47,12 @@ ALL = (*BALLS, *BY_FREE_LAWS)
 
 def finding(name):
     """A mapping of what the diagnosis says of one set."""
-    measured = read_measurements(FOLDER / f"{name}.csv")
-    found = _of_ball(measured, *BALLS[name]) if name in BALLS else discover(measured)
+    table = read_all(FOLDER / f"{name}.csv")
+    measured, aside = table.fitted, table.aside
+    if name in BALLS:
+        found = _of_ball(measured, aside, *BALLS[name])
+    else:
+        found = discover(measured, aside=aside)
     return {
         "settings": len(measured),
         "verdict": found.verdict,
@@ -67,14 +71,14 @@ def _law(law):
     return own | {"rivals": rivals}
 
 
-def _of_ball(measured, diameter, density):
+def _of_ball(measured, aside, diameter, density):
     """`Found` of a ball's drops, of its own size and weight."""
     base = yaml.safe_load((ROOT / "config/config.yaml").read_text())
     grain = {"run": {"materials": {"particle": {"density_kg_m3": density}}}}
     config = parse_config(overlay(base, grain))
     run = {"run": {"particles": {"diameter_mm": diameter}}}
     settings = salt_settings({"experiments": {"drop": run}})
-    return contacts.discovered(measured, Rig(settings, config.run), load_catalogue())
+    return contacts.discovered(measured, Rig(settings, config.run), load_catalogue(), aside)
 
 
 def table(kept):

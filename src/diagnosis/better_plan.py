@@ -9,6 +9,7 @@ alone.
 """
 
 import itertools
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -16,16 +17,15 @@ from typing import Any
 import numpy as np
 
 from calibration.intake.measurements import Measurement
-from calibration.intake.quantities import LEVERS
 from calibration.statistics.ties import first_largest
 from diagnosis.laws.readings import from_log, readings_of
 from diagnosis.laws.sizes import TIMES
 from diagnosis.laws.slots import applicable, scaled
+from diagnosis.page.words import environment
 
 LEVELS = 9
 ROUNDS = 4
 WEAK = 1e-3  # prior information of slope and bend, over that of one setting
-NONE = "No plan of as many settings was found that shows more.\n"
 GOLDEN = 0.6180339887498949
 SHARED = TIMES[0]  # standard deviation of an error that a level shares, over that of a setting
 
@@ -179,18 +179,11 @@ def shows_more(rows: Sequence[Mapping[str, Any]], better: Sequence[Mapping[str, 
 
 def page(measurements: Sequence[Measurement]) -> str:
     """The settings in Markdown, one row for settings that are alike."""
-    lines = ["## A plan of as many settings that tells more", ""]
-    for kind in dict.fromkeys(m.experiment for m in measurements):
+    tables = {}
+    for kind in _kinds(measurements):
         own = [m for m in measurements if m.experiment == kind]
         names = list(dict.fromkeys(n for m in own for n in m.levers))
-        head = " | ".join(f"{LEVERS[n].words} [{LEVERS[n].unit or 1}]" for n in names)
-        lines += [f"| {kind}: {head} | settings |", "|---" * (len(names) + 1) + "|"]
-        counts = {}  # type: ignore[var-annotated]
-        for m in own:
-            at = tuple(m.levers.get(n) for n in names)
-            counts[at] = counts.get(at, 0) + 1
-        for at in sorted(counts, key=lambda at: [-np.inf if v is None else v for v in at]):
-            cells = " | ".join("" if v is None else f"{v:g}" for v in at)
-            lines.append(f"| {cells} | {counts[at]} |")
-        lines.append("")
-    return "\n".join(lines)
+        rows = Counter(tuple(m.levers.get(n, -np.inf) for n in names) for m in own)
+        tables[kind] = names, sorted(rows.items())
+    template = environment().get_template("better_plan.md.j2")
+    return template.render(tables=tables, missing=-np.inf)

@@ -16,7 +16,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.special import expit
@@ -25,10 +25,9 @@ from scipy.stats import binom, truncnorm
 from diagnosis.chance import CLOSE
 from diagnosis.fit import evidence, fit
 from diagnosis.laws.readings import Readings, name_of, readings_of, to_log
-from diagnosis.reading_errors import redrawn_share
 from diagnosis.settings import lever_values
 from diagnosis.table_model.block import Block, Ground
-from diagnosis.table_model.found import WORDS, judged_by
+from diagnosis.table_model.found import judge, placed
 from diagnosis.table_model.next_setting import words_of
 from diagnosis.table_model.selection import CHANCE, CLEAR, evidences
 from diagnosis.table_model.term import LAW, Shape, Term, random_term
@@ -50,7 +49,6 @@ ONE_FORMULA = {"attraction", "load"}
 """Slots whose laws add the same to a whole yield locus."""
 
 RANK = 4  # directions in which a mechanism's emulator may err beyond the base model's
-BENDS_ALONG = "the readings follow a curve along a lever that no mechanism and no error has"
 UNSEEN = 1e-4  # of a logarithm: a mechanism that never adds more does not show in the table
 LEAST_CURVE = 5  # levels of a lever along which readings may follow a curve
 LEAST = 1e-9  # value of a reading whose logarithm is taken
@@ -58,10 +56,16 @@ LEAST = 1e-9  # value of a reading whose logarithm is taken
 
 class Bulk:
     """The model of a table of simulated tests. measurements: those with a value; data: `Data` of
-    them and of the tests without one; base, fitted: the base model and its fit."""
+    them and of the tests without one; base, fitted: the base model and its fit; aside: rows of
+    readings that were set aside."""
 
-    def __init__(self, emulated: Emulated, tested: Sequence[Measurement]) -> None:
-        self.emulated = emulated
+    def __init__(
+        self,
+        emulated: Emulated,
+        tested: Sequence[Measurement],
+        aside: Sequence[dict[str, Any]] = (),
+    ) -> None:
+        self.emulated, self.aside = emulated, aside
         self.measurements, self.tests, self.data = evidence(emulated, tested)
         self.conditions = [m.condition for m in self.measurements]
         self.kinds = list(dict.fromkeys(m.experiment for m in self.measurements))
@@ -93,16 +97,13 @@ class Bulk:
         off = self.fitted.theta[0] - self.base.prior_mean
         ground = Ground(logs - slope @ off, slope * spread_of(self.base), error)
         found = [*self._laws(readings, logs, slope, error), *_errors(readings)] if terms else []
-        return {readings.experiment: Simulated(readings, {t.key: t for t in found}, {}, ground)}
+        return {readings.experiment: Block(readings, {t.key: t for t in found}, {}, ground)}
 
     def judged(self, alpha: float = 0.05, seed: int = 0, chance: Sequence[int] = CHANCE) -> Found:
         """`Found` of the table, no further setting proposed."""
-        blocks = self.block()
-        found = judged_by(blocks, self.measurements, (), alpha, seed, chance)
-        if found.verdict == "error" and not found.rows and _bends(found.selection.blocks):
-            found.verdict, found.reason = "unexplained", BENDS_ALONG
+        found = placed(self.block(), self.measurements, self.aside, alpha, seed, chance)
         _doubt_one_formula(found)
-        return found
+        return judge(found, lambda: _bends(found.selection.blocks))
 
     def _of_kinds(self):
         """{experiment: (its `Readings`, their places)}, one experiment after the other."""
@@ -239,44 +240,6 @@ def spread_of(model: Model) -> np.ndarray:
     return out
 
 
-class Simulated(Block):
-    """`Block` of simulated tests."""
-
-    readings: Readings
-    ground: Ground
-
-    def draw(
-        self, y: np.ndarray, count: int, rng: np.random.Generator, sizes: np.ndarray | None = None
-    ) -> np.ndarray:
-        """Data sets (count, n) of the base model and of what is held, as y (n,) has it:
-        coefficients, the simulation's errors and those of readings drawn anew."""
-        held = sum((h.root @ h.root.T for h in self.held.values()), np.zeros((len(y),) * 2))
-        share: np.ndarray = self.shares(y) if sizes is None else sizes
-        parts = self.mean + (held @ self.precision @ (y - self.mean)[:, None])[..., 0]
-        free = rng.standard_normal((count, self.ground.root.shape[1])) @ self.ground.root.T
-        made: np.ndarray = share @ parts + free + self.noise(count, rng, share)
-        return made
-
-    def noise(self, count: int, rng: np.random.Generator, share: np.ndarray) -> np.ndarray:
-        """Errors (count, n) of the simulation and of readings, whose shared sizes have the
-        probabilities share (g,)."""
-        place = rng.choice(len(share), count, p=share)
-        error, out = self.readings.error, np.empty((count, len(self.mean)))
-        normal = rng.standard_normal(out.shape)
-        for g in np.unique(place):
-            covariance = self.errors[g] - np.diag(error**2) + self.ground.error
-            size, direction = np.linalg.eigh(covariance)
-            root = direction * np.sqrt(np.maximum(size, 0.0))
-            out[place == g] = normal[place == g] @ root.T
-        for kind in self.readings.experiments:
-            own, at = self.readings.of(kind)
-            found = redrawn_share(error[at], own.replicates, count, rng)
-            out[:, at] += error[at] * rng.standard_normal((count, len(at))) / found
-        tests = slice(sum(len(at) for _, at in self.readings.parts.values()), None)
-        out[:, tests] += error[tests] * rng.standard_normal(out[:, tests].shape)
-        return out
-
-
 def place_of(mechanism: Mechanism, known: Sequence[Mechanism]) -> tuple[str, tuple[str, ...]]:
     """(slot, state) of a law. Mechanisms of the catalogue that act in one slot are at one place
     where the state of one of them holds the others'."""
@@ -314,9 +277,6 @@ def _doubt_one_formula(found):
                 slot, state = term.place
                 row = {"experiment": term.experiment, "behind": behind, "words": words_of(term)}
                 law["rivals"].append(row | {"slot": slot, "state": list(state)})
-                if found.verdict in ("identified", "discovered"):
-                    found.verdict, found.reason = "ambiguous", WORDS["ambiguous"]
-                    found.causes = list(law["names"])
 
 
 def _bends(blocks):

@@ -24,9 +24,9 @@ from diagnosis.laws.known import COEFFICIENT, known_curves, with_coefficient
 from diagnosis.laws.readings import FREE, IN_AIR, from_log, readings_of
 from diagnosis.power import power
 from diagnosis.residuals import by_chance, tails, trends
-from diagnosis.rules import withdraw_laws
+from diagnosis.rules import OF_CONTACTS, by_runs, without_names
 from diagnosis.table_model.block import LEVEL_SD
-from diagnosis.table_model.found import discover, limits, strengths, table_misfit
+from diagnosis.table_model.found import discover, give_strengths, limits, table_misfit
 from diagnosis.verdict import family_of, of_found
 
 if TYPE_CHECKING:
@@ -57,32 +57,16 @@ def power_of(
 
 
 def discovered(
-    measurements: list[Measurement], rig: Rig, catalogue: Mapping[str, Mechanism]
-) -> Found | None:
-    """`diagnosis.table_model.found.Found` of the drops, slides and shear tests among the
-    measurements, or None."""
-    settings = rig.settings
-    return discover(
-        measurements,
-        _known(rig, catalogue),
-        settings.alpha,
-        settings.seed,
-        defaults_of(settings, {m.experiment for m in measurements}),
-    )
-
-
-def told(
     measurements: list[Measurement],
     rig: Rig,
     catalogue: Mapping[str, Mechanism],
-    held_out: Sequence[Measurement] = (),
-) -> dict[str, Any]:
-    """What verdict.json says of a table of single contacts but for its residuals and calibration,
-    the engine's word included: see src/diagnosis/verdict.schema.json.
-
-    held_out: rows with the role `hold out`."""
-    found = discovered(measurements, rig, catalogue)
-    return with_engine(of_found(found), measurements, found, rig, catalogue, held_out)
+    aside: Sequence[dict[str, Any]] = (),
+) -> Found | None:
+    """`diagnosis.table_model.found.Found` of the drops, slides and shear tests among the
+    measurements, or None; aside: rows of readings that were set aside."""
+    settings, kinds = rig.settings, {m.experiment for m in measurements}
+    known, defaults = _known(rig, catalogue), defaults_of(settings, kinds)
+    return discover(measurements, known, settings.alpha, settings.seed, defaults, aside=aside)
 
 
 def with_engine(
@@ -93,22 +77,16 @@ def with_engine(
     catalogue: Mapping[str, Mechanism],
     held_out: Sequence[Measurement] = (),
 ) -> dict[str, Any]:
-    """The same after the engine's word: gains of each law and of all, names that they leave, limits
-    and the prediction that can fail."""
+    """What verdict.json says of a table of single contacts but for its residuals and calibration,
+    after the engine's word: gains of each law and of all, names that they leave, limits and the
+    prediction that can fail. held_out: rows with the role `hold out`."""
     engine = Engine(rig, catalogue)
-    for row in verdict["laws"]:
-        row["strengths"] = {
-            n: float(catalogue[n].strength.natural(c)) for n, c in row["coded"].items()
-        }
+    give_strengths(found, catalogue)
     parts = []
     for block in found.selection.blocks.values():
         own = [row for row in verdict["laws"] if row["key"] in block.held]
         if not own:
             continue
-        strong = {n: s for row in own for n, s in strengths(row, block, catalogue).items()}
-        for ranked in verdict.get("ranking", ()):
-            if ranked["mechanism"] in strong and ranked["experiment"] == own[0]["experiment"]:
-                ranked["strength"] = {ranked["mechanism"]: strong[ranked["mechanism"]]}
         names = {row["key"]: row["names"][0] if row["names"] else None for row in own}
         by_key = compared(measurements, block, names, engine)
         parts.append(by_key[None])
@@ -118,11 +96,9 @@ def with_engine(
                 row["not_run"] = not_run(row)
             else:
                 row["engine"]["keys"] = keys_of(block, row["key"])
-    for row in verdict["laws"]:
-        row.pop("coded")
     if parts:
         verdict["gain"] = together(parts)
-    verdict = withdraw_laws(verdict)
+    verdict = by_runs(without_names(verdict), OF_CONTACTS)
     verdict["exclusion"] = limits(found, catalogue)
     verdict["test"] = prediction_test.of_contacts(verdict, measurements, found, engine, held_out)
     return verdict

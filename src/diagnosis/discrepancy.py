@@ -156,25 +156,3 @@ def _kernel(x, y, size, length):
     experiment may be off as a whole, and of its shape."""
     square = ((x[:, None] - y[None, :]) ** 2).sum(2)
     return size**2 * (1.0 + np.exp(-0.5 * square / length**2))
-
-
-def sentences(found: Sequence[Mapping[str, Any]]) -> list[str]:
-    """A sentence for each curve that leaves its band."""
-    out = []
-    for c in found:
-        off = [k for k in range(len(c["at"])) if c["low"][k] > 0.0 or c["high"][k] < 0.0]
-        if not off:
-            continue
-        worst = max(off, key=lambda k: abs(c["value"][k]))
-        lever = LEVERS[c["lever"]]
-        out.append(
-            f"the {QUANTITIES[c['experiment']].words} is {_told(c, worst)} from what the model "
-            f"says at a {lever.words} of {c['at'][worst]:.3g} {lever.unit}".rstrip()
-            + f" (95 %: {_told(c, worst, 'low')} to {_told(c, worst, 'high')})"
-        )
-    return out
-
-
-def _told(curve, place, part="value"):
-    value = curve[part][place]
-    return f"{100 * value:+.2g} %" if curve["unit"] == "share" else f"{value:+.3g} {curve['unit']}"

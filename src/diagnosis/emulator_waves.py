@@ -13,22 +13,20 @@ the settings, and the verdict says what is left.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.stats import norm, qmc
 
 from dem.errors import SpecError
-from diagnosis.bulk import Bulk
 from diagnosis.design import LEARN, OF_BASE, factor_share, inputs_of, multiplied, row_of
-from diagnosis.fit import data_of
 from diagnosis.settings import BASE, lever_values
 
 if TYPE_CHECKING:
-    from calibration.intake.measurements import Measurement
+    from diagnosis.bulk import Bulk
     from diagnosis.fit import Fit
-    from diagnosis.model import Emulated, Model
+    from diagnosis.model import Model
     from diagnosis.rig import Rig
 
 
@@ -44,18 +42,16 @@ REACH = 1.5  # standard deviations of the posterior over which one of the draws 
 SEEDS = 10_000  # between the seeds of two waves
 
 
-def modes(emulated: Emulated, measurements: Sequence[Measurement]) -> dict[str, tuple[Model, Fit]]:
+def modes(bulk: Bulk) -> dict[str, tuple[Model, Fit]]:
     """{name: (`Model`, `Fit`)} of the base model and of the mechanisms still in play, best first.
 
     One whose emulator is too rough to be judged by its score stays in play."""
-    bulk = Bulk(emulated, measurements)
-    fits = {name: bulk.fit((name,)) for name in emulated.applicable(bulk.conditions)}
+    fits = {name: bulk.fit((name,)) for name in bulk.emulated.applicable(bulk.conditions)}
     score = {name: float(fitted.score[0]) for name, (_, fitted) in fits.items()}
     best = max([float(bulk.fitted.score[0]), *score.values()])
     near = sorted(score, key=lambda n: -score[n])
     near = [n for n in near if best - score[n] < IN_PLAY or _rough(*fits[n], bulk.data)]
-    kinds = {m.experiment for m in bulk.measurements}
-    near = [n for n in near if any(_trained(emulated, kind, n) for kind in kinds)]
+    near = [n for n in near if any(_trained(bulk.emulated, kind, n) for kind in bulk.kinds)]
     return {BASE: bulk.fit(())} | {name: fits[name] for name in near[:MOST]}
 
 
@@ -70,22 +66,17 @@ def _rough(model, fitted, data):
     return np.sqrt(np.mean((error / data.error[0]) ** 2)) > SHARE
 
 
-def left(
-    emulated: Emulated,
-    measurements: Sequence[Measurement],
-    play: Mapping[str, tuple[Model, Fit]] | None = None,
-) -> list[dict[str, Any]]:
+def left(bulk: Bulk, play: Mapping[str, tuple[Model, Fit]] | None = None) -> list[dict[str, Any]]:
     """[{experiment, mechanism, error, enough}] of all models in play, of `modes` unless given: the
     emulator's error at the mode over the measurement's, root mean square over an experiment's
     settings."""
-    rows = [m for m in measurements if not m.outcome]
-    measured, out = data_of(rows).error[0], []
-    for name, (model, fitted) in (play or modes(emulated, measurements)).items():
-        error = model.predict(fitted.theta[:1])[1][0] / measured
-        for kind in dict.fromkeys(m.experiment for m in rows):
-            if name != BASE and not _trained(emulated, kind, name):
+    out = []
+    for name, (model, fitted) in (play or modes(bulk)).items():
+        error = model.predict(fitted.theta[:1])[1][0] / bulk.data.error[0]
+        for kind in bulk.kinds:
+            if name != BASE and not _trained(bulk.emulated, kind, name):
                 continue
-            own = error[[m.experiment == kind for m in rows]]
+            own = error[[m.experiment == kind for m in bulk.measurements]]
             size = float(np.sqrt(np.mean(own**2)))
             out.append(
                 {"experiment": kind, "mechanism": name, "error": size, "enough": size <= SHARE}
@@ -94,18 +85,18 @@ def left(
 
 
 def plan_wave(
-    emulated: Emulated, measurements: Sequence[Measurement], rig: Rig, wave: int, trained: int
+    bulk: Bulk, rig: Rig, wave: int, trained: int
 ) -> tuple[list[dict[str, Any]], dict[str, dict[str, Any]], list[dict[str, Any]]]:
     """Rows of a design, {run id: spec}, and what is left before these runs, of wave 1, 2, ...
     trained: runs of the first training."""
-    play, rows, specs = modes(emulated, measurements), [], {}  # type: ignore[var-annotated]
-    found = left(emulated, measurements, play)
+    play, rows, specs = modes(bulk), [], {}  # type: ignore[var-annotated]
+    found = left(bulk, play)
     if wave > rig.settings.waves:
         return rows, specs, found
     rough = [one for one in found if not one["enough"]]
     for one, count in _within(rig.settings, rough, trained):
         model, fitted = play[one["mechanism"]]
-        more, own = _near(emulated, rig, one["experiment"], model, fitted, wave, count)
+        more, own = _near(rig, one["experiment"], model, fitted, wave, count)
         rows, specs = rows + more, specs | own
     return rows, specs, found
 
@@ -123,7 +114,7 @@ def _within(settings, rough, trained):
     return out + [(one, int((wave - of_base) / len(others))) for one in others]
 
 
-def _near(emulated, rig, experiment, model, fitted, wave, count):
+def _near(rig, experiment, model, fitted, wave, count):
     """Rows and specs of `count` runs of one emulator about the posterior mode of its model."""
     settings, names = rig.settings, model.mechanisms
     mechanism = names[0] if names else None

@@ -12,6 +12,7 @@ from diagnosis.laws.readings import from_log, readings_of, unknown
 from diagnosis.reading_errors import spread_unit
 from diagnosis.shared_errors import covariance_of
 from diagnosis.table_model.block import Block
+from diagnosis.table_model.selection import held_in_turn
 from diagnosis.table_model.term import ROW
 from diagnosis.table_model.terms import all_terms
 
@@ -97,10 +98,8 @@ def predicted(
     readings = readings_of(rows, kind, defaults)
     readings = unknown(readings, np.arange(known, len(rows)))
     terms = {t.key: t for t in all_terms(readings, {})}
-    block = Block(readings, terms, {})
-    for key in held:
-        if key in terms and terms[key].kind != ROW:
-            block = block.with_held(block.held | {key: block.hold(terms[key], readings.log)})
+    again = [key for key in held if key in terms and terms[key].kind != ROW]
+    block = held_in_turn(Block(readings, terms), again)
     mean, variance = block.expected(readings.log)
     value = from_log(kind, mean, readings.levers)
     step = 1e-4

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from calibration.errors import ConfigError
 from calibration.intake.measurements import ROLES, raise_faults, read_measured
 from calibration.intake.quantities import QUANTITIES
-from diagnosis.table_model.single_readings import one_by_one
+from diagnosis.table_model.single_readings import one_by_one, set_aside
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -29,12 +29,14 @@ between settings cannot be known, and a day of another humidity looks like a law
 @dataclass(frozen=True)
 class Measured:
     """All rows of a table: conditions to calibrate on, those held out, tests without a value;
-    singly: {experiment: {of, p}} of those whose readings are taken one by one."""
+    singly: {experiment: {of, p}} of those whose readings are taken one by one; aside: rows of
+    verdict.json of single readings far from the others of their condition, which were left out."""
 
     fitted: list
     held_out: list
     outcomes: list
     singly: dict = field(default_factory=dict)
+    aside: list = field(default_factory=list)
 
 
 def alone(experiments: Iterable[str]) -> bool:
@@ -63,12 +65,14 @@ def read_all(path: str | Path) -> Measured:
     rows = [m for m in rows if m.quantity == QUANTITIES[m.experiment].name]
     valued = [r for r in rows if not r.outcome]
     _need_spread(valued, path)
-    fitted, singly = one_by_one([r for r in valued if r.role == ROLES[0]])
+    kept, aside = set_aside([r for r in valued if r.role == ROLES[0]])
+    fitted, singly = one_by_one(kept)
     out = Measured(
         fitted,
         [r for r in valued if r.role != ROLES[0]],
         [r for r in rows if r.outcome and r.role == ROLES[0]],
         singly,
+        aside,
     )
     _enough(out.fitted, path)
     return out

@@ -102,11 +102,7 @@ class _Bench:
         bare = np.array([not c for c in block.sds], float)
         y = block.readings.log
         self._block = block
-        self._noise = (
-            block.draw(y, REPLICATES, rng, bare) - y
-            if block.ground is None
-            else block.noise(REPLICATES, rng, bare)
-        )
+        self._noise = block.noise(np.full(REPLICATES, int(bare.argmax())), rng)
         made = block.draw(y, OF_CHANCE, rng, bare)
         best = np.max(list(evidences(block, made).values()), axis=0)
         self._threshold = float(np.quantile(best, 1.0 - alpha))

@@ -18,6 +18,7 @@ from diagnosis.held_out import predicted
 from diagnosis.laws.known import COEFFICIENT, contact_logs, with_coefficient
 from diagnosis.laws.readings import IN_AIR, from_log, readings_of, with_setting
 from diagnosis.table_model.block import Block
+from diagnosis.table_model.selection import held_in_turn
 from diagnosis.table_model.terms import all_terms
 
 if TYPE_CHECKING:
@@ -200,9 +201,7 @@ def _beyond(row, found):
         held = [k for k in block.held if k in terms]
         if row["key"] not in held:
             return None
-        model = Block(wider, terms, {})
-        for key in held:
-            model = model.with_held(model.held | {key: model.hold(terms[key], wider.log)})
+        model = held_in_turn(Block(wider, terms), held)
         mean, variance = (v[-1] for v in model.expected(wider.log))
         plain, other = (v[-1] for v in model.without(row["key"]).expected(wider.log))
         apart = abs(mean - plain) / np.sqrt(variance + other + np.median(block.readings.error) ** 2)

@@ -7,57 +7,48 @@ from typing import TYPE_CHECKING, Any
 
 from scipy.special import expit
 
-from calibration.intake.quantities import LEVERS, QUANTITIES, levers_of
-from diagnosis.page.words import chance
+from calibration.intake.quantities import levers_of
+from diagnosis.page import words
 
 if TYPE_CHECKING:
     from diagnosis.bulk import Bulk
     from diagnosis.measurements import Measured
 
 
-def remarks(measured: Measured, counted: Collection[str] = ()) -> list[str]:
+def remarks(
+    measured: Measured,
+    counted: Collection[str] = (),
+    errors: Sequence[Mapping[str, Any]] = (),
+) -> list[str]:
     """Sentences, each with its lines, on what a `Measured` table cannot tell; counted: experiments
-    whose tests without a value entered the fits."""
-    out = []
-    for kind in dict.fromkeys(m.experiment for m in measured.fitted):
-        own = [m for m in measured.fitted if m.experiment == kind]
-        out += _few_levels(kind, own)
-        for name in ("batch", "instrument"):
-            out += _alone(name, own)
-        if kind in measured.singly:
-            what = measured.singly[kind]
-            beside = "their order" if what["of"] == "order" else what["of"].replace("_", " ")
-            out.append(
-                f"The readings of the {QUANTITIES[kind].words} go with {beside} within their "
-                f"settings ({chance(what['p'])} of tables look so by chance): each is taken by "
-                "itself."
-            )
-        out += [
-            f"{_lines([m for m in own if name in m.pooled])}: {name} differs among the readings of "
-            "a setting, and their mean is used: two readings or more at each value tell more."
-            for name in dict.fromkeys(n for m in own for n in m.pooled)
-        ]
-    return out + [
-        f"{_lines([m])}: {m.label} ended {m.outcome.replace('_', ' ')}: it enters no fit, for "
-        "that needs readings of the same experiment and simulated runs that end so."
-        for m in measured.outcomes
-        if m.experiment not in counted
+    whose tests without a value entered the fits; errors: of the emulators, of which a mechanism has
+    none where most of its runs gave no value."""
+    kinds = [
+        _Kind(kind, [m for m in measured.fitted if m.experiment == kind], measured.singly.get(kind))
+        for kind in dict.fromkeys(m.experiment for m in measured.fitted)
     ]
+    text = words.environment().get_template("remarks.j2").render(
+        kinds=kinds,
+        outcomes=[m for m in measured.outcomes if m.experiment not in counted],
+        untrained=[row for row in errors if "error" not in row],
+        lines=_lines,
+    )  # fmt: skip
+    return [line for line in text.splitlines() if line]
 
 
-def untrained(errors: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Sentences on the mechanisms that have no emulator, in the table of the emulators' errors, as
-    most of their runs gave no value: their models have no effect on the experiment."""
-    out = []
-    for row in errors:
-        if "error" not in row:
-            words, name = QUANTITIES[row["experiment"]].words, row["mechanism"].replace("_", " ")
-            runs = row["failed"] + row["runs"]
-            out.append(
-                f"The {words} has no emulator of {name}, as {row['failed']} of its {runs} runs "
-                "gave no value: it counts as without effect there."
-            )
-    return out
+class _Kind:
+    """An experiment's measurements, levels of its levers, rows whose batch or instrument is alone,
+    columns that differ within a setting, and what its readings go with."""
+
+    def __init__(self, kind, own, goes_with):
+        self.kind, self.own, self.goes_with = kind, own, goes_with
+        count = {n: len({m.levers[n] for m in own if n in m.levers}) for n in levers_of(kind)}
+        self.single = max(count.values(), default=0) < 2
+        self.two = [name for name, levels in count.items() if levels == 2]
+        self.alone = [(name, m) for name in ("batch", "instrument") for m in own if getattr(m, name)
+                      and sum(getattr(o, name) == getattr(m, name) for o in own) == 1]  # fmt: skip
+        self.pooled = {name: [m for m in own if name in m.pooled]
+                       for name in dict.fromkeys(n for m in own for n in m.pooled)}  # fmt: skip
 
 
 def of_outcomes(bulk: Bulk, extended: Sequence[str] = ()) -> list[dict[str, Any]]:
@@ -76,32 +67,6 @@ def of_outcomes(bulk: Bulk, extended: Sequence[str] = ()) -> list[dict[str, Any]
         row |= {k: float(chance[k][i]) if k in chance else None for k in ("before", "after")}
         rows.append(row)
     return rows
-
-
-def _few_levels(kind, own):
-    words = QUANTITIES[kind].words
-    levels = {name: {m.levers[name] for m in own if name in m.levers} for name in levers_of(kind)}
-    if max((len(v) for v in levels.values()), default=0) < 2:
-        return [
-            f"{_lines(own)}: the {words} was read at a single level of every lever: its own "
-            "coefficient meets it, whatever else is missing."
-        ]
-    return [
-        f"{_lines(own)}: the {words} was read at two levels of the {LEVERS[name].words}: two "
-        "points are no curve, and only that it changes can be told."
-        for name, found in levels.items()
-        if len(found) == 2
-    ]
-
-
-def _alone(name, own):
-    labels = [getattr(m, name) for m in own]
-    return [
-        f"{_lines([m])}: {name} {label} has no other row: its error is not told from that of the "
-        "setting."
-        for m, label in zip(own, labels, strict=True)
-        if label and labels.count(label) == 1
-    ]
 
 
 def _lines(rows):

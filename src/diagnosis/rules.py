@@ -1,68 +1,273 @@
-"""What changes a verdict after the readings have decided it (`diagnosis.table_model.found`), each
-rule once and in its order.
+"""The verdict: one of seven words with its causes and its reason, by tables of rules.
 
-Before the runs of the gain:
-1. `with_untried`: what could not be tried, as its runs ended without a value where the tests did,
-   makes a named cause `ambiguous`.
-After them:
-2. `withdraw_laws` of single contacts, `withdraw_mechanisms` of simulated tests: a law can win the
-   comparison and still be wrong, being only the best of those tried: what does not predict settings
-   left out is withdrawn;
-3. `undecided`: a base model that is called adequate, though the simulations could not have shown it
-   wrong, is `not decided`.
+`BY_READINGS`: of what the model of the table places, the first rule that applies decides.
+`OF_CONTACTS`, `OF_SIMULATED`: what the engine's runs say afterwards; each rule that applies puts
+its verdict in the place of those that it names, in turn.
 """
 
-from collections.abc import Mapping, Sequence
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from calibration.figures import label
 from diagnosis.catalogue import Mechanism
 from diagnosis.extend import FIT
+from diagnosis.measurements import LEAST_SETTINGS
 from diagnosis.page.words import in_unit, quantity
 from diagnosis.settings import BASE
 from diagnosis.time_step import SURE
-from diagnosis.verdict import NAMED
+
+NAMED = ("identified", "discovered", "ambiguous")
+"""Verdicts that name a law."""
 
 FAR = 3.0
 """Error of the base model's emulator, or sure change by half the time step, over the error of the
 readings, from which on an adequate base model is not decided."""
 
 
+@dataclass(frozen=True)
+class Verdict:
+    """Keys of verdict.json: the verdict, why, and the mechanisms that it names."""
+
+    verdict: str
+    reason: str
+    causes: tuple[str, ...] = ()
+
+    def keys(self) -> dict[str, Any]:
+        """The keys of verdict.json."""
+        return {"verdict": self.verdict, "reason": self.reason, "causes": list(self.causes)}
+
+
+OPEN = Verdict("", "")
+"""Before anything is judged."""
+
+
+# --- by the readings ----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What the readings say. laws, errors, rows: as in verdict.json; constant: whether constant
+    coefficients meet the readings; scattered: whether what was found does, with errors from setting
+    to setting; settings: (k,) that show each law; bends: whether the readings follow a smooth curve
+    along a lever."""
+
+    laws: Sequence[Mapping[str, Any]]
+    errors: Sequence[Mapping[str, Any]]
+    rows: Sequence[Mapping[str, Any]]
+    constant: bool
+    scattered: bool
+    settings: Sequence[int]
+    bends: Callable[[], bool]
+
+    @property
+    def faults(self) -> list[Mapping[str, Any]]:
+        """Errors of the set-up. What is declared is none, and what readings lose to rounding only
+        where a constant does not fit without it."""
+        known = ("declared", "digits") if self.constant else ("declared",)
+        return [e for e in self.errors if e["what"] not in known]
+
+    @property
+    def placed(self) -> bool:
+        """Whether there is a law, a row or an error that has a place."""
+        return bool(self.laws or self.rows or any(e["what"] != "settings" for e in self.faults))
+
+    @property
+    def faulty(self) -> bool:
+        """Whether errors or rows explain the misfit, and no law is placed."""
+        return not self.laws and (self.placed or (bool(self.faults) and self.scattered))
+
+    @property
+    def open(self) -> bool:
+        """Whether a law or an error is not told from what stands beside it."""
+        return any(map(_open, (*self.laws, *self.faults)))
+
+    @property
+    def few(self) -> bool:
+        """Whether a law rests on fewer than LEAST_SETTINGS."""
+        return min(self.settings, default=LEAST_SETTINGS) < LEAST_SETTINGS
+
+
+@dataclass(frozen=True)
+class ByReadings:
+    """A verdict, why, and when it is given."""
+
+    verdict: str
+    reason: str
+    holds: Callable[[Evidence], bool]
+
+
+BY_READINGS = (
+    ByReadings(
+        "adequate",
+        "constant coefficients meet the readings within their own errors",
+        lambda e: e.constant and not e.placed and not e.faults,
+    ),
+    ByReadings(
+        "ambiguous",
+        f"a law would rest on fewer than {LEAST_SETTINGS} settings, of which an error from one "
+        "setting to the next is not told from a law",
+        lambda e: e.few,
+    ),
+    ByReadings(
+        "ambiguous",
+        "these data do not tell apart what stands under rivals",
+        lambda e: e.open,
+    ),
+    ByReadings(
+        "unexplained",
+        "the readings follow a curve along a lever that no mechanism and no error has",
+        lambda e: e.faulty and not e.rows and e.bends(),
+    ),
+    ByReadings(
+        "error",
+        "an error of the set-up or single rows explain the misfit, and laws do not",
+        lambda e: e.faulty,
+    ),
+    ByReadings(
+        "unexplained",
+        "constant coefficients do not meet the readings, nor does what was tried",
+        lambda e: not e.placed,
+    ),
+    ByReadings(
+        "identified",
+        "one mechanism of the catalogue is left in each place",
+        lambda e: all(law["single"] for law in e.laws),
+    ),
+    ByReadings(
+        "discovered",
+        "the place is known; no single mechanism is named",
+        lambda e: True,
+    ),
+)
+
+
+def by_readings(evidence: Evidence) -> Verdict:
+    """The verdict of the first rule of BY_READINGS that applies."""
+    rule = next(rule for rule in BY_READINGS if rule.holds(evidence))
+    names: list[str] = []
+    if rule.verdict == "identified":
+        names = [law["single"] for law in evidence.laws]
+    elif rule.verdict == "ambiguous":
+        names = [name for law in evidence.laws for name in law["names"]]
+    return Verdict(rule.verdict, rule.reason, tuple(dict.fromkeys(names)))
+
+
+def _open(row):
+    """Whether a law's place or an error is not told from another place or kind: of an error, from a
+    law."""
+    if "slot" in row:
+        same = {(s["slot"], tuple(s["state"])) for s in row["same"]}
+        return any((r.get("slot"), tuple(r.get("state", ()))) not in same for r in row["rivals"])
+    return any("slot" in r for r in row["rivals"])
+
+
+# --- by the engine's runs -----------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class ByRuns:
+    """The verdict that takes the place of others.
+
+    because: why, of the mapping of verdict.json, empty where the rule does not apply; causes: what
+    it then names, of the same mapping."""
+
+    verdict: str
+    instead_of: tuple[str, ...]
+    because: Callable[[Mapping[str, Any]], str]
+    causes: Callable[[Mapping[str, Any]], Sequence[str]] = lambda told: ()
+
+
+def by_runs(told: Mapping[str, Any], rules: Sequence[ByRuns]) -> dict[str, Any]:
+    """The mapping of verdict.json after each of the rules that applies, in turn.
+
+    A law can win the comparison and still be wrong, being only the best of those tried: what does
+    not predict settings left out is withdrawn. A base model that is called adequate, though the
+    simulations could not have shown it wrong, is `not decided`."""
+    out = dict(told)
+    for rule in rules:
+        reason = rule.because(out) if out["verdict"] in rule.instead_of else ""
+        if reason:
+            if rule.verdict in ("error", "unexplained"):
+                out |= {"best_tried": _named(out) or out.get("extended_with"), "laws": []}
+            causes = tuple(dict.fromkeys(rule.causes(out)))
+            out |= Verdict(rule.verdict, reason, causes).keys()
+    return out
+
+
+def _against(gain):
+    """Why a gain speaks against a name; empty where it does not."""
+    if gain is None:
+        return ""
+    low, high = gain["held_out_rmse_difference_interval"]
+    if high < 0.0:
+        return f"the gain lies below zero ({low:.2f} to {high:.2f} standard errors)"
+    missed = gain["held_out_rmse_after_all_errors"]
+    return f"left-out levels are missed by {missed:.1f} standard errors" if missed > FIT else ""
+
+
+def without_names(told: Mapping[str, Any]) -> dict[str, Any]:
+    """The mapping of single contacts, the names withdrawn from its laws that the engine's runs
+    speak against: where the interval of a gain lies below zero, or where levels that were left out
+    are missed by more than FIT standard errors, errors of the refitted parameters among them."""
+    withdrawn: list[str] = []
+    for law in told["laws"]:
+        reason = _against(law.get("gain"))
+        if reason and law["names"]:
+            withdrawn += [n for n in law["names"] if n not in withdrawn]
+            law |= {"withdrawn": law["names"], "names": [], "single": None}
+            law["withdrawn_reason"] = reason
+    causes = [c for c in told["causes"] if c not in withdrawn]
+    return {**told, "causes": causes} | ({"best_tried": withdrawn} if withdrawn else {})
+
+
+def _nameless(told):
+    """Why a place stays whose name was withdrawn."""
+    words = " and ".join(map(label, told.get("best_tried", ())))
+    return words and f"the place is known; the engine with {words} does not predict left-out levels"
+
+
+def _idle(told):
+    """Why a place is in doubt: the gain of its law may be none."""
+    gains = [law["gain"] for law in told["laws"] if law.get("gain") and not law.get("withdrawn")]
+    for low, high in (gain["held_out_rmse_difference_interval"] for gain in gains):
+        if low <= 0.0:
+            return (
+                "left-out levels are not shown to be predicted better with a law than without it "
+                f"(gain {low:.2f} to {high:.2f} standard errors)"
+            )
+    return ""
+
+
 def with_untried(
-    verdict: Mapping[str, Any],
+    told: Mapping[str, Any],
     errors: Sequence[Mapping[str, Any]],
     catalogue: Mapping[str, Mechanism],
 ) -> dict[str, Any]:
-    """The mapping of verdict.json, whose cause is not told from what could not be tried.
+    """The mapping of simulated tests with what could not be tried, a rival of the strongest law.
 
     An emulator needs runs with a value. A mechanism without one counts as without effect on the
     tests that ended without a value, although it ended all of its own runs so. Where such tests are
-    what is wrong, it stands beside the causes, and the verdict is `ambiguous`.
+    what is wrong, it stands beside the causes.
 
     errors: of the emulators, a row an experiment and mechanism; catalogue: {name: Mechanism}.
     """
-    misfit = verdict["misfit"]
+    misfit = told["misfit"]
     wrong = (misfit.get("deviance") or 0.0) > misfit["chi_square"]
-    ended = {row["experiment"] for row in verdict["outcomes"] if row["failed"]}
+    ended = {row["experiment"] for row in told["outcomes"] if row["failed"]}
     untried = [
         {"experiment": row["experiment"], "mechanism": row["mechanism"], "runs": row["failed"]}
         for row in errors
         if row["experiment"] in ended and row["mechanism"] != BASE and not row["runs"]
     ]
-    if not (wrong and untried) or verdict["verdict"] == "adequate":
-        return {**verdict, "untried": []}
-    found = {**verdict, "untried": untried}
-    if verdict["verdict"] not in NAMED:
-        return found
-    laws = [dict(law) for law in verdict["laws"]]
-    told = verdict["causes"] or [name for law in laws for name in law["names"]]
+    if not wrong or told["verdict"] == "adequate":
+        return {**told, "untried": []}
+    laws = [dict(law) for law in told["laws"]]
     for law in laws[:1]:
         law["rivals"] = [*law["rivals"], *(_rival(row, catalogue) for row in untried)]
-    return found | {
-        "verdict": "ambiguous",
-        "causes": list(dict.fromkeys([*told, *(row["mechanism"] for row in untried)])),
-        "laws": laws,
-    }
+    return {**told, "untried": untried, "laws": laws}
 
 
 def _rival(row, catalogue):
@@ -71,105 +276,70 @@ def _rival(row, catalogue):
     return place | {"words": row["mechanism"]}
 
 
-def withdraw_laws(verdict: dict[str, Any]) -> dict[str, Any]:
-    """The mapping of verdict.json of single contacts after the engine's word.
-
-    A name is withdrawn where the interval of its gain lies below zero, or where levels that were
-    left out are missed by more than FIT standard errors with it, errors of the refitted parameters
-    among them: the verdict is then `discovered`, for the place stands. Where the interval of a
-    law's gain holds zero the place is in doubt too: `ambiguous`."""
-    withdrawn = []  # type: ignore[var-annotated]
-    for law in verdict["laws"]:
-        reason = _against(law.get("gain"))
-        if reason and law["names"]:
-            withdrawn += [n for n in law["names"] if n not in withdrawn]
-            law |= {"withdrawn": law["names"], "names": [], "single": None}
-            law["withdrawn_reason"] = reason
-    causes = [c for c in verdict["causes"] if c not in withdrawn]
-    changes: dict[str, Any] = {"causes": causes, "best_tried": withdrawn} if withdrawn else {}
-    if withdrawn and verdict["verdict"] == "identified":
-        words = " and ".join(map(label, withdrawn))
-        changes |= {"verdict": "discovered", "causes": []}
-        changes["reason"] = (
-            f"the place is known; the engine with {words} does not predict left-out levels"
-        )
-    return _in_doubt(verdict | changes)
+def _named(told):
+    """What is named, and what could not be tried beside it."""
+    named = told["causes"] or [name for law in told.get("laws", ()) for name in law["names"]]
+    untried = [row["mechanism"] for row in told.get("untried", ())]
+    return [*named, *(name for name in untried if name not in named)]
 
 
-def _in_doubt(verdict):
-    """The mapping with `ambiguous` where a law is placed whose gain may be none."""
-    ends = [law["gain"]["held_out_rmse_difference_interval"] for law in verdict["laws"]
-            if law.get("gain") and not law.get("withdrawn")]  # fmt: skip
-    idle = [end for end in ends if end[0] <= 0.0]
-    if not idle or verdict["verdict"] not in ("identified", "discovered"):
-        return verdict
-    low, high = idle[0]
-    reason = (
-        "left-out levels are not shown to be predicted better with a law than without it (gain "
-        f"{low:.2f} to {high:.2f} standard errors)"
-    )
-    return verdict | {"verdict": "ambiguous", "reason": reason}
+def _not_tried(told):
+    """Why what could not be tried is not told from the cause."""
+    words = " and ".join(label(row["mechanism"]) for row in told.get("untried", ()))
+    return words and f"{words} ended without a value as the tests did, and could not be tried"
 
 
-def _against(gain):
-    """Why a gain speaks against a name, or None."""
-    if gain is None:
-        return None
-    low, high = gain["held_out_rmse_difference_interval"]
-    if high < 0.0:
-        return f"the gain lies below zero ({low:.2f} to {high:.2f} standard errors)"
-    missed = gain["held_out_rmse_after_all_errors"]
-    if missed > FIT:
-        return f"left-out levels are missed by {missed:.1f} standard errors"
-    return None
-
-
-def withdraw_mechanisms(verdict: dict[str, Any]) -> dict[str, Any]:
-    """The mapping of verdict.json of simulated tests after the engine's runs: `unexplained` where
-    they speak against what is named, or `error` where a single row was not told from the law, and
-    so where the engine with what is named gives no value at any setting left out; `best_tried` then
-    holds what had been named."""
-    gain, run = verdict.get("gain"), verdict.get("extended_with", [])
-    if verdict["verdict"] not in NAMED or not (gain or run):
-        return verdict
+def _missed(told):
+    """Why the engine's runs speak against what was named: settings left out are missed with it, or
+    have no value at all."""
+    gain, run = told.get("gain"), told.get("extended_with", [])
+    if not (gain or run):
+        return ""
     against = _against(gain) if gain else "it gives no value at any setting that was left out"
     if not against:
-        return verdict
-    placed = [n for law in verdict.get("laws") or [] for n in law["names"]]
-    tried = verdict["causes"] or placed or run
+        return ""
+    tried = _named(told) or run
     run = run or tried
-    others = [label(name) for name in tried if name not in run]
     reason = (
         f"best of those tried, does not fit by the engine's runs with "
         f"{' and '.join(map(label, run))}: {against}; by the emulators alone the verdict was "
-        f"{verdict['verdict']}"
+        f"{told['verdict']}"
     )
+    others = [label(name) for name in tried if name not in run]
     if others:
         reason += f", and {' and '.join(others)}, not told apart from it, was not run"
-    changes: dict[str, Any] = {
-        "verdict": "error" if verdict.get("rows") else "unexplained",
-        "causes": [],
-    }
-    changes |= {"best_tried": tried, "reason": reason}
-    return verdict | changes | ({"laws": []} if "laws" in verdict else {})
+    return reason
 
 
-def undecided(verdict: dict[str, Any]) -> dict[str, Any]:
-    """The mapping of verdict.json of emulated experiments: `not decided` in place of `adequate`
-    where a check of the simulations fails by FAR, with what would decide it as its reason."""
-    if verdict["verdict"] != "adequate":
-        return verdict
-    told = [
+def _unchecked(told):
+    """What would decide whether the base model is adequate, where a check of the simulations fails
+    by FAR."""
+    said = [
         f"the simulations' own error is {r['error']:.2g} times the readings' "
         f"({quantity(r['experiment'])}), which more runs lessen"
-        for r in verdict["refinement"]["left"]
+        for r in told["refinement"]["left"]
         if r["mechanism"] == BASE and r["error"] > FAR
     ]
-    told += [
+    said += [
         f"half the time step moves the {quantity(r['experiment'])} by "
         f"{in_unit(r['experiment'], r['change'], '+.2g')}, {abs(r['change'] / r['error']):.2g} "
         "times the reading's error, which a finer step (`numerics`) decides"
-        for r in verdict.get("time_step") or ()
+        for r in told.get("time_step") or ()
         if abs(r["change"]) - SURE * r["uncertain"] > FAR * r["error"]
     ]
-    return verdict | {"verdict": "not decided", "reason": "; ".join(told)} if told else verdict
+    return "; ".join(said)
+
+
+OF_CONTACTS = (
+    ByRuns("discovered", ("identified",), _nameless),
+    ByRuns("ambiguous", ("identified", "discovered"), _idle, lambda told: told["causes"]),
+)
+"""Rules of single contacts, whose laws keep their place when a name is withdrawn."""
+
+OF_SIMULATED = (
+    ByRuns("ambiguous", NAMED, _not_tried, _named),
+    ByRuns("error", NAMED, lambda told: _missed(told) if told.get("rows") else ""),
+    ByRuns("unexplained", NAMED, _missed),
+    ByRuns("not decided", ("adequate",), _unchecked),
+)
+"""Rules of simulated tests."""

@@ -32,7 +32,7 @@ from diagnosis.extend import LEAST_RUNS, extension_plan, gain, real_values, refi
 from diagnosis.failures import as_tests
 from diagnosis.page.first_lines import first_lines
 from diagnosis.page.markdown import page
-from diagnosis.rules import undecided, with_untried, withdraw_mechanisms
+from diagnosis.rules import OF_SIMULATED, by_runs, with_untried
 from diagnosis.settings import study_settings, with_gain_runs
 from diagnosis.setup import Setup
 from diagnosis.table_model.selection import misfit
@@ -54,8 +54,8 @@ def plan_power(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
         contacts.defaults_of(setup.settings, setup.kinds),
     )
     settings = [{"experiment": m.experiment, "levers": m.levers} for m in plan]
-    more = "\n" + (better_plan.page(plan) if plan else better_plan.NONE)
-    _write_power(output, {"plan": rows, "better": better, "better_settings": settings}, more)
+    found = {"plan": rows, "better": better, "better_settings": settings}
+    _write_power(output, found, "\n" + better_plan.page(plan))
 
 
 def _write_power(output, found, more):
@@ -80,9 +80,8 @@ def plan_refinement(setup: Setup, source: NamedFiles, output: NamedFiles, wave: 
     if not setup.of_contacts:
         emulated, _ = setup.emulated(source.designs, source.plans)
         first = trained(setup.rig, setup.catalogue, setup.emulated_kinds)
-        rows, specs, found = emulator_waves.plan_wave(
-            emulated, setup.tested, setup.rig, wave, first
-        )
+        bulk = Bulk(emulated, setup.tested)
+        rows, specs, found = emulator_waves.plan_wave(bulk, setup.rig, wave, first)
     write_json(output.design, rows)
     write_json(output.plan, specs)
     write_json(output.left, {"wave": wave, "runs": len(specs), "left": found})
@@ -115,14 +114,14 @@ def name_causes(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
         return
     settings, measurements, table = setup.settings, setup.measurements, setup.table
     emulated, errors = setup.emulated(source.designs, source.plans)
-    bulk = Bulk(emulated, setup.tested)
+    bulk = Bulk(emulated, setup.tested, table.aside)
     found = bulk.judged(settings.alpha, settings.seed)
-    names = verdict.extension(bulk, found)
     told = verdict.findings(bulk, found, settings.alpha) | {"emulators": errors}
+    names = verdict.extension(bulk, found)
     told["refinement"] = {
         "share": emulator_waves.SHARE,
         "waves": [read_json(file) for file in source.left],
-        "left": emulator_waves.left(emulated, setup.tested),
+        "left": emulator_waves.left(bulk),
         "run_seconds": seconds_of_kinds(setup.rig, setup.tested),
     }
     told["outcomes"] = remarks.of_outcomes(bulk, names)
@@ -132,8 +131,7 @@ def name_causes(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     told["held_out"] = held_out.by_emulators(
         emulated, measurements, table.held_out, fits, bulk.data
     )
-    told["remarks"] = remarks.remarks(table, {r["experiment"] for r in told["outcomes"]})
-    told["remarks"] += remarks.untrained(errors)
+    told["remarks"] = remarks.remarks(table, {r["experiment"] for r in told["outcomes"]}, errors)
     models = {"before": bulk.base, "after": bulk.fit(names)[0]} if names else {}
     budget = settings.runs - trained(setup.rig, setup.catalogue, setup.emulated_kinds)  # type: ignore[operator]  # `derived` fills it in
     budget -= sum(wave["runs"] for wave in told["refinement"]["waves"])
@@ -157,7 +155,7 @@ def name_causes(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
 def _diagnose_contacts(setup, output):
     """The same of single contacts, which the engine integrates at once: no runs are left."""
     settings, measurements, table = setup.settings, setup.measurements, setup.table
-    found = contacts.discovered(measurements, setup.rig, setup.catalogue)
+    found = contacts.discovered(measurements, setup.rig, setup.catalogue, table.aside)
     told = contacts.findings(measurements, found, settings, setup.factors)
     told = contacts.with_engine(
         told, measurements, found, setup.rig, setup.catalogue, table.held_out
@@ -200,7 +198,7 @@ def conclude(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
         told["gain"] = gain([measurements[i] for i in own], *pair, shared=sds, refit=refit)  # type: ignore[arg-type, misc]
         told["extended_with"] = extension["mechanisms"]
     if not setup.of_contacts:
-        told = undecided(withdraw_mechanisms(told))
+        told = by_runs(told, OF_SIMULATED)
     if told["verdict"] == "unexplained" and "discrepancy" not in told:
         told |= verdict.unexplained(told["residuals"])
     told["first_lines"] = first_lines(told)

@@ -16,8 +16,9 @@ from diagnosis.bulk import place_of
 from diagnosis.next_measurement import propose
 from diagnosis.page.words import capital
 from diagnosis.residuals import by_chance, calibration, moved, residual_rows, trends
+from diagnosis.rules import NAMED
 from diagnosis.settings import BASE
-from diagnosis.table_model.found import limits, strengths
+from diagnosis.table_model.found import give_strengths, limits
 
 if TYPE_CHECKING:
     from diagnosis.bulk import Bulk
@@ -27,9 +28,6 @@ if TYPE_CHECKING:
 
 
 SCHEMA = Path(__file__).with_name("verdict.schema.json")
-NAMED = ("identified", "discovered", "ambiguous")
-"""Verdicts that name a law."""
-
 CARRIED = 0.25  # variance left of the prior's, along a direction of the parameters, at most
 RIVALS = 4
 WORDS = {"attraction": "grains attract each other"}
@@ -38,10 +36,7 @@ WORDS = {"attraction": "grains attract each other"}
 
 def of_found(found: Found) -> dict[str, Any]:
     """The keys of verdict.json that a `Found` gives, gain and limits left open."""
-    return {
-        "verdict": found.verdict,
-        "causes": found.causes,
-        "reason": found.reason,
+    return found.decided.keys() | {
         "misfit": found.misfit,
         "laws": found.laws,
         "errors": found.errors,
@@ -85,15 +80,9 @@ def findings(bulk: Bulk, found: Found, alpha: float) -> dict[str, Any]:
     out["coefficients"] = {
         "asked": len(bulk.base.names), "carried": carried(bulk.base, bulk.fitted)
     }  # fmt: skip
+    strong = give_strengths(found, catalogue)
     for row in found.laws:
-        block = found.block_of(row["key"])
-        strong = strengths(row, block, catalogue)
-        row["strengths"] = {name: s["value"] for name, s in strong.items()}
-        row["sentence"] = _told(row, strong, catalogue)
-        row.pop("coded")
-        for ranked in found.ranking:
-            if ranked["mechanism"] in strong:
-                ranked["strength"] = {ranked["mechanism"]: strong[ranked["mechanism"]]}
+        row["sentence"] = _told(row, strong[row["key"]], catalogue)
     if out["verdict"] == "unexplained":
         out |= unexplained(
             out["residuals"],

@@ -9,7 +9,7 @@ from calibration.intake.measurements import Measurement
 from diagnosis import extend
 from diagnosis.extend import FIT, _as_known, gain, held_out_fits, refit_errors
 from diagnosis.fit import data_of, fit
-from diagnosis.rules import withdraw_mechanisms
+from diagnosis.rules import OF_SIMULATED, by_runs
 
 SD, REPLICATES, READINGS = 50.0, 10_000, 40  # so many that the spread is known
 MEAN_ERROR = SD / np.sqrt(REPLICATES)
@@ -116,7 +116,7 @@ def withdrawn(curve):
         # without the law the engine has no slope
         found = gain(rows, after + 9.0, after, refit=refit_errors(model, data, fits))
         verdict = {"verdict": "identified", "causes": ["cohesion"], "gain": found, "ranking": []}
-        fell.append(withdraw_mechanisms(verdict)["verdict"] != "identified")
+        fell.append(by_runs(verdict, OF_SIMULATED)["verdict"] != "identified")
         before.append(found["held_out_rmse_after"] > FIT)
         refit = np.array([p["refit"] for p in found["points"]])
         known = np.sqrt(OWN_ERROR**2 + SCATTER**2 / RUNS + refit**2)

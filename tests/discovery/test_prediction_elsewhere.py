@@ -9,7 +9,7 @@ from benchmarks.rates.strangers.ask import study
 from calibration.intake.measurements import Measurement
 from diagnosis import held_out, remarks
 from diagnosis.catalogue import Mechanism, Strength
-from diagnosis.contacts import defaults_of, discovered, of_found, told, with_engine
+from diagnosis.contacts import defaults_of, discovered, of_found, with_engine
 from diagnosis.laws.known import with_coefficient
 from diagnosis.measurements import Measured
 from diagnosis.page.first_lines import said as line_of
@@ -52,12 +52,19 @@ def rebounds(rng, power, heights, first):
             for k, (v, (h, d)) in enumerate(zip(true, settings, strict=True))]  # fmt: skip
 
 
+def told(table, held=()):
+    """What the diagnosis says of a table, with the engine's word."""
+    found = discovered(table, study()[0], CATALOGUE)
+    verdict = of_found(found) | {"ranking": found.ranking}
+    return with_engine(verdict, table, found, study()[0], CATALOGUE, held)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("power", "outcome"), [(POWER, "confirmed"), (0.0, "refuted")])
 def test_rows_of_another_experiment_decide_a_cause(power, outcome):
     rng = np.random.default_rng(8)
     table, held = slides(rng), rebounds(rng, power, (80.0, 160.0), 90)
-    said = told(table, study()[0], CATALOGUE, held)
+    said = told(table, held)
     assert said["laws"][0]["names"] == ["coating"]
     test = said["test"]
     assert (test["experiment"], test["by"], test["outcome"]) == ("drop", "engine", outcome)
@@ -72,7 +79,7 @@ def test_rows_of_another_experiment_decide_a_cause(power, outcome):
 @pytest.mark.slow
 def test_without_rows_of_another_experiment_the_prediction_is_open():
     rng = np.random.default_rng(8)
-    test = told(slides(rng), study()[0], CATALOGUE)["test"]
+    test = told(slides(rng))["test"]
     assert (test["experiment"], test["outcome"], test["rows"]) == ("drop", "open", [])
 
 
@@ -80,16 +87,13 @@ def test_without_rows_of_another_experiment_the_prediction_is_open():
 def test_one_row_alone_says_nothing_where_nothing_was_fitted_there():
     rng = np.random.default_rng(8)
     [row] = rebounds(rng, 0.0, (80.0,), 90)[:1]
-    test = told(slides(rng), study()[0], CATALOGUE, [row])["test"]
+    test = told(slides(rng), [row])["test"]
     assert (test["outcome"], test["rows"]) == ("open", [])
 
 
 @pytest.mark.slow
 def test_a_named_mechanism_has_its_strength_beside_its_gain():
-    rig, table = study()[0], slides(np.random.default_rng(8))
-    found = discovered(table, rig, CATALOGUE)
-    verdict = of_found(found) | {"ranking": found.ranking}
-    said = with_engine(verdict, table, found, rig, CATALOGUE)
+    said = told(slides(np.random.default_rng(8)))
     [own] = [r["strength"]["coating"] for r in said["ranking"] if r.get("strength")]
     assert own["low"] < POWER < own["high"]
     assert own["value"] == said["laws"][0]["strengths"]["coating"]

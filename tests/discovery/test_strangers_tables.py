@@ -114,6 +114,11 @@ def test_a_name_is_wrong_unless_it_is_this_effects():
     assert _marks("v^-0.25, 4 levels", 10.0, laws=right, **asked)["wrong_name"] == 0
     assert _marks("v^-0.25, 4 levels", 10.0, laws=wrong, **asked)["wrong_name"] == 1
     assert _marks("v^-0.6, 4 levels", 10.0, laws=right, **asked)["wrong_name"] == 1
+    [alone] = right
+    for names, said in (([], 0), (["air_drag"], 0), (["plastic_restitution", "air_drag"], 0)):
+        row = _marks("v^-0.25, 4 levels", 10.0, laws=[alone | {"names": names}])
+        assert (row["causes"], row["alone"], row["hits"], row["true"]) == (1, said, 1, 1)
+    assert _marks("v^-0.25, 4 levels", 10.0, laws=right)["alone"] == 1
 
 
 @pytest.mark.parametrize(

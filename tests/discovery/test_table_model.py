@@ -12,7 +12,7 @@ from scipy.stats import multivariate_normal
 from calibration.intake.measurements import Measurement
 from diagnosis.laws.known import Known
 from diagnosis.laws.readings import readings_of
-from diagnosis.rules import withdraw_laws
+from diagnosis.rules import OF_CONTACTS, by_runs, without_names
 from diagnosis.table_model import found as found_module
 from diagnosis.table_model.block import LEVEL_SD
 from diagnosis.table_model.found import discover
@@ -210,8 +210,8 @@ def test_the_judge_tells_a_law_that_fits_from_one_that_does_not():
 def test_the_engine_takes_back_a_name_or_a_place(interval, after, verdict):
     gain = {"held_out_rmse_difference_interval": interval, "held_out_rmse_after_all_errors": after}
     law = {"names": ["apex_sampling"], "single": "apex_sampling", "gain": gain, "evidence": 9.0}
-    said = withdraw_laws({"verdict": "identified", "causes": ["apex_sampling"], "laws": [law],
-                      "reason": ""})  # fmt: skip
+    told = {"verdict": "identified", "causes": ["apex_sampling"], "laws": [law], "reason": ""}
+    said = by_runs(without_names(told), OF_CONTACTS)
     assert said["verdict"] == verdict
     assert bool(said["causes"]) == (verdict != "discovered")
     assert bool(said["laws"][0]["names"]) == (verdict != "discovered")

@@ -248,13 +248,13 @@ def test_a_wave_goes_to_the_base_model_and_to_what_the_rest_is_enough_for(runs, 
     rig = Rig(bench.settings, RUN, tuple(bench.factors))
     measured = heaps(lambda d: 30.0 + 25.0 / d)
     first = sum(own_runs(plan(rig, known_of(bench), ["heap"])[0]).values())
-    rows, _, found = emulator_waves.plan_wave(bench, measured, rig, 1, first)
+    rows, _, found = emulator_waves.plan_wave(Bulk(bench, measured), rig, 1, first)
     made = own_runs(rows)
     share = (LEARN * runs - first) / 2
     assert made.pop(BASE) == int(share / 2)
     assert len(made) == most
     assert sum(made.values()) <= share / 2
-    _, fitted = emulator_waves.modes(bench, measured)[BASE]
+    _, fitted = emulator_waves.modes(Bulk(bench, measured))[BASE]
     at = factor_share(fitted.theta[0])
     inputs = np.array([r["inputs"] for r in rows if r["mechanism"] == BASE])
     assert np.abs(np.median(inputs[:, : len(at)], axis=0) - at).max() < 0.15
@@ -268,7 +268,7 @@ def refined(measured, runs=240, scatter=2.0):
     rows, specs = plan(rig, known_of(bench), ["heap"])
     first = len(specs)
     for wave in (1, 2):
-        more, own, _ = emulator_waves.plan_wave(bench, measured, rig, wave, first)
+        more, own, _ = emulator_waves.plan_wave(Bulk(bench, measured), rig, wave, first)
         rows, specs = rows + more, specs | own
         answer = scattered(scatter)
         metrics = {n: answer(s) for n, s in specs.items()}
@@ -445,7 +445,7 @@ def test_settings_that_a_law_makes_impossible_are_left_out_of_waves_and_gain(mon
     theta = np.array([*np.zeros(len(model.factors)), 1.0])
     sd, cov = np.full((1, len(rows)), 10.0), 1e-9 * np.eye(len(theta))[None]
     fitted = SimpleNamespace(theta=theta[None], cov=cov, sd=sd)
-    near, specs = emulator_waves._near(bench, rig, "discharge", model, fitted, 1, 12)
+    near, specs = emulator_waves._near(rig, "discharge", model, fitted, 1, 12)
     assert 0 < len(near) == len(specs) < 12
     without = SimpleNamespace(theta=np.tile(theta, (len(rows), 1)))
     monkeypatch.setattr(extend, "held_out_fits", lambda model, data: without)

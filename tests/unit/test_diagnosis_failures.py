@@ -203,7 +203,7 @@ def test_every_stage_fits_the_outcomes_that_the_verdict_fits(emulated, tmp_path)
     assert shown["calibration"] == verdict["calibration"]
     assert shown["lack_of_fit"] == verdict["lack_of_fit"]
     assert shown["lack_of_fit"]["deviance"] > 1.0
-    _, fitted = emulator_waves.modes(emulated, rows)["size_bias"]
+    _, fitted = emulator_waves.modes(Bulk(emulated, rows))["size_bias"]
     model, own_fit = bulk.fit(["size_bias"])
     assert fitted.theta == pytest.approx(own_fit.theta)
     rig = Rig(settings, RUN, emulated.factors)

@@ -185,3 +185,13 @@ def test_readings_that_are_all_alike_have_a_spread_of_nothing(tmp_path):
         "experiment,quantity,value,unit,sd,n,drop_height_mm\ndrop,rebound_height,20,mm,0,5,150\n"
     )
     assert 0.0 < read_measured(path).conditions[0].sd < 1e-6
+
+
+def test_a_slip_of_the_decimal_point_is_set_aside_and_named_by_its_line(tmp_path):
+    read = [(d, v) for d in (3, 4, 5) for v in (30.1, 30.9, 29.8, 30.4, 3.06 if d == 4 else 30.6)]
+    rows = [f"heap,angle_of_repose,{value},deg,{d}" for d, value in read]
+    header = "experiment,quantity,value,unit,particle_diameter_mm"
+    found = read_all(write(tmp_path, rows, header))
+    assert [m.n for m in found.fitted] == [5, 4, 5]
+    assert [row["line"] for row in found.aside] == [12]
+    assert found.fitted[1].value == pytest.approx(30.3)

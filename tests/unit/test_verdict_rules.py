@@ -6,24 +6,25 @@ import pytest
 from diagnosis.catalogue import load_catalogue
 from diagnosis.page.first_lines import first_lines
 from diagnosis.page.first_lines import said as line_of
-from diagnosis.rules import FAR, undecided, with_untried
+from diagnosis.rules import FAR, OF_SIMULATED, by_runs, with_untried
 from facts import tells
 
 FLOW = {"experiment": "discharge", "levers": {"orifice_diameter_mm": 10.4}, "tests": 5, "failed": 5}
 LAW = {
     "experiment": "discharge", "slot": "rolling_friction", "state": [], "names": ["rolling_law"],
-    "rivals": [],
+    "rivals": [], "evidence": 9.0, "sentence": "",
 }  # fmt: skip
 CLOGGED = {
     "verdict": "identified", "causes": ["rolling_law"], "laws": [LAW], "outcomes": [FLOW],
     "misfit": {"chi_square": 2.0, "freedom": 4.0, "deviance": 24.1, "p": 0.007},
+    "refinement": {"left": []},
 }  # fmt: skip
 BASE = {"experiment": "discharge", "mechanism": "base", "runs": 26, "failed": 8, "error": 0.1}
 SILENT = {"experiment": "discharge", "mechanism": "cohesion", "runs": 0, "failed": 6}
 
 
 def said(verdict, *errors):
-    return with_untried(verdict, [BASE, *errors], load_catalogue())
+    return by_runs(with_untried(verdict, [BASE, *errors], load_catalogue()), OF_SIMULATED)
 
 
 @pytest.mark.parametrize("verdict", ["identified", "discovered", "ambiguous"])
@@ -35,6 +36,7 @@ def test_what_ended_all_its_runs_is_not_ruled_out_where_tests_ended_so(verdict):
     assert [r["slot"] for r in found["laws"][0]["rivals"]] == ["attraction"]
     assert found["untried"] == [{"experiment": "discharge", "mechanism": "cohesion", "runs": 6}]
     assert tells(line_of("following", found | {"gain": None}), "cohesion", "6")
+    assert tells(line_of("cause", found), "cohesion", "not tried")
 
 
 @pytest.mark.parametrize(
@@ -83,7 +85,7 @@ def verdict(error=0.2, change=0.0, uncertain=0.0, said="adequate"):
     "failed", [{"error": FAR + 0.1}, {"change": -1.6}, {"change": 2.0, "uncertain": 0.2}]
 )
 def test_a_check_that_fails_takes_adequate_back(failed):
-    found = undecided(verdict(**failed))
+    found = by_runs(verdict(**failed), OF_SIMULATED)
     assert found["verdict"] == "not decided"
     told = " ".join(first_lines(found))
     assert ("more runs" in told) == ("error" in failed)
@@ -95,7 +97,7 @@ PASSED = [{}, {"error": FAR}, {"change": 1.4}, {"change": 2.0, "uncertain": 0.3}
 
 @pytest.mark.parametrize("passed", [*PASSED, {"error": 9.0, "said": "unexplained"}])
 def test_a_check_that_passes_changes_nothing(passed):
-    assert undecided(verdict(**passed)) == verdict(**passed)
+    assert by_runs(verdict(**passed), OF_SIMULATED) == verdict(**passed)
 
 
 def test_the_page_says_how_many_runs_would_tell_more():

@@ -10,6 +10,7 @@ from benchmarks.rates.simulated import salt_settings
 from calibration.intake.measurements import Measurement
 from dem.spec import parse_spec
 from diagnosis import emulator_waves
+from diagnosis.bulk import Bulk
 from diagnosis.design import plan
 from diagnosis.emulator import train
 from diagnosis.extend import real_spec
@@ -49,7 +50,7 @@ def through_waves(draw):
         metrics = {name: scattered(spec, draw) for name, spec in specs.items()}
         emulators, _ = train(rows, metrics, settings, factors)
         emulated = Emulated(emulators, settings, factors, catalogue)
-        more, own, found = emulator_waves.plan_wave(emulated, measured, rig, wave, first)
+        more, own, found = emulator_waves.plan_wave(Bulk(emulated, measured), rig, wave, first)
         out.append((emulated, found, own))
         rows, specs = rows + more, specs | own
     return rig, measured, out
@@ -91,11 +92,11 @@ def test_the_emulator_comes_nearer_to_the_truth_at_the_mode():
 def test_no_wave_beyond_the_cap_and_none_where_emulators_are_sharp(refined):
     rig, measured, ((emulated, *_), *_) = refined
     beyond = rig.settings.waves + 1
-    assert emulator_waves.plan_wave(emulated, measured, rig, beyond, 40)[:2] == ([], {})
+    assert emulator_waves.plan_wave(Bulk(emulated, measured), rig, beyond, 40)[:2] == ([], {})
     rough = [
         Measurement("shear", m.value, 0.5 * m.value, 1, m.levers, line=m.line) for m in measured
     ]
-    rows, specs, found = emulator_waves.plan_wave(emulated, rough, rig, 1, 40)
+    rows, specs, found = emulator_waves.plan_wave(Bulk(emulated, rough), rig, 1, 40)
     assert (rows, specs) == ([], {})
     assert all(r["enough"] for r in found)
 

@@ -9,7 +9,7 @@ import pandas as pd
 from benchmarks.rates.simulated import salt_heap, salt_settings
 from diagnosis import contacts
 from diagnosis.catalogue import load_catalogue
-from diagnosis.measurements import read_measurements
+from diagnosis.measurements import read_all
 from diagnosis.rig import Rig
 
 ROOT = Path(__file__).parents[3]
@@ -25,20 +25,26 @@ def study():
 def ask(table: pd.DataFrame) -> dict:
     """What the diagnosis says of a table, read from a file as a user's table is: the keys of
     verdict.json, without the gain that needs runs."""
-    found = contacts.discovered(_read(table), *study())
+    measured = _read(table)
+    rig, catalogue = study()
+    found = contacts.discovered(measured.fitted, rig, catalogue, measured.aside)
     assert found is not None  # every table has what free laws are sought in
-    more = {"exclusion": contacts.limits(found, study()[1]), "family_p": found.p}
+    more = {"exclusion": contacts.limits(found, catalogue), "family_p": found.p}
     return contacts.of_found(found) | more
 
 
 def ask_engine(table: pd.DataFrame) -> dict:
     """The same with the engine's word: the gain of each law, by runs."""
-    return contacts.told(_read(table), *study())
+    (rig, catalogue), measured = study(), _read(table)
+    found = contacts.discovered(measured.fitted, rig, catalogue, measured.aside)
+    assert found is not None
+    said = contacts.of_found(found)
+    return contacts.with_engine(said, measured.fitted, found, rig, catalogue)
 
 
 def _read(table):
-    """The measurements of a table, by way of a file."""
+    """`Measured` of a table, by way of a file."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "measurements.csv"
         table.to_csv(path, index=False)
-        return read_measurements(path)
+        return read_all(path)

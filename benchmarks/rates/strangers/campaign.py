@@ -6,7 +6,7 @@ from typing import Any
 
 import pandas as pd
 
-from benchmarks.rates.kept_rates import KEPT, Trial, kept
+from benchmarks.rates.kept_rates import KEPT, Trial, f1_score, kept
 from benchmarks.rates.strangers import ask, cases, score
 
 MOST_GAINS = 24
@@ -62,6 +62,8 @@ def told(rows: pd.DataFrame, gains: pd.DataFrame | None = None) -> Iterator[str]
         asked = "" if pd.isna(r.asked) else f"{'at most ' * r.most}{r.asked:.0%}"
         share = f"{r.hits} of {r.of} ({r.low:.0%} to {r.high:.0%})" if r.of else "not drawn"
         yield f"| {r.figure} | {share} | {asked} |"
+    f1 = f1_score(*(int(rows[column].sum()) for column in ("hits", "true", "placed")))
+    yield f"| F1 of the places | {f1:.2f} | |"
 
 
 def _named(case):

@@ -154,10 +154,9 @@ def power_of_speed(exponent: float) -> Law:
 
 LAWS = (
     *(power_of_speed(p) for p in (0.1, 0.2, 0.25, 0.3, 0.45, 0.6)),
-    Law("yielding above a speed", "drop", (SPEED,), 1.2, _yielding,
-        names=("plastic_restitution",)),
-    Law("fifth root of speed", "drop", (SPEED,), 0.2, lambda x, k: 1.0 - k * speed(x) ** 0.2,
-        names=("viscoelastic_restitution",)),
+    # sharper than a sphere yields, and flatter than a viscous one of that restitution: no names
+    Law("yielding above a speed", "drop", (SPEED,), 1.2, _yielding),
+    Law("fifth root of speed", "drop", (SPEED,), 0.2, lambda x, k: 1.0 - k * speed(x) ** 0.2),
     Law("rises with speed", "drop", (SPEED,), 0.12, lambda x, k: (speed(x) / 1.5) ** k),
     Law("sticking speed", "drop", (SPEED, LENGTH), 0.35, _sticking),
     Law("power of size", "drop", (SIZE,), 0.1, lambda x, k: (size(x) / 2.0) ** k),

@@ -6,6 +6,9 @@ What counts:
   thing: there the place may stand anywhere among laws and rivals.
 - two laws: the places of both stand among `laws`.
 - named: a name of the first law is this effect's, where the catalogue has it.
+- true, placed, hits: laws, those that were placed, and the laws whose place is among them.
+- causes, alone: laws of single contacts that the catalogue has, and those of them that stand with
+  one name, their own. Of a shear test names are told by emulators alone (`bulk_tables`).
 - adequate wrongly: `adequate` where the stated misfit has p < 0.01, or where an analysis of
   variance of the table, made here, has p < 0.001.
 - wrong name: the verdict is `identified` with a name that is not this effect's, or of no effect.
@@ -26,6 +29,7 @@ from scipy import stats
 from benchmarks.rates.kept_rates import share as rate
 from benchmarks.rates.strangers import nature
 from benchmarks.rates.strangers.cases import PROPORTIONAL, Case, Drawn
+from diagnosis.laws.known import COEFFICIENT
 
 LEVER = {
     "speed": "drop_height_mm",
@@ -36,8 +40,8 @@ LEVER = {
 }
 """State of a law: the lever that sets it; a speed is that of a fall from its height."""
 MARKS = (
-    "verdict laws names errors rows misfit_p own_p leads named both claimed silent "
-    "adequate_wrongly wrong_name name_loses pointed fault limits limits_held band"
+    "verdict laws names errors rows misfit_p own_p leads true placed hits named causes alone both "
+    "claimed silent adequate_wrongly wrong_name name_loses pointed fault limits limits_held band"
 ).split()
 """Columns of a row, of the marks those that are not asked too."""
 CLAIMS = ("identified", "discovered")
@@ -134,6 +138,13 @@ def marks(case: Case, drawn: Drawn, said: dict) -> dict:
         row["wrong_name"] = int(any(not set(law.get("names") or ()) <= right for law in laws))
     if any(law.get("gain") for law in laws):  # the engine was asked
         row["name_loses"] = int(any(map(_loses, laws)))
+    row |= {"true": len(drawn.laws), "placed": len(laws)}
+    row["hits"] = sum(any(_is(p, law) for p in found) for law in drawn.laws)
+    causes = [law for law in drawn.laws if law.names and law.experiment in COEFFICIENT]
+    if causes:
+        alone = [own for own in map(set, (law.get("names") or () for law in laws)) if len(own) == 1]
+        row["causes"] = len(causes)
+        row["alone"] = sum(any(own <= {*law.names} for own in alone) for law in causes)
     if drawn.laws:
         two_levels = case.group == "two-level law"
         seen = [*found, *map(place, rivals)] if two_levels else found[:1]
@@ -226,11 +237,21 @@ def rates(rows: pd.DataFrame) -> pd.DataFrame:
         own = rows[rows["group"].isin(groups)] if groups else rows
         own = own if strength is None else own[own["strength"] == strength]
         lines.append(_line(words, own[mark], asked, most))
-    held, n = rows["limits_held"].fillna(0).sum(), rows["limits"].fillna(0).sum()
+    held, n = _counts(rows, "limits_held", "limits")
+    alone, causes = _counts(rows, "alone", "causes")
+    strong, of_these = _counts(rows[rows["strength"] >= 10.0], "alone", "causes")
     known = rows[rows["named"].notna()]
     told = known["verdict"] == "identified"
     lines += [
-        _line("limits hold", [1] * int(held) + [0] * int(n - held), 0.9),
+        _line("limits hold", [1] * held + [0] * (n - held), 0.9),
+        _line(
+            "causes of the catalogue with that name alone",
+            [1] * alone + [0] * (causes - alone),
+            0.8,
+        ),
+        _line(
+            "the same from 10 standard errors on", [1] * strong + [0] * (of_these - strong), np.nan
+        ),
         _line("a mechanism of the catalogue among the names", known["named"], np.nan),
         _line("of these tables identified", told, np.nan),
         _line("identified and right", known[told]["named"], np.nan),
@@ -239,6 +260,10 @@ def rates(rows: pd.DataFrame) -> pd.DataFrame:
         _line("ended without a verdict", rows["verdict"] == "failed", 0.0, True),
     ]
     return pd.DataFrame(lines)
+
+
+def _counts(rows, *columns):
+    return [int(rows[c].fillna(0).sum()) for c in columns]
 
 
 def _line(words, hits, asked, most=False):

@@ -18,7 +18,7 @@ from calibration.intake.quantities import Condition
 from dem.errors import SpecError
 from dem.spec import parse_spec
 from diagnosis.extend import gain
-from diagnosis.laws.in_engine import curve_of, keys, not_run, switched_on
+from diagnosis.laws.in_engine import curve_of, keys, switched_on
 from diagnosis.laws.known import (
     COEFFICIENT,
     NO_COEFFICIENT,
@@ -217,6 +217,3 @@ def _level(readings, added):
     """The constant that meets the readings beside what is added, by those that have weight."""
     weight = 1.0 / readings.error**2
     return float((weight * (readings.log - added)).sum() / weight.sum())
-
-
-__all__ = ["Engine", "compared", "keys_of", "not_run", "shift", "some_of", "together"]

@@ -142,13 +142,9 @@ def _description(name):
 
 
 def _weighed(verdict):
-    """Laws and errors that are held, by their evidence; None where none has any, as those of
-    emulated experiments."""
-    laws = verdict.get("laws") or []
-    if not any("evidence" in row for row in (*laws, *(verdict.get("errors") or []))):
-        return None
-    held = [r for r in laws if not r.get("instead_of")] + _found_errors(verdict)
-    return sorted(held or laws, key=lambda r: -r["evidence"])
+    """Laws and errors that are held, by their evidence."""
+    held = [r for r in verdict["laws"] if not r.get("instead_of")] + _found_errors(verdict)
+    return sorted(held or verdict["laws"], key=lambda r: -r["evidence"])
 
 
 def _rivals(row):
@@ -156,17 +152,6 @@ def _rivals(row):
     same = [(s["slot"], tuple(s["state"])) for s in row.get("same") or ()]
     at = [(r.get("slot"), tuple(r.get("state") or ())) for r in row.get("rivals") or ()]
     return [r for r, where in zip(row.get("rivals") or (), at, strict=True) if where not in same]
-
-
-def _alike(verdict):
-    """What is not told apart, of causes that have no odds of their own."""
-    laws, shown = verdict.get("laws") or [], environment().filters
-    names = [shown["label"](n) for n in verdict["causes"]]
-    names += [shown["place"](law) for law in laws if not law["names"]]
-    rivals = [r for law in laws for r in law.get("rivals", [])]
-    if len(names) < 2:
-        names += [r["words"] for r in rivals if "words" in r][:3]
-    return list(dict.fromkeys(names + [r["words"] for r in rivals if r.get("line")][:1]))
 
 
 # --- what to measure next -----------------------------------------------------------------------
@@ -201,7 +186,7 @@ FACTS = {
     f.__name__.lstrip("_"): f
     for f in (
         misfit, _found_errors, _ended, _scattered, _pointed, _expected_otherwise, _missed, _named,
-        _description, _weighed, _rivals, _alike, _row_or_law, _zeros, _costliest,
+        _description, _weighed, _rivals, _row_or_law, _zeros, _costliest,
     )
 } | {
     "OPEN": OPEN, "HINT": HINT, "MOST_RIVALS": MOST_RIVALS, "EVEN": EVEN, "BASE": BASE,

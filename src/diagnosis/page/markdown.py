@@ -7,7 +7,6 @@ from typing import Any
 
 from calibration.figures import label
 from calibration.intake.quantities import LEVERS, QUANTITIES
-from diagnosis import discrepancy
 from diagnosis.page import words
 from diagnosis.page.first_lines import first_lines, misfit
 
@@ -24,7 +23,7 @@ def page(verdict: Mapping[str, Any]) -> str:
             v=verdict,
             first=first_lines(verdict),
             fit=misfit(verdict),
-            laws=verdict.get("laws") or [law for law in [verdict.get("law")] if law],
+            laws=verdict.get("laws") or [],
             helpful=[r for r in ranking if r["gain"] >= LEAST_GAIN],
             idle=[label(r["mechanism"]) for r in ranking if r["gain"] < LEAST_GAIN],
             errors=_errors(verdict),
@@ -55,19 +54,20 @@ def _errors(verdict):
 
 
 def _curves(verdict):
-    """{sentences, tables: [{head, rows}]} of the discrepancy over the levers; None without one."""
-    found = verdict.get("discrepancy")
-    if not found:
-        return None
-    tables = []
-    for c in found:
+    """[{lever, words, unit, worst: (at, value, low, high) or None, head, rows}] of the discrepancy
+    over the levers; worst: where it leaves its band most."""
+    out = []
+    for c in verdict.get("discrepancy") or ():
         own, lever = QUANTITIES[c["experiment"]], LEVERS[c["lever"]]
         unit = "share of the prediction" if c["unit"] == "share" else c["unit"]
         miss = f"{own.words}: measured less predicted [{unit}]"
         head = f"{lever.words} [{lever.unit or 1}]", miss
-        columns = [c[k][::2] for k in ("at", "value", "low", "high")]
-        tables.append({"head": head, "rows": list(zip(*columns, strict=True))})
-    return {"sentences": discrepancy.sentences(found), "tables": tables}
+        rows = list(zip(*(c[k] for k in ("at", "value", "low", "high")), strict=True))
+        off = [row for row in rows if row[2] > 0.0 or row[3] < 0.0]
+        out.append({"lever": c["lever"], "words": own.words, "unit": c["unit"], "head": head,
+                    "worst": max(off, key=lambda row: abs(row[1]), default=None),
+                    "rows": rows[::2]})  # fmt: skip
+    return out
 
 
 def _first_wave(refinement):

@@ -141,8 +141,8 @@ def place(row: Mapping[str, Any]) -> str:
     """Slot and state of a law."""
     if row["slot"] == "reading" and not row["state"]:
         return "a wrong zero of the reading"
-    states = " and ".join(map(label, row["state"])) or "all settings alike"
-    return f"{label(row['slot'])} of {states}"
+    states = " and ".join(map(label, row["state"]))
+    return f"{label(row['slot'])} of {states}" if states else label(row["slot"])
 
 
 def between(of: str) -> str:

@@ -224,20 +224,33 @@ class Block:
     ) -> np.ndarray:
         """Data sets (count, n) of what the model says of y (n,), errors and noise drawn anew.
 
-        How large the errors are is drawn from what y says of them, or has the probabilities sizes
-        (g,). The noise is over a spread that the replicates find."""
+        Of single contacts the true values are those that y tells; of simulated tests what is held
+        is as y has it, and coefficients are drawn anew. How large the errors are is drawn from what
+        y says of them, or has the probabilities sizes (g,)."""
         share = self.shares(y) if sizes is None else sizes
         place = rng.choice(len(share), count, p=share)
-        noise = np.diag(self.readings.error**2)
-        out = self.fitted(y)[place]
-        normal = rng.standard_normal(out.shape)
-        for g in np.unique(place):
-            size, direction = np.linalg.eigh(self.errors[g] - noise)
-            root = direction * np.sqrt(np.maximum(size, 0.0))
-            out[place == g] += normal[place == g] @ root.T
+        if self.ground is None:
+            return self.fitted(y)[place] + self.noise(place, rng)
+        own = sum((h.root @ h.root.T for h in self.held.values()), np.zeros((len(y),) * 2))
+        told = self.mean + (own @ self.precision @ (y - self.mean)[:, None])[..., 0]
+        free = rng.standard_normal((count, self.ground.root.shape[1])) @ self.ground.root.T
+        return told[place] + free + self.noise(place, rng)
+
+    def noise(self, place: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Errors (count, n) of readings and of a simulation, the shared ones of the sizes at places
+        (count,) of the grid; over a spread that the replicates find."""
         error = self.readings.error
+        ground = 0.0 if self.ground is None else self.ground.error
+        out = rng.standard_normal((len(place), len(error)))
+        for g in np.unique(place):
+            size, direction = np.linalg.eigh(self.errors[g] - np.diag(error**2) + ground)
+            root = direction * np.sqrt(np.maximum(size, 0.0))
+            out[place == g] = out[place == g] @ root.T
         own = error * rng.standard_normal(out.shape)
-        return out + own / redrawn_share(error, self.readings.replicates, count, rng)
+        for kind in self.readings.experiments:
+            readings, at = self.readings.of(kind)
+            own[:, at] /= redrawn_share(error[at], readings.replicates, len(place), rng)
+        return out + own
 
     def sd_of(self, name: str, y: np.ndarray) -> np.ndarray:
         """Root mean square standard deviations (n,) of an error, over what y (n,) says of its

@@ -13,13 +13,13 @@ from diagnosis.chance import share_above
 from diagnosis.laws.readings import FREE, from_log, name_of, readings_of
 from diagnosis.measurements import LEAST_SETTINGS
 from diagnosis.page.words import capital, lines_of, odds, with_article
+from diagnosis.rules import OPEN, Evidence, Verdict, by_readings
 from diagnosis.table_model import selection as chosen
 from diagnosis.table_model.curve import BAND, curve, unit_of
 from diagnosis.table_model.left_out import judged, without_row
 from diagnosis.table_model.limits import slope_limits, strength_limits
 from diagnosis.table_model.naming import UNIT, named
 from diagnosis.table_model.next_setting import propose, words_of
-from diagnosis.table_model.single_readings import set_aside
 from diagnosis.table_model.term import ERROR, LAW, ROW
 from diagnosis.table_model.terms.resolution import rounded_off
 
@@ -42,14 +42,6 @@ SURE = 0.95  # probability that an error of a declared batch or instrument is th
 LEAST_ROWS = 3
 LEAST_BITS = 0.1  # that a reading at a setting must tell of what is in question, for it to be asked
 SCATTER = {"of": "settings", "what": "settings", "words": "error from setting to setting"}
-WORDS = {
-    "adequate": "constant coefficients meet the readings within their own errors",
-    "identified": "one mechanism of the catalogue is left in each place",
-    "discovered": "the place is known; no single mechanism is named",
-    "ambiguous": "these data do not tell apart what stands under rivals",
-    "error": "an error of the set-up or single rows explain the misfit, and laws do not",
-    "unexplained": "constant coefficients do not meet the readings, nor does what was tried",
-}
 
 
 @dataclass
@@ -57,23 +49,30 @@ class Found:
     """The parts of verdict.json that the model gives; see src/diagnosis/verdict.schema.json.
 
     left: the misfit of what was found; scattered: the same with errors from setting to setting,
-    where it does not pass without."""
+    where it does not pass without; decided: the verdict, empty before `judge` gives it."""
 
-    verdict: str
-    causes: list
-    reason: str
     misfit: dict
     left: dict
     laws: list
     errors: list
     rows: list
     ranking: list
-    scatter: list
     next_setting: dict | None
     selection: chosen.Selection = field(repr=False)
     start: dict = field(repr=False)
     names: dict = field(default_factory=dict, repr=False)
     scattered: dict | None = None
+    decided: Verdict = OPEN
+
+    @property
+    def verdict(self) -> str:
+        """The word of the verdict."""
+        return self.decided.verdict
+
+    @property
+    def causes(self) -> list[str]:
+        """The mechanisms that the verdict names."""
+        return list(self.decided.causes)
 
     @property
     def p(self) -> float:
@@ -97,36 +96,36 @@ def discover(
     seed: int = 0,
     defaults: Mapping[str, Mapping[str, float]] | None = None,
     chance: Sequence[int] = chosen.CHANCE,
+    aside: Sequence[dict[str, Any]] = (),
 ) -> Found | None:
     """`Found` of the measurements of drops, slides and shear tests; None where there are none.
 
     known: a function of `Readings` that gives the catalogue's curves; defaults: {experiment:
-    {lever: value}} where rows leave a lever empty."""
+    {lever: value}} where rows leave a lever empty; aside: rows of readings that were set aside."""
     kinds = [k for k in FREE if sum(m.experiment == k for m in measurements) >= LEAST_ROWS]
     if not kinds:
         return None
-    measurements, single = set_aside(measurements)
     parts = [readings_of(measurements, k, (defaults or {}).get(k)) for k in kinds]
-    out = judged_by(chosen.blocks_of(parts, known), measurements, single, alpha, seed, chance)
+    out = judge(placed(chosen.blocks_of(parts, known), measurements, aside, alpha, seed, chance))
     out.next_setting = _next(out)
     return out
 
 
-def judged_by(
+def placed(
     start: dict[str, Block],
     measurements: Sequence[Measurement],
-    single: Sequence[dict[str, Any]] = (),
+    aside: Sequence[dict[str, Any]] = (),
     alpha: float = 0.05,
     seed: int = 0,
     chance: Sequence[int] = chosen.CHANCE,
 ) -> Found:
-    """`Found` of blocks {name: Block} without a term held, no further setting proposed; single:
-    rows of readings that were set aside."""
+    """`Found` of blocks {name: Block} without a term held, its verdict left open and no further
+    setting proposed; aside: rows of readings that were set aside."""
     misfit = chosen.misfit(_replicated(start), seed, chance[0])
     found = chosen.select(start, alpha, seed, chance)
     left = chosen.misfit(found.blocks, seed, chance[-1])
     ranking = _ranking(start, found)
-    out = Found("", [], "", misfit, left, [], [], list(single), ranking, [], None, found, start)
+    out = Found(misfit, left, [], [], list(aside), ranking, None, found, start)
     for block in found.blocks.values():
         for key in block.held:
             _add(out, measurements, block, key)
@@ -144,7 +143,7 @@ def judged_by(
         (out.rows, "standard_deviations"),
     ):
         rows.sort(key=lambda r, by=by: -abs(r[by]))
-    return _judge(out)
+    return out
 
 
 def table_misfit(
@@ -540,54 +539,26 @@ def _ranking(start, found):
     return sorted(rows, key=lambda r: -r["gain"])
 
 
-def _judge(out):
-    """Fill in verdict, causes and reason."""
-    # what readings lose to rounding is a fault where a constant does not fit without it
-    known = ("declared", "digits") if out.misfit["p"] >= MISFIT else ("declared",)
-    errors = [e for e in out.errors if e["what"] not in known]
-    placed = out.laws or [e for e in errors if e["what"] != "settings"] or out.rows
-    if not placed and out.misfit["p"] >= MISFIT and not errors:
-        out.verdict = "adequate"
-    elif not placed:
-        out.verdict = "error" if errors and out.scattered["p"] >= MISFIT else "unexplained"
-    elif any(_open(r) for r in (*out.laws, *errors)):
-        out.verdict = "ambiguous"
-    elif not out.laws:
-        out.verdict = "error"
-    elif all(law["single"] for law in out.laws):
-        out.verdict = "identified"
-    else:
-        out.verdict = "discovered"
-    out.reason = WORDS[out.verdict]
-    _few(out)
-    if out.verdict == "identified":
-        out.causes = list(dict.fromkeys(law["single"] for law in out.laws))
-    elif out.verdict == "ambiguous":
-        out.causes = list(dict.fromkeys(n for law in out.laws for n in law["names"]))
-    return out
-
-
-def _open(row):
-    """Whether a law's place or an error is not told from another place or kind: of an error, from a
-    law."""
-    if "slot" in row:
-        same = {(s["slot"], tuple(s["state"])) for s in row["same"]}
-        return any((r.get("slot"), tuple(r.get("state", ()))) not in same for r in row["rivals"])
-    return any("slot" in r for r in row["rivals"])
-
-
-def _few(out):
-    """Laws that rest on too few settings are not told from errors between settings."""
-    for law in out.laws:
-        count = _shown(out.block_of(law["key"]), law["key"])
-        if count < LEAST_SETTINGS and out.verdict in ("identified", "discovered"):
-            out.verdict = "ambiguous"
-            out.reason = (
-                f"a law would rest on {count} settings; of fewer than {LEAST_SETTINGS} an error "
-                "from one setting to the next is not told from a law"
-            )
+def judge(found: Found, bends: Callable[[], bool] = lambda: False) -> Found:
+    """The same with its verdict. bends: whether the readings follow a smooth curve along a
+    lever."""
+    shown = [_shown(found.block_of(law["key"]), law["key"]) for law in found.laws]
+    for law, count in zip(found.laws, shown, strict=True):
+        if count < LEAST_SETTINGS and not any(r.get("of") == "settings" for r in law["rivals"]):
             rival = SCATTER | {"experiment": law["experiment"], "behind": law["evidence"]}
             law["rivals"] = [*law["rivals"], rival]
+    found.decided = by_readings(
+        Evidence(
+            found.laws,
+            found.errors,
+            found.rows,
+            constant=found.misfit["p"] >= MISFIT,
+            scattered=found.scattered is None or found.scattered["p"] >= MISFIT,
+            settings=shown,
+            bends=bends,
+        )
+    )
+    return found
 
 
 def _next(out):
@@ -650,6 +621,21 @@ def strengths(
         low, high = sorted(map(float, ends))
         out[shape.name] = {"name": own.name, "unit": own.unit, "low": low, "high": high}
         out[shape.name]["value"] = float(own.natural(row["coded"][shape.name]))
+    return out
+
+
+def give_strengths(
+    found: Found, catalogue: Mapping[str, Mechanism]
+) -> dict[str, dict[str, dict[str, Any]]]:
+    """{key of a law: its `strengths`}, which its row and the ranking get too."""
+    out = {}
+    for law in found.laws:
+        out[law["key"]] = strong = strengths(law, found.block_of(law["key"]), catalogue)
+        law["strengths"] = {name: s["value"] for name, s in strong.items()}
+        del law["coded"]
+        for row in found.ranking:
+            if row["mechanism"] in strong and row["experiment"] == law["experiment"]:
+                row["strength"] = {row["mechanism"]: strong[row["mechanism"]]}
     return out
 
 

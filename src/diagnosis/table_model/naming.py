@@ -81,7 +81,9 @@ def named(block: Block, key: str) -> Named:
     nearest = next((n for n in order if n in known), None)
     # a free curve follows every form: it is told only where nothing else is left
     forms = [n for n in forms if n != FREE] if len(left) > 1 and left[0] != FREE else forms
-    coded = {n: held[n].strength(key, y) for n in names or order[:1] if n in known or not term.law}
+    # of simulated tests a free law has a strength as well, of single contacts a mechanism alone
+    strong = [n for n in names or order[:1] if n in known or term.law is None]
+    coded = {n: held[n].strength(key, y) for n in strong}
     return Named(names, forms, formulas, curves, nearest, coded, order[0])
 
 

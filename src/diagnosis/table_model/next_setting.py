@@ -18,6 +18,7 @@ from diagnosis.laws.readings import from_log, with_setting
 from diagnosis.next_measurement import information
 from diagnosis.page.words import place
 from diagnosis.table_model.block import Block
+from diagnosis.table_model.selection import held_in_turn
 from diagnosis.table_model.term import ERROR, LAW
 from diagnosis.table_model.terms import all_terms
 
@@ -92,12 +93,8 @@ def propose(
 def _expected(wider, terms, block, key, rival):
     """Mean and sd of the logarithm at the last setting, by a rival in the place of a term; None as
     the rival: by nothing in its place."""
-    y = wider.log
-    model = Block(wider, terms, {})
-    for k in (*(k for k in block.held if k != key), rival):
-        if k in terms:
-            model = model.with_held(model.held | {k: model.hold(terms[k], y)})
-    mean, variance = model.expected(y)
+    again = [k for k in (*(k for k in block.held if k != key), rival) if k in terms]
+    mean, variance = held_in_turn(Block(wider, terms), again).expected(wider.log)
     return mean[-1], np.sqrt(variance[-1])
 
 

@@ -114,7 +114,7 @@ def set_aside(
             worst = int(np.argmax(np.abs(distance)))
             if usual > 0.0 and abs(distance[worst]) > FAR * usual:
                 kept[i] = _without(measurements[i], worst)
-                rows.append(_row(measurements[i], i, worst, distance[worst] / usual))
+                rows.append(_row(measurements[i], worst, distance[worst] / usual))
     return kept, rows
 
 
@@ -125,7 +125,7 @@ def _without(m, place):
     return replace(m, value=fmean(values), sd=sd, n=len(values), readings=values, lines=lines)
 
 
-def _row(m, setting, place, off):
+def _row(m, place, off):
     line = m.lines[place] if m.lines else m.line
     value, others = m.readings[place], np.median(m.readings)
     words = QUANTITIES[m.experiment].words
@@ -141,5 +141,4 @@ def _row(m, setting, place, off):
         "sentence": f"Line {line}: a single reading of the {words} ({value:.4g}) lies "
         f"{abs(off):.0f} standard deviations from the others of its condition ({others:.4g}); it "
         "was left out.",
-        "of_condition": setting,
     }
