@@ -18,13 +18,13 @@ from calibration.study.new.grains import (
     clump_of_axes,
     mean_axes,
     mean_diameter,
-    short,
     sieve_curve,
     size_distribution,
     volume_mm3,
 )
 from calibration.study.new.heap import FEWEST, MOST, RAYLEIGH
 from calibration.study.new.methods import Entry, LaboratoryTest
+from calibration.study.new.methods.declare import said
 from calibration.study.new.methods.shear import EXPERIMENT as SLID_ON_A_WALL
 from dem.advice import bed_pressure, pressed_step
 from dem.constants import GRAVITY
@@ -88,7 +88,7 @@ def laboratory_of(
         raise CalibrationError(f"--grains {most}: make no heap; allowed: {FEWEST} or more")
     tested = sorted((e for e in entries if e.method.becomes), key=lambda e: e.method.rank)
     alone = [e.method.name for e in tested] == ["funnel"]
-    grain, shape, said = _grains(folder, entries, most or (MOST if alone else None))
+    grain, shape, chosen = _grains(folder, entries, most or (MOST if alone else None))
     _refuse_without_lead(tested, single)
     material = next((e.value("material") for e in entries if e.values("material")), None)
     factors = factors_of(material)
@@ -101,13 +101,9 @@ def laboratory_of(
         modulus = float(f"{thrown:.1e}")
         grain = replace(grain, shear_modulus_Pa=modulus)
         tests, grain = _tests(tested, grain)
-        said.append(f"shear modulus {modulus:.1e} Pa, so that your largest grains do not squeeze "
-                    "through your smallest where they fall on them. Time steps are the shorter: a "
-                    "sieve analysis without its finest classes is simulated sooner, and packs "
-                    "looser")  # fmt: skip
+        chosen += said("not_squeezed", modulus)
     elif modulus > SOFTENED_PA:
-        said.append(f"shear modulus {modulus:.1e} Pa, so that your largest load dents no grain by "
-                    f"more than {DEEPEST:.0%} of its radius (Hertz)")  # fmt: skip
+        chosen += said("not_dented", modulus, DEEPEST)
     _refuse_two_walls(tests, tested)
     _refuse_looser_when_tapped(tested)
     _refuse_falling_stress(tested)
@@ -115,12 +111,14 @@ def laboratory_of(
     factors = [_ranged(f, measured, grain) for f in factors] + _cohesion(grain, tests)
     given = [row for e in entries for row in _went(e, tests, tested, shape)]
     read = [(e, q) for e in tested for q in e.method.readings if len(e.values(q.key)) > 1]
-    said = [
+    sentences = [
         f"{e.method.title}: {summary(e.values(q.key), behind(unit_of(q.unit)))}" for e, q in read
-    ] + said
-    said += [s for t in tests for s in t.said] + _sticky(grain)
-    said += [x for e, q in read if (x := far_apart(e.values(q.key), unit_of(q.unit)))]
-    return Laboratory(name, folder, grain, tests, factors, given, list(dict.fromkeys(said)))
+    ]
+    sentences += [*chosen, *(s for t in tests for s in t.said)]
+    if grain.sticky:
+        sentences += said("sticky", grain, grain.enlarged(grain.common_mm))
+    sentences += [x for e, q in read if (x := far_apart(e.values(q.key), unit_of(q.unit)))]
+    return Laboratory(name, folder, grain, tests, factors, given, list(dict.fromkeys(sentences)))
 
 
 def _grains(folder, entries, most):
@@ -150,7 +148,7 @@ def _grains(folder, entries, most):
         return _of_sieves(own["sieve"], shared)
     if "axes" in own:
         return _of_axes(folder, own["axes"], shared)
-    return Grains(grain.value("diameter"), **shared), {"diameter": "the grains' diameter"}, []
+    return Grains(grain.value("diameter"), **shared), {"diameter": "the grains' diameter"}, ()
 
 
 def _of_sieves(entry, shared):
@@ -167,12 +165,9 @@ def _of_sieves(entry, shared):
         if file
         else size_distribution(entry.values("size"), entry.values("passing"), entry.place("size"))
     )
-    low, high = min(sizes["diameters_mm"]), max(sizes["diameters_mm"])
     mean = mean_diameter(sizes)
     went = dict.fromkeys(("size", "passing", "file"), "the grains' size distribution")
-    said = [f"sieve analysis: {len(sizes['fractions'])} classes of {low:g} to {high:g} mm; the "
-            f"grain of mean volume has {mean:.3g} mm"]  # fmt: skip
-    return Grains(mean, sizes=sizes, **shared), went, said
+    return Grains(mean, sizes=sizes, **shared), went, said("sieves", sizes, mean)
 
 
 def _of_axes(folder, entry, shared):
@@ -184,19 +179,11 @@ def _of_axes(folder, entry, shared):
     except CalibrationError as error:
         raise CalibrationError(f"{entry.place('length')}: {error}") from None
     shape = f"a clump of {len(spheres)} spheres ({CLUMP})" if spheres else "a sphere"
-    number, mean = len(entry.values("length")), " x ".join(f"{x:.3g}" for x in axes)
-    said = [
-        f"axes of {number} {'grain' if number == 1 else 'grains'}: {mean} mm, {shape} "
-        f"with the volume of one of {diameter:.3g} mm"
-    ]
-    if not flat:
-        said.append("without a thickness your grain is taken to be a spheroid, as thick as wide")
     went = dict.fromkeys(("length", "width", "thickness"), f"the grains' size and shape: {shape}")
     file = (folder / CLUMP).as_posix()
     grains = Grains(diameter, spheres=spheres, clump_file=file if spheres else "", **shared)
-    if spheres:
-        said[0] += f", {grains.longest * diameter:.3g} mm long"
-    return grains, went, said
+    number = len(entry.values("length"))
+    return grains, went, said("axes", number, axes, shape, grains, bool(flat))
 
 
 def _refuse_without_lead(tested, single):
@@ -415,30 +402,6 @@ def _cohesion(grains, tests):
     found = [Factor("H", "grain_grain_surface_energy", COHESION, low, high, source)]
     if any(t.experiment == SLID_ON_A_WALL for t in tests):
         found.append(Factor("J", "grain_wall_surface_energy", WALL_COHESION, low, high, source))
-    return found
-
-
-def _sticky(grains):
-    if not grains.sticky:
-        return []
-    why = (
-        "moist"
-        if grains.moist
-        else f"finer than dry grains that do not stick ({grains.diameter_mm:g} mm)"
-    )
-    ratio = grains.common_mm / grains.diameter_mm
-    found = [
-        f"your material is {why}: grains stick by the law jkr, and their surface energy is a "
-        "factor. It stands for whatever holds them together, water or adhesion"
-    ]
-    if ratio > 1.01:
-        found.append(
-            f"all rigs have grains of {grains.common_mm:.3g} mm, {short(ratio)} times as large as "
-            "yours: coarse grains, each a parcel of yours. Friction and surface energy hold for "
-            "this size alone; a yield locus or a bulk density under load tells whether they stand "
-            "for the powder. Where a profile makes those of one rig larger, the others stick by "
-            "less energy in proportion, which keeps the strength in tension"
-        )
     return found
 
 

@@ -13,6 +13,7 @@ from calibration.study.new.methods.declare import (
     Method,
     Question,
     rows_of,
+    said,
     simulated,
 )
 
@@ -53,12 +54,7 @@ def assumed(
     wide = run["geometry"]["vessel_diameter_mm"]
     share = WALL * grains.size(grains.diameter_mm) / wide
     error = float(f"{0.5 * share * fmean(entry.values('density')):.2g}")
-    return {metric: error}, (
-        f"the vessel was not told, and {wide:.4g} mm is assumed, as wide as a litre that is as "
-        f"high: grains lie less densely at its walls, by {share:.1%} of all. Give vessel= (its "
-        f"inner diameter); until then the density counts with ± {error:g} kg/m3 beside its own "
-        "error",
-    )
+    return {metric: error}, said("vessel", wide, share, error)
 
 
 PACKS, USUAL = (0.3, 0.9), (0.45, 0.75)

@@ -300,6 +300,14 @@ def simulated(
     return LaboratoryTest(rig, experiment, run, rows, **parts)
 
 
+def said(name: str, *given: Any) -> tuple[str, ...]:
+    """The lines of a macro of `said.j2`: what is said of a study that begins."""
+    from calibration.engines.templates import macros  # what makes options needs none
+
+    text: str = getattr(macros("calibration.study.new", "said"), name)(*given)
+    return tuple(text.splitlines())
+
+
 def wall_question(text: str, option: str = "") -> Question:
     """The question of what a wall is of, which all methods with one ask alike."""
     return Question("wall", text, words=WALLS, option=option, example="steel")

@@ -11,6 +11,7 @@ from calibration.study.new.methods.declare import (
     Method,
     Question,
     rows_of,
+    said,
     simulated,
     wall_question,
 )
@@ -19,12 +20,6 @@ from dem.flow import C_BEVERLOO, FREE_FLOW_RATIO, beverloo
 
 SOLID = 0.55  # solid fraction of the bed
 DEEP = 2.4  # bed over orifice; at 2 the flow begins to go with the depth
-
-
-NARROW = (
-    f"the silo is {LEAST_WALL:g} orifices wide, and its wall takes part of the flow: in a silo "
-    "half as wide again it was 10 % more (one material, benchmarks/vessels.py)"
-)
 
 
 def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
@@ -50,12 +45,12 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
         "silo": f"not the rig's: it is {least:.3g} mm, {LEAST_WALL:g} orifices wide",
     }
     lasts = count * grains.density_kg_m3 * 1e-6 * math.pi / 6 * diameter**3 / flow
-    narrow = (NARROW,) if entry.value("silo", math.inf) > least else ()
+    narrow = LEAST_WALL if entry.value("silo", math.inf) > least else None
     return simulated(
         entry, "flow", "silo", "discharge",
         {"particles": grains.particles(count, diameter), "geometry": geometry,
          "numerics": {"max_time_s": round(max(10.0, 3.0 * lasts), 1)}},
-        rows, went=went, said=doubts + narrow + _said(grains, diameter),
+        rows, went=went, said=doubts + said("silo", narrow, grains.enlarged(diameter)),
     )  # fmt: skip
 
 
@@ -115,11 +110,6 @@ def _doubts(entry, grains, flow):
     if USUAL[0] * usual <= flow <= USUAL[1] * usual:
         return ()
     return (f"{told}: are orifice, mass and time right?",)
-
-
-def _said(grains, diameter):
-    larger = grains.enlarged(diameter)
-    return (f"the silo's grains are {larger}: its flow is that of larger grains",) if larger else ()
 
 
 METHODS = (Method(

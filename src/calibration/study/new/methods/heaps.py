@@ -13,6 +13,7 @@ from calibration.study.new.methods.declare import (
     Method,
     Question,
     rows_of,
+    said,
     simulated,
     wall_question,
 )
@@ -159,33 +160,10 @@ def _said_of_funnel(entry, heap, grains, diameter, own):
     from calibration.study.new.heap import roomy_height
 
     fed = "as given" if entry.values("rate") else "assumed"
-    covers = (
-        f"{heap.count:,} grains cover the plate; the funnel is fed {heap.feed_share:.0%} of what "
-        f"its orifice passes (Beverloo 1961; {fed})"
-    )
-    larger = grains.enlarged(diameter)
-    across = heap.orifice_diameter_mm / (grains.longest * diameter * COARSER["quick"] ** (1 / 3))
-    narrow = (
-        f"the quick profile's larger grains may clog the orifice ({across:.1f} of them across)"
-        if across < NARROW
-        else ""
-    )
+    across = heap.orifice_diameter_mm / (grains.longest * diameter * _coarser())
     roomy = roomy_height(heap.plate_diameter_mm, heap.plate_rim_height_mm, heap.angle_deg)
-    low = (
-        f"warning: heaps little steeper than yours touch the orifice and are cut off; at {roomy} "
-        "mm (--height) they would not be"
-        if heap.discharge_height_mm < roomy
-        else ""
-    )
-    quick = COARSER["quick"]
-    few = (
-        f"warning: the quick profile pours {heap.count / quick:.0f} grains, whose heaps scatter by "
-        f"degrees; --grains {quick * ENOUGH:.0f} gives it {ENOUGH}"
-        if heap.count < quick * ENOUGH <= own
-        else ""
-    )
-    larger = f"its grains are {larger}" if larger else ""
-    return tuple(s for s in (covers, larger, narrow, low, few) if s)
+    larger, quick = grains.enlarged(diameter), COARSER["quick"]
+    return said("funnel", heap, own, fed, larger, quick, across, NARROW, roomy, ENOUGH)
 
 
 def cylinder(entry: Entry, grains: Grains) -> LaboratoryTest:
@@ -266,25 +244,11 @@ def _plate(bulk, angles, wide):
 
 
 def _said_of_cylinder(entry, grains, diameter, wide, deep, count):
-    found = []
-    assumed = [k for k in ("cylinder", "depth", "speed") if not entry.values(k)]
-    if assumed:
-        words = {"cylinder": f"{wide:.3g} mm wide", "depth": f"filled {deep:.3g} mm deep",
-                 "speed": f"lifted at {SPEED:g} mm/s"}  # fmt: skip
-        found.append(
-            f"assumed of the cylinder, as it was not told: {', '.join(words[k] for k in assumed)}. "
-            f"The rig moves the angle by degrees: give {', '.join(f'{k}=' for k in assumed)}"
-        )
-        if "cylinder" in assumed:
-            found.append(
-                f"until then the angle counts with ± {RIG_ASSUMED:g}° beside its own error"
-            )
-    if wide < LEAST * grains.longest * diameter * _coarser():
-        found.append(
-            "the quick profile's larger grains do not fit the cylinder: use another profile"
-        )
-    larger = grains.enlarged(diameter)
-    return (*found, f"{count:.0f} grains fill the cylinder" + (f", of {larger}" if larger else ""))
+    words = {"cylinder": f"{wide:.3g} mm wide", "depth": f"filled {deep:.3g} mm deep",
+             "speed": f"lifted at {SPEED:g} mm/s"}  # fmt: skip
+    assumed = {key: text for key, text in words.items() if not entry.values(key)}
+    fits = wide >= LEAST * grains.longest * diameter * _coarser()
+    return said("cylinder", assumed, RIG_ASSUMED, fits, count, grains.enlarged(diameter))
 
 
 METHODS = (Method(

@@ -11,6 +11,7 @@ from calibration.study.new.methods.declare import (
     Method,
     Question,
     rows_of,
+    said,
     simulated,
     wall_question,
 )
@@ -29,10 +30,6 @@ ACROSS, ON_A_WALL = 12.0, 800
 """Longest grains across the ring, and the grains in it: the experiment's own."""
 
 EXPERIMENT = "wall_friction"
-NARROW = (
-    "the ring's walls are six grains apart and bear a part of the shear stress: in a ring half as "
-    "wide again it was 9 and 16 % less (two materials, benchmarks/vessels.py)"
-)
 
 
 def about_a_line(load: np.ndarray, stress: np.ndarray) -> np.ndarray:
@@ -63,13 +60,9 @@ def sheared(entry: Entry, grains: Grains) -> LaboratoryTest:
         entry, "stress", f"shear_{load:g}_kPa".replace(".", "_"), "shear",
         {"particles": grains.particles(count, diameter), "geometry": geometry,
          "numerics": {"overlap_limit": DEEPEST}},
-        rows_of(entry, "stress", "shear", normal_stress_kPa=load), said=_said(grains, diameter),
+        rows_of(entry, "stress", "shear", normal_stress_kPa=load),
+        said=said("ring", grains.enlarged(diameter)),
     )  # fmt: skip
-
-
-def _said(grains, diameter):
-    larger = grains.enlarged(diameter)
-    return (NARROW, f"the ring's grains are {larger}") if larger else (NARROW,)
 
 
 def slid(entry: Entry, grains: Grains) -> LaboratoryTest:

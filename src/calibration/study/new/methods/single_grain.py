@@ -13,6 +13,7 @@ from calibration.study.new.methods.declare import (
     Method,
     Question,
     rows_of,
+    said,
     simulated,
     wall_question,
 )
@@ -79,17 +80,11 @@ def dropped(entry: Entry, grains: Grains) -> LaboratoryTest:
         f"{restitution:.3f} ± {spread:.3f}"
     )
     went = {"rebound": f"a target, and the range of restitution on the wall ({restitution:.3f})"}
-    said = [source]
-    if grains.spheres:
-        said.append(
-            "the dropped grain is a sphere of your grain's volume: one that is long loses part of "
-            "its rebound to spin, so that the restitution may come out low"
-        )
     return simulated(
         entry, "rebound", f"drop_{height:.6g}_mm".replace(".", "_"), "drop",
         {"particles": {"count": 1} | grains.single(), "geometry": {"drop_height_mm": height}},
         rows, went=went, ranges={RESTITUTION: (*around(restitution, spread), source)},
-        said=tuple(said),
+        said=said("drop", source, bool(grains.spheres)),
     )  # fmt: skip
 
 
