@@ -43,12 +43,6 @@ CARRIED = {
 }
 """File of exports/ -> what it is for."""
 NOT_CONVERTED_MARK = "NOT CONVERTED: rolling friction"
-NOT_CONVERTED = (
-    "LIGGGHTS, LAMMPS, YADE and MercuryDPM have other laws of rolling friction than the one "
-    "calibrated with: the same number gives a flatter heap there. Their blocks say so at their "
-    "head; calibration run STUDY export_converted searches the numbers that give the calibrated "
-    "angle and puts them here."
-)
 
 
 def build(
@@ -102,9 +96,9 @@ def _parts(study, stages, response):
 
 
 def _exports(study):
-    """Files that carry the parameters elsewhere, or None: what to know of them, and of each what it
-    is, its text for copying and its download. A block with converted rolling friction takes the
-    place of the one without."""
+    """Files that carry the parameters elsewhere, or None: `unlike`, whether the rolling friction of
+    any is not converted, and of each what it is, its text for copying and its download. A block
+    with converted rolling friction takes the place of the one without."""
     folder = study / "exports"
     named = {study / "calibrated.yaml": EVERY}
     for name, text in CARRIED.items():
@@ -121,8 +115,8 @@ def _exports(study):
         for p, text in named.items()
         if p.is_file()
     ]
-    note = NOT_CONVERTED if any(NOT_CONVERTED_MARK in f["text"] for f in files) else ""
-    return {"note": note, "files": files} if files else None
+    unlike = any(NOT_CONVERTED_MARK in f["text"] for f in files)
+    return {"unlike": unlike, "files": files} if files else None
 
 
 ALL_ROWS = 10_000  # a table of verdicts is shown whole, in a box that scrolls
@@ -237,14 +231,6 @@ def diagnosis(study: Path) -> dict[str, Any] | None:
     verdict = Results(study).summary("diagnosis", "verdict")
     if not verdict:
         return None
-    texts = said("diagnosis", verdict)
-    texts += [p["sentence"] if isinstance(p, dict) else str(p) for p in verdict.get("patterns", [])]
-    following = verdict.get("next_measurement")
-    if following:
-        levers = ", ".join(f"{label(k)} {v:.3g}" for k, v in following.get("levers", {}).items())
-        texts.append(
-            f"The measurement that would tell most next: {following['experiment']}, {levers}."
-        )
     figures = [
         figure(p, _named("diagnosis", p), [folder / "verdict.json"])
         for p in sorted(folder.glob("*.svg"))
@@ -252,7 +238,7 @@ def diagnosis(study: Path) -> dict[str, Any] | None:
     return {
         "key": "diagnosis",
         "title": "What the calibrated model gets wrong",
-        "texts": texts,
+        "texts": said("whole_diagnosis", verdict),
         "figures": figures,
         "tables": [table(p, label(p.stem).capitalize()) for p in sorted(folder.glob("*.csv"))],
         "downloads": [download(folder / "verdict.json")],
