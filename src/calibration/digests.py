@@ -15,16 +15,12 @@ from collections.abc import Iterable
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from pydantic import BaseModel
 from pydantic_core import to_jsonable_python
 
 from dem.fingerprint import code_of, engine_fingerprint
 from dem.io.checked import digest_of
-
-if TYPE_CHECKING:
-    from pydantic import BaseModel
-
 
 SOURCES = Path(__file__).parents[1]
 PACKAGES = ("dem", "calibration", "diagnosis", "paper")

@@ -24,7 +24,7 @@ from dem.units import behind, unit_of, without_unit
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure as Drawing
     from mpl_toolkits.mplot3d import Axes3D
 
     from calibration.statistics.factor import Factor
@@ -165,7 +165,7 @@ def styled() -> Iterator[Any]:
 
 def subplots(
     rows: int = 1, columns: int = 1, size: tuple[float, float] = (5.4, 3.8), **more: Any
-) -> tuple[Figure, Any]:
+) -> tuple[Drawing, Any]:
     """`matplotlib.pyplot.subplots` in the style of all figures; size: inches."""
     with styled() as plt:
         return plt.subplots(rows, columns, figsize=size, layout="constrained", **more)
@@ -173,7 +173,7 @@ def subplots(
 
 def panels(
     items: Sequence[Any], size: tuple[float, float], draw: Callable[[Any, Any], None], **axes: Any
-) -> Figure:
+) -> Drawing:
     """Figure with a panel for each item, which draw(its axes, item) fills, two a row so that they
     read on a narrow page; size: inches of one; axes: as `add_subplot` takes them."""
     columns = min(len(items), 2)
@@ -186,7 +186,7 @@ def panels(
     return figure
 
 
-def save(figure: Figure, path: str | Path) -> None:
+def save(figure: Drawing, path: str | Path) -> None:
     """Write a figure to `path` (.svg or .png) and close it."""
     with replacing(path) as partial, styled() as plt:
         metadata = {"Date": None} if partial.suffix == ".svg" else None

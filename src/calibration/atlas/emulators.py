@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -18,15 +18,13 @@ from calibration.errors import CalibrationError
 from calibration.inference.chance_of_no_value import Chance
 from calibration.inference.gaussian_process import GaussianProcess
 from calibration.inference.posterior_sampling import Formed
+from calibration.study.config import Config
+from calibration.study.config.joint import JointTarget, MeasuredMean
 from calibration.study.config.specs import overlay
 from calibration.study.config.tests import spec_of
+from calibration.study.factors import Factor
 from dem.grains.sizes import clump_shape, mean_radius
-
-if TYPE_CHECKING:
-    from calibration.study.config import Config
-    from calibration.study.config.joint import JointTarget, MeasuredMean
-    from calibration.study.factors import Factor
-    from dem.spec import RunSpec
+from dem.spec import RunSpec
 
 NEAREST = 400
 """Runs of the atlas by which a test is emulated: those nearest to its rig, in lengths over which

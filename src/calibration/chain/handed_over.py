@@ -1,5 +1,4 @@
-"""What snakemake hands to a stage's function and to the script that calls it, as types. It is
-imported for types alone: no stage depends on it."""
+"""What snakemake hands to a stage's function and to the script that calls it, as types."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any, Protocol

@@ -8,8 +8,9 @@ import traceback
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from calibration.chain.handed_over import Job
 from calibration.chain.study import Study, each_file
 from calibration.errors import CalibrationError, in_words, of_the_machine
 from calibration.intake.started_code import permit
@@ -18,9 +19,6 @@ from calibration.runs.store import keep_runs_in
 from calibration.study.config import Config, with_engine
 from calibration.study.stage import resolve
 from dem.errors import DemError
-
-if TYPE_CHECKING:
-    from calibration.chain.handed_over import Job
 
 
 @contextmanager

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,10 +13,8 @@ import pandas as pd
 from calibration.errors import CalibrationError
 from calibration.runs.plans import notes_of, read_values, reason_without
 from calibration.statistics.goals import combined_desirability
+from calibration.statistics.screening import Screening
 from calibration.study.config import Config, goals, read_target
-
-if TYPE_CHECKING:
-    from calibration.statistics.screening import Screening
 
 
 def columns(config: Config) -> dict[str, str]:

@@ -9,27 +9,21 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
+from calibration.chain.handed_over import NamedFiles
 from calibration.errors import CalibrationError
 from calibration.files import read_json
 from calibration.intake.tables import read_written
+from calibration.statistics.validate import Stated
 from calibration.study.config import Config, read_target
-from calibration.study.config.schema import VIEWS
-from calibration.study.factors import Factor, read_factors
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from calibration.chain.handed_over import NamedFiles
-    from calibration.statistics.validate import Stated
-    from calibration.study.config.schema import Target
-    from calibration.study.factors import Choice, Factor
-    from calibration.study.simulated_tests import SimulatedTest
-    from calibration.study.stage import Points
-
+from calibration.study.config.schema import VIEWS, Target
+from calibration.study.factors import Choice, Factor, read_factors
+from calibration.study.simulated_tests import SimulatedTest
+from calibration.study.stage import Points
 
 ALWAYS = ("name", "results")  # where a study's files are; it decides none of their content
 OF = {"run_of": "tests", "of_experiment": "tests"}

@@ -14,15 +14,21 @@ from difflib import get_close_matches
 from functools import cached_property
 from os.path import abspath
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
+import pandas as pd
 
 from calibration.chain import study
 from calibration.errors import CalibrationError, ConfigError
 from calibration.figures import response_of
 from calibration.intake.guard import in_study
 from calibration.runs.snakemake_command import LOGGER, call, snakemake_command
+from calibration.statistics.validate import Stated
 from calibration.study.config import overlay, stands_alone
 from calibration.study.config.parse import parse_resolved
+from calibration.study.config.schema import Target
+from calibration.study.factors import Choice, Factor
 from calibration.study.stage import load_stages
 from calibration.telling.answer.schema import Answer, answer_of
 from calibration.telling.answer.words import lines
@@ -30,15 +36,6 @@ from calibration.telling.kept_results import sentences_of
 from dem.io.mapping import read_mapping
 from dem.tables.limits import check_file
 from dem.units import unit_of
-
-if TYPE_CHECKING:
-    import numpy as np
-    import pandas as pd
-
-    from calibration.statistics.validate import Stated
-    from calibration.study.config.schema import Target
-    from calibration.study.factors import Choice, Factor
-
 
 DEFAULT = Path("config/config.yaml")
 MOST_ROWS = 20

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -23,12 +23,10 @@ from calibration.study.config import Config, overlay, parse_config
 from calibration.study.config.joint import joint_targets, measured_of
 from calibration.study.config.tests import spec_of
 from calibration.study.factors import read_factors
+from calibration.study.new.answers import Entry
+from calibration.study.new.laboratory import Laboratory
 from dem.experiments import experiments
 from dem.units import behind, unit_of, without_unit
-
-if TYPE_CHECKING:
-    from calibration.study.new.answers import Entry
-    from calibration.study.new.laboratory import Laboratory
 
 GRAINS = 2000
 """Grains of a test at most, as `dem new --grains` has it: the atlas has heaps of no more."""

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -21,18 +21,13 @@ from calibration.errors import CalibrationError
 from calibration.files import DamagedError, read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.store import REFUSED, RunStore
-from calibration.study.config import point_spec
+from calibration.study.config import Config, point_spec
 from calibration.study.config.specs import SEEDS_A_STAGE
-from calibration.study.factors import read_factors
+from calibration.study.factors import Choice, Factor, read_factors
 from dem.errors import ResultError
 from dem.io.files import write_json
 from dem.results import RESULT, is_current, run_name
 from dem.spec import parse_spec
-
-if TYPE_CHECKING:
-    from calibration.study.config import Config
-    from calibration.study.factors import Choice, Factor
-
 
 NAME = re.compile(r"\w[\w.-]*")
 """Of a planned run: one folder below the store's."""

@@ -13,7 +13,6 @@ import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from filelock import FileLock, Timeout
 
@@ -23,12 +22,9 @@ from calibration.files import read_json, set_aside, sweep_abandoned
 from calibration.runs.plans import read_plan, run_id
 from calibration.runs.records import FOLDER, altered, changed_inputs, inside, read_record, recorded
 from calibration.runs.store import RunStore
+from calibration.study.config import Config
 from dem.errors import DemError, ResultError
 from dem.results import FAILED, RESULT, is_current
-
-if TYPE_CHECKING:
-    from calibration.study.config import Config
-
 
 _held = {}  # type: ignore[var-annotated]  # locks that are held until this process ends, however it ends
 HELD = "CALIBRATION_HELD"

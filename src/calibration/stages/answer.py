@@ -6,16 +6,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import scipy
 
 from calibration import engines, figures
+from calibration.chain.handed_over import NamedFiles
+from calibration.chain.study import Study
 from calibration.figures import label, response_of
 from calibration.files import read_json, write_table
-from calibration.intake.measurements import read_measured
+from calibration.intake.measurements import Measurement, read_measured
 from calibration.intake.quantities import measurable
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_plan, together, write_plan
@@ -48,14 +50,6 @@ from dem.errors import DemError, ResultError
 from dem.io.files import write_json
 from dem.spec import parse_spec
 from dem.units import in_ascii, unit_of
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Drawing
-
-    from calibration.chain.handed_over import NamedFiles
-    from calibration.chain.study import Study
-    from calibration.intake.measurements import Measurement
-
 
 RUNS = 4
 """Runs at each measured setting, with seeds of their own."""
@@ -446,7 +440,7 @@ SHADE = 2.0
 """Standard errors of the band."""
 
 
-def pulls(rows: Sequence[tuple[str, float, bool]]) -> Drawing:
+def pulls(rows: Sequence[tuple[str, float, bool]]) -> figures.Drawing:
     """The pull of each judged row beside a band of two standard errors; rows: (name, pull, whether
     it is missed), the first on top."""
     figure, ax = figures.subplots(size=(6.4, 0.9 + 0.34 * max(len(rows), 1)))

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pandas as pd
 
 from calibration import figures
+from calibration.chain.handed_over import NamedFiles
 from calibration.chain.responses import (
     judge,
     naming_left_out,
@@ -17,23 +17,17 @@ from calibration.chain.responses import (
     with_responses,
     with_value,
 )
+from calibration.chain.study import Study
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
 from calibration.stages import worded
 from calibration.statistics.design import path_from_effects, steepest_path
+from calibration.statistics.factor import Factor
 from calibration.study.config import read_target
 from calibration.study.factors import Choice, read_factors
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Drawing
-
-    from calibration.chain.handed_over import NamedFiles
-    from calibration.chain.study import Study
-    from calibration.figures import Response
-    from calibration.statistics.factor import Factor
 
 
 def plan_ascent(study: Study, source: NamedFiles, output: NamedFiles) -> None:
@@ -105,8 +99,8 @@ def ascent_path(
     factors: Sequence[Factor],
     target: float,
     best: int,
-    response: Response = figures.ANGLE,
-) -> Drawing:
+    response: figures.Response = figures.ANGLE,
+) -> figures.Drawing:
     """Response along the path with the target."""
     figure, ax = figures.subplots()
     ax.errorbar(

@@ -10,12 +10,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from calibration import figures
+from calibration.chain.handed_over import NamedFiles
+from calibration.chain.study import Study
 from calibration.errors import CalibrationError, ConfigError
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
@@ -28,12 +30,6 @@ from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json
 from dem.spec import parse_spec
 from dem.units import in_ascii, unit_of
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Drawing
-
-    from calibration.chain.handed_over import NamedFiles
-    from calibration.chain.study import Study
 
 
 @dataclass(frozen=True)
@@ -200,7 +196,7 @@ def sweep_figure(
     measured: float,
     factor: str,
     axis: str,
-) -> Drawing:
+) -> figures.Drawing:
     """Sweep of a bench test with its quadratic and the inverse of the measured value; axis: label
     of the response. levels, response: (n,); coefficients: (3,), the highest power first."""
     figure, ax = figures.subplots()

@@ -8,28 +8,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import pandas as pd
+
+from calibration.chain.handed_over import NamedFiles
 from calibration.chain.responses import with_value
-from calibration.chain.study import read_region
+from calibration.chain.study import Study, read_region
 from calibration.files import read_json
 from calibration.intake.tables import read_written
 from calibration.stages.joint import free_factors
 from calibration.stages.optimum import augmented_runs
 from calibration.stages.validation import handed_out
 from calibration.statistics.surface import fit_surface
+from calibration.study.factors import Choice, Factor
 from calibration.study.stage import Plan, Stage
 from calibration.telling.export.parameters import calibrated_entries, calibrated_spec
 from dem.io.files import write_json
 from dem.spec import parse_spec
 from dem.units import in_ascii, unit_of
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from calibration.chain.handed_over import NamedFiles
-    from calibration.chain.study import Study
-    from calibration.study.factors import Choice, Factor
 
 
 def _spec(study, source):

@@ -11,22 +11,24 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from calibration import figures
-from calibration.chain.study import read_region
+from calibration.chain.handed_over import NamedFiles
+from calibration.chain.study import Study, read_region
 from calibration.errors import CalibrationError
 from calibration.files import write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import together, write_plan
 from calibration.stages import worded
 from calibration.statistics.design import space_filling
+from calibration.statistics.factor import Factor
 from calibration.statistics.numbers import fixed
 from calibration.statistics.ties import first_least
-from calibration.study.config import METRICS
+from calibration.study.config import METRICS, Config
 from calibration.study.config.joint import (
     joint_factors,
     joint_targets,
@@ -39,14 +41,6 @@ from calibration.study.simulated_tests import simulated
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.experiments import experiments
 from dem.io.files import write_json
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Drawing
-
-    from calibration.chain.handed_over import NamedFiles
-    from calibration.chain.study import Study
-    from calibration.statistics.factor import Factor
-    from calibration.study.config import Config
 
 
 def plan_joint_first(study: Study, source: NamedFiles, output: NamedFiles) -> None:
@@ -247,7 +241,7 @@ def posterior_pairs(
     draws: pd.DataFrame,
     parameters: Mapping[str, Mapping[str, Any]],
     middle: Mapping[str, float],
-) -> Drawing:
+) -> figures.Drawing:
     """Each parameter's distribution with its interval on the diagonal, each pair below it.
 
     region: `Factor`s; draws: table of natural levels; parameters: {name: {interval}}; middle:

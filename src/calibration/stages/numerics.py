@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 import pandas as pd
@@ -13,6 +13,8 @@ import scipy
 from pydantic import BaseModel, Field, ValidationError
 
 from calibration import figures
+from calibration.chain.handed_over import NamedFiles
+from calibration.chain.study import Study
 from calibration.errors import ConfigError, first_fault
 from calibration.files import write_table
 from calibration.intake.tables import read_written
@@ -20,14 +22,6 @@ from calibration.runs.plans import read_values, together, write_plan
 from calibration.study.config import overlay
 from calibration.study.stage import Figure, Plan, Stage
 from dem.io.mapping import line_of, read_mapping
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Drawing
-
-    from calibration.chain.handed_over import NamedFiles
-    from calibration.chain.study import Study
-    from calibration.figures import Response
-
 
 Seeds = Annotated[int, Field(ge=1, le=1000)]
 
@@ -124,7 +118,9 @@ def numerics(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     figures.save(numerics_figure(table, figures.response_of(metric)), output.figure)
 
 
-def numerics_figure(table: pd.DataFrame, response: Response = figures.ANGLE) -> Drawing:
+def numerics_figure(
+    table: pd.DataFrame, response: figures.Response = figures.ANGLE
+) -> figures.Drawing:
     """Difference that each numerical choice makes at each point, with its interval; table as of
     `compare_variants`."""
     compared = table[table["difference"].notna()]

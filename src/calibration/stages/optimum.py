@@ -6,41 +6,28 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
 from calibration import figures
+from calibration.chain.handed_over import NamedFiles
 from calibration.chain.responses import columns, with_responses, with_value
-from calibration.chain.study import read_region
+from calibration.chain.study import Study, read_region
 from calibration.figures import pairs_of, plane
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
 from calibration.stages import worded
 from calibration.statistics.design import region_design
-from calibration.statistics.goals import overall_desirability
-from calibration.statistics.optimise import compromise, solve
-from calibration.statistics.surface import fit_surface, outliers, parameter_interval
+from calibration.statistics.goals import Goal, overall_desirability
+from calibration.statistics.optimise import Compromise, Solution, compromise, solve
+from calibration.statistics.surface import Surface, fit_surface, outliers, parameter_interval
 from calibration.statistics.validate import mean_interval, runs_needed
-from calibration.study.config import goals, read_target
+from calibration.study.config import Config, goals, read_target
 from calibration.study.factors import Factor, inside, physical_range
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Drawing
-
-    from calibration.chain.handed_over import NamedFiles
-    from calibration.chain.study import Study
-    from calibration.figures import Response
-    from calibration.statistics.factor import Factor
-    from calibration.statistics.goals import Goal
-    from calibration.statistics.optimise import Compromise, Solution
-    from calibration.statistics.surface import Surface
-    from calibration.study.config import Config
-
 
 OUTLIER_REPEATS = 2
 
@@ -282,8 +269,8 @@ def contours(
     surface: Surface,
     region: Sequence[Factor],
     solution: Solution,
-    response: Response = figures.ANGLE,
-) -> Drawing:
+    response: figures.Response = figures.ANGLE,
+) -> figures.Drawing:
     """Contours through the chosen point with the solution set drawn in."""
 
     def draw(ax, pair):
@@ -310,7 +297,7 @@ def _mark(ax, region, pair, chosen):
 
 def desirability_contours(
     surfaces: Sequence[Surface], goals: Sequence[Goal], region: Sequence[Factor], found: Compromise
-) -> Drawing:
+) -> figures.Drawing:
     """Overall desirability over each pair of factors, with the others at the chosen point. A line
     shows where a response meets its target. surfaces and goals have the same order; found:
     `Compromise`. Returns a matplotlib Figure."""

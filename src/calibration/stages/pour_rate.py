@@ -7,13 +7,14 @@ rate that the orifice passes, the funnel can pack in some runs and not in others
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 import scipy
 
 from calibration import figures
+from calibration.chain.handed_over import NamedFiles
+from calibration.chain.study import Study
 from calibration.errors import CalibrationError
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
@@ -25,14 +26,6 @@ from dem.experiments.heap import capacity
 from dem.grains.sizes import grain_volume
 from dem.io.files import write_json
 from dem.spec import parse_spec
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Drawing
-
-    from calibration.chain.handed_over import NamedFiles
-    from calibration.chain.study import Study
-    from calibration.figures import Response
-
 
 OPENED = "opened"
 LEVEL = 0.95
@@ -122,8 +115,8 @@ def pour_rate_figure(
     table: pd.DataFrame,
     capacity: float,
     fed: float,
-    response: Response = figures.ANGLE,
-) -> Drawing:
+    response: figures.Response = figures.ANGLE,
+) -> figures.Drawing:
     """Single heaps and the mean of each rate with its interval; the rate that the orifice passes,
     and the opened funnel as a band.
 

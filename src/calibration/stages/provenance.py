@@ -12,11 +12,12 @@ import shutil
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import yaml
 
-from calibration.chain.study import each_file
+from calibration.chain.handed_over import NamedFiles
+from calibration.chain.study import Study, each_file
 from calibration.errors import CalibrationError
 from calibration.files import replacing, write_text
 from calibration.runs.all_runs import CRATE, finished, runs_table, write_netcdf
@@ -24,11 +25,6 @@ from calibration.study.stage import Stage
 from calibration.telling.export.parameters import to_yaml
 from calibration.telling.report.carried import PACKAGE, program
 from dem.io.files import write_json
-
-if TYPE_CHECKING:
-    from calibration.chain.handed_over import NamedFiles
-    from calibration.chain.study import Study
-
 
 SHOWN = (".csv", ".json", ".html", ".yaml")
 """Kinds of results that the crate holds; figures are in the report."""

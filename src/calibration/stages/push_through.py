@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -18,6 +18,8 @@ import scipy
 from numpy.typing import ArrayLike
 
 from calibration import figures
+from calibration.chain.handed_over import NamedFiles
+from calibration.chain.study import Study
 from calibration.errors import CalibrationError, ConfigError
 from calibration.files import write_table
 from calibration.intake.measurements import read_measured
@@ -27,19 +29,12 @@ from calibration.stages import worded
 from calibration.statistics.numbers import NORMAL_95
 from calibration.statistics.ties import first_largest
 from calibration.study.config.measured import rows_of, sample
+from calibration.study.config.schema import TestConfig
 from calibration.study.config.tests import predicted
 from calibration.study.simulated_tests import simulated
 from calibration.study.stage import Figure, Plan, Stage
 from dem.experiments import experiments
 from dem.io.files import write_json
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Drawing
-
-    from calibration.chain.handed_over import NamedFiles
-    from calibration.chain.study import Study
-    from calibration.study.config.schema import TestConfig
-
 
 ALPHA = 0.05
 """Chance, over all parameters, at which one is said to decide a metric that none decides."""
@@ -242,7 +237,7 @@ def _measured(config, table, name, metric):
         return None  # not measured, or at other settings, or as several means
 
 
-def pushed_through(rows: Sequence[tuple[Mapping[str, Any], pd.DataFrame]]) -> Drawing:
+def pushed_through(rows: Sequence[tuple[Mapping[str, Any], pd.DataFrame]]) -> figures.Drawing:
     """Each metric of each machine over the parameter that decides it, with the interval of a
     further run and what was measured.
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
 
 from calibration import figures
+from calibration.chain.handed_over import NamedFiles
 from calibration.chain.responses import naming_left_out, told, with_responses, with_value
-from calibration.chain.study import further_files, read_region
+from calibration.chain.study import Study, further_files, read_region
 from calibration.errors import CalibrationError
 from calibration.figures import label_3d, pairs_of, plane
 from calibration.files import read_json, write_table
@@ -20,19 +20,17 @@ from calibration.intake.tables import read_written
 from calibration.runs.plans import plan, write_plan
 from calibration.stages import worded
 from calibration.statistics.design import region_design
-from calibration.statistics.surface import fit_surface, outlier_limit, outliers, reduced_surface
+from calibration.statistics.factor import Factor
+from calibration.statistics.surface import (
+    Surface,
+    fit_surface,
+    outlier_limit,
+    outliers,
+    reduced_surface,
+)
 from calibration.study.factors import Choice, inside, physical_range
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Drawing
-
-    from calibration.chain.handed_over import NamedFiles
-    from calibration.chain.study import Study
-    from calibration.figures import Response
-    from calibration.statistics.factor import Factor
-    from calibration.statistics.surface import Surface
 
 
 def plan_response_surface(study: Study, source: NamedFiles, output: NamedFiles) -> None:
@@ -167,7 +165,9 @@ def _description(surface, region):
     }
 
 
-def predicted_actual(surface: Surface, response: Response = figures.ANGLE) -> Drawing:
+def predicted_actual(
+    surface: Surface, response: figures.Response = figures.ANGLE
+) -> figures.Drawing:
     """Predicted against simulated response."""
     figure, ax = figures.subplots(size=(4.2, 4.0))
     d = surface.diagnostics
@@ -186,7 +186,7 @@ def predicted_actual(surface: Surface, response: Response = figures.ANGLE) -> Dr
     return figure
 
 
-def residual_panel(surface: Surface, response: Response = figures.ANGLE) -> Drawing:
+def residual_panel(surface: Surface, response: figures.Response = figures.ANGLE) -> figures.Drawing:
     """Normal plot of residuals, residuals against prediction and run, and Cook's distance."""
     d = surface.diagnostics
     figure, ax = figures.subplots(2, 2, size=(7.2, 5.8))
@@ -211,8 +211,8 @@ def residual_panel(surface: Surface, response: Response = figures.ANGLE) -> Draw
 
 
 def perturbation(
-    surface: Surface, region: Sequence[Factor], response: Response = figures.ANGLE
-) -> Drawing:
+    surface: Surface, region: Sequence[Factor], response: figures.Response = figures.ANGLE
+) -> figures.Drawing:
     """Response along each factor with the others at the centre."""
     figure, ax = figures.subplots()
     x = np.linspace(-1, 1, 81)
@@ -226,8 +226,8 @@ def perturbation(
 
 
 def surfaces(
-    surface: Surface, region: Sequence[Factor], response: Response = figures.ANGLE
-) -> Drawing:
+    surface: Surface, region: Sequence[Factor], response: figures.Response = figures.ANGLE
+) -> figures.Drawing:
     """Response surfaces of all pairs of factors, the others at the centre."""
 
     def draw(ax, pair):

@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -24,12 +24,14 @@ import scipy
 from numpy.typing import ArrayLike
 
 from calibration import figures
+from calibration.chain.handed_over import NamedFiles
+from calibration.chain.study import Study
 from calibration.files import write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_metric, read_values, together, write_plan
-from calibration.statistics.dimensions import PAPER_RULE, RULES, ScalingError, factors
+from calibration.statistics.dimensions import PAPER_RULE, RULES, Rule, ScalingError, factors
 from calibration.statistics.numbers import fixed
-from calibration.study.config import given, overlay, point_spec
+from calibration.study.config import Config, given, overlay, point_spec
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.constants import GRAVITY
 from dem.contact.catalogue import LAWS
@@ -37,14 +39,6 @@ from dem.grains.sizes import mean_radius
 from dem.io.files import write_json
 from dem.spec import keys_of, parse_spec
 from dem.units import in_ascii, unit_of
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Drawing
-
-    from calibration.chain.handed_over import NamedFiles
-    from calibration.chain.study import Study
-    from calibration.statistics.dimensions import Rule
-    from calibration.study.config import Config
 
 EXPERIMENTS = ("heap", "drop")
 DROPS = 2  # at each scale
@@ -436,7 +430,7 @@ def scaling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     )
 
 
-def scaling_figure(table: pd.DataFrame) -> Drawing:
+def scaling_figure(table: pd.DataFrame) -> figures.Drawing:
     """Angle of repose and restitution over the scale, a line a rule and cohesion."""
     figure, axes = figures.subplots(1, 2, (9.6, 4.2))
     names = {"heap": figures.ANGLE.axis, "drop": "coefficient of restitution, rebound"}

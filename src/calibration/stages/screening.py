@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from calibration import figures
+from calibration.chain.handed_over import NamedFiles
 from calibration.chain.responses import (
     columns,
     naming_left_out,
@@ -18,7 +20,7 @@ from calibration.chain.responses import (
     with_responses,
     with_value,
 )
-from calibration.chain.study import further_files
+from calibration.chain.study import Study, further_files
 from calibration.files import write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
@@ -35,14 +37,6 @@ from calibration.statistics.screening_design import alias_groups, screening_desi
 from calibration.study.factors import Choice, read_factors
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json
-
-if TYPE_CHECKING:
-    import pandas as pd
-    from matplotlib.figure import Figure as Drawing
-
-    from calibration.chain.handed_over import NamedFiles
-    from calibration.chain.study import Study
-    from calibration.figures import Response
 
 
 def plan_screening(study: Study, source: NamedFiles, output: NamedFiles) -> None:
@@ -215,8 +209,8 @@ def _write_further(result, names, target, alpha, path, figure):
 
 
 def half_normal(
-    table: pd.DataFrame, chosen: Sequence[str], response: Response = figures.ANGLE
-) -> Drawing:
+    table: pd.DataFrame, chosen: Sequence[str], response: figures.Response = figures.ANGLE
+) -> figures.Drawing:
     """Half-normal plot of absolute effects; `chosen` codes stand out."""
     figure, ax = figures.subplots()
     size, score = table["effect"].abs(), table["half_normal_score"]
@@ -245,8 +239,8 @@ def pareto(
     t_limit: float,
     bonferroni_limit: float,
     alpha: float = 0.05,
-    response: Response = figures.ANGLE,
-) -> Drawing:
+    response: figures.Response = figures.ANGLE,
+) -> figures.Drawing:
     """Pareto chart of absolute effects with the limits of significance at level alpha."""
     from matplotlib.patches import Patch
 

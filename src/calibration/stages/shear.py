@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -20,25 +20,19 @@ import scipy
 from numpy.typing import ArrayLike
 
 from calibration import figures
+from calibration.chain.handed_over import NamedFiles
+from calibration.chain.study import Study
 from calibration.errors import ConfigError
 from calibration.files import write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_metric, together, write_plan
 from calibration.stages import worded
 from calibration.statistics.numbers import fixed
-from calibration.study.config import overlay, read_swept
+from calibration.study.config import Config, overlay, read_swept
 from calibration.study.config.tests import SHEAR, SWEPT, is_swept, sweep_of, swept_test
 from calibration.study.factors import factor_of
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Drawing
-
-    from calibration.chain.handed_over import NamedFiles
-    from calibration.chain.study import Study
-    from calibration.study.config import Config
-
 
 METRICS = {"peak": "shear_stress_kPa", "steady": "steady_shear_stress_kPa"}
 MEASURE = "peak"  # the bench reads the peak of each shear after pre-shear
@@ -227,7 +221,7 @@ def yield_loci(
     curves: Mapping[str, Any],
     measure: str,
     measured: tuple[float, float],
-) -> Drawing:
+) -> figures.Drawing:
     """Yield loci at each particle friction, and the slope over the friction with its interval,
     beside the measured.
 

@@ -3,29 +3,22 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
 from calibration import figures
+from calibration.chain.handed_over import NamedFiles
 from calibration.chain.responses import naming_left_out, told, with_responses, with_value
+from calibration.chain.study import Study
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
 from calibration.stages import worded
-from calibration.statistics.validate import Stated, compare
+from calibration.statistics.validate import Comparison, Stated, compare
 from calibration.study.config import read_target
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Drawing
-
-    from calibration.chain.handed_over import NamedFiles
-    from calibration.chain.study import Study
-    from calibration.figures import Response
-    from calibration.statistics.validate import Comparison
 
 
 def handed_out(source: NamedFiles) -> dict[str, float]:
@@ -102,8 +95,8 @@ def validation_figure(
     groups: np.ndarray,
     measured: np.ndarray | Stated,
     result: Comparison,
-    response: Response = figures.ANGLE,
-) -> Drawing:
+    response: figures.Response = figures.ANGLE,
+) -> figures.Drawing:
     """Replicates by group beside the measurement, with means and the equivalence margin. measured:
     readings (n,), or a `Stated` mean, which is drawn with its standard deviation."""
     figure, ax = figures.subplots()

@@ -5,17 +5,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import LEVERS, measurable
+from calibration.study.config import Config
 from calibration.study.config.measured import apart
 from calibration.study.config.specs import point_spec, states, with_levels
 from dem.grains.sizes import grain_volume
 from dem.spec import parse_spec
-
-if TYPE_CHECKING:
-    from calibration.intake.measurements import Measurement
-    from calibration.study.config import Config
 
 
 @dataclass(frozen=True)

@@ -12,15 +12,12 @@ from dataclasses import dataclass
 from importlib import import_module
 from pkgutil import iter_modules
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from calibration.study.factors import read_factors
+import pandas as pd
 
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from calibration.study.config import Config
-    from calibration.study.factors import Choice, Factor
+from calibration.study.config import Config
+from calibration.study.factors import Choice, Factor, read_factors
 
 OWN = "calibration.stages"
 """Package with a module for each stage, or for those that belong together."""

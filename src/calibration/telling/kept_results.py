@@ -12,19 +12,14 @@ import sys
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from calibration.chain.responses import without_value
 from calibration.chain.study import Results
 from calibration.errors import CalibrationError
-from calibration.figures import response_of
+from calibration.figures import Response, response_of
 from calibration.runs.records import FOLDER
-from calibration.study.stage import load_stages
-
-if TYPE_CHECKING:
-    from calibration.figures import Response
-    from calibration.study.stage import Stage
-
+from calibration.study.stage import Stage, load_stages
 
 KEPT = (
     "*.json",

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from calibration.study.config import point_spec, read_back
+from calibration.chain.study import Study
+from calibration.study.config import Config, point_spec, read_back
 from calibration.study.factors import Choice, read_factors
 from calibration.telling.answer.schema import answer_of
 from dem.spec import parse_spec
-
-if TYPE_CHECKING:
-    from calibration.chain.study import Study
-    from calibration.study.config import Config
 
 
 def opening(config: Config) -> list[str]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -31,13 +31,10 @@ from calibration.inference.posterior_sampling import Formed, Prior
 from calibration.intake.tables import read_table
 from calibration.runs.plans import read_values
 from calibration.statistics.ties import first_least
+from calibration.study.config import Config
+from calibration.study.config.joint import JointTarget, MeasuredMean
 from calibration.study.factors import physical_range
 from dem.experiments import experiments
-
-if TYPE_CHECKING:
-    from calibration.study.config import Config
-    from calibration.study.config.joint import JointTarget, MeasuredMean
-
 
 LEAST_TESTS = 1
 """Tests of the laboratory behind a mean whose number of readings nobody states."""

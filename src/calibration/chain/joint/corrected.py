@@ -5,7 +5,7 @@ differ by from the atlas bends less than the response (Kennedy and O'Hagan 2000,
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,9 +13,7 @@ import pandas as pd
 from calibration.atlas.emulators import AtlasEmulators
 from calibration.chain.joint.analysis import Emulators
 from calibration.inference.gaussian_process import GaussianProcess
-
-if TYPE_CHECKING:
-    from calibration.study.config import Config
+from calibration.study.config import Config
 
 
 class Corrected:

@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,16 +13,11 @@ from calibration.errors import ConfigError, at_key
 from calibration.intake.curves import SHAPES, read_curves
 from calibration.intake.measurements import read_measured
 from calibration.study.config.measured import NotComparableError, is_measured, rows_of
-from calibration.study.config.schema import METRICS
+from calibration.study.config.schema import METRICS, Config, CurvesConfig
 from calibration.study.config.specs import SEEDS_A_STAGE
 from calibration.study.config.tests import spec_of
-from calibration.study.factors import Choice, refuse_choices
+from calibration.study.factors import Choice, Factor, refuse_choices
 from dem.units import without_unit
-
-if TYPE_CHECKING:
-    from calibration.study.config.schema import Config, CurvesConfig
-    from calibration.study.factors import Factor
-
 
 APART = 4.0
 """Standard errors of their difference from which on two rows of one test contradict each other."""

@@ -6,25 +6,20 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
 from calibration.errors import CalibrationError, ConfigError, at_key
-from calibration.intake.measurements import read_measured
+from calibration.intake.measurements import Measurement, Measurements, read_measured
 from calibration.intake.quantities import LEVERS
 from calibration.intake.tables import summary
 from calibration.statistics.goals import Goal
 from calibration.statistics.validate import Stated
+from calibration.study.config.schema import Config, Target
 from calibration.study.config.tests import spec_of
+from dem.spec import RunSpec
 from dem.units import behind, unit_of, without_unit
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from calibration.intake.measurements import Measurement, Measurements
-    from calibration.study.config.schema import Config, Target
-    from dem.spec import RunSpec
 
 
 def read_target(config: Config, target: Target | None = None) -> np.ndarray | Stated:

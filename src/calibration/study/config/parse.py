@@ -6,7 +6,8 @@ from __future__ import annotations
 import difflib
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -24,12 +25,6 @@ from dem.errors import InputError, SpecError
 from dem.experiments.mesh import check_meshes_of
 from dem.io.mapping import read_mapping
 from dem.spec import parse_spec
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from calibration.study.config.schema import Config
-
 
 REPLACED = {
     "experiment": "tests: { NAME: { experiment: ... } }",

@@ -3,22 +3,15 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 from calibration.errors import CalibrationError, ConfigError, at_key
 from calibration.intake.curves import SHAPES
-from calibration.study.config.schema import METRICS
+from calibration.study.config.schema import METRICS, Config, SweepConfig
 from calibration.study.config.specs import SEEDS_A_STAGE, point_spec, states
+from calibration.study.factors import Choice, Factor
 from dem.errors import SpecError
-from dem.spec import parse_spec
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from calibration.study.config.schema import Config, SweepConfig
-    from calibration.study.factors import Choice, Factor
-    from dem.spec import RunSpec
-
+from dem.spec import RunSpec, parse_spec
 
 NO_WORD = ("na", "nan", "null", "none", "true", "false", "inf")
 """What a table's reader takes for a value, or for none."""

@@ -11,22 +11,19 @@ from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import yaml
 
-from calibration.study.config import overlay, parse_config, point_spec
+from calibration.study.config import Config, overlay, parse_config, point_spec
 from calibration.study.config.joint import joint_targets, read_joint_target
+from calibration.study.new.laboratory import Laboratory
 from calibration.study.new.study import configuration, write_settings
 from calibration.study.simulated_tests import ratios, simulated
 from dem.errors import DemError, MeasureError, StoppedError
 from dem.spec import parse_spec
 from dem.units import behind, unit_of, without_unit
-
-if TYPE_CHECKING:
-    from calibration.study.config import Config
-    from calibration.study.new.laboratory import Laboratory
 
 Show = Callable[[str], object]
 EVERY_S = 5.0  # a run that goes on is told of

@@ -15,22 +15,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from calibration.errors import CalibrationError, ConfigError
 from calibration.files import replacing, write_text
-from calibration.intake.measurements import read_measured
-from calibration.intake.tables import read_table
+from calibration.intake.measurements import Measurement, read_measured
+from calibration.intake.tables import Table, read_table
 from calibration.study.new.answers import Faults, Raw, entries_of, read_entries, separate, with_unit
-from calibration.study.new.methods import methods
+from calibration.study.new.methods import Method, Question, methods
 from dem.tables.dialect import plain
 from dem.units import in_ascii, unit_of, without_unit
-
-if TYPE_CHECKING:
-    from calibration.intake.measurements import Measurement
-    from calibration.intake.tables import Table
-    from calibration.study.new.methods import Method, Question
-
 
 TABLES = (".csv", ".tsv", ".txt", ".xlsx")
 

@@ -6,12 +6,11 @@ file."""
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-if TYPE_CHECKING:
-    from calibration.chain.study import Results
+from calibration.chain.study import Results
 
 
 class _Part(BaseModel):

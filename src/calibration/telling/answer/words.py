@@ -5,16 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from calibration.figures import PLACES, label, response_of
 from calibration.statistics.equivalence import judged, verdict_of
 from calibration.statistics.numbers import difference_of, fixed, signed
+from calibration.telling.answer.schema import Answer, Beside, Parameter, Test
 from dem.units import behind, without_unit
-
-if TYPE_CHECKING:
-    from calibration.telling.answer.schema import Answer, Beside, Parameter, Test
-
 
 MARKS = {"met": "✓", "missed": "✗", "not judged": "?", "not simulated": "–", "prediction": "→"}
 OF = {

@@ -19,7 +19,7 @@ from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import scipy
@@ -37,11 +37,7 @@ from dem.errors import DemError, InputError, MeasureError
 from dem.experiments.heap import Rig
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
-from dem.spec import load_spec, parse_spec
-
-if TYPE_CHECKING:
-    from dem.spec import RunSpec
-
+from dem.spec import RunSpec, load_spec, parse_spec
 
 DECKS = ("liggghts", "lammps")
 """Codes that have decks."""

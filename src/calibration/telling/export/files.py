@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from calibration.chain.study import Study
 from calibration.engines import lammps, liggghts, yade
 from calibration.engines.conversion import Conversion, granulate, left_out
 from calibration.files import write_text
@@ -22,10 +23,6 @@ from dem.render import read_run
 from dem.render.image import plate_of
 from dem.spec import parse_spec
 from dem.units import in_ascii, unit_of
-
-if TYPE_CHECKING:
-    from calibration.chain.study import Study
-
 
 CONVERTED = {
     "liggghts.in": liggghts,

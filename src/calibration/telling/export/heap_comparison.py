@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,10 +24,7 @@ from calibration.statistics.validate import compare
 from dem.errors import MeasureError
 from dem.grains.sizes import mean_radius
 from dem.measure.heap import measure_heap
-
-if TYPE_CHECKING:
-    from dem.spec import RunSpec
-
+from dem.spec import RunSpec
 
 RING = 0.5
 """Width of a ring of the envelope, in mean diameters."""

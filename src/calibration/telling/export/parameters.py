@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import yaml
 
+from calibration.chain.study import Study
 from calibration.intake.tables import read_table
-from calibration.statistics.surface import parameter_interval
-from calibration.study.config import point_spec, states
+from calibration.statistics.surface import Surface, parameter_interval
+from calibration.study.config import Config, point_spec, states
+from calibration.study.factors import Choice, Factor
 from dem.fingerprint import engine_fingerprint
 from dem.spec import RunSpec
 from dem.units import in_ascii, unit_of
-
-if TYPE_CHECKING:
-    from calibration.chain.study import Study
-    from calibration.statistics.surface import Surface
-    from calibration.study.config import Config
-    from calibration.study.factors import Choice, Factor
-
 
 PARTS = ("materials", "contacts", "laws", "law_parameters", "particles", "geometry", "numerics")
 

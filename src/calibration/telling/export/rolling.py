@@ -32,12 +32,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
+from calibration.chain.handed_over import NamedFiles
 from calibration.engines.conversion import (
     DAMPING_RATIO,
     ELASTIC_PLASTIC,
@@ -51,12 +52,7 @@ from calibration.runs.plans import read_values, run_id, write_plan
 from calibration.statistics.validate import compare
 from calibration.study.config import overlay
 from dem.errors import SpecError
-from dem.spec import parse_spec
-
-if TYPE_CHECKING:
-    from calibration.chain.handed_over import NamedFiles
-    from dem.spec import ContactSpec, RunSpec
-
+from dem.spec import ContactSpec, RunSpec, parse_spec
 
 PATHS = {
     ELASTIC_PLASTIC: (-0.25, 0.0, 0.3333, 0.6667, 1.0),

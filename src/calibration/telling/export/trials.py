@@ -9,18 +9,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from calibration.engines.conversion import Conversion
 from calibration.engines.templates import macros
 from calibration.files import read_json
 from calibration.study.config import overlay
 from calibration.telling.export.heap_comparison import Row, rows_of
-from dem.spec import parse_spec
-
-if TYPE_CHECKING:
-    from calibration.engines.conversion import Conversion
-    from dem.spec import RunSpec
-
+from dem.spec import RunSpec, parse_spec
 
 TRIALS = Path(__file__).with_name("trials.json")
 ANGLES = ("angle_of_repose_deg", "radial_angle_deg", "envelope_angle_deg")

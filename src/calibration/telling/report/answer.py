@@ -4,10 +4,11 @@ of them."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from calibration.chain.study import Results
-from calibration.figures import PLACES, label
+from calibration.figures import PLACES, Response, label
 from calibration.intake.tables import read_written
 from calibration.telling.answer import words
 from calibration.telling.answer.schema import answer_of
@@ -16,11 +17,6 @@ from dem.advice import limits_of
 from dem.errors import DemError
 from dem.spec import load_spec
 from dem.units import unit_of, without_unit
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from calibration.figures import Response
 
 
 def answer(study: Path, response: Response) -> dict[str, Any] | None:

@@ -6,14 +6,15 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from jinja2 import Environment, PackageLoader
 
 from calibration.chain.study import Results
-from calibration.figures import label, response_of
+from calibration.figures import Response, label, response_of
 from calibration.files import write_text
 from calibration.intake.tables import read_written
+from calibration.study.stage import Stage
 from calibration.telling.answer.words import said
 from calibration.telling.kept_results import sentences_of
 from calibration.telling.report.answer import answer, findings
@@ -22,13 +23,6 @@ from calibration.telling.report.embed import caption, download, downloads_of, fi
 from calibration.telling.report.profiler import profiler
 from calibration.telling.report.runs import runs_section
 from calibration.telling.report.sheet import sheet, viewer
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from calibration.figures import Response
-    from calibration.study.stage import Stage
-
 
 EVERY = "Every parameter with its unit, source and interval"
 CARRIED = {

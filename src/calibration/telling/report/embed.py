@@ -8,19 +8,15 @@ import re
 import zlib
 from collections.abc import Callable, Iterable, Sequence
 from html import escape
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from calibration.figures import label
 from calibration.intake.tables import read_written
 from calibration.runs.snakemake_command import WORKFLOW
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    import pandas as pd
-
 
 CAPTIONS = WORKFLOW / "report"
 SHOWN_ROWS = 60

@@ -5,20 +5,15 @@ from __future__ import annotations
 
 import json
 from html import escape
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import scipy
 
 from calibration.chain.study import Results
 from calibration.errors import CalibrationError
-from calibration.figures import label, response_of
+from calibration.figures import Response, label, response_of
 from calibration.intake.tables import read_written
 from calibration.statistics.surface import fit_surface
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from calibration.figures import Response
 
 
 def profiler(study: Path, response: Response) -> str | None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -14,13 +15,9 @@ from calibration.files import csv_text
 from calibration.intake.tables import read_written
 from calibration.runs.draws import mixtures
 from calibration.runs.store import RunStore
+from calibration.study.stage import Stage
 from calibration.telling.report.embed import html_of, packed
 from dem.errors import ResultError
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from calibration.study.stage import Stage
 
 
 def _results(study, stages):

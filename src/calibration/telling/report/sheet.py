@@ -10,28 +10,24 @@ import math
 import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from PIL import Image, ImageDraw
 
-from calibration.figures import label
+from calibration.chain.handed_over import NamedFiles
+from calibration.chain.study import Study
+from calibration.figures import Response, label
 from calibration.intake.tables import read_written
 from calibration.runs.store import REFUSED, RunStore
 from calibration.statistics.numbers import fixed
+from calibration.study.stage import Stage
 from calibration.telling.report.embed import uri_of
 from dem.errors import DemError, ResultError
 from dem.render import draw_run, read_run, save_image
 from dem.render.flanks import fitted_flanks, heap_grains
 from dem.render.image import GROUND, INK, font_of, plate_of
-
-if TYPE_CHECKING:
-    from calibration.chain.handed_over import NamedFiles
-    from calibration.chain.study import Study
-    from calibration.figures import Response
-    from calibration.study.stage import Stage
-
 
 COLUMNS = 10
 TELLING = 6  # heaps of a stage that are shown at once
