@@ -6,8 +6,6 @@ takes seconds beside their runs. Runs are not among these rules: their spec and 
 them.
 """
 
-from __future__ import annotations
-
 import ast
 import hashlib
 import json

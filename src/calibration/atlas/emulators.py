@@ -1,8 +1,6 @@
 """Emulators of a study's tests out of the atlas: in place of runs of its own, the runs of the atlas
 that are nearest to each of its rigs."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache

@@ -1,7 +1,5 @@
 """What every script of the workflow needs: its log, and the call of its function."""
 
-from __future__ import annotations
-
 import os
 import sys
 import traceback

@@ -1,8 +1,6 @@
 """An answer in a minute: the parameters of a study as a distribution, from the runs of the atlas in
 place of runs of its own."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

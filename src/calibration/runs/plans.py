@@ -5,8 +5,6 @@ is a table: the design's columns, `seed`, `experiment`, `run_id`; the specs stan
 plan.json.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress

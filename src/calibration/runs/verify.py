@@ -5,8 +5,6 @@ written down when it was planned. Nothing is deleted: what cannot be trusted is 
 `*.damaged` and counts as missing.
 """
 
-from __future__ import annotations
-
 import fcntl
 import json
 import os

@@ -4,8 +4,6 @@ gives the same angle in the laws of other codes.
 What writes for other codes loads the engine, so the functions here import it when they are called.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any

@@ -5,8 +5,6 @@ RO-Crate 1.1 (Sefton et al. 2021, https://doi.org/10.5281/zenodo.5146227): a fol
 ro-crate-metadata.json, which describes the files beside it in schema.org's words.
 """
 
-from __future__ import annotations
-
 import mimetypes
 import shutil
 from collections.abc import Mapping, Sequence

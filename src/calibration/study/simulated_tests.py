@@ -1,8 +1,6 @@
 """The tests of a laboratory as a study simulates them, the run spec of each at the setting of a
 measured row, and what of a level holds in rigs whose grains differ in size."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

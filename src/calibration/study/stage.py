@@ -5,8 +5,6 @@ What a stage reads and writes stands in its rules alone (`workflow/rules`). All 
 read whenever a study is opened, so their modules load no library that computes or draws.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module

@@ -4,8 +4,6 @@ python -m calibration.telling.kept_results STUDY KEPT PAGE METRIC, for instance 
 results/reference/soybean examples/soybean/README.md angle_of_repose_deg
 """
 
-from __future__ import annotations
-
 import re
 import shutil
 import sys

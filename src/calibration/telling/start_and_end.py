@@ -1,7 +1,5 @@
 """What a study says before any run (what was read, what is valid but risky) and at its end."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from calibration.chain.study import Study

@@ -2,8 +2,6 @@
 criticised by itself: parameters, targets, contradictions, borders; and what its draws expect of
 every rig: which test to make next, and which parameter each metric owes its spread."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path

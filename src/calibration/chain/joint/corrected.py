@@ -2,8 +2,6 @@
 differ by from the atlas bends less than the response (Kennedy and O'Hagan 2000, Biometrika
 87:1)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

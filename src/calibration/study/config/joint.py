@@ -1,8 +1,6 @@
 """The laboratory of a joint study: its tests, the measured values of its targets, and what is wrong
 with either."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import combinations

@@ -1,8 +1,6 @@
 """What a study is calibrated to: its measured values, which of them a run is compared with, and
 what is asked of each response."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import replace

@@ -1,8 +1,6 @@
 """From a configuration's files to a checked `Config`: an error names file and line, key, value and
 what is allowed."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress

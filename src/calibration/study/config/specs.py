@@ -1,7 +1,5 @@
 """Run specs as mappings: keys set, parts laid over."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What is wrong with the tests of a configuration, and with the names of tests elsewhere in it."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 

@@ -2,8 +2,6 @@
 where grains come to rest last, before the settings are handed out. Grains that do not come to rest
 get more time, then a shorter time step."""
 
-from __future__ import annotations
-
 import tempfile
 import threading
 import time

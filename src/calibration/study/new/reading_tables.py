@@ -6,8 +6,6 @@ What was read more than once stands in one cell (`26.1; 27.4`), or in copies of 
 was made under several loads, or from several heights, has its rows once for each.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import re

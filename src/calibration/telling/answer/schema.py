@@ -3,8 +3,6 @@
 `python -m calibration.telling.answer.schema` prints it as a JSON schema, which is kept beside this
 file."""
 
-from __future__ import annotations
-
 import json
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """The answer in words, all of it made from answer.json; its sentences stand in `words.j2`."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from functools import cache

@@ -1,7 +1,5 @@
 """The files that a study hands on: calibrated.yaml, the blocks of other codes and their decks."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path

@@ -13,8 +13,6 @@ for the foot. It is held where the 90 % interval of the difference of the means 
 margin (two one-sided tests at 5 %).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

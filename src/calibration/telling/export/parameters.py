@@ -1,7 +1,5 @@
 """calibrated.yaml: every parameter of the calibrated model with its unit and where it came from."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -28,8 +28,6 @@ does, so that the number of large grains can miss the angle there. It is then mo
 path, by what is missing, and more runs at the study's own scale say what became of it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

@@ -4,8 +4,6 @@ deck of another study: each rolling law of this engine beside what the code make
 `trials.json` beside this file holds the profiles; `benchmarks.decks` pours them again.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path

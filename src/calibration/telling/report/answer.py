@@ -2,8 +2,6 @@
 solution set of the surface beneath; and what the chain's runs say: what decides, and what to know
 of them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,8 +1,6 @@
 """Collects what a study's stages left and writes it as one self-contained page. A stage that has
 not run is left out; of one that has, the page names what is missing."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from pathlib import Path

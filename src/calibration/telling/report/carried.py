@@ -1,7 +1,5 @@
 """The answer of a study as a workbook: the parameters, intervals and how to cite them."""
 
-from __future__ import annotations
-
 import io
 import re
 import zipfile

@@ -1,8 +1,6 @@
 """Files turned into pieces of a page that needs no other file: figures, tables, images and
 downloads."""
 
-from __future__ import annotations
-
 import base64
 import re
 import zlib

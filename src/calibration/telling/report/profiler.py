@@ -1,8 +1,6 @@
 """Data of the page's profiler: the response surfaces with their covariance, so that the page itself
 can evaluate them."""
 
-from __future__ import annotations
-
 import json
 from html import escape
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Which runs a study is made of: their number, seeds, size and time."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from contextlib import suppress

@@ -1,8 +1,6 @@
 """The heaps of a study: pictures of a stage's runs; for the page one sheet of them, shown small and
 enlarged when asked, and chosen heaps as data for its viewer."""
 
-from __future__ import annotations
-
 import base64
 import io
 import json
