@@ -9,15 +9,13 @@ A run's numbers depend on the program and its version as well. Both stand in the
 `engine`, and so in the run's name: two engines never share a cached run.
 """
 
-from __future__ import annotations
-
 import importlib
 import pkgutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -28,11 +26,7 @@ from dem.errors import DemError
 from dem.io.files import write_arrays
 from dem.results import OTHER, STATE
 from dem.run import run
-from dem.spec import parse_spec
-
-if TYPE_CHECKING:
-    from dem.spec import RunSpec
-
+from dem.spec import RunSpec, parse_spec
 
 OWN = "dem"
 NO_GRAINS = {k: np.empty((0, 3)) for k in ("position", "velocity", "spin")} | {
@@ -74,13 +68,13 @@ class Engine:
     identity: Callable
     """identity(settings) -> mapping of what the numbers depend on beyond spec and settings. Raises
     EngineError where the program is missing."""
-    refuse: Callable
-    """refuse(spec): raises EngineError, by name, for what this engine cannot represent of a
-    `RunSpec`."""
     simulate: Callable
     """simulate(spec, folder, entry) -> (metrics, state): runs a `RunSpec` in `folder`; state:
     arrays of the grains at the
     end (position, velocity, spin (n, 3), radius (n,)) or an empty mapping. Raises EngineError."""
+    refuse: Callable = lambda spec: None
+    """refuse(spec): raises EngineError, by name, for what this engine cannot represent of a
+    `RunSpec`; of any program and of a table that is the user's own affair."""
     changed: Callable | None = None
     """changed(result, name) -> a sentence where what a kept result was read from has changed, else
     None."""

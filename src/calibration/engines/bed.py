@@ -1,25 +1,18 @@
 """The start of a bed in another code: the very grains, places and speeds that ours starts from, and
 commands that run until they rest."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
 
 import numpy as np
 
-from calibration.engines.templates import macros
+from calibration.engines.rigs import Dialect
+from calibration.engines.templates import words
 from dem.constants import GRAVITY
 from dem.experiments import bed, phases
 from dem.experiments.setup import time_step_of
 from dem.grains.sizes import draw_radii, largest_reach, smallest_radius
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from calibration.engines.rigs import Dialect
-    from dem.spec import RunSpec
-
+from dem.spec import RunSpec
 
 SETTLED = 1e-4
 """Energy of motion at which `dem.experiments.phases.rest` takes the grains to rest."""
@@ -108,13 +101,9 @@ def settle(spec: RunSpec, grains: Grains) -> str:
     """Commands that run until the grains rest, as `phases.rest` does, and dump them."""
     step = steps(spec, phases.look(spec))
     looks = max(round(spec.numerics.max_time_s / phases.look(spec)), 1)
-    text = words().energy() + words().until("settled", step, looks, SETTLED * grains.lift_energy, 5)
-    return text + words().dump("settled")
-
-
-def words() -> Any:
-    """Commands that LIGGGHTS and LAMMPS have in common."""
-    return macros("calibration.engines", "family")
+    common, calm = words("family"), SETTLED * grains.lift_energy
+    until = common.until("settled", step, looks, calm, 5)
+    return common.energy() + until + common.dump("settled")
 
 
 def steps(spec: RunSpec, duration: float) -> int:

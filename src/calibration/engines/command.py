@@ -5,14 +5,12 @@ in the command filled in. It leaves `metrics.json`, a flat mapping of names to n
 with status 0.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import shlex
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import yaml
 from pydantic import Field, field_validator
@@ -21,10 +19,8 @@ from calibration.engines import Engine, EngineError, Settings
 from calibration.engines.program import run
 from calibration.intake.started_code import refusal
 from dem.errors import InputError
+from dem.spec import RunSpec
 from dem.tables.limits import read_limited
-
-if TYPE_CHECKING:
-    from dem.spec import RunSpec
 
 
 class CommandSettings(Settings):
@@ -72,10 +68,6 @@ def identity(settings: Any) -> dict[str, Any]:
             key="engine.files", path=error.filename,
         ) from None  # fmt: skip
     return {"version": settings.version, "files": contents}
-
-
-def refuse(spec: RunSpec) -> None:
-    """What the program can represent is its own affair."""
 
 
 def simulate(
@@ -134,4 +126,4 @@ def _each_once(pairs):
     return found
 
 
-ENGINE = Engine("command", CommandSettings, (), identity, refuse, simulate)
+ENGINE = Engine("command", CommandSettings, (), identity, simulate)

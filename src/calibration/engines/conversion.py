@@ -2,15 +2,13 @@
 effective constants, the numbers that give the calibrated angle in the laws of other codes, and
 sentences on what is converted and what is not."""
 
-from __future__ import annotations
-
 import math
 import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from calibration.engines.templates import macros
+from calibration.engines.templates import words
 from dem.constants import GRAVITY
 from dem.contact.catalogue import LAWS, SLOTS
 from dem.contact.export import Export, Pair
@@ -164,11 +162,13 @@ class Conversion:
         pair, laws = self.spec.contacts.particle_particle, self.spec.laws
         if self.found:
             held = self.found["path"] == NO_ROTATION
-            text = _words().searched(name, self.found, pair, self.rolls, held)
+            text = words("conversion").searched(name, self.found, pair, self.rolls, held)
         else:
             rolls = laws.rolling != "none" and pair.rolling_friction > 0  # type: ignore[attr-defined]  # a field for each law
             search = needs_search(self.spec)
-            text = _words().without_search(name, self.spec, rolls, ELASTIC_PLASTIC, search)
+            text = words("conversion").without_search(
+                name, self.spec, rolls, ELASTIC_PLASTIC, search
+            )
         return text.splitlines()
 
     @property
@@ -177,7 +177,7 @@ class Conversion:
         where that was tried; empty without a search, or without such heaps."""
         f = self.found or {}
         heaps = f.get("full") or f.get("coarse")
-        return _words().compared(heaps, f["unit"]) if heaps else ""
+        return words("conversion").compared(heaps, f["unit"]) if heaps else ""
 
     def head(self, mark: str, title: str, about: Sequence[str], code: str, *notes: str) -> str:
         """The comment at the head of a file, behind `mark`: title, provenance (lines), how rolling
@@ -187,10 +187,6 @@ class Conversion:
         for text in (title, *about, *self.sentences(called), *notes):
             lines += [f"{mark} {line}" for line in textwrap.wrap(text, WIDTH - len(mark))]
         return "\n".join(lines)
-
-
-def _words():
-    return macros("calibration.engines", "conversion")
 
 
 def dispensed(spec: RunSpec, code: str) -> list[str]:

@@ -1,23 +1,19 @@
 """What LIGGGHTS and LAMMPS have in common: LIGGGHTS began as a copy of LAMMPS, so their decks are
 written and what they leave is read in the same way."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from calibration.engines import rig
 from calibration.engines.program import read_dump, read_frames, state_of
 from calibration.engines.rigs import Dialect, experiments_of, rigs
-from calibration.engines.templates import macros
+from calibration.engines.templates import words
 from dem.constants import GRAVITY
-
-if TYPE_CHECKING:
-    from dem.spec import RunSpec
+from dem.spec import RunSpec
 
 
 @dataclass(frozen=True)
@@ -73,11 +69,6 @@ class Code:
             return drop.metrics(z, v, drop.starts(spec.seed)[:, 2]), {}
         state = state_of(read_dump(folder / "end.dump"))
         return rig.heap_metrics(state, rig.Pour.of(spec), self.made(output)), state
-
-
-def words(name: str) -> Any:
-    """The template of one of the two, as functions that give lines of its input."""
-    return macros("calibration.engines", name)
 
 
 def head(name: str, spec: RunSpec, space: str, radius: float) -> str:

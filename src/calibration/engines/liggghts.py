@@ -26,27 +26,22 @@ cohesion_model_sjkr2.h
     change what friction is limited by, as here.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Sequence
 from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from calibration.engines import EngineError, rig
-from calibration.engines.conversion import dispensed
-from calibration.engines.family import Code, head, pour_box, words
+from calibration.engines.conversion import Conversion, Granulate, dispensed
+from calibration.engines.family import Code, head, pour_box
 from calibration.engines.mesh import body, disc, frustum, write_mesh
 from calibration.engines.program import engine_of, find, prime_seed, run, stated_version
 from calibration.engines.rigs import Dialect
+from calibration.engines.templates import words
 from dem.contact.rolling.elastic_plastic import SECANT
-
-if TYPE_CHECKING:
-    from calibration.engines.conversion import Conversion, Granulate
-    from dem.spec import RunSpec
-
+from dem.spec import RunSpec
 
 CODE = "liggghts"
 LEAST_STIFFNESS = 1.0 / SECANT

@@ -1,23 +1,16 @@
 """Walls as triangles, for engines whose walls are meshes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
 from dem.io.stl import write_stl
 from dem.io.vtk import wall_surface
+from dem.walls.builder import WallSet
 from dem.walls.geometry import REVOLVED
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from dem.walls.builder import WallSet
-
 
 SIDES = 64
 """Sides of the polygons that stand for circles."""

@@ -1,7 +1,5 @@
 """Running another engine's program, and reading what it leaves."""
 
-from __future__ import annotations
-
 import math
 import os
 import re
@@ -13,15 +11,11 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from calibration.engines import Engine, EngineError, Settings
-
-if TYPE_CHECKING:
-    from dem.spec import RunSpec
-
+from dem.spec import RunSpec
 
 LAST_WORDS = 800
 """Characters of a failed program's output that its error quotes."""
@@ -81,7 +75,7 @@ def engine_of(
         deck(spec, folder)
         return start(spec, folder, entry["settings"]["timeout_s"])
 
-    return Engine(name, Settings, experiments, identity, refuse, simulate)
+    return Engine(name, Settings, experiments, identity, simulate, refuse)
 
 
 def run(

@@ -7,13 +7,13 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from calibration.engines import EngineError
 from calibration.engines.conversion import Conversion, granulate, left_out
-from calibration.engines.templates import macros
+from calibration.engines.templates import words
 from dem.constants import GRAVITY
 from dem.contact.catalogue import LAWS
 from dem.experiments.heap import Rig
@@ -21,11 +21,8 @@ from dem.experiments.setup import time_step_of
 from dem.grains.sizes import mean_radius, number_fractions
 from dem.materials import material_of
 from dem.measure.heap import measure_heap
+from dem.spec import RunSpec, Sizes
 from dem.timescales import hertz_contact_time
-
-if TYPE_CHECKING:
-    from dem.spec import RunSpec, Sizes
-
 
 COLLAR = 0.75
 """Height of the wall above the funnel's rim, within which grains are made, in radii of its
@@ -177,9 +174,9 @@ class Pour:
     @property
     def end(self) -> str:
         """Commands that run until the heap is at rest, and dump it."""
-        (first, between, looks), words = self.looks, macros("calibration.engines", "family")
-        rest = words.until("rest", between, looks, self.rest_energy, 0)
-        return words.heap_end(first) + rest + words.dump("end")
+        (first, between, looks), common = self.looks, words("family")
+        rest = common.until("rest", between, looks, self.rest_energy, 0)
+        return common.heap_end(first) + rest + common.dump("end")
 
 
 def heap_metrics(state: Mapping[str, np.ndarray], pour: Pour, made: int) -> dict[str, Any]:

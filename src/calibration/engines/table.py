@@ -6,20 +6,16 @@ one row a run into the table that `engine.responses` names: `run_id` and a colum
 What is missing is listed; what is not a number is an error by line.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pydantic import Field
 
 from calibration.engines import Engine, EngineError, Settings
 from calibration.errors import ConfigError
 from calibration.intake.tables import read_table
-
-if TYPE_CHECKING:
-    from dem.spec import RunSpec
+from dem.spec import RunSpec
 
 
 class TableSettings(Settings):
@@ -34,10 +30,6 @@ class TableSettings(Settings):
 def identity(settings: Any) -> dict[str, Any]:
     """The code as the user names it."""
     return {"code": settings.code}
-
-
-def refuse(spec: RunSpec) -> None:
-    """What the code can represent is the user's affair."""
 
 
 def simulate(
@@ -98,4 +90,4 @@ def changed(result: Mapping[str, Any], name: str) -> str | None:
     return f"{path}: the row of {name} has changed since it was read"
 
 
-ENGINE = Engine("table", TableSettings, (), identity, refuse, simulate, changed)
+ENGINE = Engine("table", TableSettings, (), identity, simulate, changed=changed)

@@ -19,3 +19,8 @@ def macros(package: str, name: str) -> Any:
     )  # fmt: skip
     environment.filters |= {"fmt": format, "fixed": fixed}
     return environment.get_template(f"{name}.j2").module
+
+
+def words(name: str) -> Any:
+    """The `macros` of a code, or of what several codes have in common."""
+    return macros("calibration.engines", name)

@@ -22,27 +22,20 @@ Ig2_Facet_Sphere_ScGeom
     anyway.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from calibration.engines import EngineError, rig
-from calibration.engines.conversion import dispensed
+from calibration.engines.conversion import Conversion, Granulate, dispensed
 from calibration.engines.program import engine_of, find, read_dump, run, state_of, stated_version
-from calibration.engines.templates import macros
+from calibration.engines.templates import words
 from dem.constants import GRAVITY
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    import numpy as np
-
-    from calibration.engines.conversion import Conversion, Granulate
-    from dem.spec import RunSpec
-
+from dem.spec import RunSpec
 
 CODE = "yade"
 INSTALL = "Debian and Ubuntu have it: apt-get install yade"
@@ -62,11 +55,7 @@ def block(material: Granulate, conversion: Conversion, about: Sequence[str]) -> 
         *dispensed(material.spec, CODE),
     )
     numbers = [{slot: export.numbers(pair) for slot, export in exports.items()} for pair in pairs]
-    return _words().material(head, material, *numbers, conversion.equivalent.rotates)
-
-
-def _words():
-    return macros("calibration.engines", CODE)
+    return words(CODE).material(head, material, *numbers, conversion.equivalent.rotates)
 
 
 @cache
@@ -88,7 +77,7 @@ def deck(spec: RunSpec, folder: Path, material: str | None = None) -> None:
     pitch = 2.2 * pour.largest
     every = max(round(pitch / pour.speed / pour.dt), 1)  # a layer has left the source by then
     radii, shares = ([float(x) for x in own] for own in (pour.radii, pour.shares))
-    text = _words().heap(pour, spec.seed, radii, shares, pitch, every, GRAVITY)
+    text = words(CODE).heap(pour, spec.seed, radii, shares, pitch, every, GRAVITY)
     (folder / "in.py").write_text(text)
 
 

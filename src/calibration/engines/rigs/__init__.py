@@ -7,17 +7,12 @@ A rig writes the commands that the codes have in common and reads its metrics fr
 What differs between the codes, it asks of their `Dialect`: how walls stand, move and go.
 """
 
-from __future__ import annotations
-
 import importlib
 import pkgutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from types import ModuleType
+from types import ModuleType
 
 
 @dataclass(frozen=True)

@@ -1,27 +1,23 @@
 """The discharge of a silo in other codes. What has left lies below the box and is taken out there.
 The mass that is left is printed at each look, and read as ours is watched."""
 
-from __future__ import annotations
-
 import re
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from calibration.engines import NO_GRAINS, bed
 from calibration.engines.program import read_dump, state_of
+from calibration.engines.rigs import Dialect
+from calibration.engines.templates import words
 from dem.experiments import discharge as own
 from dem.experiments import outflow
 from dem.experiments.phases import look as pause_of
 from dem.experiments.setup import time_step_of
 from dem.flow import beverloo
 from dem.grains.sizes import mean_radius
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    import numpy as np
-
-    from calibration.engines.rigs import Dialect
-    from dem.spec import RunSpec
+from dem.spec import RunSpec
 
 
 def deck(spec: RunSpec, dialect: Dialect, folder: Path) -> str:
@@ -34,7 +30,7 @@ def deck(spec: RunSpec, dialect: Dialect, folder: Path) -> str:
     text += dialect.walls(walls, folder) + bed.settle(spec, grains)
     pause = pause_of(spec)
     looks = round(spec.numerics.max_time_s / pause) + 2
-    flow = bed.words().flow(looks, bed.steps(spec, pause), outflow.QUIET)
+    flow = words("family").flow(looks, bed.steps(spec, pause), outflow.QUIET)
     return text + dialect.remove(walls, "gate") + flow
 
 

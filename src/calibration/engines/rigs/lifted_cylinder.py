@@ -1,26 +1,21 @@
 """The lifted cylinder in other codes. What differs from ours: the cylinder stops when it is clear
 of the grains, where ours rises on above them."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from calibration.engines import bed
 from calibration.engines.program import read_dump, state_of, time_of
+from calibration.engines.rigs import Dialect
+from calibration.engines.templates import words
 from dem.experiments import lifted_cylinder as own
 from dem.experiments.phases import RESTS
 from dem.experiments.phases import look as pause_of
 from dem.experiments.setup import time_step_of
 from dem.measure.heap import coverage, measure_heap
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from calibration.engines.rigs import Dialect
-    from dem.spec import RunSpec
-
+from dem.spec import RunSpec
 
 CLEAR = 1.2
 """Depths of the grains by which the cylinder rises."""
@@ -37,13 +32,13 @@ def deck(spec: RunSpec, dialect: Dialect, folder: Path) -> str:
     text = bed.start(spec, grains, dialect, folder, low, high)
     text += dialect.walls(rig.walls(top), folder, moves="cylinder")
     text += bed.settle(spec, grains)
-    text += bed.words().lift(
+    text += words("family").lift(
         CLEAR / speed / (look * time_step_of(spec)), look,
         dialect.lift("cylinder", speed), dialect.hold("cylinder"),
     )  # fmt: skip
     looks = max(round(spec.numerics.max_time_s / pause), 1)
-    text += bed.words().until("rest", look, looks, RESTS * grains.lift_energy, 0)
-    return text + bed.words().dump("end")
+    text += words("family").until("rest", look, looks, RESTS * grains.lift_energy, 0)
+    return text + words("family").dump("end")
 
 
 def read(spec: RunSpec, folder: Path, output: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:

@@ -5,11 +5,10 @@ v = b (f - F) + (1/m) integral of (f - F), where f presses up and F is wanted do
 is the same mass. The first one, b, damps the lid on its grains as the drag does ours.
 """
 
-from __future__ import annotations
-
 import math
 import re
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -17,19 +16,14 @@ from numpy.lib.stride_tricks import sliding_window_view
 from calibration.engines import EngineError, bed
 from calibration.engines.conversion import granulate
 from calibration.engines.program import read_dump, state_of
-from calibration.engines.rigs import Lid
+from calibration.engines.rigs import Dialect, Lid
+from calibration.engines.templates import words
 from dem.constants import GRAVITY
 from dem.experiments import phases
 from dem.experiments import shear_ring as own
 from dem.experiments.setup import time_step_of
 from dem.grains.sizes import draw_radii, fall_time, largest_reach, mean_radius
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from calibration.engines.rigs import Dialect
-    from dem.spec import RunSpec
-
+from dem.spec import RunSpec
 
 NEEDS = ("load", "height", "turn", "stop", "watch")
 AT_REST = 1e-4
@@ -92,16 +86,16 @@ def deck(spec: RunSpec, dialect: Dialect, folder: Path) -> str:
                 spec, cell.sim, dialect, folder, (-side, -side, -bed.ROOM), (side, side, high)
             ),
             dialect.walls(cell.walls, folder, lid=lid),
-            bed.words().energy(),
+            words("family").energy(),
             _rest(cell, "filled", own.FILLED),
             _load(cell, dialect, lid, "pressed", cell.weight, before),
             _rest(cell, "compact", own.PRESSED),
             _shear(cell, dialect, "preshear", g.preshear_displacement_mm),
             _load(cell, dialect, lid, "relieved", before, test),
             _rest(cell, "ready", own.RELIEVED),
-            bed.words().height(dialect.height(lid)),  # type: ignore[misc]
+            words("family").height(dialect.height(lid)),  # type: ignore[misc]
             _shear(cell, dialect, "shear", g.shear_displacement_mm),
-            bed.words().dump("end"),
+            words("family").dump("end"),
         ]
     )
 
@@ -109,18 +103,18 @@ def deck(spec: RunSpec, dialect: Dialect, folder: Path) -> str:
 def _rest(cell, label, limit):
     looks, step = round(limit / phases.LOOK), bed.steps(cell.spec, phases.LOOK * cell.fall_time)
     calm = AT_REST * cell.sim.lift_energy
-    return bed.words().until(label, step, looks, calm, round(phases.SOONEST / phases.LOOK))
+    return words("family").until(label, step, looks, calm, round(phases.SOONEST / phases.LOOK))
 
 
 def _load(cell, dialect, lid, label, now, wanted):
     steps = bed.steps(cell.spec, own.RAMP / PARTS * cell.fall_time)
-    return bed.words().load(label, PARTS, now, wanted - now, dialect.load(lid), steps)
+    return words("family").load(label, PARTS, now, wanted - now, dialect.load(lid), steps)
 
 
 def _shear(cell, dialect, label, path_mm):
     steps, turn = cell.stretch(path_mm), dialect.turn("trough", cell.rate)
     watch, stop = dialect.watch(label, "lid", steps), dialect.stop("trough")
-    return bed.words().shear(label, steps, steps * own.STRETCHES, turn, watch, stop)
+    return words("family").shear(label, steps, steps * own.STRETCHES, turn, watch, stop)
 
 
 def read(spec: RunSpec, folder: Path, output: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
