@@ -8,11 +8,10 @@ matplotlib, which takes a second to load, is loaded when the first one is drawn.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
-from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -172,10 +171,11 @@ def subplots(
 
 
 def panels(
-    items: Sequence[Any], size: tuple[float, float], draw: Callable[[Any, Any], None], **axes: Any
+    items: Iterable[Any], size: tuple[float, float], draw: Callable[[Any, Any], None], **axes: Any
 ) -> Drawing:
     """Figure with a panel for each item, which draw(its axes, item) fills, two a row so that they
     read on a narrow page; size: inches of one; axes: as `add_subplot` takes them."""
+    items = list(items)
     columns = min(len(items), 2)
     rows = -(-len(items) // columns)
     whole = size[0] * columns, size[1] * rows
@@ -192,11 +192,6 @@ def save(figure: Drawing, path: str | Path) -> None:
         metadata = {"Date": None} if partial.suffix == ".svg" else None
         figure.savefig(partial, dpi=150, metadata=metadata)
         plt.close(figure)
-
-
-def pairs_of(region: Sequence[Factor]) -> list[tuple[int, int]]:
-    """All pairs (i, j), i < j, of a region's factors by their number."""
-    return list(combinations(range(len(region)), 2))
 
 
 def plane(

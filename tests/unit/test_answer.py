@@ -183,7 +183,7 @@ def test_right_parameters_are_blamed_as_often_as_stated(tmp_path, monkeypatch):
 
 def test_the_terminal_says_what_the_file_says(tmp_path, monkeypatch):
     found, _ = answered(config_of(tmp_path, monkeypatch, PRINTED))
-    said = "\n".join(words.lines(Answer.model_validate(found)))
+    said = str(Answer.model_validate(found))
     for test in found["tests"]:
         assert words.MARKS[test["state"]] in said
     assert "0.18 to 0.22" in said

@@ -13,7 +13,7 @@ import yaml
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError
 from calibration.figures import ANGLE
-from calibration.stages.screening import plan_screening, screening, sentences
+from calibration.stages.screening import STAGES, plan_screening, screening
 from calibration.statistics.design import (
     box_behnken,
     central_composite,
@@ -102,7 +102,7 @@ def test_a_folded_screening_tells_both_halves(tmp_path, monkeypatch):
     g, c = "salt_salt_rolling_friction", "salt_steel_rolling_friction"
     assert folded["effects"][g] == pytest.approx(16.0, abs=0.5)
     assert abs(summary["effects"][c]) > 1.0 > 2 * abs(folded["effects"][c])
-    assert tells(" ".join(sentences(summary, ANGLE)), "foldover", "24 runs")
+    assert tells(" ".join(STAGES[0].sentences(summary, ANGLE)), "foldover", "24 runs")
 
 
 def test_both_halves_decide_where_the_table_s_runs_that_are_left_cannot(tmp_path, monkeypatch):
@@ -125,7 +125,8 @@ def test_both_halves_decide_where_the_table_s_runs_that_are_left_cannot(tmp_path
     assert {"salt_salt_rolling_friction", "salt_salt_static_friction"} <= set(
         summary["significant"]
     )
-    assert tells(" ".join(sentences(summary, ANGLE)), "foldover", "18 runs", "both halves")
+    said = " ".join(STAGES[0].sentences(summary, ANGLE))
+    assert tells(said, "foldover", "18 runs", "both halves")
 
 
 @pytest.mark.parametrize("k", range(1, 7))

@@ -12,7 +12,7 @@ from scipy import stats
 from calibration.chain.study import Study
 from calibration.figures import ANGLE
 from calibration.runs.plans import read_plan
-from calibration.stages.push_through import nested, sentences
+from calibration.stages.push_through import STAGES, nested
 from facts import tells
 from made_up import HEAP, READINGS, answer, made_up
 from workflow_rules import rules_of
@@ -108,7 +108,7 @@ def test_another_machine_is_run_with_the_draws(tmp_path, monkeypatch):
     assert row["rank_correlation"] > 0.9
     assert row["measured"] == pytest.approx(20.0)
     assert row["within"]
-    (said,) = sentences({"metrics": [row]}, ANGLE)
+    (said,) = STAGES[0].sentences({"metrics": [row]}, ANGLE)
     assert said.startswith("chute: sliding angle 20.")
     assert tells(said, "Rolling", "rank correlation")
     assert "Measured: 20.00°, inside it." in said
@@ -128,5 +128,5 @@ def test_runs_without_a_value_are_counted_and_too_few_said(tmp_path, monkeypatch
 
     (row,) = pushed(config, some)["metrics"]
     assert (row["runs"], row["without"], row["low"]) == (2, 2, None)
-    assert tells(sentences({"metrics": [row]}, ANGLE)[0], "2 of 4", "runs")
+    assert tells(STAGES[0].sentences({"metrics": [row]}, ANGLE)[0], "2 of 4", "runs")
     assert json.loads(Path("results/made-up/push_through/push_through.json").read_text())

@@ -16,7 +16,7 @@ from calibration.chain.study import Study
 from calibration.figures import ANGLE
 from calibration.runs import progress
 from calibration.stages.optimum import _moved, plan_candidate, plan_candidate_first
-from calibration.stages.response_surface import plan_response_surface, response_surface, sentences
+from calibration.stages.response_surface import STAGES, plan_response_surface, response_surface
 from calibration.statistics import surface as surfaces
 from calibration.statistics.design import box_behnken, central_composite, region_design
 from calibration.statistics.goals import RULES, Goal, overall_desirability
@@ -260,7 +260,7 @@ def test_a_lost_edge_leaves_the_opposite_run_alone(config_of_salt, monkeypatch, 
     assert summary["statistics"]["R2_pred"] is summary["statistics"]["PRESS"] is None
     less = summary["reduced"]["statistics"]["R2_pred"]
     assert 0 < less < 1
-    said = " ".join(sentences(summary, ANGLE))
+    said = " ".join(STAGES[0].sentences(summary, ANGLE))
     assert tells(said, "Run 9")
     assert tells(said, f"{less:.3f}")
     assert "nan" not in said

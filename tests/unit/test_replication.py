@@ -15,11 +15,11 @@ from calibration.chain.study import Study
 from calibration.figures import response_of
 from calibration.stages import optimum
 from calibration.stages.optimum import (
+    STAGES,
     _replicated,
     augmented_runs,
     plan_candidate,
     plan_candidate_first,
-    sentences,
 )
 from calibration.stages.response_surface import plan_response_surface
 from calibration.stages.screening import plan_screening
@@ -191,9 +191,11 @@ def test_the_interval_is_told_with_its_reason(config, tmp_path, monkeypatch):
     assert (told["first_runs"], told["half_width_asked"]) == (20, 0.4)
     half = stats.t.ppf(0.975, 19) * values[:20].std(ddof=1) / np.sqrt(len(values))
     assert told["half_width_95"] == pytest.approx(half)
-    text = sentences({"candidate": told, "optimum": AT}, response_of("angle_of_repose_deg"))
+    text = STAGES[0].sentences(
+        {"candidate": told, "optimum": AT}, response_of("angle_of_repose_deg")
+    )
     assert "Stein's rule" in " ".join(text)
-    wide = sentences(
+    wide = STAGES[0].sentences(
         {"candidate": told | {"half_width_95": 0.5}, "optimum": AT},
         response_of("angle_of_repose_deg"),
     )

@@ -31,7 +31,6 @@ from calibration.study.config.schema import Target
 from calibration.study.factors import Choice, Factor
 from calibration.study.stage import load_stages
 from calibration.telling.answer.schema import Answer, answer_of
-from calibration.telling.answer.words import lines
 from calibration.telling.kept_results import sentences_of
 from dem.io.mapping import read_mapping
 from dem.tables.limits import check_file
@@ -164,7 +163,7 @@ class Study(study.Study):
 
     def __repr__(self) -> str:
         answer = self.answer
-        done = [f"  {text}" for text in (lines(answer) if answer else [])]
+        done = [f"  {text}" for text in (str(answer).splitlines() if answer else [])]
         done += [f"  {title}: {found}" for title, found in self._stages() if found != NOT_YET]
         left = ", ".join(title for title, found in self._stages() if found == NOT_YET)
         return "\n".join([f"Study {self.name}: {self.folder}", *done, f"  {NOT_YET}: {left}"])

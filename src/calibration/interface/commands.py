@@ -221,8 +221,7 @@ def _angle(args):
     from calibration.intake.photo.table import measure_photos
 
     view = view_of(args.camera, args.plumb, args.focal)
-    for line in measure_photos(args.photos, args.out, args.scale, args.shown, view):
-        print(line)
+    print(*measure_photos(args.photos, args.out, args.scale, args.shown, view), sep="\n")
 
 
 def _add_bounce(commands):
@@ -240,8 +239,7 @@ def _add_bounce(commands):
 def _bounce(args):
     from calibration.intake.sound import measure_sounds  # loads scipy
 
-    for line in measure_sounds(args.sounds, args.out):
-        print(line)
+    print(*measure_sounds(args.sounds, args.out), sep="\n")
 
 
 def _add_shear(commands):
@@ -259,8 +257,7 @@ def _add_shear(commands):
 def _shear(args):
     from calibration.intake.shear_tester import measure_shear  # loads scipy
 
-    for line in measure_shear(args.tables, args.out, args.sheet):
-        print(line)
+    print(*measure_shear(args.tables, args.out, args.sheet), sep="\n")
 
 
 def _add_clump(commands):
@@ -279,8 +276,7 @@ def _add_clump(commands):
 def _clump(args):
     from calibration.intake.clump_from_mesh import fill_mesh  # loads scipy
 
-    for line in fill_mesh(args.mesh, args.spheres, args.out):
-        print(line)
+    print(*fill_mesh(args.mesh, args.spheres, args.out), sep="\n")
 
 
 if __name__ == "__main__":

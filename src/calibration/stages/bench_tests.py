@@ -67,11 +67,6 @@ def measured(study: Study, test: str) -> float:
     return found[0].value
 
 
-def rig(study: Study, test: str) -> dict[str, Any]:
-    """The test's run spec. Raises ConfigError."""
-    return study.config.run_of(swept_test(study.config, test))
-
-
 def plan_sweep(test: str, study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan a run at each level of the sweep."""
     points = _levels(study.config, study.factors, test)
@@ -127,9 +122,11 @@ def fit_sweep(
 def plan_confirmation(test: str, study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan replicates at the inverse."""
     _, _, _, level = fit_sweep(study, test, source.sweep)
-    runs = range(1, sweep_of(study.config, test).confirmations + 1)
+    config = study.config
+    runs = range(1, sweep_of(config, test).confirmations + 1)
     columns = {"run": runs, swept(study, test): round(level, 6)}
-    write_plan(Path(output.plan).parent, *study.plan(pd.DataFrame(columns), test, rig(study, test)))
+    run = config.run_of(swept_test(config, test))
+    write_plan(Path(output.plan).parent, *study.plan(pd.DataFrame(columns), test, run))
 
 
 def analyse_sweep(test: str, study: Study, source: NamedFiles, output: NamedFiles) -> None:
@@ -138,7 +135,7 @@ def analyse_sweep(test: str, study: Study, source: NamedFiles, output: NamedFile
     value = measured(study, test)
     runs, coefficients, r2, level = fit_sweep(study, test, source.sweep)
     runs["response_sd"] = read_metric(runs["run_id"], sweep.spread)
-    spec = parse_spec(point_spec(rig(study, test), test, {}, config.seed))
+    spec = parse_spec(point_spec(config.run_of(swept_test(config, test)), test, {}, config.seed))
     runs["repeats"] = getattr(spec.geometry, sweep.repeats)
     confirm = read_written(source.confirmation)
     confirmed = np.array(read_metric(confirm["run_id"], sweep.metric))

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from calibration import figures
 from calibration.chain.handed_over import NamedFiles
 from calibration.chain.responses import columns, with_responses, with_value
 from calibration.chain.study import Study, read_region
-from calibration.figures import pairs_of, plane
+from calibration.figures import plane
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
@@ -283,7 +284,7 @@ def contours(
             ax.contour(a, b, y, [solution.target], colors=figures.ORANGE, linewidths=2.5)
         _mark(ax, region, pair, solution.chosen)
 
-    return figures.panels(pairs_of(region), (4.1, 3.5), draw)
+    return figures.panels(combinations(range(len(region)), 2), (4.1, 3.5), draw)
 
 
 def _mark(ax, region, pair, chosen):
@@ -315,10 +316,7 @@ def desirability_contours(
                 ax.clabel(drawn, fmt=f"target {n + 1}: %.4g", fontsize=8)
         _mark(ax, region, pair, found.chosen)
 
-    return figures.panels(pairs_of(region), (4.8, 4.0), draw)
-
-
-sentences = worded("optimise")
+    return figures.panels(combinations(range(len(region)), 2), (4.8, 4.0), draw)
 
 
 STAGES = (
@@ -331,7 +329,7 @@ STAGES = (
         plans=(Plan("candidate_first", ahead=_ahead), Plan("candidate")),
         figures=(Figure("contours", ("solution_set.csv", "optimum.json")),),
         tables=(("solution_set", "Points of the solution set"),),
-        sentences=sentences,
+        sentences=worded("optimise"),
         pictured="candidate",
         also_made_by=lambda config: ("candidate", "plan_candidate_first", "plan_candidate"),
     ),

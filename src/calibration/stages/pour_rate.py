@@ -151,9 +151,6 @@ def _reach_of_any(a, b, rates):
     return float(quantile * np.sqrt(0.5 * parts.sum()))
 
 
-sentences = worded("pour_rate", reach_of_any=_reach_of_any)
-
-
 STAGES = (
     Stage(
         name="pour_rate",
@@ -162,6 +159,6 @@ STAGES = (
         plans=(Plan("pour_rate", ahead=_ahead),),
         figures=(Figure("pour_rate", ("rates.csv", "runs.csv")),),
         tables=(("rates", "Rates and rigs"),),
-        sentences=sentences,
+        sentences=worded("pour_rate", reach_of_any=_reach_of_any),
     ),
 )

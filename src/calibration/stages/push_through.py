@@ -263,16 +263,13 @@ def _panel(ax, pushed):
     ax.set_title(figures.label(row["machine"]), fontsize=9)
 
 
-sentences = worded("push_through")
-
-
 SHOWN: Any = {
     "figures": (Figure("push_through", ("metrics.csv", "runs.csv")),),
     "tables": (
         ("metrics", "Each metric over the draws"),
         ("shares", "Share of each metric's spread that goes with a parameter"),
     ),
-    "sentences": sentences,
+    "sentences": worded("push_through"),
 }
 """What either shows."""
 

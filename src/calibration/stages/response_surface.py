@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from calibration.chain.handed_over import NamedFiles
 from calibration.chain.responses import naming_left_out, told, with_responses, with_value
 from calibration.chain.study import Study, further_files, read_region
 from calibration.errors import CalibrationError
-from calibration.figures import label_3d, pairs_of, plane
+from calibration.figures import label_3d, plane
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import plan, write_plan
@@ -237,10 +238,7 @@ def surfaces(
         ax.plot_surface(a, b, y, cmap="viridis", alpha=0.9, rasterized=True)
         label_3d(ax, *(figures.label(region[k].name) for k in pair), response.axis)
 
-    return figures.panels(pairs_of(region), (3.9, 3.6), draw, projection="3d")
-
-
-sentences = worded("response_surface")
+    return figures.panels(combinations(range(len(region)), 2), (3.9, 3.6), draw, projection="3d")
 
 
 STAGES = (
@@ -263,7 +261,7 @@ STAGES = (
             ("coefficients", "Coefficients, in coded levels"),
             ("diagnostics", "Residuals and influence"),
         ),
-        sentences=sentences,
+        sentences=worded("response_surface"),
         pictured="response_surface",
     ),
 )

@@ -274,9 +274,6 @@ def pareto(
     return figure
 
 
-sentences = worded("screening")
-
-
 STAGES = (
     Stage(
         name="screening",
@@ -291,7 +288,7 @@ STAGES = (
             ("effects", "Effects"),
             ("anova", "Analysis of variance"),
         ),
-        sentences=sentences,
+        sentences=worded("screening"),
         pictured="screening",
     ),
 )

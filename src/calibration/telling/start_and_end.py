@@ -55,10 +55,8 @@ def _warnings(config, factors):
 def closing(study: Study) -> list[str]:
     """Sentences: the answer, the page of a diagnosis, and where the report is; whatever of them is
     there."""
-    from calibration.telling.answer.words import lines  # loads the figures
-
     found = answer_of(study)
-    said = lines(found) if found else []
+    said = str(found).splitlines() if found else []
     verdict = study.summary("diagnosis", "verdict")
     if verdict:
         page = Path(study.folder, "diagnosis", "diagnosis.html").absolute()

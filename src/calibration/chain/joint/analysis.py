@@ -169,7 +169,7 @@ def analysed(
     known = {k: p for k, p in config.posterior.priors.items() if k in parameters}
     found = {
         "parameters": parameters,
-        "correlation": _correlation(posterior.draws),
+        "correlation": np.atleast_2d(np.corrcoef(posterior.draws.T)).tolist(),
         "level": LEVEL,
         "box": {f.name: [f.low, f.high] for f in factors},
         "priors": {k: p.model_dump() for k, p in known.items()},
@@ -225,11 +225,6 @@ def _sampler(posterior):
         "accepted": posterior.accepted,
         "converged": posterior.converged,
     }
-
-
-def _correlation(draws):
-    d = draws.shape[1]
-    return np.corrcoef(draws.T).reshape(d, d).tolist()
 
 
 def _natural(factors, u):

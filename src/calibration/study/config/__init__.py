@@ -1,7 +1,7 @@
 """The configuration of a study: schema, checks, its measured values and the run specs that it
 describes."""
 
-from calibration.study.config.measured import goals, is_measured, read_back, read_swept, read_target
+from calibration.study.config.measured import goals, read_back, read_swept, read_target
 from calibration.study.config.parse import given, parse_config, stands_alone, with_engine
 from calibration.study.config.schema import METRICS, Config, section_of
 from calibration.study.config.specs import numbers_of, overlay, point_spec, states, with_levels
@@ -11,7 +11,6 @@ __all__ = [
     "Config",
     "given",
     "goals",
-    "is_measured",
     "numbers_of",
     "overlay",
     "parse_config",

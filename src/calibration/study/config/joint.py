@@ -139,11 +139,7 @@ def handed_out_by(config: Config) -> str:
     """The stages that the parameters come from which a study hands out, `chain` or `joint`."""
     if config.by_atlas:
         return "joint"
-    return config.calibrate.by or ("joint" if _waits_for_all(config) else "chain")
-
-
-def _waits_for_all(config):
-    return "joint" in config.supplements
+    return config.calibrate.by or ("joint" if "joint" in config.supplements else "chain")
 
 
 def joint_factors(config: Config, factors: Iterable[Factor | Choice]) -> list[Factor | Choice]:
@@ -222,7 +218,7 @@ def _pooled(target, rows, reading_sd):
 def check_joint(config: Config, factors: Sequence[Factor | Choice]) -> None:
     """Raise ConfigError for what a joint study cannot be made of."""
     _check_names(config, factors)
-    if _waits_for_all(config):
+    if "joint" in config.supplements:
         check_targets(config)
     elif handed_out_by(config) == "joint":
         allowed = "chain, or joint among the supplements"

@@ -94,7 +94,7 @@ def write_settings(lab: Laboratory) -> None:
     """Write what atlas and pilot may change: the configuration, the factors and the page."""
     write_factors(lab.folder / "factors.tsv", lab.factors)
     write_text(configuration(lab), lab.folder / "config.yaml")
-    write_text(page(lab), lab.folder / PAGE)
+    write_text(macros("calibration.study.new", "files").page(lab), lab.folder / PAGE)
 
 
 def _measured(tests):
@@ -139,11 +139,6 @@ def _text(lab, often):
     return macros("calibration.study.new", "files").config(
         lab.folder.name, lab.name, lab.alone, lead.rig, metric, margin, parts, often
     )
-
-
-def page(lab: Laboratory) -> str:
-    """The text of the study's README.md: what was chosen, and where each given value went."""
-    return macros("calibration.study.new", "files").page(lab)
 
 
 def _yaml(data, indent=0):

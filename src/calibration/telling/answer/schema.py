@@ -119,9 +119,9 @@ class Answer(_Part):
     runs: Runs
 
     def __str__(self) -> str:
-        from calibration.telling.answer.words import lines
+        from calibration.telling.answer.words import said  # loads the figures
 
-        return "\n".join(lines(self))
+        return "\n".join(said("lines", self))
 
     __repr__ = __str__
 

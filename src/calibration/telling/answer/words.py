@@ -149,8 +149,3 @@ def said(
 ) -> list[str]:
     """The lines that a macro gives, of `words.j2` or of another template of the package."""
     return [x for x in getattr(_macros(template), macro)(*given, **told).splitlines() if x]
-
-
-def lines(answer: Answer) -> list[str]:
-    """The answer in few lines of plain text."""
-    return said("lines", answer)
