@@ -6,6 +6,9 @@ from pathlib import Path
 
 import pytest
 
+ROOT = Path(__file__).parents[1]
+"""Of the repository."""
+
 
 def tells(text, *names):
     """Whether one sentence of a text, or one row of a table in it, holds all of these names."""

@@ -9,12 +9,11 @@ text. New files stand in `examples/extend/NAME` where they stand in the project.
 import os
 import re
 import shutil
-from pathlib import Path
 from textwrap import indent
 
+from facts import ROOT
 from started import python
 
-ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples" / "extend"
 BLOCK = re.compile(r"^```\w+\n# ([\w./]+), (before|in place of): ([^\n]+)\n(.*?)^```$", re.M | re.S)
 

@@ -16,8 +16,8 @@ import pytest
 from calibration.files import write_text
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
+from facts import ROOT
 
-ROOT = Path(__file__).parents[1]
 RECORD, FIGURE = "verification record", "verification figure"  # names of a report's properties
 
 

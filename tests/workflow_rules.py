@@ -22,10 +22,9 @@ from snakemake.settings.types import (
 from snakemake_interface_executor_plugins.settings import ExecMode
 
 from calibration.study.stage import resolve
+from facts import ROOT
 from opened.watch import undeclared, watching
 from stage_files import Files
-
-ROOT = Path(__file__).parents[1]
 
 
 def planned_jobs(folder, *arguments, environment=None):

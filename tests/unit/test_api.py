@@ -14,10 +14,9 @@ from calibration import Study
 from calibration.errors import CalibrationError, ConfigError
 from calibration.interface import api
 from calibration.runs.snakemake_command import WORKFLOW, call
-from facts import refused, tells
+from facts import ROOT, refused, tells
 from frozen import FROZEN
 
-ROOT = Path(__file__).parents[2]
 Ended = partial(CompletedProcess, "snakemake")
 
 

@@ -24,7 +24,7 @@ from calibration.stages.joint import first_points
 from calibration.study.factors import read_factors
 from dem.results import write_result
 from dem.spec import parse_spec
-from facts import tells
+from facts import ROOT, tells
 from workflow_rules import rules_of
 
 RIG = ["--grain=4mm", "--density=1.3g/cm3", "--orifice=40mm", "--plate=160mm", "--height=100mm"]
@@ -193,10 +193,9 @@ def test_few_runs_correct_an_atlas_that_is_off(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_the_page_s_python_tells_the_parameters_of_a_study(monkeypatch):
-    root = Path(__file__).parents[2]
-    block = re.search(r"```python\n(.*?)```", (root / "docs/atlas.md").read_text(), re.DOTALL)[1]
+    block = re.search(r"```python\n(.*?)```", (ROOT / "docs/atlas.md").read_text(), re.DOTALL)[1]
     *lines, last = block.strip().splitlines()
-    monkeypatch.chdir(root)
+    monkeypatch.chdir(ROOT)
     names = {}
     exec("\n".join(lines), names)
     table = eval(last, names)

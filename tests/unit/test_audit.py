@@ -1,18 +1,16 @@
 import csv
 import shutil
 from fnmatch import fnmatch
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from facts import refused
+from facts import ROOT, refused
 from paper.audit import COLUMNS, AuditInputError, run_audit, write_audit
 from paper.audit.bench import stepped_restitution
 from paper.audit.paper import Found
 
-ROOT = Path(__file__).parents[2]
 SHIPPED, CORRECTED = ROOT / "data/paper", ROOT / "tests/corrected_paper"
 
 

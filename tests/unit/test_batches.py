@@ -26,9 +26,7 @@ from calibration.study.config import parse_config
 from calibration.study.cost import LEAST_JOBS, RUN_S, run_seconds
 from dem.errors import BlowUpError, StoppedError
 from dem.io.files import write_json
-from facts import refused
-
-ROOT = Path(__file__).parents[2]
+from facts import ROOT, refused
 
 DROP = {"experiment": "drop", "geometry": {"drop_height_mm": 5.0, "drops": 1}}
 

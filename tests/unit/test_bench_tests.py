@@ -21,11 +21,10 @@ from calibration.stages.bench_tests import (
 )
 from calibration.study.config import numbers_of, overlay, parse_config
 from calibration.study.config.tests import SWEPT
-from facts import refused
+from facts import ROOT, refused
 from made_up import answer
 from stage_files import Files, PlanFiles
 
-ROOT = Path(__file__).parents[2]
 OUT = Files(runs="runs.csv", figure="figure.svg", summary="summary.json")
 FACTORS = {"tilt": "bean_steel_static_friction", "drop": "bean_steel_restitution"}
 LAWS = {"tilt": lambda level: 50.0 * level + 3.0, "drop": lambda level: 100.0 * level**2}

@@ -25,9 +25,9 @@ from calibration.runs.snakemake_command import rule_names
 from calibration.study.config import Config, overlay, parse_config
 from dem.spec import RunSpec, parse_spec
 from dem.units import in_ascii, unit_of, without_unit
+from facts import ROOT
 from started import python
 
-ROOT = Path(__file__).parents[2]
 PAGES = (
     "README.md", "config/*.md", "data/*/README.md", "docs/*.md", "examples/*/README.md",
     "examples/*.md",

@@ -30,10 +30,8 @@ from calibration.statistics.surface import model_matrix, quadratic_terms
 from calibration.study.config import parse_config
 from calibration.study.config.schema import ScreeningConfig
 from calibration.study.factors import Factor, read_factors
-from facts import refused, tells
+from facts import ROOT, refused, tells
 from stage_files import PlanFiles
-
-ROOT = Path(__file__).parents[2]
 
 
 def factors(k):

@@ -4,16 +4,15 @@ files, links, commands and tests."""
 import csv
 import json
 import re
-from pathlib import Path
 
 import pytest
 
 from calibration.study.config import Config, section_of
 from dem.experiments import experiments
 from dem.spec import RunSpec
+from facts import ROOT
 from started import python
 
-ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *ROOT.glob("docs/*.md"), *ROOT.glob("config/*.md")]
 
 

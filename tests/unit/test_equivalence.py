@@ -1,8 +1,6 @@
 """Verdicts by a margin: a published equivalence test, and the errors that they promise; the
 comparison with the measurement agrees with scipy's and statsmodels' tests."""
 
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -24,7 +22,7 @@ from calibration.statistics.equivalence import (
     verdict,
 )
 from calibration.statistics.validate import Stated, compare, variance_components
-from facts import refused
+from facts import ROOT, refused
 from paper.audit.paper import Paper
 
 
@@ -122,7 +120,7 @@ def test_what_cannot_be_judged_is_said():
         verdict(np.nan, 1.0, 1.0)
 
 
-PAPER = Path(__file__).parents[2] / "data" / "paper"
+PAPER = ROOT / "data" / "paper"
 
 
 def groups(file):

@@ -20,9 +20,8 @@ from calibration.study.config import given, overlay, parse_config
 from calibration.study.config.tests import swept_test
 from calibration.study.factors import read_factors
 from calibration.study.stage import Plan, Points, Stage
-from facts import refused, tells
+from facts import ROOT, refused, tells
 
-ROOT = Path(__file__).parents[2]
 DATA = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
 
 

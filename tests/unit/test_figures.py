@@ -3,7 +3,6 @@ reproducibly."""
 
 from dataclasses import replace
 from itertools import combinations
-from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -20,10 +19,8 @@ from calibration.statistics.screening import screen, significant
 from calibration.statistics.surface import fit_surface
 from calibration.statistics.validate import compare
 from calibration.study.factors import read_factors
-from facts import tells
+from facts import ROOT, tells
 from paper.audit.paper import Paper
-
-ROOT = Path(__file__).parents[2]
 
 
 def paper(name):

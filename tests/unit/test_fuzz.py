@@ -41,10 +41,10 @@ from calibration.study.new.reading_tables import read_filled, write_empty
 from dem.errors import DemError
 from dem.io.stl import read_stl, write_stl
 from diagnosis.settings import study_settings
+from facts import ROOT
 
 pytestmark = pytest.mark.slow
 
-ROOT = Path(__file__).parents[2]
 TOKENS = [
     b"nan", b"-inf", b"1e999", b"-1", b"0", b"1" * 400, b"", b"\0", b"\xff\xfe", "é²½".encode(),
     b"\t", b",", b";", b'"', b"\n", b"\r\n", b"#", b"=1+1", b"[", b"]", b"{", b"}", b": ", b"- ",

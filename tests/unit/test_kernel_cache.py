@@ -9,9 +9,8 @@ from pathlib import Path
 import pytest
 
 from dem import fingerprint, kernel_cache
+from facts import ROOT
 from started import python
-
-ROOT = Path(__file__).parents[2]
 
 
 def folder_of(source, tmp_path, **environment):

@@ -14,10 +14,9 @@ from dem.contact.law import ROLES
 from dem.contact.properties import BASE, PairProperties
 from dem.contact.registry import DEFAULTS, Laws
 from dem.spec import LawParameters, LawsSpec
-from facts import tells
+from facts import ROOT, tells
 from started import python
 
-ROOT = Path(__file__).parents[2]
 SRC = ROOT / "src"
 
 

@@ -22,7 +22,7 @@ from calibration.study.new.grains import clump_of_axes
 from calibration.study.new.methods import methods
 from dem.errors import BlowUpError, RefusedStateError
 from dem.grains.clump import fault, shape_of
-from facts import tells
+from facts import ROOT, tells
 
 OF_TWO = [*WHEAT[:6], "--grain", "4mm", *WHEAT[-2:]]
 """Two rigs, of which the pilot takes half as long."""
@@ -361,7 +361,7 @@ def test_drops_from_several_heights_show_their_scatter_together(here):
 
 def test_what_bounces_write_is_taken_as_it_is(here):
     """The drops of a recording have each their own height."""
-    sound = Path(__file__).parents[2] / "data/instruments/bounce_made.wav"
+    sound = ROOT / "data/instruments/bounce_made.wav"
     assert main(["bounce", str(sound), "--out", "drops.csv"]) == 0
     config = begun("own", [*GRAIN, "--drop", "drops.csv", "wall=steel"])
     rows = pd.read_csv("drops.csv")

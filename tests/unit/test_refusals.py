@@ -39,9 +39,8 @@ from dem.errors import DemError
 from dem.io.grain_tables import read_clump, read_sizes
 from dem.io.stl import read_stl
 from dem.spec import load_spec
-from facts import holds, refused, tells
+from facts import ROOT, holds, refused, tells
 
-ROOT = Path(__file__).parents[2]
 SALT = [f.name for f in read_factors(ROOT / "config/factors.tsv")]
 LONGEST = 1500
 """Characters of a refusal."""

@@ -8,7 +8,6 @@ independent transcriptions of the first fraction's data.
 """
 
 import itertools
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -26,6 +25,7 @@ from calibration.statistics.screening import screen, significant
 from calibration.statistics.screening_design import foldover, plackett_burman
 from calibration.statistics.surface import fit_surface
 from calibration.study.factors import Factor
+from facts import ROOT
 from frozen import FROZEN
 
 
@@ -244,7 +244,7 @@ def test_a_rising_ridge_is_told():
     assert np.linalg.norm(full) > 2.0 * np.sqrt(2.0)
 
 
-PAPER = Path(__file__).parents[2] / "data/paper"
+PAPER = ROOT / "data/paper"
 CODES = list("ABCDEFG")
 
 

@@ -4,14 +4,12 @@ missing."""
 
 import json
 import re
-from pathlib import Path
 
 import pytest
 import yaml
 
+from facts import ROOT
 from started import python
-
-ROOT = Path(__file__).parents[2]
 
 
 def test_the_version_is_the_same_everywhere():

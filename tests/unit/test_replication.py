@@ -27,10 +27,8 @@ from calibration.stages.validation import plan_validation
 from calibration.statistics.validate import mean_interval, runs_needed
 from calibration.study.config import overlay, parse_config
 from calibration.study.factors import read_factors
-from facts import tells
+from facts import ROOT, tells
 from stage_files import Files, PlanFiles
-
-ROOT = Path(__file__).parents[2]
 
 
 def salt_of(*files, **own):

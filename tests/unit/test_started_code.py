@@ -13,9 +13,8 @@ from calibration.errors import ConfigError
 from calibration.intake import started_code
 from calibration.intake.started_code import SETTINGS, allow, permit, refuse_unasked
 from calibration.study.config.schema import Config
-from facts import refused
+from facts import ROOT, refused
 
-ROOT = Path(__file__).parents[2]
 STARTERS = {
     "subprocess.run", "subprocess.Popen", "subprocess.call", "subprocess.check_call",
     "subprocess.check_output", "os.system", "os.popen", "os.execv", "os.execve", "os.execvp",

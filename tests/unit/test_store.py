@@ -49,10 +49,9 @@ from dem.io.checked import sealed
 from dem.io.stl import write_stl
 from dem.results import write_failure, write_result
 from dem.spec import parse_spec
-from facts import refused, tells
+from facts import ROOT, refused, tells
 from stage_files import PlanFiles
 
-ROOT = Path(__file__).parents[2]
 NO_STUDY = SimpleNamespace(name="none", results="results")
 """Settings of a study that has planned nothing."""
 

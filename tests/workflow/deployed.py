@@ -5,14 +5,12 @@ import os
 import subprocess
 import sys
 import sysconfig
-from pathlib import Path
 
 import yaml
 
 from calibration.intake.started_code import allow
 from calibration.study.config.schema import Config
-
-ROOT = Path(__file__).parents[2]
+from facts import ROOT
 
 FACTORS = """code\tname\tkey\tlow\thigh\tdescription
 A\tbounce\tcontacts.particle_wall.restitution\t0.4\t0.6\tof grain and plate

@@ -26,10 +26,8 @@ from calibration.study.factors import read_factors
 from dem.errors import BlowUpError
 from dem.results import write_result
 from dem.spec import parse_spec
-from facts import tells
+from facts import ROOT, tells
 from snakemake_logger_plugin_calibration import LogHandler
-
-ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture

@@ -3,14 +3,13 @@ has just run."""
 
 import base64
 import re
-from pathlib import Path
 
 import pytest
 
 from calibration.telling.report.embed import READABLE
+from facts import ROOT
 from started import python
 
-ROOT = Path(__file__).parents[2]
 STUDY = ROOT / "results" / "salt-test"
 
 pytestmark = [

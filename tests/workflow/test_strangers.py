@@ -2,7 +2,6 @@
 
 import json
 import sys
-from pathlib import Path
 
 import pytest
 import yaml
@@ -10,10 +9,8 @@ from deployed import done, write_study
 
 from calibration.errors import ConfigError
 from calibration.study.config.as_data import data_of
-from facts import refused, tells
+from facts import ROOT, refused, tells
 from started import python
-
-ROOT = Path(__file__).parents[2]
 
 DEFINES = """
 name: elsewhere

@@ -11,10 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from facts import tells
+from facts import ROOT, tells
 from started import python
 
-ROOT = Path(__file__).parents[2]
 BLOCK = re.compile(r"^```bash\n(.*?)^```", re.M | re.S)
 
 
