@@ -8,6 +8,7 @@ import yaml
 
 from calibration.runs.plans import read_plan, result_path
 from calibration.study.config import parse_config
+from calibration.study.factors import Factor
 from dem.results import write_result
 from dem.spec import parse_spec
 from small_heap import RUN
@@ -20,6 +21,11 @@ READINGS = """experiment,quantity,value,unit
 heap,angle_of_repose,3,deg
 heap,angle_of_repose,4,deg
 """
+
+
+def factors(k):
+    """k factors A, B, ... between 0 and 1."""
+    return [Factor(chr(65 + i), f"f{i}", f"k{i}", 0.0, 1.0) for i in range(k)]
 
 
 def made_up(folder, monkeypatch, keys, measured=READINGS, ends=(0.1, 0.5), **more):

@@ -6,7 +6,6 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 import pytest
 import yaml
 
@@ -31,6 +30,7 @@ from calibration.study.config import parse_config
 from calibration.study.config.schema import ScreeningConfig
 from calibration.study.factors import Factor, read_factors
 from facts import ROOT, refused, tells
+from paper_tables import paper_table
 from stage_files import PlanFiles
 
 
@@ -143,9 +143,6 @@ def test_what_no_design_takes_is_said():
             screening_design(factors(k), ScreeningConfig())
 
 
-PAPER = ROOT / "data" / "paper"
-
-
 @pytest.mark.parametrize(
     ("k", "runs"),
     [(4, 12), (7, 12), (8, 12), (11, 12), (12, 16), (15, 16), (16, 20), (20, 24), (23, 24)],
@@ -171,7 +168,7 @@ def test_natural_levels_stand_beside_coded_ones():
 
 
 def test_shipped_factors_are_table_5():
-    printed = pd.read_csv(PAPER / "table05_contact_parameter_ranges.csv", comment="#")
+    printed = paper_table("table05_contact_parameter_ranges")
     factors = read_factors(ROOT / "config" / "factors.tsv")
     found = [(f.code, f.name, f.low, f.high) for f in factors]
     assert found == [tuple(row) for row in printed.itertuples(index=False)]
@@ -196,15 +193,13 @@ def test_a_box_behnken_design_estimates_the_quadratic_model(k):
 
 
 def test_the_papers_second_design_is_a_box_behnken_design():
-    printed = pd.read_csv(PAPER / "table11_box_behnken.csv", comment="#")[
-        ["X", "Y", "Z"]
-    ].to_numpy()
+    printed = paper_table("table11_box_behnken")[["X", "Y", "Z"]].to_numpy()
     ours = coded(box_behnken(factors(3), centre_runs=5), 3)
     assert sorted(map(tuple, printed)) == sorted(map(tuple, ours))
 
 
 def test_table_10_from_its_start_and_steps():
-    path = pd.read_csv(PAPER / "table10_steepest_ascent.csv", comment="#")
+    path = paper_table("table10_steepest_ascent")
     table_5 = {f.code: f for f in read_factors(ROOT / "config" / "factors.tsv")}
     chosen = [table_5[c] for c in "GEC"]
     start = dict(zip((f.name for f in chosen), (0.11, 0.75, 0.26), strict=True))

@@ -28,6 +28,7 @@ from paper.audit.paper import Paper
 from paper.reproduction.study import Study as Kept
 from paper.rigs import POINTS, RATES, READINGS, SPEEDS, chosen, judged
 from paper.stages import CAUSES
+from paper_tables import paper_table
 
 KEPT = FROZEN / "salt-paper"
 PAPER = Paper("data/paper")
@@ -133,7 +134,7 @@ def test_a_cause_is_judged_by_the_scatter_of_its_own_runs(tables):
         rows.append({"cause": "rig", "strength": 1.0, "replicate": k, "run": f"{k} {i}"})
         metrics[f"{k} {i}"] = {"angle_of_repose_deg": values[k, i]}
     found = own.spreads_of(PAPER, runs, rows, causes, metrics, FROZEN)
-    angles = pd.read_csv("data/paper/table13_validation.csv", comment="#")["angle_deg"]
+    angles = paper_table("table13_validation")["angle_deg"]
     assert found["rig"] == pytest.approx(
         np.sqrt(values.var(axis=0, ddof=1).mean() / 3 + angles.var())
     )

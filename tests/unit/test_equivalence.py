@@ -2,7 +2,6 @@
 comparison with the measurement agrees with scipy's and statsmodels' tests."""
 
 import numpy as np
-import pandas as pd
 import pytest
 from scipy import stats
 from statsmodels.stats.weightstats import CompareMeans, DescrStatsW, ttost_ind
@@ -22,8 +21,8 @@ from calibration.statistics.equivalence import (
     verdict,
 )
 from calibration.statistics.validate import Stated, compare, variance_components
-from facts import ROOT, refused
-from paper.audit.paper import Paper
+from facts import refused
+from paper_tables import measured_angles, simulated_angles
 
 
 def sample(mean, sd, n):
@@ -120,22 +119,8 @@ def test_what_cannot_be_judged_is_said():
         verdict(np.nan, 1.0, 1.0)
 
 
-PAPER = ROOT / "data" / "paper"
-
-
-def groups(file):
-    table = pd.read_csv(PAPER / file, comment="#")
-    return table.pivot(index="group", columns="replicate", values="angle_deg").to_numpy()
-
-
-@pytest.fixture(scope="module")
-def simulated():
-    return groups("table13_validation.csv")
-
-
-@pytest.fixture(scope="module")
-def measured():
-    return Paper(PAPER).angles()["angle_deg"].to_numpy().reshape(5, 5)
+simulated = pytest.fixture(simulated_angles, scope="module", name="simulated")
+measured = pytest.fixture(measured_angles, scope="module", name="measured")
 
 
 @pytest.mark.parametrize("alpha", [0.05, 0.01])

@@ -96,6 +96,16 @@ def conversion(mapping, **changes):
     return Conversion(parse_spec(mapping), found(**changes))
 
 
+def typed(code, spec):
+    """The page of numbers to type into a code for a spec with nothing searched."""
+    return by_hand.block(code, granulate(spec), Conversion(spec), [])
+
+
+def uncommented(text):
+    """A block's text as one line, without the signs of its comments."""
+    return " ".join(re.sub(r"^(#|//)", "", text, flags=re.M).split())
+
+
 def mass(material):
     """Mass of the mean grain [kg]."""
     return 4 / 3 * math.pi * material.radius**3 * material.grain.density
@@ -131,8 +141,7 @@ def test_effective_constants_are_those_of_hertz_and_mindlin(material):
 
 def test_contact_radius_gives_back_the_hertz_force(material):
     p = material.grain_grain
-    weight = 4 / 3 * math.pi * material.radius**3 * material.grain.density * GRAVITY
-    assert p.load == pytest.approx(10 * weight)
+    assert p.load == pytest.approx(10 * mass(material) * GRAVITY)
     assert 4 / 3 * p.young * p.contact_radius**3 / p.radius == pytest.approx(p.load)
 
 
@@ -165,11 +174,9 @@ def test_liggghts_block_has_full_symmetric_matrices(material, mapping):
     assert [float(x) for x in young] == [7.5e6, 2.08e11]
     assert "hard_particles yes" in text
     assert "soft_particles" not in text
-    rolling = [
-        float(x) for x in re.search(r"RollingFriction peratomtypepair 2 (.+)", text)[1].split()
-    ]
+    [rolling] = re.findall(r"RollingFriction peratomtypepair 2 (.+)", text)
     on_steel = (FIXED | OPTIMUM)["salt_steel_rolling_friction"]
-    assert rolling == pytest.approx([MU_R, *[on_steel] * 3], rel=1e-5)
+    assert [float(x) for x in rolling.split()] == pytest.approx([MU_R, *[on_steel] * 3], rel=1e-5)
 
 
 def test_liggghts_is_told_of_soft_grains(mapping):
@@ -294,8 +301,7 @@ def test_edem_type_c_prints_the_spring_and_its_damping(mapping):
     chosen = {"rolling_stiffness_factor": 1.5, "rolling_damping_ratio": 0.2}
     for parameters, stiffness, eta in (({}, 2.25, 0.3), (chosen, 1.5, 0.2)):
         changes = {"laws": {"rolling": "elastic_plastic"}, "law_parameters": parameters}
-        spec = overlay(mapping, changes)
-        text = by_hand.block("edem", granulate(parse_spec(spec)), Conversion(parse_spec(spec)), [])
+        text = typed("edem", parse_spec(overlay(mapping, changes)))
         assert tells(text, "viscous damping", str(eta))
         assert tells(text, "rolling stiffness", str(stiffness))
         assert ("NOT CONVERTED" in text) == (stiffness != 2.25)
@@ -332,7 +338,7 @@ def test_edem_states_the_whole_rig(mapping):
     spec = overlay(mapping, {"particles": {"count": 500, "sizes": SIEVED},
                              "geometry": {"funnel_half_angle_deg": 45}})  # fmt: skip
     spec = parse_spec(spec)
-    text = by_hand.block("edem", granulate(spec), Conversion(spec), [])
+    text = typed("edem", spec)
     rows, g = rows_in(text), spec.geometry
     up = 0.5 * (g.funnel_top_diameter_mm - g.orifice_diameter_mm)
     assert float(rows["Funnel: mouth, z"][0]) == pytest.approx(g.discharge_height_mm + up)
@@ -347,39 +353,30 @@ def test_rocky_says_what_it_cannot_take(mapping):
     """Its manual has one rolling resistance for a particle, and no type C with a dashpot."""
     for law, lost in (("none", 0), ("constant_torque", 1), ("elastic_plastic", 2)):
         spec = parse_spec(overlay(mapping, {"laws": {"rolling": law}}))
-        text = by_hand.block("rocky", granulate(spec), Conversion(spec), [])
+        text = typed("rocky", spec)
         assert text.count("NOT CONVERTED") == lost
         assert (f"{spec.contacts.particle_wall.rolling_friction:.6g}" in text) == (lost > 0)
 
 
 def test_lammps_alone_takes_the_torsion_along(mapping):
-    twisting = overlay(mapping, {"laws": {"torsion": "marshall", "rolling": "elastic_plastic"}})
+    laws = {"torsion": "marshall", "rolling": "elastic_plastic"}
+    plain, twisting = (parse_spec(overlay(mapping, m)) for m in ({}, {"laws": laws}))
     for code, keeps in ((lammps, True), (liggghts, False), (yade, False), (mercurydpm, False)):
-        for spec in (mapping, twisting):
-            c = Conversion(parse_spec(spec), None)
-            text = code.block(granulate(parse_spec(spec)), c, [])
-            told = " ".join(re.sub(r"^(#|//)", "", text, flags=re.M).split())
+        for spec in (plain, twisting):
+            text = code.block(granulate(spec), Conversion(spec), [])
             assert ("twisting marshall" in text) == (keeps and spec is twisting)
-            assert ("NOT CONVERTED: torsion" in told) == (not keeps and spec is twisting)
-    text = by_hand.block(
-        "edem", granulate(parse_spec(twisting)), Conversion(parse_spec(twisting)), []
-    )
-    assert "NOT CONVERTED: torsion" in text
+            lost = "NOT CONVERTED: torsion" in uncommented(text)
+            assert lost == (not keeps and spec is twisting)
+    assert "NOT CONVERTED: torsion" in typed("edem", twisting)
 
 
 # --- what an export says --------------------------------------------------------------------------
 
 
 def test_a_law_calibrated_with_keeps_its_number(mapping):
-    spec = parse_spec(
-        overlay(
-            mapping,
-            {
-                "laws": {"rolling": "elastic_plastic"},
-                "law_parameters": {"rolling_stiffness_factor": 3.0},
-            },
-        )
-    )
+    law = {"laws": {"rolling": "elastic_plastic"},
+           "law_parameters": {"rolling_stiffness_factor": 3.0}}  # fmt: skip
+    spec = parse_spec(overlay(mapping, law))
     assert not rolling.needs_search(spec)
     c = Conversion(spec)
     e = c.equivalent
@@ -430,7 +427,7 @@ def test_an_export_says_when_the_angle_cannot_be_reached(material, mapping):
 def test_grains_that_do_not_turn_are_held_in_every_code(material, mapping, code, held):
     text = code.block(material, conversion(mapping, **HELD), [])
     assert held in text
-    told = " ".join(re.sub(r"^(#|//)", "", text, flags=re.M).split())
+    told = uncommented(text)
     assert tells(told, "NOT TURN")
     assert "OUT OF REACH" not in told
     assert held not in code.block(material, conversion(mapping), [])
@@ -790,8 +787,9 @@ def test_a_deck_is_whole_and_says_how_it_is_checked(files, code):
             assert name in " ".join(first.split())
         # no heaps with the numbers of this study's search were tried
         assert ("MISSES" in first) == (folder == "exports")
-        assert f"{json.loads((deck / 'expected.json').read_text())['margin']:g} deg" in first
-        assert f"{json.loads((deck / 'expected.json').read_text())['mean']:.2f} deg" in text
+        expected = json.loads((deck / "expected.json").read_text())
+        assert f"{expected['margin']:g} deg" in first
+        assert f"{expected['mean']:.2f} deg" in text
         for name in DECK | OWN_FILES[code]:
             assert f"`{name}`" in text or name == "README.md"
         named = re.findall(r"^include (\S+)", (deck / f"in.{code}").read_text(), re.M)
@@ -835,9 +833,7 @@ def test_a_block_has_the_number_of_the_search_only_where_it_is_converted(files, 
     assert "NOT CONVERTED" in plain
     converted = (files / "exports" / "converted" / name).read_text()
     assert "NOT CONVERTED" not in converted
-    assert f"mu_r = {MU_R:.4g} below" in " ".join(
-        re.sub(r"^(#|//)", "", converted, flags=re.M).split()
-    )
+    assert f"mu_r = {MU_R:.4g} below" in uncommented(converted)
 
 
 def test_the_interval_of_a_straight_line_is_the_textbook_one():

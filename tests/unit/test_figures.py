@@ -6,7 +6,6 @@ from itertools import combinations
 
 import matplotlib.pyplot as plt
 import numpy as np
-import pandas as pd
 import pytest
 
 from calibration import figures
@@ -20,11 +19,7 @@ from calibration.statistics.surface import fit_surface
 from calibration.statistics.validate import compare
 from calibration.study.factors import read_factors
 from facts import ROOT, tells
-from paper.audit.paper import Paper
-
-
-def paper(name):
-    return pd.read_csv(ROOT / "data" / "paper" / name, comment="#")
+from paper_tables import measured_angles, paper_table, simulated_angles
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +29,7 @@ def factors():
 
 @pytest.fixture(scope="module")
 def screening(factors):
-    runs = paper("table06_plackett_burman.csv")
+    runs = paper_table("table06_plackett_burman")
     result = screen(runs, list(factors), runs["angle_deg"])
     return replace(
         result, table=result.table.assign(name=[factors[c].name for c in result.table["code"]])
@@ -43,7 +38,7 @@ def screening(factors):
 
 @pytest.fixture(scope="module")
 def region(factors):
-    levels = paper("table11_coding.csv").set_index("factor")
+    levels = paper_table("table11_coding").set_index("factor")
     return [
         replace(factors[c], low=levels.loc[x, "low"], high=levels.loc[x, "high"])
         for c, x in zip("GEC", "XYZ", strict=True)
@@ -52,7 +47,7 @@ def region(factors):
 
 @pytest.fixture(scope="module")
 def surface():
-    runs = paper("table11_box_behnken.csv").rename(columns={"X": "G", "Y": "E", "Z": "C"})
+    runs = paper_table("table11_box_behnken").rename(columns={"X": "G", "Y": "E", "Z": "C"})
     return fit_surface(runs, list("GEC"), runs["angle_deg"])
 
 
@@ -113,12 +108,8 @@ def test_contours_draw_the_solution_set_through_the_chosen_point(surface, region
 
 
 def test_validation_shows_every_value():
-    simulated = paper("table13_validation.csv").pivot(
-        index="group", columns="replicate", values="angle_deg"
-    )
-    measured = Paper(ROOT / "data" / "paper").angles()["angle_deg"].to_numpy()
-    result = compare(simulated.to_numpy(), measured, margin=1.0)
-    figure = validation_figure(simulated.to_numpy(), measured, result)
+    simulated, measured = simulated_angles(), measured_angles().ravel()
+    figure = validation_figure(simulated, measured, compare(simulated, measured, margin=1.0))
     drawn = [c.get_offsets() for c in figure.axes[0].collections if len(c.get_offsets()) > 1]
     assert sum(len(d) for d in drawn) == 50
     assert not overlapping(figure)

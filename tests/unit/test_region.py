@@ -34,14 +34,11 @@ from calibration.statistics.surface import (
 )
 from calibration.study.config import parse_config
 from calibration.study.config.schema import SurfaceConfig
-from calibration.study.factors import Factor, inside, physical_range, read_factors
+from calibration.study.factors import inside, physical_range, read_factors
 from facts import tells
+from made_up import factors
 from stage_files import Files, PlanFiles
 from workflow_rules import ROOT, rules_of
-
-
-def factors(k):
-    return [Factor(chr(65 + i), f"f{i}", f"k{i}", 0.0, 1.0) for i in range(k)]
 
 
 def noisy(design, codes, sd=0.3, seed=1):

@@ -24,14 +24,9 @@ from calibration.statistics.design import box_behnken
 from calibration.statistics.screening import screen, significant
 from calibration.statistics.screening_design import foldover, plackett_burman
 from calibration.statistics.surface import fit_surface
-from calibration.study.factors import Factor
-from facts import ROOT
 from frozen import FROZEN
-
-
-def factors(k):
-    return [Factor(chr(65 + i), f"f{i}", f"k{i}", 0.0, 1.0) for i in range(k)]
-
+from made_up import factors
+from paper_tables import paper_table
 
 # Montgomery, Design and Analysis of Experiments, 8th edition, table 6.10: filtration rates of an
 # unreplicated 2^4
@@ -244,7 +239,6 @@ def test_a_rising_ridge_is_told():
     assert np.linalg.norm(full) > 2.0 * np.sqrt(2.0)
 
 
-PAPER = ROOT / "data/paper"
 CODES = list("ABCDEFG")
 
 
@@ -293,7 +287,7 @@ def test_the_interaction_that_takes_the_lack_of_fit_is_that_of_statsmodels(runs)
 
 
 def test_a_plackett_burman_effect_carries_a_third_of_each_other_pair():
-    table = pd.read_csv(PAPER / "table06_plackett_burman.csv", comment="#")
+    table = paper_table("table06_plackett_burman")
     found = aliasing(table.rename(columns={"angle_deg": "response"}), CODES)
     for code, pairs in found["aliases"].items():
         assert {frozenset(p) for p in pairs} == {

@@ -16,6 +16,7 @@ from frozen import FROZEN
 from paper.release import __main__ as command
 from paper.release import pages, values
 from paper.release.pages import KEPT, PAGE, read_record
+from paper_tables import paper_table
 
 
 @pytest.fixture
@@ -100,7 +101,7 @@ def test_effects_and_funnels_are_those_of_the_tables():
     error = np.hypot(stats.sem(steep), stats.sem(flat))
     assert found["steeper"] == f"{steep.mean() - flat.mean():.1f}° ± {error:.1f}°"
     slow = pd.read_csv(FROZEN / "salt-slow" / "screening" / "effects.csv").set_index("code")
-    paper = pd.read_csv("data/paper/table06_plackett_burman.csv", comment="#")
+    paper = paper_table("table06_plackett_burman")
     columns = np.column_stack([np.ones(len(paper)), paper[values.FACTORS]])
     slopes = np.linalg.lstsq(columns, paper["angle_deg"], rcond=None)[0][1:]
     off = slow["effect"][values.FACTORS] - 2.0 * slopes
