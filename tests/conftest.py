@@ -89,6 +89,14 @@ def here(tmp_path, monkeypatch):
 
 
 @pytest.fixture
+def with_data(here, request):
+    """A folder to work in that has the project's config, data and examples."""
+    for name in ("config", "data", "examples"):
+        (here / name).symlink_to(request.config.rootpath / name)
+    return here
+
+
+@pytest.fixture
 def repository(monkeypatch, request):
     """The project's own folder to work in."""
     monkeypatch.chdir(request.config.rootpath)

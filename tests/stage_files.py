@@ -1,5 +1,6 @@
 """Input and output files of a stage, as snakemake hands them to it."""
 
+import json
 from pathlib import Path
 from types import SimpleNamespace
 from typing import NamedTuple
@@ -29,3 +30,9 @@ class PlanFiles(NamedTuple):
     def of(cls, folder):
         """Those in a folder."""
         return cls(Path(folder) / "design.csv", Path(folder) / "plan.json")
+
+
+def write(path, content):
+    """Write a text, or a mapping as JSON, and the folders above it."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(content if isinstance(content, str) else json.dumps(content))

@@ -15,6 +15,7 @@ from calibration.stages import answer as stage
 from calibration.telling.answer import words
 from calibration.telling.answer.schema import Answer
 from made_up import HEAP, answer, made_up
+from stage_files import write
 from workflow_rules import rules_of
 
 SCHEMA = Path(words.__file__).with_name("answer.schema.json")
@@ -72,9 +73,7 @@ def answered(config):
                  "drop", "drop_confirmation"):  # fmt: skip
         kept[f"{name}/plan"] = {}
     for name, content in kept.items():
-        path = study.folder / f"{name}.json"
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(content))
+        write(study.folder / f"{name}.json", content)
     heaps = [simulated({"experiment": "heap", "contacts": {"particle_wall": {"restitution":
              bounce}}}, rng) for _ in range(30)]  # fmt: skip
     runs = pd.DataFrame({"response": [h["angle_of_repose_deg"] for h in heaps]})

@@ -21,12 +21,9 @@ Ended = partial(CompletedProcess, "snakemake")
 
 
 @pytest.fixture
-def soybean(tmp_path, monkeypatch):
+def soybean(with_data):
     """The soybean study with a screening's table as another program would have written it."""
-    for name in ("config", "data", "examples"):
-        (tmp_path / name).symlink_to(ROOT / name)
-    monkeypatch.chdir(tmp_path)
-    folder = tmp_path / "results" / "soybean" / "screening"
+    folder = with_data / "results" / "soybean" / "screening"
     folder.mkdir(parents=True)
     table = pd.DataFrame({"code": ["A", "B"], "effect": [10.6, -3.5], "p": [0.0001, 0.008]})
     table.to_csv(folder / "effects.csv", index=False)

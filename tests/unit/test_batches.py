@@ -120,14 +120,11 @@ def test_the_configuration_may_say_how_many_runs_share_a_process():
 
 
 @pytest.fixture
-def study(tmp_path, monkeypatch):
+def study(with_data):
     """A screening of three drops, one of which cannot be made: settings and {name: spec}."""
-    monkeypatch.chdir(tmp_path)
-    for name in ("config", "data"):
-        (tmp_path / name).symlink_to(ROOT / name)
     config = parse_config(yaml.safe_load((ROOT / "config/config.yaml").read_text()))
     specs = {run_id(s): s for s in (DROP | {"seed": n} for n in range(3))}
-    plan_of(tmp_path / "results" / config.name / "screening", specs.values())
+    plan_of(with_data / "results" / config.name / "screening", specs.values())
     return config, specs
 
 

@@ -21,7 +21,7 @@ from calibration.stages.bench_tests import (
 )
 from calibration.study.config import numbers_of, overlay, parse_config
 from calibration.study.config.tests import SWEPT
-from facts import ROOT, refused
+from facts import refused
 from made_up import answer
 from stage_files import Files, PlanFiles
 
@@ -31,11 +31,8 @@ LAWS = {"tilt": lambda level: 50.0 * level + 3.0, "drop": lambda level: 100.0 * 
 
 
 @pytest.fixture
-def config(tmp_path, monkeypatch):
+def config(with_data):
     """The soybean study with bench tests of its own."""
-    for name in ("config", "data", "examples"):
-        (tmp_path / name).symlink_to(ROOT / name)
-    monkeypatch.chdir(tmp_path)
     data = yaml.safe_load(Path("examples/soybean/config.yaml").read_text())
     levels = {"tilt": [0.2, 0.25, 0.3, 0.35], "drop": [0.4, 0.5, 0.6, 0.7]}
     tests = {name: {"experiment": name, "sweep": {"levels": own}} for name, own in levels.items()}

@@ -19,6 +19,7 @@ from calibration.study.simulated_tests import simulated
 from dem.io.files import write_json
 from facts import rows_in, tells
 from made_up import HEAP, answer, made_up
+from stage_files import write
 from workflow_rules import rules_of
 
 KEYS = {
@@ -201,8 +202,7 @@ def test_the_set_that_meets_all_tests_goes_to_other_codes(two_tests):
     study = two_tests
     rules = rules_of(study.config.model_dump(mode="json"))
     for folder in ("screening", "ascent", "response_surface", "candidate_first", "candidate"):
-        (study.folder / folder).mkdir(exist_ok=True)
-        (study.folder / folder / "plan.json").write_text("{}")
+        write(study.folder / folder / "plan.json", {})
     for name in ("plan_validation", "validation", "plan_answer", "answer", "export"):
         rules[name].call(study)
         if rules[name].plan:

@@ -119,9 +119,8 @@ def test_a_rig_whose_grains_do_not_rest_is_changed_until_they_do(here, monkeypat
     piloted(monkeypatch, metrics)
     assert main(["new", "wheat", *OF_TWO]) == 0
     said = capsys.readouterr().out
-    assert (
-        read("wheat").tests["vessel"].run["numerics"]["max_time_s"] == 6.0
-    )  # 3 s by the experiment
+    numerics = read("wheat").tests["vessel"].run["numerics"]
+    assert numerics["max_time_s"] == 6.0  # 3 s by the experiment
     assert tells(said, "vessel", "max_time_s", "6", "rest")
     assert "calibration run" in said.splitlines()[-1]
 

@@ -1,7 +1,6 @@
 """The angle over the pour rate: planned at the optimum, told with its intervals and the orifice's
 capacity."""
 
-import json
 import re
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from calibration.stages.pour_rate import STAGES
 from facts import refused, tells
 from made_up import HEAP, answer, made_up
 from small_heap import RUN
+from stage_files import write
 from workflow_rules import rules_of
 
 KEYS = {"rolling": "contacts.particle_particle.rolling_friction"}
@@ -31,9 +31,7 @@ def config_of(tmp_path, monkeypatch, rules=RULES):
 def poured(config, angle):
     """The stage as the workflow calls it; angle(geometry, rng) is what a heap gives."""
     study = Study(config)
-    optimum = study.folder / "optimise" / "optimum.json"
-    optimum.parent.mkdir(parents=True)
-    optimum.write_text(json.dumps({"optimum": {"rolling": 0.2}}))
+    write(study.folder / "optimise" / "optimum.json", {"optimum": {"rolling": 0.2}})
     rules = rules_of(config.model_dump(mode="json"))
     plan, analysis = rules["plan_pour_rate"], rules["pour_rate"]
     plan.call(study)

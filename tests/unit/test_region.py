@@ -37,7 +37,7 @@ from calibration.study.config.schema import SurfaceConfig
 from calibration.study.factors import inside, physical_range, read_factors
 from facts import tells
 from made_up import factors
-from stage_files import Files, PlanFiles
+from stage_files import Files, PlanFiles, write
 from workflow_rules import ROOT, rules_of
 
 
@@ -116,20 +116,15 @@ def test_the_scatter_of_seeds_holds_no_aliased_interaction():
 
 
 def test_what_a_stage_above_has_without_a_value_has_not_failed_in_the_chain(
-    config_of_salt, monkeypatch, tmp_path
+    config_of_salt, with_data
 ):
     """The chain makes such a run itself, for it wants the state too; a run of its own that failed
     leaves what repeats it."""
     config, _ = config_of_salt
-    for name in ("config", "data"):
-        (tmp_path / name).symlink_to(Path(name).resolve())
-    monkeypatch.chdir(tmp_path)
-    folder = tmp_path / config.results / config.name / "screening"
-    folder.mkdir(parents=True)
-    (folder / "plan.json").write_text(json.dumps({"heap-1": {}, "heap-2": {}}))
+    plan = with_data / config.results / config.name / "screening" / "plan.json"
+    write(plan, {"heap-1": {}, "heap-2": {}})
     for name, file in (("heap-1", "failed.json"), ("heap-2", "failed.yaml")):
-        (tmp_path / config.runs / name).mkdir(parents=True)
-        (tmp_path / config.runs / name / file).write_text("{}")
+        write(with_data / config.runs / name / file, {})
     assert progress.progress(config).failed == ["heap-2"]
 
 

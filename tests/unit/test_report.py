@@ -26,6 +26,7 @@ from dem.measure.heap import measure_heap
 from dem.results import run_name, write_result
 from dem.spec import parse_spec
 from facts import tells
+from stage_files import write
 
 STAGES = load_stages("calibration.stages", "diagnosis.declared", "paper.stages")
 OPTIMUM = {
@@ -62,11 +63,6 @@ VERDICT = {
     "calibration": {"c_d": {"value": 0.24, "low": 0.21, "high": 0.27}},
     "next_measurement": {"experiment": "heap", "levers": {"moisture_percent": 2.0}},
 }
-
-
-def write(path, content):
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(content if isinstance(content, str) else json.dumps(content))
 
 
 def make_run(root, seed, height, stands=True):

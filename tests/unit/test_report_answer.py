@@ -2,7 +2,6 @@
 say."""
 
 import io
-import json
 import re
 
 import numpy as np
@@ -24,15 +23,11 @@ from calibration.telling.report.profiler import profiler
 from dem.advice import limits_of
 from dem.spec import parse_spec
 from facts import tells
+from stage_files import write
 
 ANGLE = response_of("angle_of_repose_deg")
 REGION = [Factor(c, f"factor_{c.lower()}", f"k.{c}", 0.0, 2.0) for c in "ABC"]
 TARGET = 30.0
-
-
-def write(path, content):
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(content if isinstance(content, str) else json.dumps(content))
 
 
 @pytest.fixture
@@ -128,27 +123,39 @@ def test_a_name_cannot_leave_the_profilers_script(study):
     assert "<" not in profiler(study, ANGLE)
 
 
+def surface_of(study):
+    runs = pd.read_csv(study / "response_surface" / "runs.csv")
+    return fit_surface(runs, list("ABC"), runs["response"])
+
+
+def slide(tab, place, share):
+    tab.evaluate(
+        f"(() => {{ const i = document.getElementById('lever{place}'); "
+        f"i.value = {1000 * share}; i.dispatchEvent(new Event('input')); }})()"
+    )
+
+
+def type_value(tab, place, value):
+    tab.evaluate(
+        f"(() => {{ const i = document.querySelectorAll('.exact')[{place}]; i.value = {value};"
+        " i.dispatchEvent(new Event('change')); })()"
+    )
+
+
 def test_the_profiler_shows_the_fitted_surface(study, tab):
     """The page's own arithmetic at a point of the reader's choice beside the library's."""
     build(study, study / "report.html", load_stages())
-    runs = pd.read_csv(study / "response_surface" / "runs.csv")
-    surface = fit_surface(runs, list("ABC"), runs["response"])
+    surface = surface_of(study)
     for width in (390, 1280):
         tab.open((study / "report.html").as_uri(), width, 844)
         shown = []
         for place, share in ((0, 0.5), (0, 0.9), (2, 0.1)):
-            tab.evaluate(
-                f"(() => {{ const i = document.getElementById('lever{place}'); "
-                f"i.value = {1000 * share}; i.dispatchEvent(new Event('input')); }})()"
-            )
+            slide(tab, place, share)
             shown.append(tab.evaluate("document.querySelector('.profiler output').textContent"))
         assert tab.evaluate("document.documentElement.scrollWidth") <= width
         assert tab.complaints() == []
         point = [[0.8, 0.0, -0.8]]
-        mean, (low, high) = (
-            surface.predict(point)[0],
-            surface.confirmation_interval(point, np.inf),
-        )
+        [mean], (low, high) = surface.predict(point), surface.confirmation_interval(point, np.inf)
         numbers = [float(x) for x in re.findall(r"\d+\.?\d*", shown[-1])]
         wanted = [mean, 95, low[0], high[0], TARGET, abs(mean - TARGET)]
         assert numbers == pytest.approx(wanted, rel=1e-3)
@@ -162,17 +169,9 @@ POINT = "document.querySelector('.profiler pre').textContent"
 DISTANCE = "document.querySelector('.profiler .distance').textContent"
 
 
-def type_value(tab, place, value):
-    tab.evaluate(
-        f"(() => {{ const i = document.querySelectorAll('.exact')[{place}]; i.value = {value};"
-        " i.dispatchEvent(new Event('change')); })()"
-    )
-
-
 def test_the_distance_to_the_solution_set_is_the_shortest(study, tab):
     build(study, study / "report.html", load_stages())
-    runs = pd.read_csv(study / "response_surface" / "runs.csv")
-    surface = fit_surface(runs, list("ABC"), runs["response"])
+    surface = surface_of(study)
 
     def shortest(start, free):
         """Distance in ranges to the set by a general optimiser."""
@@ -185,12 +184,8 @@ def test_the_distance_to_the_solution_set_is_the_shortest(study, tab):
         return np.sqrt(found.fun) / 2
 
     tab.open((study / "report.html").as_uri(), 390, 844)
-    slide = (
-        "(() => {{ const i = document.getElementById('lever{}'); i.value = {};"
-        " i.dispatchEvent(new Event('input')); }})()"
-    )
-    for place, share in enumerate((900, 700, 300)):
-        tab.evaluate(slide.format(place, share))
+    for place, share in enumerate((0.9, 0.7, 0.3)):
+        slide(tab, place, share)
     start = np.array([0.8, 0.4, -0.4])
     told = float(re.search(r"(\d\S*) of the ranges", tab.evaluate(DISTANCE))[1])
     assert told == pytest.approx(shortest(start, (0, 1, 2)), rel=0.01)

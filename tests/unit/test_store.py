@@ -280,11 +280,8 @@ def test_a_physical_failure_is_kept(tmp_path, monkeypatch, error, no_test):
 
 
 @pytest.fixture
-def study(tmp_path, monkeypatch):
+def study(with_data):
     """A screening of heaps on a mesh, planned from a table of its own."""
-    monkeypatch.chdir(tmp_path)
-    for name in ("config", "data"):
-        (tmp_path / name).symlink_to(ROOT / name)
     corners = np.array([(0, 0, 0), (80, 0, 0), (0, 80, 0), (0, 0, 80)], float)
     write_stl("plate.stl", corners, np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]))
     shutil.copy(ROOT / "data/paper/table06_plackett_burman.csv", "table.csv")

@@ -43,8 +43,7 @@ def restitution(rows, name):
     asked = np.array([r["reference"] for r in rows])
     ax.plot(asked, np.array([r["value"] for r in rows]) - asked, "o", ms=4, alpha=0.6)
     ax.axhline(0.0, color=GREY, linewidth=1)
-    ax.set_xlabel("restitution asked for")
-    ax.set_ylabel("restitution found - asked for")
+    ax.set(xlabel="restitution asked for", ylabel="restitution found - asked for")
     _keep(fig, name)
     return "Restitution found less restitution asked for, 200 steps in a contact."
 
@@ -56,8 +55,7 @@ def steps_in_a_contact(rows, name):
     ax.axhline(0.5, color=GREY, linewidth=1, label="asked for")
     ax.set_xticks(steps, steps)
     ax.minorticks_off()
-    ax.set_xlabel("time steps in an impact")
-    ax.set_ylabel("restitution")
+    ax.set(xlabel="time steps in an impact", ylabel="restitution")
     ax.legend(fontsize=8)
     _keep(fig, name)
     return (
@@ -70,8 +68,7 @@ def kharaz(rows, name):
     angle = [int(r["quantity"].split()[-2]) for r in rows]
     ax.plot(angle, [-r["reference"] for r in rows], "o", color=ORANGE, label="measured")
     ax.plot(angle, [-r["value"] for r in rows], "-", color=BLUE, label="engine")
-    ax.set_xlabel("angle of impact from the normal [°]")
-    ax.set_ylabel("spin after the impact [rad/s]")
+    ax.set(xlabel="angle of impact from the normal [°]", ylabel="spin after the impact [rad/s]")
     ax.legend(fontsize=8)
     _keep(fig, name)
     return "Spin after oblique impact of an aluminium oxide sphere on glass at 3.9 m/s."
@@ -86,8 +83,7 @@ def cone(rows, name):
         mark = {"1": "o", "2": "s", "4": "^"}[size]
         ax.plot(r["reference"], error, mark, ms=5, mfc=face, mec=BLUE)
     ax.axhline(0.0, color=GREY, linewidth=1)
-    ax.set_xlabel("angle of the cone [°]")
-    ax.set_ylabel("angle measured - angle of the cone [°]")
+    ax.set(xlabel="angle of the cone [°]", ylabel="angle measured - angle of the cone [°]")
     _keep(fig, name)
     return (
         "Angle measured less angle of the cone: grains of 1, 2, 4 mm as circles, squares, "

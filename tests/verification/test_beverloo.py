@@ -139,8 +139,7 @@ def draw(figure, cases):
     for (t, m), d in zip(glass["runs"], glass["orifice"], strict=True):
         left.plot(t, m, label=f"D = {d / DIAMETER:g} d")
     left.axvspan(0, TRANSIENT, color="#8a8f98", alpha=0.15, linewidth=0)
-    left.set_xlabel("time [s]")
-    left.set_ylabel("mass out [kg]")
+    left.set(xlabel="time [s]", ylabel="mass out [kg]")
     left.legend(fontsize=8)
     x = np.linspace(4.5, 10.5, 50) * DIAMETER
     for (name, case), colour in zip(cases.items(), ("#2f6db5", "#d1711f"), strict=True):
@@ -148,6 +147,5 @@ def draw(figure, cases):
         law = c * case["density"] * math.sqrt(GRAVITY) * (x - k * DIAMETER) ** 2.5
         right.plot(x / DIAMETER, law, "-", color=colour)
         right.plot(case["orifice"] / DIAMETER, case["flow"], "o", color=colour, label=name)
-    right.set_xlabel("orifice over grain diameter")
-    right.set_ylabel("flow [kg/s]")
+    right.set(xlabel="orifice over grain diameter", ylabel="flow [kg/s]")
     right.legend(fontsize=8)

@@ -117,8 +117,7 @@ def test_the_two_terms_of_the_damped_error_account_for_its_slope(record, figure)
         line = 0.02 * (steps / steps[0]) ** -float(order)
         ax.loglog(steps, line, color="#8a8f98", linestyle=":", linewidth=1)
         ax.annotate(f"order {order}", (steps[-1], line[-1]), fontsize=8, ha="right")
-    ax.set_xlabel("steps")
-    ax.set_ylabel("relative error")
+    ax.set(xlabel="steps", ylabel="relative error")
     ax.legend(fontsize=8)
 
 

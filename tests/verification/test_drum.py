@@ -160,6 +160,5 @@ def draw(figure, heights, speeds):
     measured = np.array(SPEEDS)
     ax.plot(measured[:, 1], 1e3 * measured[:, 0], "x", color="#d1711f", label="measured")
     ax.plot(RATE * heights, 1e3 * heights, ":", color="#8a8f98", label="rotation with the drum")
-    ax.set_xlabel("speed [m/s]")
-    ax.set_ylabel("height from the axis [mm]")
+    ax.set(xlabel="speed [m/s]", ylabel="height from the axis [mm]")
     ax.legend(fontsize=8)

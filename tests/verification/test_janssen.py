@@ -161,6 +161,5 @@ def draw(figure, cases):
         ax.plot(m["mass"], m["floor"], "o", color=colour, label=f"mu_wall = {mu:g}")
         ax.plot(x, janssen(x, m["saturation"]), "-", color=colour)
         ax.plot(x, janssen(x, m["from_wall"]), "--", color=colour, linewidth=1)
-    ax.set_xlabel("mass in the tube [kg]")
-    ax.set_ylabel("mass felt by the floor [kg]")
+    ax.set(xlabel="mass in the tube [kg]", ylabel="mass felt by the floor [kg]")
     ax.legend(fontsize=8)

@@ -166,6 +166,5 @@ def draw(figure, trends, beyond):
     ax.set_xticks([0.5, 1, 2, 4], ["1/2", "1", "2", "4"])
     ax.set_yticks([15, 20, 25, 30], [15, 20, 25, 30])
     ax.minorticks_off()
-    ax.set_xlabel("parameter over its base value")
-    ax.set_ylabel("angle of repose [°]")
+    ax.set(xlabel="parameter over its base value", ylabel="angle of repose [°]")
     ax.legend(fontsize=7)
