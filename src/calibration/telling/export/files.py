@@ -77,14 +77,15 @@ def summary(
             "measured_sd": validation["measured_sd"],
             "measured_n": validation["measured_n"],
         },
-        "validated": _validated(validation, in_ascii(unit_of(metric))),
+        "validated": _validated(study),
         **more,
         "parameters": known_parameters(study, spec, known),
         "not_converted": left_out(spec),
     }
 
 
-def _validated(validation, unit):
+def _validated(study):
+    validation = study.summary("validation")
     return {
         "mean": validation["simulated_mean"],
         "sd": validation["simulated_sd"],
@@ -93,7 +94,7 @@ def _validated(validation, unit):
         "difference_interval_95": [validation["difference_low"], validation["difference_high"]],
         "margin": validation["margin"],
         "equivalent": validation["equivalent"],
-        "unit": unit,
+        "unit": in_ascii(unit_of(study.config.target.metric)),
     }
 
 
@@ -108,7 +109,7 @@ def write_exports(
     lines, exports = about(study), Path(out) / "exports"
     data = summary(study, mapping, known, more)
     write_set(mapping, data, lines, exports, Path(out) / "calibrated.yaml", _expected(study))
-    _write_decks(study, mapping, Conversion(parse_spec(mapping)), lines, exports)
+    _write_decks(study, Conversion(parse_spec(mapping)), lines, exports)
     write_text(to_yaml(study.config.model_dump(mode="json")), exports / "study.yaml")
 
 
@@ -127,7 +128,7 @@ def write_set(
     that the set gives.
     """
     conversion = Conversion(parse_spec(mapping))
-    _write_blocks(mapping, conversion, lines, folder)
+    _write_blocks(conversion, lines, folder)
     for name, code in BY_HAND.items():
         about = [*lines, *left_out(conversion.spec, code)]
         text = by_hand.block(
@@ -145,21 +146,15 @@ def write_converted(
     """Write the blocks and decks of codes with other rolling laws into a folder; rolling: what the
     search found."""
     conversion, lines = Conversion(parse_spec(mapping), rolling), about(study)
-    _write_blocks(mapping, conversion, lines, folder)
-    _write_decks(study, mapping, conversion, lines, folder)
+    _write_blocks(conversion, lines, folder)
+    _write_decks(study, conversion, lines, folder)
 
 
 def _validated_heap(study):
     """What the calibrated model gives, as decks compare with it."""
-    stated, target = study.summary("validation"), study.config.target.metric
-    return {
-        "metric": target,
-        "mean": stated["simulated_mean"],
-        "sd": stated["simulated_sd"],
-        "runs": stated["simulated_n"],
-        "margin": stated["margin"],
-        "unit": in_ascii(unit_of(target)),
-    }
+    stated = _validated(study)
+    kept = {key: stated[key] for key in ("mean", "sd", "runs", "margin", "unit")}
+    return {"metric": study.config.target.metric} | kept
 
 
 def _expected(study):
@@ -168,9 +163,9 @@ def _expected(study):
     return heap | {"low": mean - spread, "high": mean + spread}
 
 
-def _write_decks(study, mapping, conversion, lines, folder):
+def _write_decks(study, conversion, lines, folder):
     expected = _validated_heap(study) | {"heaps": _profiles(study)}
-    write_decks(parse_spec(mapping), conversion, lines, expected, folder)
+    write_decks(conversion.spec, conversion, lines, expected, folder)
 
 
 def _profiles(study):
@@ -184,8 +179,8 @@ def _profiles(study):
     return found
 
 
-def _write_blocks(mapping, conversion, lines, folder):
-    spec = parse_spec(mapping)
+def _write_blocks(conversion, lines, folder):
+    spec = conversion.spec
     for name, code in CONVERTED.items():
         about = [*lines, *left_out(spec, code.CODE)]
         write_text(code.block(granulate(spec), conversion, about), folder / name)
