@@ -68,8 +68,7 @@ def _by_atlas(config, factors):
 
 def _emulators(config, factors, design):
     """Emulators of a design's runs; by the atlas they correct it."""
-    from calibration.chain.joint.analysis import Emulators
-    from calibration.chain.joint.corrected import CorrectedEmulators
+    from calibration.chain.joint.analysis import CorrectedEmulators, Emulators
 
     if config.by_atlas:
         return CorrectedEmulators(config, factors, design)

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.distance import cdist
 
+from calibration.atlas.emulators import AtlasEmulators
 from calibration.errors import CalibrationError
 from calibration.inference.chance_of_no_value import Chance
 from calibration.inference.gaussian_process import GaussianProcess
@@ -92,6 +93,39 @@ class Emulators:
         _, u = self.inputs(rig)
         failed = ~np.isfinite(self.values(rig, metrics)).all(axis=1)
         return Formed(Chance(u, failed, np.ones(len(u))), tests) if failed.any() else None  # type: ignore[arg-type]  # infinite where a mean is stated
+
+
+class Corrected:
+    """A response of the atlas and the process of what a study's runs differ by from it; as
+    `GaussianProcess`. Few runs are enough, as this difference bends less than the response (Kennedy
+    and O'Hagan 2000, Biometrika 87:1). The atlas' own error is in it, and counts there."""
+
+    def __init__(self, atlas: Any, difference: GaussianProcess) -> None:
+        self.atlas, self.difference = atlas, difference
+
+    def mean(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(mean, variance of that mean), (k,) each, at u (k, d)."""
+        mean, variance = self.difference.mean(u)
+        return self.atlas.mean(u)[0] + mean, variance
+
+    def sd_of_run(self, u: np.ndarray) -> np.ndarray:
+        """Standard deviation (k,) of a single run about the mean."""
+        return self.difference.sd_of_run(u)
+
+
+class CorrectedEmulators(Emulators):
+    """`Emulators` of a design's runs that begin from the atlas in the tests that it has."""
+
+    def __init__(self, config: Config, factors: Sequence[Any], design: pd.DataFrame) -> None:
+        super().__init__(factors, design)
+        self.atlas = AtlasEmulators(config, factors)
+
+    def trained(self, rig: str, metric: str, u: np.ndarray, values: np.ndarray) -> Any:
+        """The emulator of values (n,) at u (n, d)."""
+        if not self.atlas.has(rig, metric):
+            return super().trained(rig, metric, u, values)
+        own = self.atlas.of(rig, metric)
+        return Corrected(own, GaussianProcess().fit(u, values - own.mean(u)[0]))
 
 
 def joint_of(
