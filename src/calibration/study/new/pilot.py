@@ -17,6 +17,7 @@ import yaml
 from calibration.study.config import Config, overlay, parse_config, point_spec
 from calibration.study.config.joint import joint_targets, read_joint_target
 from calibration.study.new.laboratory import Laboratory
+from calibration.study.new.methods.declare import said
 from calibration.study.new.study import configuration, write_settings
 from calibration.study.simulated_tests import ratios, simulated
 from dem.errors import DemError, MeasureError, StoppedError
@@ -28,18 +29,6 @@ EVERY_S = 5.0  # a run that goes on is told of
 CALMER = 2  # times that a rig's settings are changed so that its grains come to rest
 FEW = 2000  # grains of a heap that takes seconds as it is; above, the quick profile's are poured
 MIDDLE, SMOOTH, ROUGH = "the middle of the ranges", "their smooth end", "their rough end"
-KEEPS = {
-    "no heap": "a plate with a rim (--rim) or a lower orifice (--height) keeps grains that roll "
-    "off. Is your own plate bare?",
-    "clogged": "a wider orifice lets them pass, or lift a cylinder in the laboratory",
-}
-"""What a fault of a funnel's heap holds -> what helps."""
-STEEPER = (
-    "A lower orifice (--height), a slower pour (--rate) and a rim (--rim) make a heap steeper. Was "
-    "it measured in this rig, on grains of this shape?"
-)
-LONGER = "Longer grains stand steeper (--axes, or particles.elongation)"
-FLATTER = "Rounder grains and less friction between them would be flatter"
 
 
 @dataclass(frozen=True)
@@ -71,9 +60,9 @@ def try_study(
         lab, trials = _tried(lab, k, show, test.rig in told)
         for end, trial in trials.items():
             if trial.fault:
-                helps = "".join(f"; {s}" for word, s in KEEPS.items() if word in trial.fault)
-                helps *= end == MIDDLE and test.experiment == "heap"
-                show(f"{test.rig}: no value at {end}: {trial.fault}{helps}")
+                heap = end == MIDDLE and test.experiment == "heap"
+                helps = said("helps", trial.fault) if heap else ()
+                show("; ".join([f"{test.rig}: no value at {end}: {trial.fault}", *helps]))
         # at an end there may be no heap, and the study knows what to make of that
         gone = trials[MIDDLE].fault or any(t.restless for t in trials.values())
         without += [test.rig] if gone else []
@@ -176,11 +165,11 @@ def _calmer(lab, k, turn, show):
     if turn:
         more = {"rayleigh_fraction": round(0.5 * numerics.rayleigh_fraction, 4)}
     key, value = next(iter(more.items()))
-    said = f"{test.rig}: {key} is {value:g}, as its grains did not come to rest in the pilot"
-    show(said)
+    why = f"{test.rig}: {key} is {value:g}, as its grains did not come to rest in the pilot"
+    show(why)
     tests = list(lab.tests)
     tests[k] = replace(test, run=overlay(test.run, {"numerics": more}))
-    lab = replace(lab, tests=tests, said=[*lab.said, said])
+    lab = replace(lab, tests=tests, said=[*lab.said, why])
     write_settings(lab)
     return lab
 
@@ -198,14 +187,9 @@ def _targets(config, rig, trials):
 def reach(config: Config, rig: str, metric: str, side: int) -> str:
     """What is said of ranges that reach a measured value (`side` 0), or of which all lies below it
     (1) or above (-1)."""
-    if not side:
-        return "the ranges reach it"
-    helps = ["these ranges may not reach it"]
-    if metric == "angle_of_repose_deg":
-        plain = not {"elongation", "clump"} & set(config.own_run["particles"])
-        steeper = [LONGER] * plain + [STEEPER] * (config.tests[rig].experiment == "heap")
-        helps += steeper if side > 0 else [FLATTER]
-    return ". ".join(helps)
+    plain = not {"elongation", "clump"} & set(config.own_run["particles"])
+    heap = config.tests[rig].experiment == "heap"
+    return ". ".join(said("reach", side, metric == "angle_of_repose_deg", plain, heap))
 
 
 def _beside(config, rig, trials, told):
