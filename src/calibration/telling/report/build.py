@@ -136,19 +136,18 @@ def _missing(study, stage):
     return [name for name in dict.fromkeys(names) if name not in there] if there else None
 
 
+def _left(study, stage):
+    """([(file, `Figure`)], [(file, title)]) of the declared figures and tables that are there."""
+    folder = study / stage.name
+    figures = [(p, f) for f in stage.figures if (p := folder / f"{f.name}.svg").exists()]
+    tables = [(p, t) for name, t in stage.tables if (p := folder / f"{name}.csv").exists()]
+    return figures, tables
+
+
 def _listed(study, stage, response):
     """The section of a stage that says its outcome in sentences."""
-    folder = study / stage.name
-    drawn = [
-        figure(path, _named(stage.name, path), [folder / d for d in f.numbers])
-        for f in stage.figures
-        if (path := folder / f"{f.name}.svg").exists()
-    ]
-    shown = [
-        table(folder / f"{name}.csv", text)
-        for name, text in stage.tables
-        if (folder / f"{name}.csv").exists()
-    ]
+    folder, (figures, tables) = study / stage.name, _left(study, stage)
+    drawn = [figure(p, _named(stage.name, p), [folder / d for d in f.numbers]) for p, f in figures]
     drawn += _further(folder, [f.name for f in stage.figures])
     summary = Results(study).summary(stage.name)
     return {
@@ -156,7 +155,7 @@ def _listed(study, stage, response):
         "title": stage.title,
         "texts": sentences_of(stage, summary, response),
         "figures": drawn,
-        "tables": shown,
+        "tables": [table(path, title) for path, title in tables],
     }
 
 
@@ -175,16 +174,13 @@ def _further(folder, listed):
 
 def beside(study: Path, stage: Stage) -> dict[str, Any]:
     """The section of what stands beside the chain, made of its tables, figures and summary."""
-    key = stage.name
-    folder = study / key
-    figures = [p for f in stage.figures if (p := folder / f"{f.name}.svg").exists()]
-    tables = [(p, t) for name, t in stage.tables if (p := folder / f"{name}.csv").exists()]
-    paths, summary = [p for p, _ in tables], [*folder.glob(f"{key}.json")]
+    key, (figures, tables) = stage.name, _left(study, stage)
+    paths, summary = [p for p, _ in tables], [*(study / key).glob(f"{key}.json")]
     return {
         "key": key,
         "title": stage.title,
         "texts": [stage.about, *_counts(paths)],
-        "figures": [figure(p, _named(key, p), [*paths, *summary]) for p in figures],
+        "figures": [figure(p, _named(key, p), [*paths, *summary]) for p, _ in figures],
         "tables": [
             table(p, title, ("verdict", "disagrees"), ALL_ROWS, stage.unshown) | {"open": True}
             for p, title in tables
