@@ -114,15 +114,10 @@ def softening(table: pd.DataFrame) -> str:
         for r in stiff.itertuples()
     )
     mean = stiff["difference"].mean()
-    advice = (
-        "Correct an angle by this where it is to stand for 10 MPa."
-        if abs(mean) > half
-        else "So no change is shown."
-    )
+    shown = "is not corrected here" if abs(mean) > half else "shows no change"
     return (
         f"With 10 MPa in place of 3 MPa the angle at full scale changes by {each}. On average it "
-        f"changes by {mean:+.2f}° ({mean - half:+.2f} to {mean + half:+.2f}). All intervals are of "
-        f"95 %. {advice}"
+        f"changes by {mean:+.2f}° (95 %: {mean - half:+.2f} to {mean + half:+.2f}), which {shown}."
     )
 
 
