@@ -5,6 +5,7 @@ a call that only asks, as `--lint`, looks at nothing.
 
 from calibration.telling.start_and_end import closing, opening
 from calibration.runs.runner import begin, watch
+from calibration.runs.plans import plans_of
 from calibration.runs.runner import report as report_progress
 
 # the runs' progress divides the work by this; it is no parameter of any run. A cluster's profile
@@ -34,6 +35,8 @@ onstart:
 
 
 onsuccess:
-    report_progress(SETTINGS)
+    # a diagnosis of single contacts plans none of the study's runs
+    if workflow.output_settings.dryrun or any(runs for _, runs in plans_of(STUDY)):
+        report_progress(SETTINGS)
     for sentence in closing(STUDY_OBJECT):
         print(sentence, file=sys.stderr)

@@ -256,10 +256,8 @@ def tell_changes(config: Config) -> None:
 
 def report(config: Config, store: RunStore | None = None, stream: TextIO | None = None) -> None:
     """Print how far the campaign is, to standard error unless given; the runs of stages not yet
-    planned are counted as expected, and nothing is said where none is. store: the `RunStore` of
-    who has one open."""
-    if any(plan.planned for plan in progress(config, store).plans):
-        print(sentence(config, store), file=stream or sys.stderr, flush=True)
+    planned are counted as expected. store: the `RunStore` of who has one open."""
+    print(sentence(config, store), file=stream or sys.stderr, flush=True)
 
 
 def sentence(config: Config, store: RunStore | None = None) -> str:
