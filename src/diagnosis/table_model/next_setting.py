@@ -126,8 +126,8 @@ def _text(block, keys, again):
     terms = [block.terms[k] for k in keys if k is not None]
     if None in keys:
         return (
-            "Measure there, and at further settings between those of the table: a law says what is "
-            "read there, an error from setting to setting comes out anew."
+            "Measure at further settings, between those of the table and beyond: a law says what "
+            "is read there, an error from setting to setting comes out anew."
         )
     errors = [t for t in terms if t.kind == ERROR and t.of in LEVERS]
     if not errors:
