@@ -13,10 +13,10 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import jinja2
 import numpy as np
 import pandas as pd
 
+from calibration.engines.templates import macros
 from calibration.errors import CalibrationError
 from calibration.files import read_json, write_table, write_text
 from calibration.intake.quantities import QUANTITIES, measurable
@@ -241,7 +241,4 @@ def _apart(sd, counts, paper, runs):
 
 def page(found: Mapping[str, Mapping[str, Any]]) -> str:
     """Markdown: a sentence and a ranking for each table."""
-    template = Path(__file__).with_name("disagreement.md.j2").read_text("utf-8")
-    return jinja2.Template(template, undefined=jinja2.StrictUndefined).render(
-        found=found, told=told
-    )
+    return macros("paper", "disagreement.md").page(found, told)

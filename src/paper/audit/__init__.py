@@ -11,9 +11,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import jinja2
 import pandas as pd
 
+from calibration.engines.templates import macros
 from calibration.files import write_text
 from paper.audit import bench, materials, screening, surface, theory
 from paper.audit.paper import AuditInputError, Claim, Found, Paper
@@ -125,9 +125,7 @@ def write_audit(table: pd.DataFrame, csv: str | Path, html: str | Path) -> None:
         rows = rows.replace(f"<td>{verdict}</td>", f'<td class="{verdict}">{verdict}</td>')
     n = table.verdict.value_counts()
     counts = [f"{n.get(v, 0)} {v.replace('_', ' ')}" for v in (*USUAL, NOT_COMPUTABLE)]
-    template = Path(__file__).with_name("audit.html.j2").read_text("utf-8")
-    page = jinja2.Template(template, keep_trailing_newline=True)
-    write_text(page.render(claims=len(table), counts=counts, rows=rows), html)
+    write_text(macros("paper.audit", "audit.html").page(len(table), counts, rows), html)
 
 
 def _shown(value):

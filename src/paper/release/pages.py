@@ -56,18 +56,11 @@ def read_record(path: str | Path = RECORD) -> dict[str, Any]:
 
 def made(parts: Iterable[str], record: Mapping[str, Any]) -> str:
     """A sentence: which engine made these parts, and when; each further engine with its parts."""
-    by_engine = {}  # type: ignore[var-annotated]
+    by_engine: dict[str, dict[str, str]] = {}
     for name in parts:
         if name in record:
-            by_engine.setdefault(record[name]["engine"], []).append(name)
-    sentences = []
-    for engine, names in by_engine.items():
-        dates = sorted({record[name]["date"] for name in names})
-        when = dates[0] if len(dates) == 1 else f"{dates[0]} to {dates[-1]}"
-        what = "The data" if len(by_engine) == 1 else ", ".join(f"`{n}`" for n in names)
-        were = "were" if what == "The data" or len(names) > 1 else "was"
-        sentences.append(f"{what} {were} made by engine `{engine}`, {when}.")
-    return " ".join(sentences)
+            by_engine.setdefault(record[name]["engine"], {})[name] = record[name]["date"]
+    return values.said("made", by_engine)
 
 
 def listed(items: Iterable[str]) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
+from calibration.engines.templates import macros
 from calibration.errors import CalibrationError
 from calibration.files import read_json
 from calibration.intake.tables import read_written
@@ -49,6 +50,11 @@ STARTS = {
 
 
 # --- the paper's results ------------------------------------------------------------------------
+
+
+def said(name: str, *given: Any) -> str:
+    """The text of a macro of `said.j2`, in one line."""
+    return " ".join(getattr(macros("paper.release", "said"), name)(*given).split())
 
 
 def funnels(kept: Path) -> dict[str, Any]:
@@ -108,17 +114,8 @@ def softening(table: pd.DataFrame) -> str:
     parts = np.concatenate([t["sd"] ** 2 / t["n"] for t in (stiff, soft)]) / len(stiff) ** 2
     counts = np.concatenate([stiff["n"], soft["n"]])
     freedom = parts.sum() ** 2 / (parts**2 / (counts - 1)).sum()
-    half = stats.t.ppf(0.975, freedom) * np.sqrt(parts.sum())
-    each = ", ".join(
-        f"{r.difference:+.2f}° ({r.low:+.2f} to {r.high:+.2f}) at {r.Index}"
-        for r in stiff.itertuples()
-    )
-    mean = stiff["difference"].mean()
-    shown = "is not corrected here" if abs(mean) > half else "shows no change"
-    return (
-        f"With 10 MPa in place of 3 MPa the angle at full scale changes by {each}. On average it "
-        f"changes by {mean:+.2f}° (95 %: {mean - half:+.2f} to {mean + half:+.2f}), which {shown}."
-    )
+    half, mean = stats.t.ppf(0.975, freedom) * np.sqrt(parts.sum()), stiff["difference"].mean()
+    return said("softening", list(stiff.itertuples()), mean, half)
 
 
 def simulations(kept: Path) -> dict[str, Any]:

@@ -35,19 +35,15 @@ def _sweep(paper, study, item):
     runs, summary = study.table(stage, "runs"), study.summary(stage)
     if runs is None or summary is None:
         places = (Place(what, f"{stage}.{what}", f"{stage} test") for what in (item, equation))
-        yield from (r.row(at, None, None, r.NOT_RUN, stage) for at in places)
+        yield from (r.row(at, stage, agreement=r.NOT_RUN) for at in places)
         return
-
-    def place(what, name, text, unit="1", headline=False):
-        return Place(what, f"{stage}.{name}", text, unit, study.name, headline)
 
     levels, responses = sweep.points(paper)
     for level, text in zip(levels, paper.printed(sweep.file, sweep.column), strict=True):
-        point = place(item, f"{level:g}", f"{unit} at {factor} {level:g}", unit)
+        point = study.place(item, f"{stage}.{level:g}", f"{unit} at {factor} {level:g}", unit)
         here = runs[np.isclose(runs[factor], level)]
         if here.empty:
-            reason = "not a level of this sweep"
-            yield r.row(point, text.text, None, r.NOT_COMPARABLE, reason)
+            yield r.row(point, "not a level of this sweep", text.text)
             continue
         run = here.iloc[0]
         sd = run.get("response_sd", math.nan)  # their mean of five trials scatters as ours
@@ -61,18 +57,20 @@ def _sweep(paper, study, item):
     # of a coefficient, what moves the response by its own margin at the end of the range
     margin, half = r.by_unit(unit, float(responses.mean())), 0.5 * float(np.ptp(levels))
     for k, (name, printed) in enumerate(zip(("x²", "x", "1"), sweep.curve(paper), strict=True)):
-        coefficient = place(equation, f"coefficient{k}", f"coefficient of {name}", unit)
+        ident, words = f"{stage}.coefficient{k}", f"coefficient of {name}"
         own, other = errors(lambda fit, k=k: math.sqrt(fit[1][k, k]))
         of_power = margin / math.pow(half, 2 - k)
+        coefficient = study.place(equation, ident, words, unit)
         yield r.estimates(coefficient, printed, float(ours[0][k]), own, other, of_power)
     printed = printed_number(paper.claims[f"{stage}.r2"].printed)
-    statistic = place(equation, "R2", "R² of the quadratic")
+    statistic = study.place(equation, f"{stage}.R2", "R² of the quadratic")
     yield _r2(statistic, printed, runs[factor].to_numpy(float), runs["response"].to_numpy(float))
     level = summary["inverse"]
-    inverse = place(equation, "inverse", r.said(factor), headline=True)
+    inverse = study.place(equation, f"{stage}.inverse", r.said(factor), headline=True)
     own, other = errors(lambda fit: _inverse_se(fit, level))
     yield r.estimates(inverse, paper.scalar(factor), level, own, other)
-    confirmed = place(equation, "confirmation", f"mean of runs at the inverse [{unit}]", unit)
+    text = f"mean of runs at the inverse [{unit}]"
+    confirmed = study.place(equation, f"{stage}.confirmation", text, unit)
     mean, sd, count = (summary.get(f"confirmed_{of}") for of in ("mean", "sd", "n"))
     yield r.means(confirmed, paper.scalar(sweep.confirmed), mean, sd, count, paper_n=TRIALS)
 
@@ -104,22 +102,21 @@ def _r2(place, printed, x, y):
     hat = matrix @ np.linalg.pinv(matrix)
     residual = ((draws - draws @ hat.T) ** 2).sum(1)
     total = ((draws - draws.mean(1, keepdims=True)) ** 2).sum(1)
-    low, high = np.quantile(1 - residual / total, (0.05, 0.95))
-    ours = r_squared(y, fitted)
-    basis = "90 % interval of our R², drawn from the fit"
-    return r.within(place, printed, ours, (ours - low, high - ours), basis, r.R2_MARGIN, len(y))
+    ours, basis = r_squared(y, fitted), "90 % interval of our R², drawn from the fit"
+    reach = r.reach(1 - residual / total, ours)
+    return r.within(place, printed, ours, reach, basis, r.R2_MARGIN, len(y))
 
 
 def _shear(paper, study):
     summary = study.summary("shear")
     if summary is None or "loci" not in summary:
         places = (Place(what, f"shear.{what}", "yield locus") for what in ("Eq. 26", "Eq. 27"))
-        yield from (r.row(at, None, None, r.NOT_RUN, "shear") for at in places)
+        yield from (r.row(at, "shear", agreement=r.NOT_RUN) for at in places)
         return
     found, runs = summary[summary["measure"]], study.table("shear", "runs")
 
     def row(item, name, text, unit, scalar, value, interval, basis=UNPRINTED, margin=None):
-        place = Place(item, f"shear.{name}", text, unit, study.name, name != "intercept")
+        place = study.place(item, f"shear.{name}", text, unit, name != "intercept")
         reach = _reach(value, interval)
         printed = paper.scalar(scalar)
         return r.within(place, printed, value, reach, basis, margin, len(runs), reach)
@@ -139,7 +136,7 @@ def _shear(paper, study):
     )  # fmt: skip
     text, scalar = "particle friction for the measured slope", "salt_salt_static_friction"
     if found["inverse"] is None:
-        place = Place("Eq. 27", "shear.friction", text, "1", study.name, headline=True)
+        place = study.place("Eq. 27", "shear.friction", text, headline=True)
         none = "none between {:g} and {:g}".format(*found["swept"])
         yield r.words(place, paper.scalar_text(scalar), none, summary["sentence"])
     else:

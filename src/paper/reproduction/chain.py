@@ -69,8 +69,7 @@ def rows(paper: Paper, studies: Sequence[Study]) -> Iterator[dict[str, Any]]:
             ("Eq. 28", "coefficients"),
             ("3.1", "the paper's optimum"),
         ):
-            place = Place(item, f"{item}.{what}", what, "deg")
-            yield r.row(place, None, None, r.NOT_COMPARABLE, reason)
+            yield r.row(Place(item, f"{item}.{what}", what, "deg"), reason)
     yield from _statistics(paper, study or studies[0])
     for one in studies:
         yield from _validation(paper, one)
@@ -88,7 +87,7 @@ def _screening(paper, study):
     runs, summary = study.table("screening", "runs"), study.summary("screening")
     if runs is None or summary is None:
         for place in (("Table 6", "table06", "screening runs"), ("Table 7", "table07", "effects")):
-            yield r.row(Place(*place), None, None, r.NOT_RUN, "screening")
+            yield r.row(Place(*place), "screening", agreement=r.NOT_RUN)
         return
     more = [own_half(s.table("screening", "runs")) for s in study.repeats]
     runs = own_half(runs)
@@ -135,14 +134,13 @@ def _effects(paper, study, ran, sd, freedom):
     their_error = Error(2.0 * paper_sd / math.sqrt(len(paper.text(DESIGN))), paper_n - 1)
     for code in CODES:
         words = f"effect of {r.said(names[code])}"
-        place = Place("Table 7", f"table07.{code}.effect", words, "deg", study.name, True)
+        place = study.place("Table 7", f"table07.{code}.effect", words, "deg", True)
         if code not in own or ours is None:
-            yield r.row(place, None, None, r.NOT_COMPARABLE, "no factor of this study")
+            yield r.row(place, "no factor of this study")
             continue
         printed, mine = _rounded(theirs[code]), float(ours.loc[code, "effect"])
         if sd is None:
-            reason = "our spread is not known"
-            yield r.row(place, printed.text, mine, r.NOT_COMPARABLE, reason)
+            yield r.row(place, "our spread is not known", printed.text, mine)
             continue
         # of an effect, which is twice a slope; the columns are not orthogonal where a run is lost
         k = own.index(code)
@@ -164,14 +162,14 @@ def _points(paper, study, runs, at, own, item, name, what, lacking):
     there."""
     printed, used, theirs = Counter(map(tuple, at.to_numpy())), Counter(), simulated_sd(paper)[0]
     for k, text in enumerate(paper.printed(TABLES[item].file, "angle_deg")):
-        place = Place(item, name.format(k + 1), what.format(k + 1), "deg", study.name)
+        place = study.place(item, name.format(k + 1), what.format(k + 1), "deg")
         key = tuple(at.iloc[k])
         known = runs is not None and set(at) <= set(runs)
         here = runs_at(runs, dict(at.iloc[k])) if known else pd.DataFrame()
         here = here.iloc[used[key] :: printed[key]]
         used[key] += 1
         if here.empty:
-            yield r.row(place, text.text, None, r.NOT_COMPARABLE, lacking)
+            yield r.row(place, lacking, text.text)
         else:
             yield r.point(place, text, here["response"], own, theirs)
 
@@ -195,7 +193,7 @@ def _equation(paper, study):
     table, other = (s.coefficients.set_index("term") for s in (ours, theirs))
     for term in table.index:
         name = term.replace("²", "2")
-        place = Place("Eq. 28", f"eq28.{name}", f"coefficient of {term}", "deg", study.name)
+        place = study.place("Eq. 28", f"eq28.{name}", f"coefficient of {term}", "deg")
         mine, error = table.loc[term, ["estimate", "se"]]
         name = "1" if term == "Intercept" else name
         if name in printed:
@@ -203,8 +201,7 @@ def _equation(paper, study):
             their_own = Error(other.loc[term, "se"], theirs.df)
             yield r.estimates(place, printed[name], mine, own, their_own)
         else:
-            reason = "the paper leaves this term out"
-            yield r.row(place, None, mine, r.NOT_COMPARABLE, reason)
+            yield r.row(place, "the paper leaves this term out", ours=mine)
 
 
 def _statistics(paper, study):
@@ -213,7 +210,7 @@ def _statistics(paper, study):
     runs, region = study.region_runs(), study.region
     if runs is None or region is None:
         place = Place("Table 12", "table12.statistics", "fit statistics")
-        yield r.row(place, None, None, r.NOT_RUN, "response_surface")
+        yield r.row(place, "response_surface", agreement=r.NOT_RUN)
         return
     table = paper.text("table12_summary", "statistic", "value")
     printed = dict(zip(table["statistic"], table["value"], strict=True))
@@ -229,19 +226,13 @@ def _statistics(paper, study):
         basis += f"; mean of {len(ours)} repeats of the design, each fitted alone"
     for key, name in STATISTICS.items():
         unit = "%" if key == "CV_percent" else "1"
-        place = Place("Table 12", f"table12.{key}", name, unit, study.name, key != "R2_adj")
+        place = study.place("Table 12", f"table12.{key}", name, unit, key != "R2_adj")
         value = float(np.mean([fit.summary[key] for fit in ours]))
-        reach = _reach(np.mean([d[key] for d in draws], axis=0), value)
-        their_reach = _reach(their_draws[key], theirs.summary[key])
+        reach = r.reach(np.mean([d[key] for d in draws], axis=0), value)
+        their_reach = r.reach(their_draws[key], theirs.summary[key])
         said = printed_number(printed[key])
         margin = r.R2_MARGIN if key.startswith("R2") else r.SCATTER_SHARE * said.value
         yield r.within(place, said, value, reach, basis, margin, len(runs), their_reach)
-
-
-def _reach(drawn, value):
-    """(below, above) of the 90 % interval of a statistic from draws of it (n,)."""
-    low, high = np.quantile(drawn, (ALPHA, 1.0 - ALPHA))
-    return value - low, high - value
 
 
 def _drawn(runs, codes, surface, seed=1):
@@ -263,7 +254,7 @@ def _optimum(paper, study):
     predicted = float(ours.predict(np.array([at]))[0])
     low, high = (float(x[0]) for x in ours.confirmation_interval([at], 25, 2 * ALPHA))
     text = "angle at the paper's optimum, by our surface"
-    place = Place("3.1", "optimum.angle", text, "deg", study.name, headline=True)
+    place = study.place("3.1", "optimum.angle", text, "deg", headline=True)
     reach = predicted - low, high - predicted
     sd, n = simulated_sd(paper)
     their_reach = 2 * (float(stats.t.ppf(1 - ALPHA, n - 1)) * sd / np.sqrt(n),)
@@ -276,24 +267,25 @@ def _validation(paper, study):
     found, name = study.summary("validation"), study.name
     angle = paper.scalar("validated_angle_of_repose")
     if found is None:
-        place = Place("Table 13", f"table13.{name}", "validated angle", "deg", name)
-        yield r.row(place, angle.text, None, r.NOT_RUN, "validation")
+        place = study.place("Table 13", f"table13.{name}", "validated angle", "deg")
+        yield r.row(place, "validation", angle.text, agreement=r.NOT_RUN)
         return
     table = paper.numbers("table13_validation", "group", "replicate", "angle_deg")
     theirs = table.pivot(index="group", columns="replicate", values="angle_deg").to_numpy()
     their_sd = float(theirs.std(ddof=1))
     mean, sd, n = (found[f"simulated_{of}"] for of in ("mean", "sd", "n"))
-    text = "validated angle of repose"
-    place = Place("Table 13", f"table13.mean.{name}", text, "deg", name, True)
+    place = study.place(
+        "Table 13", f"table13.mean.{name}", "validated angle of repose", "deg", True
+    )
     yield r.means(place, angle, mean, sd, n, their_sd, theirs.size)
     text = "standard deviation of the validated angles"
-    place = Place("Table 13", f"table13.sd.{name}", text, "deg", name, True)
+    place = study.place("Table 13", f"table13.sd.{name}", text, "deg", True)
     yield r.spreads(place, their_sd, theirs.size, sd, n)
     # simulated and measured angle by the equivalence test, in the paper's tables and in ours
     margin, low, high = found["margin"], "equivalence_low", "equivalence_high"
     said = compare(theirs, paper.angles()["angle_deg"].to_numpy(), margin).as_dict()
     text = f"simulated and measured angle within {margin:g} deg of each other"
-    place = Place("3.2", f"validation.equivalence.{name}", text, "1", name, True)
+    place = study.place("3.2", f"validation.equivalence.{name}", text, headline=True)
     verdicts = [verdict(x[low], x[high], margin) for x in (said, found)]
     basis = " and ".join(
         f"{x['difference']:.2f} deg ({x[low]:.2f} to {x[high]:.2f})" for x in (said, found)

@@ -65,8 +65,8 @@ class Place:
 
 
 def row(
-    place: Place, paper: str | float | None, ours: str | float | None, agreement: str, basis: str,
-    **numbers: Any,
+    place: Place, basis: str, paper: str | float | None = None, ours: str | float | None = None,
+    agreement: str = NOT_COMPARABLE, **numbers: Any,
 ) -> dict[str, Any]:  # fmt: skip
     """A row; numbers: further columns. Where nothing is compared `agreement` and `basis` say why:
     the stage has not run, the points differ, or the item holds no number."""
@@ -79,7 +79,7 @@ def _judged(place, paper, ours, difference, decision, margin, basis, **numbers):
     if decision.verdict == eq.UNDECIDABLE:
         basis = f"{basis}; more runs of ours would not decide it"
     numbers |= {"difference": difference, "margin": margin} | asdict(decision)
-    return row(place, paper, ours, numbers.pop("verdict"), basis, **numbers)
+    return row(place, basis, paper, ours, numbers.pop("verdict"), **numbers)
 
 
 def _margin(place, printed, margin):
@@ -91,6 +91,12 @@ def _margin(place, printed, margin):
 def by_unit(unit: str, value: float) -> float:
     """Margin of a quantity in `unit` whose printed value is `value`."""
     return ANGLE_DEG if unit == "deg" else SHARE * abs(value)
+
+
+def reach(drawn: np.ndarray, value: float) -> tuple[float, float]:
+    """(below, above) of the 90 % interval of a statistic from draws of it (n,)."""
+    low, high = np.quantile(drawn, (eq.ALPHA, 1.0 - eq.ALPHA))
+    return value - low, high - value
 
 
 def said(name: str) -> str:
@@ -125,8 +131,8 @@ def means(
 
 def _without_spread(place, printed, ours):
     """A number of ours whose spread is not known, so that no agreement can be computed."""
-    apart, reason = ours - printed.value, "our spread is not known"
-    return row(place, printed.text, ours, NOT_COMPARABLE, reason, difference=apart)
+    apart = ours - printed.value
+    return row(place, "our spread is not known", printed.text, ours, difference=apart)
 
 
 def point(
@@ -143,14 +149,14 @@ def point(
     values = np.array(ours, float)
     values = values[np.isfinite(values)]
     if not len(values):
-        return row(place, printed.text, None, NO_NUMBER, "our run gave no value")
+        return row(place, "our run gave no value", printed.text, agreement=NO_NUMBER)
     mean, n = float(values.mean()), repeats * len(values)
     if sd is None or paper_sd is None:
         return _without_spread(place, printed, mean)
     error, apart = math.hypot(sd / math.sqrt(n), paper_sd), mean - printed.value
     basis = f"{n} of our runs beside one of theirs; scatter between runs at one point"
     numbers = {"sd": sd, "n": n, "se": error, "difference": apart}
-    return row(place, printed.text, mean, IN_TABLE, basis, **numbers)
+    return row(place, basis, printed.text, mean, IN_TABLE, **numbers)
 
 
 def estimates(
@@ -180,21 +186,21 @@ def within(
     ours: float,
     reach: tuple[float, float],
     basis: str,
-    margin: float | None = None,
-    runs: int | None = None,
+    margin: float | None,
+    runs: int,
     paper_reach: tuple[float, float] = (0.0, 0.0),
 ) -> dict[str, Any]:
     """The paper's value beside ours, each with its 90 % `reach` (below, above) to both sides, of
     which ours narrows with the root of `runs`. Ours may be no number, as R² predicted where one run
     alone decides a coefficient."""
     if math.isnan(ours):
-        return row(place, printed.text, None, NO_NUMBER, "ours is no number")
+        return row(place, "ours is no number", printed.text, agreement=NO_NUMBER)
     apart, margin = ours - printed.value, _margin(place, printed, margin)
     below, above = (max(x, 0.0) for x in reach)
     paper_below, paper_above = (max(x, 0.0) for x in paper_reach)
 
     def interval(count):
-        share = 1.0 if runs is None or math.isnan(count) else math.sqrt(runs / count)
+        share = math.sqrt(runs / count)
         low = apart - math.hypot(share * below, paper_above)
         return low, apart + math.hypot(share * above, paper_below)
 
@@ -226,7 +232,7 @@ def whole(item: str, unit: str, rows: Iterable[Mapping[str, Any]], study: str) -
     text = f"difference of {len(parts)} values beyond the runs' scatter (root mean square)"
     place = Place(item, f"{item.lower().replace(' ', '')}.whole", text, unit, name, True)
     if len(parts) < 2:
-        return row(place, None, None, NOT_COMPARABLE, "fewer than two of its values are compared")
+        return row(place, "fewer than two of its values are compared")
     margin = by_unit(unit, sum(abs(float(x["paper"])) for x in parts) / len(parts))
     own = [x["sd"] / math.sqrt(x["n"]) for x in parts]
     square = [float(np.mean(np.square(x))) for x in (own, [x["se"] for x in parts])]
@@ -244,4 +250,4 @@ def words(place: Place, paper: str, ours: str, basis: str) -> dict[str, Any]:
     """Statements in words or sets: equal, or not, or undecided where one of the two is."""
     same = eq.EQUIVALENT if paper == ours else eq.DIFFERENT
     open_ones = [x for x in (eq.UNDECIDED, eq.UNDECIDABLE) if x in (paper, ours)]
-    return row(place, paper, ours, open_ones[0] if open_ones else same, basis)
+    return row(place, basis, paper, ours, open_ones[0] if open_ones else same)

@@ -5,6 +5,7 @@ from typing import Any
 import pandas as pd
 
 from calibration.chain.study import Results
+from paper.reproduction.rows import Place
 
 
 class Study(Results):
@@ -14,6 +15,12 @@ class Study(Results):
     same design."""
 
     repeats: tuple["Study", ...] = ()
+
+    def place(
+        self, item: str, ident: str, quantity: str, unit: str = "1", headline: bool = False
+    ) -> Place:
+        """What a row about this study is about, see `Place`."""
+        return Place(item, ident, quantity, unit, self.name, headline)
 
     def region_runs(self) -> pd.DataFrame | None:
         """Runs of the response surface's design, those of `repeats` in the same region too, each

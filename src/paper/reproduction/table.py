@@ -70,8 +70,8 @@ def _scaling(study):
     """A row a statement of Section 1.2 that the scaling study judged by runs."""
     summary = study.summary("scaling")
     if summary is None:
-        place = Place("1.2", "heap.paper.plain.twice", ENLARGED, "deg", study.name)
-        yield r.row(place, "0.0", None, r.NOT_RUN, CLAIMS)
+        place = study.place("1.2", "heap.paper.plain.twice", ENLARGED, "deg")
+        yield r.row(place, CLAIMS, "0.0", agreement=r.NOT_RUN)
         return
     responses = study.table("scaling", "scaling")
     for statement in summary["statements"]:
@@ -89,7 +89,7 @@ def _statement(statement, study):
         ends = {end: statement[end] - printed for end in ("low", "high")}
         paper, numbers = f"{printed:g}", ends | {"difference": found - printed}
     agreement = VERDICTS[statement["verdict"]]
-    return r.row(place, paper, found, agreement, statement["sentence"], **numbers)
+    return r.row(place, statement["sentence"], paper, found, agreement, **numbers)
 
 
 def _over_scales(statement, responses, study):
@@ -103,7 +103,7 @@ def _over_scales(statement, responses, study):
     margin, none, runs = r.SCALING[experiment], printed_number(none), int(case["n"].sum())
     place = Place("1.2", name, f"{said}, over the whole range", unit, study)
     if statement["found"] is None:
-        yield r.row(place, "0", None, r.NO_NUMBER, basis)
+        yield r.row(place, basis, "0", agreement=r.NO_NUMBER)
     else:
         freedom = max(runs - 2, 1)
         reach = 0.5 * (statement["high"] - statement["low"])
