@@ -137,7 +137,7 @@ def plan_disagreement(study: CalibratedStudy, source: NamedFiles, output: NamedF
         runs = other_code.read_runs(path, study.factors)
         more, own = plan(name, runs, causes.get(runs[0].experiment, {}), spec_of(study))
         rows, specs = rows + more, specs | own
-    write_plan(Path(output.plan).parent, pd.DataFrame(rows), specs)
+    write_plan(output.plan, pd.DataFrame(rows), specs)
 
 
 def disagreement(study: CalibratedStudy, source: NamedFiles, output: NamedFiles) -> None:

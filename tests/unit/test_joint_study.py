@@ -148,7 +148,7 @@ def chain_runs(study, levels, folder, form=True):
     """Finished runs of the chain's own test as the design of a stage; heaps that do not `form`
     have no angle."""
     table, specs = study.plan_test(levels, simulated(study.config, "pour"), 1)
-    write_plan(study.folder / folder, table, specs)
+    write_plan(study.folder / folder / "plan.json", table, specs)
     formula = metrics_of if form else lambda *_: {"height_mm": 1.0}
     answer(study.folder / folder / "plan.json", formula)
 

@@ -348,8 +348,8 @@ def test_a_table_that_was_edited_since_is_told_of(study, capsys):
 def test_verify_says_what_is_wrong_and_repair_sets_it_aside(names, capsys):
     assert main(["verify"]) == 0
     assert "3 runs, 0 faults" in capsys.readouterr().out
-    table = pd.DataFrame({"run_id": names})
-    write_plan("results/none/screening", table, {run_id(drop(n)): drop(n) for n in range(3)})
+    table, specs = pd.DataFrame({"run_id": names}), {run_id(drop(n)): drop(n) for n in range(3)}
+    write_plan("results/none/screening/plan.json", table, specs)
     record("results/none", "plan_screening", "a", PlanFiles.of("results/none/screening"))
     assert lost() == []
     other_digit(result_of(names[1]))
@@ -388,7 +388,7 @@ def test_a_failure_of_another_engine_is_missing(tmp_path, monkeypatch):
     name, folder = run_id(drop(0)), Path("results/none/screening")
     (Path("results/runs") / name).mkdir(parents=True)
     write_failure(Path("results/runs") / name, parse_spec(drop(0)), MeasureError("no heap"))
-    write_plan(folder, pd.DataFrame({"run_id": [name]}), {name: drop(0)})
+    write_plan(folder / "plan.json", pd.DataFrame({"run_id": [name]}), {name: drop(0)})
     assert lost() == []
     monkeypatch.setattr("dem.results.engine_fingerprint", lambda: "f" * 16)
     assert lost() == [name]

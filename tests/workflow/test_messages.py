@@ -46,7 +46,7 @@ def campaign(tmp_path, monkeypatch):
     table, specs = plan(
         plackett_burman(factors), factors, config, config.experiment, config.own_run
     )
-    write_plan("results/few/screening", table, specs)
+    write_plan("results/few/screening/plan.json", table, specs)
     return config.model_dump(mode="json"), table, specs
 
 

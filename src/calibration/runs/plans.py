@@ -83,11 +83,14 @@ def together(
     return pd.concat(tables, ignore_index=True), {k: s for own in specs for k, s in own.items()}
 
 
-def write_plan(folder: str | Path, table: pd.DataFrame, specs: Mapping[str, Any]) -> None:
-    """Write design.csv and plan.json, each atomically."""
-    folder = Path(folder)
-    write_table(table, folder / "design.csv")
-    write_json(folder / "plan.json", specs)
+def write_plan(
+    path: str | Path, table: pd.DataFrame, specs: Mapping[str, Any], made: Iterable[str] = ()
+) -> None:
+    """Write a plan.json and design.csv beside it, each atomically; made: runs of the design that
+    another plan has."""
+    write_table(table, Path(path).with_name("design.csv"))
+    there = set(made)
+    write_json(path, {name: spec for name, spec in specs.items() if name not in there})
 
 
 def read_plan(path: str | Path) -> dict[str, dict[str, Any]]:

@@ -88,7 +88,7 @@ def plan_answer(study: Study, source: NamedFiles, output: NamedFiles) -> None:
         design = pd.DataFrame([{"row": -1, "instead": name} | levels | {name: level}] * HEAPS)
         parts.append(study.plan_test(design, own))
     table, specs = together(parts) if parts else (pd.DataFrame({"run_id": []}), {})
-    write_plan(Path(output.plan).parent, table, specs)
+    write_plan(output.plan, table, specs)
 
 
 def _simulated(study: Study) -> Iterator[tuple[int, Measurement, SimulatedTest | None]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import pandas as pd
 
@@ -36,7 +35,7 @@ def plan_ascent(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     screening = read_json(source.screening)
     chosen = [next(f for f in study.factors if f.name == name) for name in screening["factors"]]
     effects = {f.code: screening["effects"][f.name] for f in chosen}
-    write_plan(Path(output.plan).parent, *study.plan(_path(study.config, chosen, effects)))
+    write_plan(output.plan, *study.plan(_path(study.config, chosen, effects)))
 
 
 def _path(config, chosen, effects):

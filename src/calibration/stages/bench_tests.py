@@ -70,7 +70,7 @@ def measured(study: Study, test: str) -> float:
 def plan_sweep(test: str, study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan a run at each level of the sweep."""
     points = _levels(study.config, study.factors, test)
-    write_plan(Path(output.plan).parent, *study.plan_points(points))
+    write_plan(output.plan, *study.plan_points(points))
 
 
 def _levels(config, factors, test):
@@ -126,7 +126,7 @@ def plan_confirmation(test: str, study: Study, source: NamedFiles, output: Named
     runs = range(1, sweep_of(config, test).confirmations + 1)
     columns = {"run": runs, swept(study, test): round(level, 6)}
     run = config.run_of(swept_test(config, test))
-    write_plan(Path(output.plan).parent, *study.plan(pd.DataFrame(columns), test, run))
+    write_plan(output.plan, *study.plan(pd.DataFrame(columns), test, run))
 
 
 def analyse_sweep(test: str, study: Study, source: NamedFiles, output: NamedFiles) -> None:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -52,7 +51,7 @@ def plan_joint_first(study: Study, source: NamedFiles, output: NamedFiles) -> No
     for rig in joint_tests(config):
         points = first_points(config, rig, len(factors)) if spread is None else spread
         parts.append(_planned(study, rig, factors, points, 0))
-    write_plan(Path(output.plan).parent, *_numbered(parts))
+    write_plan(output.plan, *_numbered(parts))
 
 
 def _by_atlas(config, factors):
@@ -91,10 +90,9 @@ def plan_joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
         before = config.joint.runs + config.joint.repeated
         for rig in refined_tests(config):
             parts.append(_planned(study, rig, factors, points, before))
-    table, specs = _numbered([(first.drop(columns="run"), {}), *parts])
-    made = set(first["run_id"])
-    added = {name: spec for name, spec in specs.items() if name not in made}
-    write_plan(Path(output.plan).parent, table, added)
+    parts = [(first.drop(columns="run"), {}), *parts]
+    table, specs = _numbered(parts)
+    write_plan(output.plan, table, specs, first["run_id"])
 
 
 def free_factors(study: Study) -> list:

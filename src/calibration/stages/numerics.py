@@ -78,7 +78,7 @@ def plan_numerics(study: Study, source: NamedFiles, output: NamedFiles) -> None:
         ]
         run = overlay(study.config.own_run, variant.run)
         parts.append(study.plan(pd.DataFrame(rows), run=run))
-    write_plan(Path(output.plan).parent, *together(parts))
+    write_plan(output.plan, *together(parts))
 
 
 def compare_variants(design: pd.DataFrame, metric: str) -> pd.DataFrame:

@@ -42,22 +42,19 @@ def plan_candidate_first(study: Study, source: NamedFiles, output: NamedFiles) -
     """
     config = study.config
     rows = _rows(config, read_json(source.optimum), config.optimise.candidate_runs)
-    write_plan(Path(output.plan).parent, *study.plan(rows))
+    write_plan(output.plan, *study.plan(rows))
 
 
 def plan_candidate(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """The design of all runs at the candidate, the region that they are fitted in, and the plan of
     those that the first ones, finished by now, ask for. A region that moved asks for none."""
     config, found = study.config, read_json(source.optimum)
-    first, folder = read_written(source.first), Path(output.plan).parent
+    first = read_written(source.first)
     moved, count = found.get("moved_region"), config.optimise.candidate_runs
     if not moved and config.optimise.candidate_half_width:
         count = _count(config.optimise, with_responses(first, config)["response"].head(count))
     write_json(output.region, {"moved": bool(moved), "region": moved or found["region"]})
-    table, specs = study.plan(_rows(config, found, count))
-    made = set(first["run_id"])
-    added = {name: spec for name, spec in specs.items() if name not in made}
-    write_plan(folder, table, added)
+    write_plan(output.plan, *study.plan(_rows(config, found, count)), first["run_id"])
 
 
 def _ahead(config, factors):

@@ -34,7 +34,7 @@ LEVEL = 0.95
 def plan_pour_rate(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan heaps at the optimum at each rate, and out of the opened funnel where that is asked."""
     points = _rigs(study.config, read_json(source.optimum)["optimum"])
-    write_plan(Path(output.plan).parent, *study.plan_points(points))
+    write_plan(output.plan, *study.plan_points(points))
 
 
 def _rigs(config, levels):

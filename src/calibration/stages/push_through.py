@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -108,7 +107,7 @@ def plan_push_through(study: Study, source: NamedFiles, output: NamedFiles) -> N
             design = pd.DataFrame([point] * rules.replicates)
             seed = config.seed + k * rules.replicates
             parts.append(study.plan_test(design, simulated(config, name), seed))
-    write_plan(Path(output.plan).parent, *together(parts))
+    write_plan(output.plan, *together(parts))
 
 
 def push_through(study: Study, source: NamedFiles, output: NamedFiles) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
-from pathlib import Path
 
 import numpy as np
 import scipy
@@ -46,7 +45,7 @@ def plan_response_surface(study: Study, source: NamedFiles, output: NamedFiles) 
     table, specs = plan(
         design, [*region, *others], config, config.experiment, config.own_run, study.seeds
     )
-    write_plan(Path(output.plan).parent, table, specs)
+    write_plan(output.plan, table, specs)
     write_json(output.region, [vars(f) for f in region])
 
 

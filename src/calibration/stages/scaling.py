@@ -15,7 +15,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -128,7 +127,7 @@ def plan_scaling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     for case, rule, h in _cases(study.config):
         run = enlarged(case.run, case.experiment, RULES[rule], h)
         parts.append(study.plan(case.design, case.experiment, run))
-    write_plan(Path(output.plan).parent, *together(parts))
+    write_plan(output.plan, *together(parts))
 
 
 def _cases(config):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -42,7 +41,7 @@ from dem.io.files import write_json
 def plan_screening(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan the design: the configured table of coded levels, or a generated one."""
     points = _ahead(study.config, study.factors)
-    write_plan(Path(output.plan).parent, *study.plan_points(points))
+    write_plan(output.plan, *study.plan_points(points))
 
 
 def _ahead(config, factors):

@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -66,7 +65,7 @@ def plan_shear(study: Study, source: NamedFiles, output: NamedFiles) -> None:
         stress = cell.run["geometry"][LOAD]
         parts.append((table.assign(normal_stress_kPa=stress), specs))
         first_seed += len(cell.design)
-    write_plan(Path(output.plan).parent, *together(parts))
+    write_plan(output.plan, *together(parts))
 
 
 def _cells(config, factors):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 
@@ -34,7 +32,7 @@ def plan_validation(study: Study, source: NamedFiles, output: NamedFiles) -> Non
     """Plan groups of replicates at the parameters that are handed out. Their seeds are their own:
     a run that led to the choice does not judge it."""
     points = _replicates(study.config, handed_out(source))
-    write_plan(Path(output.plan).parent, *study.plan_points(points))
+    write_plan(output.plan, *study.plan_points(points))
 
 
 def _replicates(config, levels):

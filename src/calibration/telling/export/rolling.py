@@ -151,7 +151,7 @@ def rows_at(
 def _write(parts, output):
     rows = [row for part, _ in parts for row in part]
     specs = {name: spec for _, part in parts for name, spec in part.items()}
-    write_plan(Path(output.plan).parent, pd.DataFrame(rows, columns=list(COLUMNS)), specs)
+    write_plan(output.plan, pd.DataFrame(rows, columns=list(COLUMNS)), specs)
 
 
 def plan_scan(spec: dict[str, Any], output: NamedFiles) -> None:
