@@ -95,25 +95,17 @@ def _words(draw):
 
 def _difference(results, second):
     """`Difference` of the metric with the least p value."""
-    points = [_point(result) for result in results]
+    points = [canonical(parse_spec(result["spec"] | {"seed": 0})) for result in results]
     names = sorted({name for result in results for name in result["metrics"]})
     found = []
     for name in names:
-        values = np.array([_number(result["metrics"].get(name)) for result in results])
+        values = np.array([result["metrics"].get(name) for result in results], float)
         limits = difference(values, second, points)
         found += [(limits, name)] if limits else []
     if not found:
         return None
     (value, low, high, p), name = min(found, key=lambda one: one[0][3])
     return Difference(name, value, low, high, min(1.0, p * len(found)))
-
-
-def _point(result):
-    return canonical(parse_spec(result["spec"] | {"seed": 0}))
-
-
-def _number(value):
-    return np.nan if value is None else float(value)
 
 
 def difference(

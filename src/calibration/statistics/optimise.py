@@ -139,16 +139,16 @@ def _nearest(surface, target, seed):
     k = len(surface.codes)
     starts = 2.0 * scipy.stats.qmc.Sobol(k, seed=seed).random(256) - 1.0
     best = starts[np.argsort(np.abs(surface.predict(starts) - target))[:8]]
-    fits = [
-        scipy.optimize.minimize(
-            lambda x: (float(surface.predict([x])[0]) - target) ** 2,
-            s,
-            bounds=[(-1, 1)] * k,
-            options={"ftol": 1e-15, "gtol": 1e-12},
-        )
-        for s in best
-    ]
-    return fits[first_least([f.fun for f in fits])].x
+    options = {"ftol": 1e-15, "gtol": 1e-12}
+    return _least(lambda x: (float(surface.predict([x])[0]) - target) ** 2, best, options=options).x
+
+
+def _least(function, starts, **how):
+    """scipy's result of the least value of a function of a point in the cube, searched from each
+    start (m, factors)."""
+    bounds = [(-1, 1)] * starts.shape[1]
+    fits = [scipy.optimize.minimize(function, s, bounds=bounds, **how) for s in starts]
+    return fits[first_least([f.fun for f in fits])]
 
 
 def most_desirable(
@@ -159,16 +159,9 @@ def most_desirable(
     starts = 2.0 * scipy.stats.qmc.Sobol(k, seed=seed).random(CANDIDATES) - 1.0
     value = overall_desirability(surfaces, goals, starts)
     best = starts[largest_first(value)[:8]]
-    fits = [
-        scipy.optimize.minimize(
-            lambda x: -float(overall_desirability(surfaces, goals, [x])[0]),
-            s,
-            bounds=[(-1, 1)] * k,
-            method="Nelder-Mead",
-        )
-        for s in best
-    ]
-    winner = fits[first_least([f.fun for f in fits])]
+    winner = _least(
+        lambda x: -float(overall_desirability(surfaces, goals, [x])[0]), best, method="Nelder-Mead"
+    )
     return winner.x, -float(winner.fun)
 
 

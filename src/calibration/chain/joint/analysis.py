@@ -193,8 +193,10 @@ def analysed(
     parameters = _parameters(factors, config.experiment, posterior, whole.prior)
     criticism = _criticism(config, whole, measured, posterior.draws)
     following = next_tests(config, emulators, measured, tests, posterior.draws, machine)
+    coded = 2.0 * thinned(posterior.draws, config.posterior.draws).T - 1.0
+    natural = {f.name: f.natural(levels) for f, levels in zip(factors, coded, strict=True)}
     tables = {
-        "draws": _natural(factors, thinned(posterior.draws, config.posterior.draws)),
+        "draws": pd.DataFrame(natural),
         "parameters": _as_table(parameters),
         "targets": _targets(whole, criticism["targets"]),
         "next": following,
@@ -209,7 +211,13 @@ def analysed(
         "priors": {k: p.model_dump() for k, p in known.items()},
         "without_value": _without_value(emulators, measured),
         "runs": {name: int((design["rig"] == name).sum()) for name in tests},
-        "sampler": _sampler(posterior),
+        "sampler": {
+            "draws": len(posterior.draws),
+            "effective": posterior.effective,
+            "autocorrelation": posterior.autocorrelation,
+            "accepted": posterior.accepted,
+            "converged": posterior.converged,
+        },
         "readings": config.posterior.readings,
         "machine": machine,
         "next_test": following.to_dict("records"),
@@ -249,20 +257,6 @@ def _criticism(config, whole, measured, draws):
         "agreement": asdict(agreed) | {"contradicts": agreed.contradicts},
         "misspecification_p": misspecification(whole, seed=seed),
     }
-
-
-def _sampler(posterior):
-    return {
-        "draws": len(posterior.draws),
-        "effective": posterior.effective,
-        "autocorrelation": posterior.autocorrelation,
-        "accepted": posterior.accepted,
-        "converged": posterior.converged,
-    }
-
-
-def _natural(factors, u):
-    return pd.DataFrame({f.name: f.natural(2.0 * u[:, k] - 1.0) for k, f in enumerate(factors)})
 
 
 def _parameters(factors, experiment, posterior, prior):

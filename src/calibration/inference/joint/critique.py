@@ -79,18 +79,13 @@ def _against(response, j, y, mean, variance):
     sd = np.sqrt(variance[:, j] + own)
     spread = float(np.sqrt(np.mean(sd**2) + mean[:, j].var()))
     standard = (y - mean[:, j]) / sd
-    # of few readings the tails are Student's
-    known = not np.isfinite(response.freedom)
-    law = stats.norm if known else stats.t(_effective(response.freedom, own, sd**2))
+    # of few readings the tails are Student's, with the degrees of freedom of a sum of variances of
+    # which `own` alone is estimated (Welch and Satterthwaite)
+    known, freedom = not np.isfinite(response.freedom), response.freedom * (sd**2 / own) ** 2
+    law = stats.norm if known else stats.t(freedom)
     below = float(np.mean(law.cdf(standard)))
     centre = float(mean[:, j].mean())
     return centre, spread, float((y - centre) / spread), 2.0 * min(below, 1.0 - below)
-
-
-def _effective(freedom, own, total):
-    """Degrees of freedom of a sum of variances of which `own` alone is estimated (Welch and
-    Satterthwaite)."""
-    return freedom * (total / own) ** 2
 
 
 @dataclass(frozen=True)
@@ -176,16 +171,13 @@ def borders(draws: np.ndarray, prior: Prior, seed: int = 1) -> list[Border]:
     found = []
     for k in range(draws.shape[1]):
         for side in ("low", "high"):
-            own, other = (_from(side, x[:, k]) for x in (draws, before))
-            share, prior_share = np.mean(own <= EDGE), np.mean(other <= EDGE)
+            own, other = draws[:, k], before[:, k]
+            if side == "high":
+                own, other = 1.0 - own, 1.0 - other
+            share, prior_share = (float(np.mean(x <= EDGE)) for x in (own, other))
             if share >= PRESSED * max(prior_share, 0.01) and share > np.mean(own >= 1.0 - EDGE):
-                found.append(Border(k, side, float(share), _beyond(own)))
+                found.append(Border(k, side, share, _beyond(own)))
     return found
-
-
-def _from(side, x):
-    """Distance from a side of [0, 1]."""
-    return x if side == "low" else 1.0 - x
 
 
 def _beyond(distance):

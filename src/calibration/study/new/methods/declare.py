@@ -115,19 +115,14 @@ class Question:
             return word
         return text if self.free else self._number(text)
 
-    @property
-    def takes_bare(self) -> bool:
-        """Whether a number needs no unit: it has none, or is an angle, which is in degrees."""
-        return not self.unit or unit_of(self.unit) == "°"
-
     def _number(self, text):
-        heading = _OF_HEADING.search(text)
+        heading, unit = _OF_HEADING.search(text), unit_of(self.unit)
         text = text[: heading.start()] if heading else text
         _refuse_several(text)
-        if self.unit and unit_of(self.unit) == "°":
+        if unit == "°":
             refuse_slope(text)
         try:
-            value = said_number(text, unit_of(self.unit) if self.unit else None)
+            value = said_number(text, unit)
         except UnitError as error:
             allowed = "" if "allowed" in str(error) else f"; allowed: {self.allowed}"
             raise CalibrationError(f"{text}: {error}{allowed}") from None
@@ -136,10 +131,10 @@ class Question:
         asked, told = question(self.unit, value), has_unit(text.replace(",", "."))
         if asked and not told:
             raise CalibrationError(f"{text}: is doubtful: {asked}; its unit behind it settles it")
-        if not (told or heading or self.takes_bare):
-            unit = in_ascii(unit_of(self.unit))
+        if unit not in (None, "°") and not (told or heading):  # an angle is in degrees
             raise CalibrationError(
-                f"{text}: has no unit; allowed: a number with its unit, such as {text} {unit}"
+                f"{text}: has no unit; allowed: a number with its unit, such as {text} "
+                f"{in_ascii(unit)}"
             )
         if asked and not self.reading and not self.at_its_word:
             # the study's own check would refuse it later, and not say where it was told
@@ -148,10 +143,9 @@ class Question:
         most = min(self.most, LARGEST)
         if not (low and value <= most) or (self.whole and value != round(value)):
             least = "" if self.whole else "more than "
-            unit = behind(unit_of(self.unit)) if self.unit else ""
             raise CalibrationError(
                 f"{text}: is out of range; allowed: {least}{max(self.least, 0):g} to "
-                f"{most:,.9g}{unit}{', a whole number' if self.whole else ''}"
+                f"{most:,.9g}{behind(unit)}{', a whole number' if self.whole else ''}"
             )
         return value
 
