@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader
-
 from calibration.chain.study import Results
 from calibration.figures import Response, label, response_of
 from calibration.files import write_text
@@ -17,7 +15,15 @@ from calibration.telling.answer.words import said
 from calibration.telling.kept_results import sentences_of
 from calibration.telling.report.answer import answer, findings
 from calibration.telling.report.carried import citation, workbook
-from calibration.telling.report.embed import caption, download, downloads_of, figure, packed, table
+from calibration.telling.report.embed import (
+    caption,
+    download,
+    downloads_of,
+    figure,
+    filled,
+    packed,
+    table,
+)
 from calibration.telling.report.profiler import profiler
 from calibration.telling.report.runs import runs_section
 from calibration.telling.report.sheet import sheet, viewer
@@ -50,16 +56,13 @@ def build(
     """
     study, out = Path(study), Path(out)
     response = response_of(metric)
-    environment = Environment(
-        loader=PackageLoader("calibration.telling.report", "."),
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    parts, exports = _parts(study, stages, response), _exports(study)
+    parts = [section(study, stage, response) for stage in stages.values()]
+    parts = [part for part in (*parts, runs_section(study, stages)) if part]
+    exports = _exports(study)
     said, found = answer(study, response), findings(study, response)
     carry = [packed(f"{study.name}.xlsx", workbook(study.name, said, found))] if said else []
-    page = environment.get_template("page.html.j2").render(
+    page = filled(
+        "page.html.j2",
         name=study.name,
         answer=said,
         findings=found,
@@ -79,12 +82,6 @@ def build(
         for part in parts
         if part.get("missing")
     ]
-
-
-def _parts(study, stages, response):
-    """Sections in the order of reading, the runs last."""
-    parts = [section(study, stage, response) for stage in stages.values()]
-    return [p for p in (*parts, runs_section(study, stages)) if p]
 
 
 def _exports(study):

@@ -11,7 +11,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from jinja2 import Environment, PackageLoader
 
+from calibration.engines.templates import macros
 from calibration.figures import label
 from calibration.intake.tables import read_written
 from calibration.runs.snakemake_command import WORKFLOW
@@ -154,18 +156,18 @@ def html_table(
     words: Callable[[str], str] = escape,
 ) -> str:
     """HTML of rows of texts below their headings; words: what makes HTML of a text."""
-    head = "".join(f'<th scope="col">{words(name)}</th>' for name in names)
-    body = "".join(
-        "<tr>"
-        + "".join(
-            f'<td data-label="{escape(name)}">{words(text)}</td>'
-            for name, text in zip(names, row, strict=True)
-        )
-        + "</tr>\n"
-        for row in rows
-    )
-    kind = ' class="cards"' if cards else ""
-    return f"<table{kind}><thead><tr>{head}</tr></thead><tbody>\n{body}</tbody></table>"
+    cells = [list(zip(names, row, strict=True)) for row in rows]
+    text: str = macros(__package__, "pieces").table(names, cells, cards, words, escape)
+    return text
+
+
+def filled(template: str, **given: Any) -> str:
+    """Text of a template of this package; what is given is escaped."""
+    environment = Environment(
+        loader=PackageLoader(__package__, "."), autoescape=True, trim_blocks=True,
+        lstrip_blocks=True,
+    )  # fmt: skip
+    return environment.get_template(template).render(**given)
 
 
 def cell(value: Any) -> str:

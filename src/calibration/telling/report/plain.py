@@ -5,24 +5,20 @@ import re
 from html import escape
 from pathlib import Path
 
-from jinja2 import Environment, PackageLoader
 from markupsafe import Markup
 
+from calibration.engines.templates import macros
 from calibration.files import write_text
-from calibration.telling.report.embed import caption, figure, html_table
+from calibration.telling.report.embed import caption, figure, filled, html_table
 
 FIGURE = re.compile(r"!\[(.*)\]\((.*\.svg)\)")
 
 
 def write_page(title: str, markdown: str, folder: str | Path, out: str | Path) -> None:
     """Write the HTML of a page whose figures are SVG files in `folder`, atomically."""
-    environment = Environment(
-        loader=PackageLoader("calibration.telling.report", "."), autoescape=True, trim_blocks=True
-    )
     blocks = [block for block in re.split(r"\n\s*\n", markdown.strip()) if block]
     body = Markup("\n".join(_block(block, Path(folder)) for block in blocks))
-    page = environment.get_template("plain.html.j2").render(title=title, body=body)
-    write_text(page, out)
+    write_text(filled("plain.html.j2", title=title, body=body), out)
 
 
 def _block(block, folder):
@@ -44,11 +40,7 @@ def _figure(words, path):
     if not path.is_file():
         return ""
     drawn = figure(path, caption(f"{path.parent.name}_{path.stem}") or f"{words}.")
-    wide = " wide" if drawn["wide"] else ""
-    return (
-        f'<figure class="chart{wide}"><div style="--most: {drawn["most"]}px">{drawn["svg"]}</div>'
-        f"<figcaption>{escape(drawn['caption'])}</figcaption></figure>"
-    )
+    return macros(__package__, "pieces").chart(drawn, escape)
 
 
 def _table(rows):
