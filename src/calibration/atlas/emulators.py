@@ -174,10 +174,8 @@ class AtlasEmulators:
                 yield f"tests.{test}: {key} is {found}; allowed: none, a plate without a rim"
         for own, value, end in self._beyond(test):
             if own.beyond != end:
-                yield (
-                    f"tests.{test}: {own.meaning} is {value:.3g}; allowed: {own.low:g} to "
-                    f"{own.high:g}"
-                )
+                allowed = f"{own.low:g} to {own.high:g}"
+                yield f"tests.{test}: {own.meaning} is {value:.3g}; allowed: {allowed}"
 
     def counted(self) -> Iterator[str]:
         """Sentences on inputs that count as the end that they lie beyond; a vessel does not, whose

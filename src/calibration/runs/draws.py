@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import scipy
 
+from calibration.engines.templates import macros
 from calibration.runs.all_runs import finished
 from dem.results import OTHER
 from dem.spec import canonical, parse_spec
@@ -48,18 +49,8 @@ class Mixture:
     difference: Difference | None
 
     def __str__(self):
-        parts = [f"{count} runs with {_words(draw)}" for draw, count in self.draws.items()]
-        return f"{self.stage}: a sample of {len(parts)} draws: {', '.join(parts)}; {self._said()}"
-
-    def _said(self):
-        d = self.difference
-        if d is None:
-            return "no point has runs of both, so it is not known whether they differ"
-        verdict = "they differ" if d.p < DOUBTFUL else "no difference is seen"
-        return (
-            f"{verdict} (of {d.metric}, first less second at equal points: {d.value:.3g}, "
-            f"95 %: {d.low:.3g} to {d.high:.3g}, p {d.p:.2g})"
-        )
+        text: str = macros("calibration.runs", "said").mixture(self, NAMED, DOUBTFUL)
+        return text
 
 
 def mixtures(
@@ -87,10 +78,6 @@ def draw_of(result: Mapping[str, Any]) -> Draw:
     """What of a result's software and processor makes another draw."""
     software = result["manifest"]["software"]
     return tuple(str(software.get(name, "unknown")) for name in NAMED)
-
-
-def _words(draw):
-    return ", ".join(f"{name} {version}" for name, version in zip(NAMED, draw, strict=True))
 
 
 def _difference(results, second):

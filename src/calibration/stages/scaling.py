@@ -28,6 +28,7 @@ from calibration.chain.study import Study
 from calibration.files import write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_metric, read_values, together, write_plan
+from calibration.stages import worded
 from calibration.statistics.dimensions import PAPER_RULE, RULES, Rule, ScalingError, factors
 from calibration.statistics.numbers import fixed
 from calibration.study.config import Config, given, overlay, point_spec
@@ -315,28 +316,20 @@ def response_statements(runs: pd.DataFrame, margins: Mapping[str, float]) -> lis
     ):
         told = case.dropna(subset="response")
         found, low, high = trend(case["scale"], case["response"])
-        change = judge(low, high, margins[experiment])
-        (what, unit, digits), margin = SAID[experiment], margins[experiment]
+        margin, response = margins[experiment], SAID[experiment]
+        change = judge(low, high, margin)
         how = "with cohesion" if cohesive else "without cohesion"
-        by_scale = told.groupby("scale")["response"]
-        means = [f"{v.mean():.{digits}f}{unit} at scale {h:g}" for h, v in by_scale]
-        known, over = bool(np.isfinite(low)), "too few runs for a trend over the range"
-        if known:
-            moved, least, most = (fixed(x, digits, "+") for x in (found, low, high))
-            over = f"over the range {moved}{unit} (95 %: {least} to {most}, margin {margin:g})"
-        sentence = (
-            f"Enlarged by the {rule} rule, {how}, the {what} is "
-            f"{', '.join(means) or 'unknown'}: {over}, {change}."
-        )
-        if len(told) < len(case):
-            sentence += f" {len(case) - len(told)} of {len(case)} runs gave no value."
+        means = [(h, v.mean()) for h, v in told.groupby("scale")["response"]]
+        ends = (found, low, high) if np.isfinite(low) else None
+        runs_of = len(case), len(case) - len(told)
+        [sentence] = worded("enlarged")(rule, how, response, means, ends, margin, change, runs_of)
         out.append(
             Statement(  # type: ignore[call-arg]
                 f"{experiment}.{rule}.{'cohesive' if cohesive else 'plain'}",
                 "1.2.1, conclusion 4" if rule == PAPER_RULE.name else "(gravity kept)",
-                f"The {what} does not change with the scale, {how}, under the {rule} rule",
+                f"The {response[0]} does not change with the scale, {how}, under the {rule} rule",
                 0.0,
-                *((found, low, high) if known else (None, None, None)),
+                *(ends or (None, None, None)),
                 VERDICT[change],
                 sentence,
             )
