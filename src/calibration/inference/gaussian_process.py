@@ -183,12 +183,12 @@ def _log_variance(x, y):
     return _gamma_regression(points[repeated], squares / freedom, freedom, start)
 
 
-def _gamma_regression(x, variance, freedom, start, penalty=1.0):
+def _gamma_regression(x, variance, freedom, start):
     """Fisher scoring of log variance = b0 + b x from variances (n,) on `freedom` degrees; slopes
     are shrunk by a unit normal prior, so that few replicates do not make a variance model of
     chance."""
     matrix = np.column_stack([np.ones(len(x)), x])
-    prior = penalty * np.eye(matrix.shape[1])
+    prior = np.eye(matrix.shape[1])
     prior[0, 0] = 0.0
     beta = start
     for _ in range(50):

@@ -130,15 +130,15 @@ def decide_difference(
 
 
 def rms_interval(
-    mean_square: float, n: int, variance: float, freedom: float = math.inf, alpha: float = ALPHA
+    mean_square: float, n: int, variance: float, freedom: float = math.inf
 ) -> tuple[float, float]:
-    """(low, high) of the 1 - 2 alpha interval of the root mean square of n true differences.
+    """(low, high) of the 1 - 2 ALPHA interval of the root mean square of n true differences.
 
     mean_square : of the n differences that were found, each with the error `variance`, which is
         known on `freedom` degrees
     The ratio of both is a noncentral F (chi-square over n on infinitely many degrees), whose
     noncentrality n true mean squares over the variance make; the interval is where its distribution
-    gives 1 - alpha and alpha. For the upper end the ratio counts as 1 at least: differences smaller
+    gives 1 - ALPHA and ALPHA. For the upper end the ratio counts as 1 at least: differences smaller
     than the error makes them are luck and prove nothing.
     """
     if variance == 0.0:
@@ -164,7 +164,7 @@ def rms_interval(
         return math.sqrt(centre * variance / n)
 
     ratio = mean_square / variance
-    return end(ratio, 1.0 - alpha), end(max(ratio, 1.0), alpha)
+    return end(ratio, 1.0 - ALPHA), end(max(ratio, 1.0), ALPHA)
 
 
 @dataclass(frozen=True)

@@ -54,11 +54,11 @@ def _explained(terms, y):
 
 
 def pushed(
-    emulator: GaussianProcess, draws: np.ndarray, seed: int = 1, count: int = 2000
+    emulator: GaussianProcess, draws: np.ndarray, seed: int = 1
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(u (k, d), means (k,), single runs (k,)) that draws expect, the emulator's error in both and
     the seeds' scatter in the second."""
-    u, rng = thinned(draws, count), np.random.default_rng(seed)
+    u, rng = thinned(draws), np.random.default_rng(seed)
     mean, variance = emulator.mean(u)
     many = rng.normal(mean, np.sqrt(variance))
     return u, many, rng.normal(many, emulator.sd_of_run(u))

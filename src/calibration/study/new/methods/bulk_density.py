@@ -62,13 +62,13 @@ PACKS, USUAL = (0.3, 0.9), (0.45, 0.75)
 0.6. Choices of this project."""
 
 
-def doubts_of_packing(entry: Entry, key: str, grains: Grains) -> tuple[str, ...]:
+def doubts_of_packing(entry: Entry, grains: Grains) -> tuple[str, ...]:
     """Questions about beds that pack as few do. Raises CalibrationError for one that no bed of
     these grains can be; grains that stick may lie as loosely as they will."""
     low = 0.0 if grains.sticky else PACKS[0]
     usual = (0.0 if grains.sticky else USUAL[0], USUAL[1])
     density, doubts = grains.density_kg_m3, []
-    for answer in entry.answers[key]:
+    for answer in entry.answers["density"]:
         fraction = answer.value / density
         told = (
             f"{answer.place}: {answer.value:g} kg/m3 is a solid fraction of {fraction:.2f} of "
@@ -86,7 +86,7 @@ def doubts_of_packing(entry: Entry, key: str, grains: Grains) -> tuple[str, ...]
 
 def poured(entry: Entry, grains: Grains) -> LaboratoryTest:
     """The experiment `bulk_density` without taps."""
-    doubts = doubts_of_packing(entry, "density", grains)
+    doubts = doubts_of_packing(entry, grains)
     run, went = vessel(entry, grains)
     run["geometry"]["taps"] = 0
     discrepancy, said = assumed(entry, grains, run)
@@ -99,7 +99,7 @@ def poured(entry: Entry, grains: Grains) -> LaboratoryTest:
 def tapped(entry: Entry, grains: Grains) -> LaboratoryTest:
     """The experiment `bulk_density` with the laboratory's taps; more than MOST_TAPS are kept as
     data that no run is compared with."""
-    doubts = doubts_of_packing(entry, "density", grains)
+    doubts = doubts_of_packing(entry, grains)
     run, went = vessel(entry, grains)
     taps, places = int(entry.value("taps")), {"vessel": went}
     run["geometry"] |= {"taps": min(taps, MOST_TAPS), "tap_height_mm": entry.value("height", 3.0)}
