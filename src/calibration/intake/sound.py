@@ -60,11 +60,6 @@ class Train:
         """Restitution (n - 2,) of the impacts between two flights."""
         return self.flights[1:] / self.flights[:-1]
 
-    @property
-    def heights_mm(self) -> np.ndarray:
-        """Heights (n - 1,) of the flights."""
-        return 1e3 * GRAVITY * self.flights**2 / 8.0
-
 
 def read_train(path: str | Path) -> Train:
     """`Train` of a WAV file. Raises CalibrationError for a file that is none, and for sounds that
@@ -162,7 +157,7 @@ def _said(ratios):
 def _table(train, every):
     """Rows of drops: a flight's height and that of the next one, with the spread that the
     restitution has within the recording, or where that has two flights in all of them (every)."""
-    e, heights = train.restitution, train.heights_mm
+    e, heights = train.restitution, 1e3 * GRAVITY * train.flights**2 / 8.0
     rises = heights[1::2]
     falls = heights[:-1:2][: len(rises)]
     notes = [f"{train.path.name}, flights {2 * k + 1} and {2 * k + 2}" for k in range(len(rises))]

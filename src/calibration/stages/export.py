@@ -19,7 +19,7 @@ from calibration.stages.joint import free_factors
 from calibration.stages.optimum import augmented_runs
 from calibration.stages.validation import handed_out
 from calibration.statistics.surface import fit_surface
-from calibration.study.factors import Choice, Factor
+from calibration.study.factors import Factor
 from calibration.study.stage import Plan, Stage
 from calibration.telling.export.parameters import calibrated_entries, calibrated_spec
 from dem.io.files import write_json
@@ -119,27 +119,13 @@ def by_joint(
 ) -> tuple[dict[str, dict[str, Any]], dict[str, Any]]:
     """({key: entry} of the factors that all tests calibrated, what calibrated.yaml says of them).
     found: content of joint.json; predictions: table of what is expected of each rig."""
-    told = ("rig", "metric", "measured", "predicted", "pull", "p_others")
-    more = {
-        "targets": [{k: t[k] for k in told} for t in found["targets"]],
-        "expected": _expected(predictions),
-        "note": "The values are one set, the middle one of those that meet the tests; the others "
-        "stand in joint/draws.csv.",
-    }
-    return joint_entries(free_factors(study), found["parameters"]), more
-
-
-def joint_entries(
-    factors: Sequence[Factor | Choice], parameters: Mapping[str, Mapping[str, Any]]
-) -> dict[str, dict[str, Any]]:
-    """{key: entry of calibrated.yaml} of the free factors; parameters: those of joint.json."""
-    found = {}
     from calibration.chain.joint.analysis import INSIDE
 
-    for f in factors:
-        low, high = parameters[f.name]["interval"]
+    entries = {}
+    for f in free_factors(study):
+        low, high = found["parameters"][f.name]["interval"]
         spare = INSIDE * (f.high - f.low)
-        found[f.key] = {
+        entries[f.key] = {
             "source": "calibrated",
             "factor": f.name,
             "interval_95": [low, high],
@@ -148,8 +134,14 @@ def joint_entries(
         # as `joint.json` counts a parameter as bounded
         ends = (("low", low <= f.low + spare), ("high", high >= f.high - spare))
         if sides := [side for side, reached in ends if reached]:
-            found[f.key]["not_bounded_by_the_data"] = sides
-    return found
+            entries[f.key]["not_bounded_by_the_data"] = sides
+    told = ("rig", "metric", "measured", "predicted", "pull", "p_others")
+    return entries, {
+        "targets": [{k: t[k] for k in told} for t in found["targets"]],
+        "expected": _expected(predictions),
+        "note": "The values are one set, the middle one of those that meet the tests; the others "
+        "stand in joint/draws.csv.",
+    }
 
 
 def _expected(predictions):

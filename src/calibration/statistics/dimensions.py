@@ -140,8 +140,8 @@ def exponent(quantity: str, held: Mapping[str, float]) -> Fraction:
     OverdeterminedError : the held exponents contradict each other
     UnderdeterminedError : the held quantities do not fix this one
     """
-    exact = _exact(held)
-    check_consistent(exact)
+    exact = {q: Fraction(a).limit_denominator(MOST) for q, a in held.items()}
+    _check_consistent(exact)
     found = _exponent(quantity, exact)
     if found is None:
         raise UnderdeterminedError(quantity, exact)
@@ -165,16 +165,15 @@ def independent(quantities: list[str]) -> int:
     return int(np.linalg.matrix_rank([DIMENSIONS[q] for q in quantities])) if quantities else 0
 
 
-def check_consistent(held: Mapping[str, float] | Mapping[str, Fraction]) -> None:
+def _check_consistent(held):
     """Raise `OverdeterminedError`, naming the smallest set of `held` quantities that contradict
     each other."""
-    exact, names = _exact(held), list(held)
-    for size in range(1, min(len(names), 4) + 1):  # four quantities always depend on one another
-        for subset in combinations(names, size):
+    for size in range(1, min(len(held), 4) + 1):  # four quantities always depend on one another
+        for subset in combinations(held, size):
             *others, last = subset
-            demanded = _exponent(last, {q: exact[q] for q in others})
-            if demanded not in (None, exact[last]):
-                raise OverdeterminedError({q: exact[q] for q in subset}, demanded)
+            demanded = _exponent(last, {q: held[q] for q in others})
+            if demanded not in (None, held[last]):
+                raise OverdeterminedError({q: held[q] for q in subset}, demanded)
 
 
 def group_exponents(settings: Mapping[str, float | Fraction]) -> pd.DataFrame:
@@ -207,10 +206,6 @@ def settings_of(rule: Rule, unscaled: tuple[str, ...] = ()) -> dict[str, Fractio
     asks for it: naming them in `unscaled` shows with `group_exponents` what that breaks.
     """
     return exponents(rule.held) | dict.fromkeys(unscaled, Fraction(0))
-
-
-def _exact(held: Mapping[str, float] | Mapping[str, Fraction]) -> dict[str, Fraction]:
-    return {quantity: Fraction(a).limit_denominator(MOST) for quantity, a in held.items()}
 
 
 def _exponent(quantity: str, held: Mapping[str, Fraction]) -> Fraction | None:

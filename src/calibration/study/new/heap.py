@@ -97,11 +97,6 @@ class Heap:
         return self.feed_per_s / self.capacity_per_s
 
     @property
-    def pouring_s(self) -> float:
-        """Time [s] during which grains are made."""
-        return self.count / self.feed_per_s
-
-    @property
     def rayleigh_fraction(self) -> float:
         """Rayleigh times in a time step: RAYLEIGH, or fewer where an impact on the plate would last
         less than IMPACT_STEPS or pressed grains would tremble."""

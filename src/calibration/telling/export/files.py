@@ -1,6 +1,6 @@
 """The files that a study hands on: calibrated.yaml, the blocks of other codes and their decks."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -106,38 +106,18 @@ def write_exports(
     out: str | Path,
 ) -> None:
     """Write calibrated.yaml and exports/ into folder `out`, each file atomically; see `summary`."""
-    lines, exports = about(study), Path(out) / "exports"
-    data = summary(study, mapping, known, more)
-    write_set(mapping, data, lines, exports, Path(out) / "calibrated.yaml", _expected(study))
-    _write_decks(study, Conversion(parse_spec(mapping)), lines, exports)
-    write_text(to_yaml(study.config.model_dump(mode="json")), exports / "study.yaml")
-
-
-def write_set(
-    mapping: dict[str, Any],
-    data: Mapping[str, Any],
-    lines: Sequence[str],
-    folder: Path,
-    parameters: str | Path,
-    expected: Mapping[str, Any] | None = None,
-) -> None:
-    """Write one set of parameters: the blocks of all codes and dem.yaml into a folder, and
-    `parameters`, calibrated.yaml.
-
-    mapping: run spec; data: content of calibrated.yaml; lines: of provenance; expected: of the heap
-    that the set gives.
-    """
-    conversion = Conversion(parse_spec(mapping))
+    lines, folder, conversion = about(study), Path(out) / "exports", Conversion(parse_spec(mapping))
+    data, expected = summary(study, mapping, known, more), _expected(study)
     _write_blocks(conversion, lines, folder)
     for name, code in BY_HAND.items():
-        about = [*lines, *left_out(conversion.spec, code)]
-        text = by_hand.block(
-            code, granulate(conversion.spec), conversion, about, data["parameters"], expected
-        )
+        told, grains = [*lines, *left_out(conversion.spec, code)], granulate(conversion.spec)
+        text = by_hand.block(code, grains, conversion, told, data["parameters"], expected)
         write_text(text, folder / name)
     head = "".join(f"# {line}\n" for line in lines)
     write_text(head + to_yaml(mapping), folder / "dem.yaml")
-    write_text(head + to_yaml(data), parameters)
+    write_text(head + to_yaml(data), Path(out) / "calibrated.yaml")
+    _write_decks(study, conversion, lines, folder)
+    write_text(to_yaml(study.config.model_dump(mode="json")), folder / "study.yaml")
 
 
 def write_converted(

@@ -47,20 +47,6 @@ FIXED, SPEC, DEFAULT = (
 """Where a parameter's value comes from that was not calibrated, as `source` says it."""
 
 
-def fixed_entries(
-    config: Config, factors: Sequence[Factor | Choice], bench: Mapping[str, float]
-) -> dict[str, dict[str, Any]]:
-    """{key: entry} of the factors that were not varied; bench: {factor: level} of the bench
-    tests."""
-    entries = {}
-    for f in factors:
-        entries[f.key] = {"factor": f.name}
-        if f.name in config.fixed:
-            source = "bench test" if f.name in bench else FIXED
-            entries[f.key] = {"source": source, "factor": f.name}
-    return entries
-
-
 def published_values(tables: Mapping[str, str | None]) -> dict[str, tuple[float, str | None]]:
     """{name: (value, where)} of the numbers that the configuration's `published.tables` print."""
     values = {}
@@ -175,12 +161,9 @@ def known_parameters(
     study: Study, spec: RunSpec, calibrated: Mapping[str, dict[str, Any]]
 ) -> dict[str, dict[str, Any]]:
     """`entries` of a run spec of a study; calibrated: those of the factors that were calibrated."""
-    config = study.config
-    return entries(
-        spec,
-        config.own_run,
-        calibrated,
-        fixed_entries(config, study.factors, study.bench_levels()),
-        published_values(config.published.tables),
-        config.published.names,
-    )
+    config, bench, fixed = study.config, study.bench_levels(), {}
+    for f in study.factors:
+        source = {"source": "bench test" if f.name in bench else FIXED}
+        fixed[f.key] = (source if f.name in config.fixed else {}) | {"factor": f.name}
+    published = published_values(config.published.tables)
+    return entries(spec, config.own_run, calibrated, fixed, published, config.published.names)

@@ -31,9 +31,8 @@ _OF_HEADING = re.compile(r" \[[^\]]*\]\Z")
 _SLOPE = re.compile(r"([\d.,]+)\s*(?:%|percent)")
 
 
-def refuse_slope(text: str) -> None:
-    """Raise CalibrationError for a percentage in place of an angle: a slope, which converts to no
-    angle as units do."""
+def _refuse_slope(text):
+    """A percentage in place of an angle is a slope, which converts to no angle as units do."""
     if found := _SLOPE.fullmatch(text.strip()):
         slope = float(found[1].replace(",", "."))
         angle = math.degrees(math.atan(slope / 100.0))
@@ -120,7 +119,7 @@ class Question:
         text = text[: heading.start()] if heading else text
         _refuse_several(text)
         if unit == "°":
-            refuse_slope(text)
+            _refuse_slope(text)
         try:
             value = said_number(text, unit)
         except UnitError as error:

@@ -142,7 +142,7 @@ def funnel(entry: Entry, grains: Grains) -> LaboratoryTest:
         "particles": grains.particles(poured.count, diameter),
         "geometry": geometry,
         "numerics": {
-            "max_time_s": round(max(12.0, 2 * poured.pouring_s + 5), 1),
+            "max_time_s": round(max(12.0, 2 * (poured.count / poured.feed_per_s) + 5), 1),
             "rayleigh_fraction": poured.rayleigh_fraction,
         },
     }
