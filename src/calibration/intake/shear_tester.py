@@ -74,7 +74,8 @@ def read_points(path: Path, sheet: str | None = None) -> list[Point]:
     """[Point] of a table, whatever unit of stress its columns are in. Raises ConfigError for one
     without these columns or their units."""
     table = read_table(path, sheet=sheet)
-    columns = {_plain(name): name for name in table.header}
+    # `normal_stress` of `Normal stress` and of `normal_stress_Pa`
+    columns = {without_unit("_".join(name.split())).lower(): name for name in table.header}
     if LOAD not in columns or not {PEAK, STEADY} & set(columns):
         allowed = f"{LOAD} and {PEAK} (the peak), {STEADY} or both, with units"
         raise ConfigError("has no columns of a yield locus", path=path, line=table.header_line,
@@ -89,11 +90,6 @@ def read_points(path: Path, sheet: str | None = None) -> list[Point]:
     if not points:
         raise ConfigError("has no shear stress", path=path, allowed="a row for each point")
     return points
-
-
-def _plain(name):
-    """`normal_stress` of `Normal stress` and of `normal_stress_Pa`."""
-    return without_unit("_".join(name.split())).lower()
 
 
 def _stress(table, line, column, row):

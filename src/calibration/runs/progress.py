@@ -99,7 +99,9 @@ class Progress:
         cores'."""
         done, total = (sum(getattr(p, key) for p in self.chain) for key in ("done", "total"))
         failed = f"{len(self.failed)} failed" if self.failed else "none failed"
-        parts = [f"{done} of {total} runs done, {self._without()}{failed}"]
+        valueless = sum(plan.valueless for plan in self.chain)
+        without = f"{valueless} of them without a value, " if valueless else ""
+        parts = [f"{done} of {total} runs done, {without}{failed}"]
         now = self.under_way
         if now:
             parts.append(f"now {now.words}")
@@ -112,11 +114,6 @@ class Progress:
             unit = "core" if cores == 1 else "cores"
             parts.append(f"about {duration(left)}{of_it} left on {cores} {unit}{guess}")
         return "; ".join(parts)
-
-    def _without(self):
-        """'3 of them without a value, '; nothing where all have one."""
-        number = sum(plan.valueless for plan in self.chain)
-        return f"{number} of them without a value, " if number else ""
 
 
 def progress(config: Config, store: RunStore | None = None) -> Progress:

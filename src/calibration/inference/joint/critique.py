@@ -176,12 +176,9 @@ def borders(draws: np.ndarray, prior: Prior, seed: int = 1) -> list[Border]:
                 own, other = 1.0 - own, 1.0 - other
             share, prior_share = (float(np.mean(x <= EDGE)) for x in (own, other))
             if share >= PRESSED * max(prior_share, 0.01) and share > np.mean(own >= 1.0 - EDGE):
-                found.append(Border(k, side, share, _beyond(own)))
+                beyond = np.log(20.0) / np.log(2.0) * np.median(own)
+                found.append(Border(k, side, share, float(min(beyond, 1.0))))
     return found
-
-
-def _beyond(distance):
-    return float(min(np.log(20.0) / np.log(2.0) * np.median(distance), 1.0))
 
 
 def imagined(joint: Joint, u: np.ndarray, rng: np.random.Generator) -> list[Sequence[Any]]:

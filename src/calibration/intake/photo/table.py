@@ -43,11 +43,12 @@ def measure_photos(
         fit = (shown or photo.path.parent) / f"{photo.path.stem}{FIT}"
         draw_fit(photo, fit)
         height = photo.height * photo.reduced * per_pixel if per_pixel else None
-        tall = f", {height:.1f} mm high" if height else ""
+        more = f", {height:.1f} mm high" if height else ""
+        if photo.pitch_deg is not None:
+            more = f", looks down by {photo.pitch_deg:.1f}°, which is corrected{more}"
         lines.append(
             f"{photo.path.name}: {photo.angle_deg:.2f}° (left {photo.left_deg:.2f}°, right "
-            f"{photo.right_deg:.2f}°, camera tilted by {photo.tilt_deg:.1f}°{_looks(photo)}"
-            f"{tall}); see {fit}"
+            f"{photo.right_deg:.2f}°, camera tilted by {photo.tilt_deg:.1f}°{more}); see {fit}"
         )
         heights.append(height)
     lines.append(summary([p.angle_deg for p in photos], "°"))
@@ -57,12 +58,6 @@ def measure_photos(
         write_table(_table(photos, heights), out)
         lines.append(f"wrote {out}; in a configuration: measurements: {out}")
     return lines
-
-
-def _looks(photo):
-    if photo.pitch_deg is None:
-        return ""
-    return f", looks down by {photo.pitch_deg:.1f}°, which is corrected"
 
 
 def uncorrected(angles: Sequence[float]) -> str:

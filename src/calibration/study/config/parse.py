@@ -54,7 +54,9 @@ def parse_config(
         raise ConfigError("is no mapping", **where)
     try:
         config = _parse(data)
-        _check_supplements(config, stages)
+        for n, name in enumerate(config.supplements):
+            if stages is not None and name not in stages:
+                raise at_key(f"supplements.{n}", "is no stage", name, ", ".join(stages))
         return config
     except ConfigError as error:
         if not error.key or error.path != CONFIGURATION:
@@ -64,12 +66,6 @@ def parse_config(
             raise
         path, line = place or (files[-1], None)  # a key that none of them has
         raise ConfigError(**vars(error) | {"path": path, "line": line}) from None
-
-
-def _check_supplements(config, stages):
-    for n, name in enumerate(config.supplements if stages is not None else ()):
-        if name not in stages:
-            raise at_key(f"supplements.{n}", "is no stage", name, ", ".join(stages))
 
 
 def given(config: Config, key: str, stage: str) -> Any:

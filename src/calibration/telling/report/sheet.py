@@ -90,7 +90,9 @@ def _heaps(study, key, response, metric):
         metrics = _metrics(row["run_id"])
         y = row.get("response", metrics.get(metric))
         y = None if y is None or pd.isna(y) else y
-        text = f"run {row['run']}{'' if y is None else f': {response.value(y)}'}{_left(metrics)}"
+        text = f"run {row['run']}{'' if y is None else f': {response.value(y)}'}"
+        if left := metrics.get("in_funnel"):
+            text += f", {left} grains left in the funnel"
         heap = {
             "run": row["run_id"],
             "name": row["run"],
@@ -111,12 +113,6 @@ def _metrics(run_id):
         return RunStore().result(run_id)["metrics"]
     except ResultError:
         return {}  # the study was moved here without its runs
-
-
-def _left(metrics):
-    """What to say of a heap whose funnel has not run empty."""
-    count = metrics.get("in_funnel", 0)
-    return f", {count} grains left in the funnel" if count else ""
 
 
 def _without_ground(picture):
