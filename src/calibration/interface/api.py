@@ -6,12 +6,12 @@ notebook may lie anywhere.
 
 from __future__ import annotations
 
-import html
 from collections.abc import Callable
 from contextlib import AbstractContextManager, chdir, nullcontext
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cached_property
+from html import escape
 from os.path import abspath
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ import numpy as np
 import pandas as pd
 
 from calibration.chain import study
+from calibration.engines.templates import macros
 from calibration.errors import CalibrationError, ConfigError
 from calibration.figures import response_of
 from calibration.intake.guard import in_study
@@ -173,12 +174,7 @@ class Study(study.Study):
         return [(stage.title, self._found(stage)) for stage in load_stages().values()]
 
     def _repr_html_(self):
-        cells = "".join(
-            f"<tr><td>{html.escape(title)}</td><td>{html.escape(found)}</td></tr>"
-            for title, found in self._stages()
-        )
-        answer = f"<pre>{html.escape(str(self.answer))}</pre>" if self.answer else ""
-        return f"<b>{html.escape(self.name)}</b>{answer}<table>{cells}</table>"
+        return _as_html("study", self.name, self.answer, self._stages())
 
     def _found(self, stage):
         """What a stage says of itself in a line."""
@@ -229,13 +225,13 @@ class StageResults:
         return self.study._found(stage) if stage else ""
 
     def _repr_html_(self):
-        parts = [
-            f"<h4>{html.escape(name)}</h4>{_short(table).to_html(index=False, max_rows=MOST_ROWS)}"
-            for name, table in self.tables.items()
-        ]
-        said = html.escape(self._said())
-        head = f"<b>{html.escape(self.study.name)}: {html.escape(self.stage)}</b><p>{said}</p>"
-        return head + "".join(parts)
+        tables = [(name, _short(table)) for name, table in self.tables.items()]
+        return _as_html("stage", self.study.name, self.stage, self._said(), tables, MOST_ROWS)
+
+
+def _as_html(name, *shown):
+    """What a notebook shows: the text of a macro of `notebook.j2`."""
+    return getattr(macros("calibration.interface", "notebook"), name)(*shown, escape)
 
 
 def _short(table):
