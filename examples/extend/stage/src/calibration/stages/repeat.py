@@ -1,7 +1,5 @@
 """The middle of all factors with several seeds: how far runs of one point lie apart."""
 
-from pathlib import Path
-
 import pandas as pd
 
 from calibration import figures
@@ -18,7 +16,7 @@ def plan_repeat(study, source, output):
     """Plan the runs."""
     middle = {factor.name: 0.5 * (factor.low + factor.high) for factor in study.factors}
     design, specs = study.plan(pd.DataFrame([middle] * RUNS))
-    write_plan(Path(output.plan).parent, design, specs)
+    write_plan(output.plan, design, specs)
 
 
 def repeat(study, source, output):
