@@ -339,7 +339,7 @@ def judged(case: Case) -> dict[str, Any]:
         "laws": "; ".join(f"{law['slot']}({' '.join(law['state'])})" for law in laws),
         "names": "; ".join(names), "rows": len(said.get("rows") or []),
         "claimed": int(claims),
-        "leads": int(any(law["slot"] in place for law in laws)),
+        "leads": int(any(law["slot"] in place for law in laws[:1])),
         "hits": sum(law["slot"] in place for law in laws), "placed": len(laws),
         "wrong_name": int(claims and bool(set(names) - right)),
         "p": round(said["lack_of_fit"]["p"], 4), "family_p": round(said["family_p"], 4),
