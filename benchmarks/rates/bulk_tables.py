@@ -13,7 +13,7 @@ them.
 import json
 import tempfile
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import chdir
 from dataclasses import dataclass
 from io import StringIO
@@ -27,7 +27,7 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.rates.foreign_studies import FACTORS, FIXED, MATERIALS
-from benchmarks.rates.kept_rates import KEPT, Trial, f1_score, shares
+from benchmarks.rates.kept_rates import KEPT, Trial, counted, f1_score, shares
 from calibration.intake.quantities import LEVERS, QUANTITIES, measurable
 from calibration.study.config.parse import parse_config
 from diagnosis import stages
@@ -37,6 +37,7 @@ from diagnosis.settings import study_settings
 from diagnosis.setup import Setup
 
 SEEDS = range(640, 660)
+FACTOR_ROWS: list[Any] = [*pd.read_csv(StringIO(FACTORS), sep="\t").itertuples()]
 G, DENSITY = 9.81, MATERIALS["materials"]["particle"]["density_kg_m3"]
 RIGS: dict[str, dict[str, Any]] = {
     "heap": {
@@ -221,8 +222,7 @@ def campaign() -> list[Case]:
 
 def coefficients_of(rng: np.random.Generator) -> dict[str, float]:
     """Nature's coefficients, in the middle of their ranges."""
-    rows = pd.read_csv(StringIO(FACTORS), sep="\t").itertuples()
-    return {r.name: r.low + (r.high - r.low) * rng.uniform(0.2, 0.8) for r in rows}
+    return {r.name: r.low + (r.high - r.low) * rng.uniform(0.2, 0.8) for r in FACTOR_ROWS}
 
 
 def random_of(case: Case) -> np.random.Generator:
@@ -316,8 +316,8 @@ def off_truth(case: Case, found: Mapping[str, Any] | None) -> dict[str, Any]:
     factors, and how many of their 95 % intervals hold it; None without a calibration."""
     if not found:
         return {"off": None, "held": None}
-    own, rows = coefficients_of(random_of(case)), pd.read_csv(StringIO(FACTORS), sep="\t")
-    off = [abs(found[r.name]["value"] - own[r.name]) / (r.high - r.low) for r in rows.itertuples()]
+    own = coefficients_of(random_of(case))
+    off = [abs(found[r.name]["value"] - own[r.name]) / (r.high - r.low) for r in FACTOR_ROWS]
     held = [found[n]["low"] <= value <= found[n]["high"] for n, value in own.items()]
     return {"off": round(float(np.mean(off)), 4), "held": sum(held)}
 
@@ -354,7 +354,7 @@ def judged(case: Case) -> dict[str, Any]:
 def told(rows: pd.DataFrame) -> list[str]:
     """Return lines of Markdown: the rates."""
     null, off = rows[rows["effect"] == "nothing"], rows[rows["effect"] == "one level off"]
-    out: list[tuple[str, pd.Series]] = []
+    out: list[tuple[str, Iterable[int]]] = []
     for kind in EFFECTS["nothing"]:
         for runs, own in null[null["kind"] == kind].groupby("runs"):
             out.append((f"{kind}, nothing, {runs} runs: `adequate`", own["verdict"] == "adequate"))
@@ -380,9 +380,9 @@ def told(rows: pd.DataFrame) -> list[str]:
         ("more runs than the budget", rows["over_budget"]),
     ]
     pull = hidden[(hidden["effect"] == "attraction") & hidden["off_extended"].notna()]
+    pull = pull.assign(coefficients=len(FACTOR_ROWS))
     for part, words in (("base", "without"), ("extended", "with")):
-        held, n = int(pull[f"held_{part}"].sum()), 3 * len(pull)
-        hits = pd.Series([1] * held + [0] * (n - held))
+        hits = counted(pull, f"held_{part}", "coefficients")
         out.append((f"attraction: nature's coefficient in its 95 % {words} the extension", hits))
     off = [pull[f"off_{part}"].mean() for part in ("base", "extended")]
     f1 = f1_score(int(hidden["hits"].clip(upper=1).sum()), len(hidden), int(rows["placed"].sum()))

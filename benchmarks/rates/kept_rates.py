@@ -90,6 +90,12 @@ def share(hits: Iterable[Any]) -> tuple[int, int, float, float]:
     return k, n, float(ends.low), float(ends.high)
 
 
+def counted(rows: pd.DataFrame, hits: str, of: str) -> list[int]:
+    """Return the hits that `share` takes, of rows with columns of how many hold and of how many."""
+    held, n = (int(rows[column].fillna(0).sum()) for column in (hits, of))
+    return [1] * held + [0] * (n - held)
+
+
 def f1_score(hits: int, true: int, told: int) -> float:
     """Harmonic mean of hits over what was told and hits over what is true."""
     return 2.0 * hits / max(true + told, 1)

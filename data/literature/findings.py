@@ -47,14 +47,10 @@ ALL = (*BALLS, *BY_FREE_LAWS)
 
 def finding(name):
     """A mapping of what the diagnosis says of one set."""
-    table = read_all(FOLDER / f"{name}.csv")
-    measured, aside = table.fitted, table.aside
-    if name in BALLS:
-        found = _of_ball(measured, aside, *BALLS[name])
-    else:
-        found = discover(measured, aside=aside)
+    of = read_all(FOLDER / f"{name}.csv")
+    found = _of_ball(of, *BALLS[name]) if name in BALLS else discover(of.fitted, aside=of.aside)
     return {
-        "settings": len(measured),
+        "settings": len(of.fitted),
         "verdict": found.verdict,
         "causes": found.causes,
         "misfit": round(found.misfit["p"], 4),
@@ -71,14 +67,14 @@ def _law(law):
     return own | {"rivals": rivals}
 
 
-def _of_ball(measured, aside, diameter, density):
+def _of_ball(of, diameter, density):
     """`Found` of a ball's drops, of its own size and weight."""
     base = yaml.safe_load((ROOT / "config/config.yaml").read_text())
     grain = {"run": {"materials": {"particle": {"density_kg_m3": density}}}}
     config = parse_config(overlay(base, grain))
     run = {"run": {"particles": {"diameter_mm": diameter}}}
     settings = salt_settings({"experiments": {"drop": run}})
-    return contacts.discovered(measured, Rig(settings, config.run), load_catalogue(), aside)
+    return contacts.discovered(of.fitted, Rig(settings, config.run), load_catalogue(), of.aside)
 
 
 def table(kept):

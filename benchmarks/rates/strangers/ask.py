@@ -25,26 +25,23 @@ def study():
 def ask(table: pd.DataFrame) -> dict:
     """What the diagnosis says of a table, read from a file as a user's table is: the keys of
     verdict.json, without the gain that needs runs."""
-    measured = _read(table)
-    rig, catalogue = study()
-    found = contacts.discovered(measured.fitted, rig, catalogue, measured.aside)
-    assert found is not None  # every table has what free laws are sought in
-    more = {"exclusion": contacts.limits(found, catalogue), "family_p": found.p}
+    found, _ = _found(table)
+    more = {"exclusion": contacts.limits(found, study()[1]), "family_p": found.p}
     return contacts.of_found(found) | more
 
 
 def ask_engine(table: pd.DataFrame) -> dict:
     """The same with the engine's word: the gain of each law, by runs."""
-    (rig, catalogue), measured = study(), _read(table)
-    found = contacts.discovered(measured.fitted, rig, catalogue, measured.aside)
-    assert found is not None
-    said = contacts.of_found(found)
-    return contacts.with_engine(said, measured.fitted, found, rig, catalogue)
+    found, measurements = _found(table)
+    return contacts.with_engine(contacts.of_found(found), measurements, found, *study())
 
 
-def _read(table):
-    """`Measured` of a table, by way of a file."""
+def _found(table):
+    """(`Found`, measurements) of a table, by way of a file."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "measurements.csv"
         table.to_csv(path, index=False)
-        return read_all(path)
+        measured = read_all(path)
+    found = contacts.discovered(measured.fitted, *study(), measured.aside)
+    assert found is not None  # every table has what free laws are sought in
+    return found, measured.fitted

@@ -26,6 +26,7 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
+from benchmarks.rates.kept_rates import counted
 from benchmarks.rates.kept_rates import share as rate
 from benchmarks.rates.strangers import nature
 from benchmarks.rates.strangers.cases import PROPORTIONAL, Case, Drawn
@@ -237,21 +238,13 @@ def rates(rows: pd.DataFrame) -> pd.DataFrame:
         own = rows[rows["group"].isin(groups)] if groups else rows
         own = own if strength is None else own[own["strength"] == strength]
         lines.append(_line(words, own[mark], asked, most))
-    held, n = _counts(rows, "limits_held", "limits")
-    alone, causes = _counts(rows, "alone", "causes")
-    strong, of_these = _counts(rows[rows["strength"] >= 10.0], "alone", "causes")
+    alone, strong = (counted(r, "alone", "causes") for r in (rows, rows[rows["strength"] >= 10.0]))
     known = rows[rows["named"].notna()]
     told = known["verdict"] == "identified"
     lines += [
-        _line("limits hold", [1] * held + [0] * (n - held), 0.9),
-        _line(
-            "causes of the catalogue with that name alone",
-            [1] * alone + [0] * (causes - alone),
-            0.8,
-        ),
-        _line(
-            "the same from 10 standard errors on", [1] * strong + [0] * (of_these - strong), np.nan
-        ),
+        _line("limits hold", counted(rows, "limits_held", "limits"), 0.9),
+        _line("causes of the catalogue with that name alone", alone, 0.8),
+        _line("the same from 10 standard errors on", strong, np.nan),
         _line("a mechanism of the catalogue among the names", known["named"], np.nan),
         _line("of these tables identified", told, np.nan),
         _line("identified and right", known[told]["named"], np.nan),
@@ -260,10 +253,6 @@ def rates(rows: pd.DataFrame) -> pd.DataFrame:
         _line("ended without a verdict", rows["verdict"] == "failed", 0.0, True),
     ]
     return pd.DataFrame(lines)
-
-
-def _counts(rows, *columns):
-    return [int(rows[c].fillna(0).sum()) for c in columns]
 
 
 def _line(words, hits, asked, most=False):
