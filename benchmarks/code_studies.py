@@ -14,9 +14,10 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy import stats
 
 from calibration.chain.study import Results
-from calibration.files import read_json, write_table
+from calibration.files import read_json
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_plan
 from calibration.runs.simulated import named, simulate
@@ -25,8 +26,6 @@ from calibration.study.config import numbers_of, overlay
 from calibration.study.factors import read_factors
 from calibration.telling import kept_results
 from dem.io.files import write_json
-from diagnosis.compared import compare
-from diagnosis.other_code import Cause, conventions, read_runs
 
 KEPT = "results/reference/code-studies"
 OWN = "in-dem"
@@ -43,12 +42,6 @@ TABLES = (
 POINTS = ("screening", "response_surface")
 """Stages whose points are compared."""
 CHAIN = ("screening", "ascent", "response_surface", "optimise", "validation")
-ROLLING = tuple(
-    f"contacts.{pair}.rolling_friction" for pair in ("particle_particle", "particle_wall")
-)
-SHARES = (0.25, 0.5)
-"""Of our rolling friction on both pairs, with which our heaps are poured beside those of another
-code."""
 OURS = {"engine": None, "laws": {"torsion": "marshall"}}
 SEEDS_APART = 5000
 """Our heaps of the comparison have seeds of their own."""
@@ -60,7 +53,7 @@ def collect_study(study: Path, target: Path) -> None:
     kept_results.keep(study, target, TABLES)
     write_json(target / "times.json", times(study))
     if study.name != OWN:
-        write_json(target / "comparison.json", compared(study, target / "heaps.csv"))
+        write_json(target / "comparison.json", compared(study))
 
 
 def times(study: Path) -> dict[str, Any]:
@@ -88,53 +81,43 @@ def ended(study: Path) -> dict[str, str] | None:
     return None
 
 
-def compared(study: Path, heaps: Path) -> dict[str, Any]:
-    """`diagnosis.compared.compare` of another code's heaps at the points of its study, and our
-    heaps there as they are and with less rolling friction. heaps: table that is written of theirs;
-    the comparison names its lines."""
-    factors, rows, specs = read_factors(FACTORS), [], []
+def compared(study: Path) -> dict[str, Any]:
+    """How another code's heaps at the points of its study differ from ours, a row a point: the
+    number of points with heaps of both and of those without, the root mean square of the
+    differences, what seeds alone make of it, the chance of that much (chi-square), and the mean
+    difference, theirs less ours, with its standard error [deg]."""
+    specs, angles = [], []
     for stage in POINTS:
         plan = read_plan(study / stage / "plan.json")
         table = read_written(study / stage / "runs.csv").dropna(subset=["response"])
-        for row in table.to_dict("records"):
-            specs.append(plan[row["run_id"]])
-            levels = numbers_of(plan[row["run_id"]])
-            rows.append({f.name: levels[f.key] for f in factors} | {"value": row["response"]})
-    table = pd.DataFrame(rows).assign(experiment="heap", quantity="angle_of_repose", unit="deg")
-    write_table(table, heaps)
-    runs = read_runs(heaps, factors)
-    # it has a row a point, the mean of the heaps that were poured there
-    points = read_written(heaps).groupby([f.name for f in factors], sort=False).ngroup()
-    shares = {
-        share: pd.Series(ours_at(specs, share, study.parent / "runs")).groupby(points).mean()
-        for share in (1.0, *SHARES)
+        specs += [plan[name] for name in table["run_id"]]
+        angles += list(table["response"])
+    levels = [tuple(numbers_of(spec)[f.key] for f in read_factors(FACTORS)) for spec in specs]
+    heaps = pd.DataFrame({"theirs": angles, "ours": ours_at(specs, study.parent / "runs")})
+    points = heaps.groupby(pd.Series(levels), sort=False).mean()
+    off = (points["theirs"] - points["ours"]).dropna()
+    return differences(off.to_numpy(), apart(study)) | {"without_value": len(points) - len(off)}
+
+
+def differences(off: np.ndarray, spread: float) -> dict[str, Any]:
+    """The numbers of `compared` of the differences (n,) of heaps that seeds alone set apart by
+    `spread` [deg]."""
+    return {
+        "points": len(off),
+        "rms": float(np.sqrt(np.mean(off**2))),
+        "spread": spread,
+        "p": float(stats.chi2.sf(np.sum(off**2) / spread**2, len(off))),
+        "mean": {"difference": float(off.mean()), "se": float(stats.sem(off))},
     }
-    has = np.isfinite(np.array(list(shares.values()))).all(axis=0)
-    runs = [run for run, here in zip(runs, has, strict=True) if here]
-    values = {share: found.to_numpy()[has] for share, found in shares.items()}
-    friction = Cause(
-        "rolling friction that acts as a share of ours", "parameters", "",
-        np.array(list(values)), np.array(list(values.values())),
-    )  # fmt: skip
-    ours = values[1.0]
-    found = compare(runs, ours, [*conventions(runs, ours), friction], spread=apart(study))
-    off = np.array([run.value for run in runs]) - ours  # theirs less ours [deg]
-    mean = {"difference": float(off.mean()), "se": float(off.std(ddof=1) / np.sqrt(len(off)))}
-    return found | {"without_value": int((~has).sum()), "mean": mean}
 
 
-def ours_at(specs: list[dict[str, Any]], share: float, root: Path) -> np.ndarray:
-    """(n,) angles [deg] of this engine at the points of run specs of another code, with a share of
-    their rolling friction; NaN where no heap stands."""
+def ours_at(specs: list[dict[str, Any]], root: Path) -> np.ndarray:
+    """(n,) angles [deg] of this engine at the points of run specs of another code; NaN where no
+    heap stands."""
     own = []
     for spec in specs:
-        levels = numbers_of(spec)
-        changes: dict[str, Any] = {"contacts": {}}
-        for key in ROLLING:
-            pair, number = key.split(".")[1:]
-            changes["contacts"][pair] = {number: share * levels[key]}
         plain = {key: value for key, value in spec.items() if key != "engine"}
-        own.append(overlay(overlay(plain, changes), OURS | {"seed": spec["seed"] + SEEDS_APART}))
+        own.append(overlay(plain, OURS | {"seed": spec["seed"] + SEEDS_APART}))
     metrics = simulate(named(own), root)
     values = [metrics[name] for spec in own for name in named([spec])]
     return np.array([(m or {}).get(METRIC, np.nan) for m in values])
@@ -145,7 +128,7 @@ def apart(study: Path) -> float:
     their seeds alone: at the optimum of their study, which they poured to validate it."""
     theirs = read_json(study / "validation" / "validation.json")["simulated_sd"]
     specs = list(read_plan(study / "validation" / "plan.json").values())
-    ours = ours_at(specs, 1.0, study.parent / "runs")
+    ours = ours_at(specs, study.parent / "runs")
     return float(np.hypot(theirs, np.nanstd(ours, ddof=1)))
 
 

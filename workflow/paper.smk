@@ -17,10 +17,6 @@ SCALED = (
     or (STUDY_OBJECT.folder / "scaling" / "scaling.json").exists()
     else []
 )
-# its simulated values, as tables of another code's runs
-SIMULATED = [f"{STUDY}/disagreement/{table}.csv" for table in paper.stages.SIMULATED]
-# what may differ between the paper's simulations and this study's
-CAUSES = user_file(paper.stages.causes(STUDY_OBJECT))
 
 
 rule audit:
@@ -59,48 +55,6 @@ rule reproduction:
         reads=[],
     message:
         "reproduction: the paper's results beside this study's values"
-    script:
-        "scripts/task.py"
-
-
-checkpoint plan_disagreement:
-    input:
-        tables=TABLES,
-        causes=CAUSES,
-        factors=FACTORS,
-    output:
-        **planned("disagreement"),
-        simulated=SIMULATED,
-    params:
-        function="paper.disagreement:plan_disagreement",
-        reads=[*PLANNING, *TESTS],
-    message:
-        "disagreement: read the paper's tables as runs, plan what may differ at each"
-    script:
-        "scripts/task.py"
-
-
-rule disagreement:
-    input:
-        **planned("disagreement"),
-        tables=TABLES,
-        causes=CAUSES,
-        runs=runs_of("disagreement"),
-        screening=f"{STUDY}/screening/runs.csv",
-        ascent=f"{STUDY}/ascent/runs.csv",
-        response_surface=f"{STUDY}/response_surface/runs.csv",
-        beside=BESIDE,
-        repeats=REPEATS,
-        simulated=SIMULATED,
-        factors=FACTORS,
-    output:
-        summary=f"{STUDY}/disagreement/disagreement.json",
-        page=page("disagreement/disagreement.md", "10 Reproduction", captions="report"),
-    params:
-        function="paper.disagreement:disagreement",
-        reads=[*TESTS, "own_run", "experiment", "fixed", "factors", "diagnosis"],
-    message:
-        "disagreement: the cause of each table's, or that none tried explains it"
     script:
         "scripts/task.py"
 

@@ -84,7 +84,7 @@ def before(tasks, config):
     return digests_of(tasks, config)
 
 
-PAPER = {"audit", "reproduction", "plan_disagreement", "disagreement"}
+PAPER = {"audit", "reproduction"}
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections import Counter
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -60,10 +60,10 @@ class Measurement:
     `line` is where it stands in its file (its first replicate, where these are rows), None where it
     has none. lever_sd: standard deviation of `proportional`, in its unit; outcome: what the test
     ended with where it has no value; readings: the values that it is the mean of, where the table
-    holds them, and lines: where they stand; known: ((factor, value), ...) of another code's run;
-    covariates: {column: value} of what was recorded beside the reading and is no lever, the mean
-    over its readings, and pooled: {column: values} of those that differ among these; test: its name
-    in the study's configuration, empty where experiment and levers tell it.
+    holds them, and lines: where they stand; covariates: {column: value} of what was recorded beside
+    the reading and is no lever, the mean over its readings, and pooled: {column: values} of those
+    that differ among these; test: its name in the study's configuration, empty where experiment and
+    levers tell it.
     """
 
     experiment: str
@@ -82,7 +82,6 @@ class Measurement:
     quantity: str = ""
     test: str = ""
     readings: tuple = field(default=(), compare=False)
-    known: tuple = ()
     covariates: dict = field(default_factory=dict)
     lines: tuple = field(default=(), compare=False)
     pooled: dict = field(default_factory=dict, compare=False)
@@ -108,7 +107,7 @@ class Measurement:
         """What replicates share."""
         levers = tuple(sorted(self.levers.items()))
         own = self.experiment, self.quantity, levers, self.batch, self.instrument, self.role
-        return *own, self.test, self.known
+        return *own, self.test
 
     @property
     def label(self) -> str:
@@ -155,30 +154,21 @@ def raise_faults(faults: Sequence[ConfigError]) -> None:
         raise MeasurementErrors(faults)
 
 
-def read_measured(
-    path: str | Path,
-    parameters: Collection[str] = (),
-    sheet: str | None = None,
-    apart: bool = False,
-) -> Measurements:
+def read_measured(path: str | Path, sheet: str | None = None, apart: bool = False) -> Measurements:
     """`Measurements` of a table. Raises ConfigError naming file, line and column of every fault,
     one message a fault.
 
-    parameters: factors whose values each row gives in a column of that name, for runs of another
-    code that take the place of measurements. sheet: of a workbook with several. apart: whether
-    readings beside which other numbers were recorded are other conditions, where of each there are
-    two or more."""
+    sheet: of a workbook with several. apart: whether readings beside which other numbers were
+    recorded are other conditions, where of each there are two or more."""
     path = Path(path)
     faults, rows = [], []
-    table = read_table(
-        path, lambda header, line: _check_header(path, header, line, parameters), sheet
-    )
+    table = read_table(path, lambda header, line: _check_header(path, header, line), sheet)
     if not table.rows:
         raise ConfigError("holds no reading", path=path, allowed="a row for each reading")
-    covariates = _covariates(table, parameters)
+    covariates = _covariates(table)
     for line, cells in table.rows:
         row = _Row(table, line, cells)
-        found = _measurement(row, parameters)
+        found = _measurement(row)
         rows.append(found and replace(found, covariates=_recorded(table, cells, line, covariates)))
         faults += row.faults
     conditions = _gathered([r for r in rows if r is not None], path, faults, apart)
@@ -241,11 +231,10 @@ def _mean(own):
     return replace(own[0], **mean, readings=tuple(values))
 
 
-def _check_header(path, header, line, parameters=()):
+def _check_header(path, header, line):
     needed = (*NEEDED, *SPREAD) if set(SPREAD) & set(header) else NEEDED
-    needed = (*needed, *parameters)
     where = {"path": path, "line": line}
-    found, allowed = ", ".join(header), ", ".join((*NEEDED, *parameters))
+    found, allowed = ", ".join(header), ", ".join(NEEDED)
     missing = [name for name in needed if name not in header]
     raise_faults(
         [
@@ -253,11 +242,10 @@ def _check_header(path, header, line, parameters=()):
             for name in missing
         ]
     )
-    known = (*COLUMNS, *parameters)
     misspelt = {
-        name: difflib.get_close_matches(name, known, 1, ALIKE)
+        name: difflib.get_close_matches(name, COLUMNS, 1, ALIKE)
         for name in header
-        if name not in known
+        if name not in COLUMNS
     }
     raise_faults(
         [
@@ -268,12 +256,11 @@ def _check_header(path, header, line, parameters=()):
     )
 
 
-def _covariates(table, parameters):
+def _covariates(table):
     """Names of the further columns: each holds numbers and empty cells alone. Raises ConfigError
     for one that holds a text, or nothing."""
-    known = (*COLUMNS, *parameters)
     found, faults = [], []
-    for name in (n for n in table.header if n not in known):
+    for name in (n for n in table.header if n not in COLUMNS):
         cells = [(line, row[name]) for line, row in table.rows if row.get(name)]
         try:
             [table.number(line, name, text) for line, text in cells]
@@ -283,7 +270,7 @@ def _covariates(table, parameters):
             found.append(name)
             continue
         where = {"path": table.path, "line": table.header_line, "column": name}
-        allowed = f"{', '.join(known)}, or a column of numbers that were recorded beside"
+        allowed = f"{', '.join(COLUMNS)}, or a column of numbers that were recorded beside"
         faults.append(ConfigError("is no known column", **where, allowed=allowed))
     raise_faults(faults)
     return found
@@ -329,7 +316,7 @@ class _Row:
         return value
 
 
-def _measurement(row, parameters=()):
+def _measurement(row):
     """`Measurement` of a `_Row`, or None where it has faults."""
     kind = row.get("experiment")
     if kind not in QUANTITIES:
@@ -349,7 +336,6 @@ def _measurement(row, parameters=()):
     if n is not None and n != int(n):
         row.fault("n", "is not a whole number", value=n)
     levers, lever_sd = _levers(row, kind), _lever_sd(row, kind)
-    given = tuple((p, row.number(p, -math.inf, math.inf)) for p in parameters)
     if value is not None and not has_unit(row.get("value").replace(",", ".")):
         # a number without a unit of its own that no material has
         if asked := question(q.key, scale * value):
@@ -357,7 +343,7 @@ def _measurement(row, parameters=()):
             row.fault("value", f"is doubtful: {asked}", value=said, allowed=AT_ITS_WORD)
     if row.faults:
         return None
-    more = text | chosen | {"quantity": name, "line": row.line, "known": given}
+    more = text | chosen | {"quantity": name, "line": row.line}
     if chosen["outcome"]:
         return Measurement(kind, math.nan, math.nan, int(n), levers, **more)
     value = value if scale == 1.0 else scale * value

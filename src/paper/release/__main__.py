@@ -28,7 +28,7 @@ from paper.release.pages import FUNNELS, KEPT, RECORD, read_record, write_pages
 
 PARTS = yaml.safe_load(Path(__file__).with_name("parts.yaml").read_text("utf-8"))
 PLANNED = ("design.csv", "plan.json")  # which runs there were is told by what they gave
-TABLES = ("reproduction.csv", "disagreement.md", "table_*.csv")
+TABLES = ("reproduction.csv",)
 """What is kept of the stages that concern the paper alone."""
 POURED = ("screening", "candidate_first", "candidate", "validation")
 METRIC = "angle_of_repose_deg"

@@ -16,12 +16,10 @@ import yaml
 from calibration.figures import label, response_of
 from calibration.files import read_json, write_text
 from calibration.intake.tables import read_written
-from calibration.stages.joint import kinds
 from calibration.statistics.equivalence import judged
 from calibration.statistics.numbers import fixed, spread
 from calibration.telling.export import trials
 from calibration.telling.kept_results import put
-from diagnosis import compared
 from paper import rigs
 from paper.audit import run_audit
 from paper.release import values
@@ -92,7 +90,6 @@ def filled(template: str, kept: str | Path) -> str:
         "label": label,
         "listed": listed,
         "counted": counted,
-        "told": compared.told,
     }
     environment.globals |= {
         "kept": kept,
@@ -110,7 +107,6 @@ def filled(template: str, kept: str | Path) -> str:
             kept / "salt" / "reproduction" / "reproduction.csv", dtype={"paper": str}
         ).set_index("id"),
         "counts": counts,
-        "bounded": lambda found: kinds(found)["bounded"],
         "response_of": response_of,
         "rigs": rigs,
         "trials": trials,

@@ -9,14 +9,15 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import yaml
 from scipy import stats
 
 from calibration.engines.templates import macros
-from calibration.errors import CalibrationError
 from calibration.files import read_json
 from calibration.intake.tables import read_written
 from calibration.stages.screening import aliasing
 from calibration.statistics.screening import screen
+from calibration.study.factors import read_factors
 from calibration.telling.export.decks import NAMES
 from paper.audit.paper import Paper
 from paper.audit.screening import screened
@@ -33,9 +34,6 @@ STIFFER = "full scale, shear modulus 10 MPa"
 ENOUGH = 1.0 / 3.0
 """A third of the margin of 1 degree that the salt's validation asks for: decided before the ways
 were tried."""
-TRIED = ("crossed", "rig-causes")
-"""What follows the name of a study in those that try causes with several seeds at a row."""
-HEAPS = ("Table 6", "Table 10", "Table 11")
 CODES = {"dem": "this engine", **NAMES}
 """{code: its name in words}."""
 FALL, GRAIN = "penetration-25K", 1e-3
@@ -96,6 +94,21 @@ def _together(runs):
     return {"heaps": len(runs), "carried": max(map(len, aliases), default=0), "found": there}
 
 
+def together(kept: Path) -> list[dict[str, Any]]:
+    """A mapping a factor of the salt: name, levels, interval by the heap `alone`, or None and what
+    it is `held` at, interval by `all` tests, and whether these bound it."""
+    found = {p["key"]: p for p in read_json(kept / "salt-atlas" / "answer.json")["parameters"]}
+    alone = read_written(kept / "salt" / "posterior" / "parameters.csv").set_index("parameter")
+    held = yaml.safe_load(Path("config/config.yaml").read_text("utf-8"))["fixed"]
+    rows = []
+    for f in read_factors("config/factors.tsv"):
+        row = {"name": f.name, "levels": (f.low, f.high), "held": held.get(f.name), "alone": None}
+        if f.name in alone.index:
+            row["alone"] = tuple(alone.loc[f.name, ["low", "high"]])
+        rows.append(row | {"all": found[f.key]["interval_95"], "bounded": found[f.key]["bounded"]})
+    return rows
+
+
 def without_value(kept: Path) -> str:
     """How many runs of screening, path and surface have no value. The path's table has only those
     with one."""
@@ -116,30 +129,6 @@ def softening(table: pd.DataFrame) -> str:
     freedom = parts.sum() ** 2 / (parts**2 / (counts - 1)).sum()
     half, mean = stats.t.ppf(0.975, freedom) * np.sqrt(parts.sum()), stiff["difference"].mean()
     return said("softening", list(stiff.itertuples()), mean, half)
-
-
-def simulations(kept: Path) -> dict[str, Any]:
-    """{table: what `diagnosis.compared.compare` says} of a kept study; of the tables of heaps where
-    causes were tried with several seeds at a row, in the studies beside it."""
-    folders = (kept, *(kept.parent / f"{kept.name}-{causes}" for causes in TRIED))
-    made = [f / "disagreement" / "disagreement.json" for f in folders]
-    found = [read_json(path) for path in made if path.is_file()]
-    if not found:
-        raise CalibrationError(f"{kept}: holds no disagreement; `snakemake disagreement` makes it")
-    own, *more = found
-    return own | ({name: _of_all([one[name] for one in more]) for name in HEAPS} if more else {})
-
-
-def _of_all(found):
-    """One table as several studies of the same rows found it: every cause that was tried, with the
-    greatest of its chances, as the best of more causes is as good by chance more often."""
-    causes: dict[str, dict] = {}
-    for cause in (c for one in found for c in one["ranking"]):
-        known = causes.get(cause["cause"])
-        if known is None or cause["p"] > known["p"]:
-            causes[cause["cause"]] = cause
-    ranking = sorted(causes.values(), key=lambda cause: -cause["gain"])
-    return next(one for one in found if ranking[0] in one["ranking"]) | {"ranking": ranking}
 
 
 # --- evidence and other codes -------------------------------------------------------------------
