@@ -25,8 +25,7 @@ def kept(repository, tmp_path):
     some funnels packed."""
     folder = tmp_path / "kept"
     shutil.copytree(FROZEN, folder)
-    for rig in ("salt-printed", "salt-opened"):
-        shutil.copytree(folder / "salt", folder / rig)
+    shutil.copytree(folder / "salt", folder / "salt-printed")
     shutil.copytree(KEPT / "salt-atlas", folder / "salt-atlas")
     (folder / "salt-diagnosis").mkdir()
     for name in ("verdict.json", "diagnosis.md"):

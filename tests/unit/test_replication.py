@@ -81,9 +81,8 @@ def test_values_without_scatter_ask_for_no_more():
 
 @pytest.mark.parametrize(
     ("name", "part", "rig"),
-    [("salt", "salt", ()), ("salt-printed", "printed rig", ("rigs/printed.yaml",)),
-     ("salt-opened", "opened rig", ("rigs/opened.yaml",))],
-)  # fmt: skip
+    [("salt", "salt", ()), ("salt-printed", "printed rig", ("rigs/printed.yaml",))],
+)
 def test_the_reference_plans_the_kept_runs(name, part, rig, monkeypatch, tmp_path):
     monkeypatch.chdir(ROOT)
     config, kept = salt_of("reference.yaml", *rig), ROOT / "results/reference" / name

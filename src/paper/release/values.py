@@ -109,16 +109,6 @@ def together(kept: Path) -> list[dict[str, Any]]:
     return rows
 
 
-def without_value(kept: Path) -> str:
-    """How many runs of screening, path and surface have no value. The path's table has only those
-    with one."""
-    without = valued = 0
-    for stage in ("screening", "ascent", "response_surface"):
-        without += len(read_json(kept / stage / f"{stage}.json").get("left_out", []))
-        valued += int(read_written(kept / stage / "runs.csv")["response"].notna().sum())
-    return f"{without} of {without + valued}"
-
-
 def softening(table: pd.DataFrame) -> str:
     """What softening the grains to 3 MPa changes at full scale, in sentences, of the table of the
     study of the numerics: at each point, and over all of them with Welch's 95 % interval."""
