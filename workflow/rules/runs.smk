@@ -34,6 +34,8 @@ rule dem_run:
         f"{RUNS}/{{experiment}}-{{digest}}/run.log",
     benchmark:
         f"{RUNS}/{{experiment}}-{{digest}}/benchmark.tsv"
+    # before the batches: short runs fill the cores that the last heaps of a stage leave
+    priority: 1
     resources:
         mem_mb=lambda w: memory_of([spec_of(f"{w.experiment}-{w.digest}")]),
         runtime=60,
