@@ -322,6 +322,24 @@ the true parameters, its mean, and its scatter over the error that is stated.
 {rows_of([*heads, "over stated"], rows)}"""
 
 
+def atlas_published():
+    """What it tells of published materials."""
+    rows = [
+        [r.material.replace("_", " "), label(without_unit(r.metric)), unit_of(r.metric)]
+        + [f"{r.measured:.4g} ± {r.error:.2g}", f"{r.predicted:.4g} ± {r.sd:.2g}"]
+        + ["yes" if r.met else "no"]
+        for r in pd.read_csv(ATLAS / "published.csv").itertuples()
+    ]
+    return f"""
+## Published materials
+
+The studies in `examples/` that begin from published values. Where no parameters within the
+published ranges meet a material's readings, the atlas says so: spheres of one size fill a vessel
+less than sand and pellets do.
+
+{rows_of(["material", "reading", "unit", "measured", "told", "met"], rows)}"""
+
+
 def atlas_salt():
     """The salt's answer by `config/atlas.yaml`."""
     salt = json.loads((ROOT / "results/reference/salt-atlas/answer.json").read_text())
