@@ -32,7 +32,7 @@ COMMAND = "python -m benchmarks.rates"
 DECIDE = {
     "contacts": [f"diagnosis/{name}.py" for name in (
         "table_model/* table_model/terms/* laws/* catalogue/[a-z]* chance collision fit "
-        "measurements reading_errors rules"
+        "measurements reading_errors rules shared_errors"
     ).split()],
     "bulk": ["calibration/inference/chance_of_no_value.py", *(f"diagnosis/{name}.py" for name in (
         "table_model/* table_model/terms/* laws/* catalogue/* bulk chance derived design emulator "

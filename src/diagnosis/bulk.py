@@ -11,36 +11,29 @@ Tests that end without a value are readings too, of the logarithm of their odds 
 added on either side (Anscombe 1956, Biometrika 43:461): error and expectation of that.
 """
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.special import expit
 from scipy.stats import binom, truncnorm
 
+from calibration.intake.measurements import Measurement
+from diagnosis.catalogue import Mechanism
 from diagnosis.chance import CLOSE
-from diagnosis.fit import evidence, fit
+from diagnosis.fit import Fit, evidence, fit
 from diagnosis.laws.readings import Readings, name_of, readings_of, to_log
+from diagnosis.model import Emulated, Model
 from diagnosis.settings import lever_values
 from diagnosis.table_model.block import Block, Ground
-from diagnosis.table_model.found import judge, placed
+from diagnosis.table_model.found import Found, judge, placed
 from diagnosis.table_model.next_setting import words_of
 from diagnosis.table_model.selection import CHANCE, CLEAR, evidences
 from diagnosis.table_model.term import LAW, Shape, Term, random_term
 from diagnosis.table_model.terms import all_terms
 from diagnosis.table_model.terms.laws import bend_root
-
-if TYPE_CHECKING:
-    from calibration.intake.measurements import Measurement
-    from diagnosis.catalogue import Mechanism
-    from diagnosis.fit import Fit
-    from diagnosis.model import Emulated, Model
-    from diagnosis.table_model.found import Found
-
 
 STRENGTHS = np.linspace(0.0, 1.0, 11)
 """Coded strengths at which a mechanism's curve is asked for."""
@@ -81,7 +74,7 @@ class Bulk:
             self._fits[key] = model, fit(model, self.data)
         return self._fits[key]
 
-    def at(self, values: np.ndarray) -> Bulk:
+    def at(self, values: np.ndarray) -> "Bulk":
         """The same table with other values (n,) at the same best point of the base model."""
         other = copy.copy(self)
         other.data = replace(self.data, value=values[None])

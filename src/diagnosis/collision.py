@@ -5,10 +5,8 @@ The fall and the rise are free flights, so only the contact is stepped through, 
 size at many speeds at once. The same engine, laws and time step as in a run of the experiment:
 nothing is trained and nothing interpolated."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,20 +20,15 @@ from dem.kernel.drag import apply_drag
 from dem.kernel.state import new_particles
 from dem.materials import WALL, material_of
 from dem.simulation import Air
-from dem.spec import parse_spec
+from dem.spec import RunSpec, parse_spec
 from dem.timescales import hertz_contact_time
 from dem.walls.builder import WallSet
-
-if TYPE_CHECKING:
-    from dem.spec import RunSpec
-
 
 STEP = {"rayleigh_fraction": 0.01, "precision": "double"}
 COARSE = {"rayleigh_fraction": 0.2, "precision": "double"}
 """Of a bounce, whose restitution must be resolved; of a slide, which asks for the force at rest
 only."""
 
-PHASES = 24  # of a coarse step, at which a contact may begin
 LONGEST = 12.0  # elastic contact times after which a grain that has not left counts as stuck
 FLIGHT_STEPS = 60
 SETTLE, SLIP_SPEED, LOOK, LOOKS = 20.0, 0.2, 5, 400
@@ -46,26 +39,13 @@ force, and looks."""
 def rebounds(spec: dict[str, Any], heights: ArrayLike, finer: float = 1.0) -> np.ndarray:
     """Rebound heights (k,) [mm] of the grain of a drop's run spec (a mapping) from heights (k,)
     [mm], the time step over `finer`."""
-    return _rebounds(spec, heights, _step(STEP, finer), 0.0)
-
-
-def coarse_rebounds(spec: dict[str, Any], height: float, fraction: float) -> tuple[float, float]:
-    """Mean and standard deviation [mm] of the rebounds from a height [mm] at a time step that is a
-    fraction of Rayleigh's: a contact of few steps depends on where in a step it begins."""
-    numerics = STEP | {"rayleigh_fraction": fraction, "overlap_limit": 1.0}
-    phase = (np.arange(PHASES) + 0.5) / PHASES
-    found = _rebounds(spec, np.full(PHASES, height), numerics, phase)
-    return float(found.mean()), float(found.std(ddof=1))
-
-
-def _rebounds(spec, heights, numerics, phase):
-    own = parse_spec(spec | {"numerics": numerics})
+    own = parse_spec(spec | {"numerics": _step(STEP, finer)})
     air = _air(own)
     heights = 1e-3 * np.asarray(heights, float)
     radius = mean_radius(own)
     impact = _fall(own, radius, heights, air)
     try:
-        place, speed = _bounce(own, radius, impact, phase)
+        place, speed = _bounce(own, radius, impact)
     except BlowUpError as error:
         stiff = f"materials.particle.shear_modulus_Pa = {own.materials.particle.shear_modulus_Pa:g}"
         raise CalibrationError(
@@ -89,13 +69,13 @@ def _contact_time(spec, radius, speed):
     return hertz_contact_time(radius, speed, grain, wall)
 
 
-def _bounce(spec, radius, impact, phase=0.0):
+def _bounce(spec, radius, impact):
     """Height above the plate [m] and speed [m/s] (k,) of grains that have left it; 0 where they
-    stick. phase: share of a time step after which they touch it."""
+    stick."""
     sim = _plate(spec)
     position = np.zeros((len(impact), 3))
     position[:, 0] = 20.0 * radius * np.arange(len(impact))
-    position[:, 2] = np.float32(radius) + phase * sim.time_step * impact
+    position[:, 2] = np.float32(radius)
     velocity = np.zeros_like(position)
     velocity[:, 2] = -impact
     sim.add_particles(position, radius, velocity=velocity)

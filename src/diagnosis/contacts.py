@@ -4,18 +4,19 @@ nothing is trained.
 The base model is a constant restitution and a constant friction. What it misses is looked for by
 `diagnosis.laws`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from calibration.figures import parameter_words
+from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import Condition
 from calibration.statistics.numbers import NORMAL_95
+from calibration.study.factors import Factor
 from dem.spec import parse_spec
 from diagnosis import prediction_test, time_step
+from diagnosis.catalogue import Mechanism
 from diagnosis.collision import rebounds, sliding_angles
 from diagnosis.fit import data_of
 from diagnosis.laws.engine_gain import Engine, compared, keys_of, together
@@ -24,18 +25,12 @@ from diagnosis.laws.known import COEFFICIENT, known_curves, with_coefficient
 from diagnosis.laws.readings import FREE, IN_AIR, from_log, readings_of
 from diagnosis.power import power
 from diagnosis.residuals import by_chance, tails, trends
+from diagnosis.rig import Rig
 from diagnosis.rules import OF_CONTACTS, by_runs, without_names
+from diagnosis.settings import Settings, of_run
 from diagnosis.table_model.block import LEVEL_SD
-from diagnosis.table_model.found import discover, give_strengths, limits, table_misfit
+from diagnosis.table_model.found import Found, discover, give_strengths, limits, table_misfit
 from diagnosis.verdict import family_of, of_found
-
-if TYPE_CHECKING:
-    from calibration.intake.measurements import Measurement
-    from calibration.study.factors import Factor
-    from diagnosis.catalogue import Mechanism
-    from diagnosis.rig import Rig
-    from diagnosis.settings import Settings
-    from diagnosis.table_model.found import Found
 
 
 def _known(rig, catalogue):
@@ -104,20 +99,21 @@ def with_engine(
     return verdict
 
 
+MAY_BE_EMPTY = {
+    "drop": ("particle_diameter_mm",),
+    "tilt": ("particle_diameter_mm", "tilt_rate_deg_s"),
+}
+"""Levers that a row may leave empty, by experiment."""
+
+
 def defaults_of(settings: Settings, experiments: Iterable[str]) -> dict[str, dict[str, float]]:
-    """{experiment: {lever: value}} of the levers that rows may leave empty."""
-    return {kind: _defaults(settings, kind) for kind in set(experiments) & set(FREE)}
-
-
-def _defaults(settings, kind):
-    """{lever: value} of the levers that rows may leave empty."""
-    run = settings.experiments[kind].run
-    found = {
-        "particle_diameter_mm": run.get("particles", {}).get("diameter_mm"),
-        "tilt_rate_deg_s": run.get("geometry", {}).get("tilt_rate_deg_s"),
-    }
-    own = {"drop": ("particle_diameter_mm",), "tilt": tuple(found)}.get(kind, ())
-    return {name: found[name] for name in own if found[name] is not None}
+    """{experiment: {lever: value}} of the levers that rows may leave empty, as a run has them."""
+    out = {}
+    for kind in set(experiments) & set(FREE):
+        run = settings.experiments[kind].run or {}
+        found = {lever: of_run(run, lever) for lever in MAY_BE_EMPTY.get(kind, ())}
+        out[kind] = {lever: value for lever, value in found.items() if value is not None}
+    return out
 
 
 def findings(
@@ -153,14 +149,10 @@ def base(
         "patterns": trends([rows[i] for i in kept], drawn[:, kept]),
         "residuals": rows,
     }
-    fit = found.misfit if found else misfit_of(measurements, settings)
-    return out | {"lack_of_fit": fit}
-
-
-def misfit_of(measurements: list[Measurement], settings: Settings) -> dict[str, float]:
-    """{chi_square, freedom, p} of a constant for each experiment."""
-    defaults = defaults_of(settings, _kinds(measurements))
-    return table_misfit(measurements, defaults, settings.seed)
+    if found:
+        return out | {"lack_of_fit": found.misfit}
+    defaults = defaults_of(settings, levels)
+    return out | {"lack_of_fit": table_misfit(measurements, defaults, settings.seed)}
 
 
 def half_step(measurements: list[Measurement], rig: Rig) -> list[dict[str, Any]]:
@@ -196,7 +188,7 @@ def with_law(measurements: list[Measurement], found: Found) -> np.ndarray | None
     value = np.array([r["predicted"] for r in _rows(measurements, levels)])
     for kind, block in found.selection.blocks.items():
         if block.held:
-            mean = block.expected(block.readings.log)[0]
+            mean = block.expected()[0]
             value[block.readings.rows] = from_log(kind, mean, block.readings.levers)
     return value
 

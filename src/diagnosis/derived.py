@@ -5,35 +5,24 @@ Nothing is guessed. What follows from none of these is a fault that names the li
 measurement and the key to give.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 import yaml
 
 from calibration.errors import ConfigError
-from calibration.intake.measurements import raise_faults
-from calibration.intake.quantities import LEVERS, QUANTITIES, levers_of, measurable
-from calibration.study.config import overlay
+from calibration.intake.measurements import Measurement, raise_faults
+from calibration.intake.quantities import QUANTITIES, levers_of, measurable
+from calibration.study.config import Config, overlay
 from calibration.study.config.specs import with_levels
 from calibration.study.cost import duration, run_seconds
-from calibration.study.factors import Choice
+from calibration.study.factors import Choice, Factor
 from dem.errors import SpecError
 from dem.experiments import experiments
 from diagnosis.measurements import alone
 from diagnosis.rig import Rig
-from diagnosis.settings import Experiment
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from calibration.intake.measurements import Measurement
-    from calibration.study.config import Config
-    from calibration.study.factors import Factor
-    from diagnosis.settings import Settings
-
+from diagnosis.settings import RIG, Experiment, Settings, of_run
 
 MINUTES, CORES = 60.0, 2
 """Time of a diagnosis with emulated experiments, unless the settings give it, and the cores that it
@@ -201,9 +190,8 @@ def _experiment(kind, own, config, factors, rows, path):
         run = overlay(_rig(kind, config, own.run is not None, where), run)
     levers, held, levels = own.levers, dict(own.held), own.levels
     if levers is None:
-        levers, more = _levers(kind, run, config, rows, path)
-        held = more | held
-        levels = _levels(kind, levers, run, rows) | own.levels
+        levers, more, few = _levers(kind, run, rows, path)
+        held, levels = more | held, few | levels
     # a table without any outcome may hold flows of what arched later
     ends = any(m.name == ENDED for m in experiments()[kind].metrics)
     ended = ENDED if ends and any(m.outcome for m in rows) else None
@@ -241,7 +229,7 @@ def _rig(kind, config, given, where):
     name = config.own if kind == config.experiment else config.of_experiment(kind)
     if name:
         own = config.run_of(name).items()
-        return {k: v for k, v in own if k in ("particles", "geometry", "numerics")}
+        return {k: v for k, v in own if k in RIG}
     if kind in SINGLE:
         size = config.own_run.get("particles", {}).get("diameter_mm")
         grain = {} if size is None else {"particles": {"diameter_mm": size}}
@@ -257,40 +245,27 @@ def _rig(kind, config, given, where):
     )
 
 
-def _levers(kind, run, config, rows, path):
+def _levers(kind, run, rows, path):
     """({lever: [least, largest]} of the levers that differ between the rows, {lever: value} of
-    those that do not)."""
-    levers, held = {}, {}
+    those that do not, {lever: its levels} of the levers that have few).
+
+    At few levels a rig is asked where it was measured, and what it does from one level to the next
+    is no error."""
+    levers, held, levels = {}, {}, {}
     for name, lever in levers_of(kind).items():
         if lever.place is None or not any(name in m.levers for m in rows):
             continue
-        default = _default(kind, run, lever.place)
+        default = of_run(run, name)
         empty = [m for m in rows if name not in m.levers]
         if empty and default is None:
             where = {"path": path, "line": empty[0].line, "column": name}
             reason = f"is empty, and the run spec has no {'.'.join(lever.place)}"
             raise ConfigError(reason, **where, allowed=f"the {lever.words} of this row")
         values = [m.levers.get(name, default) for m in rows]
-        if min(values) < max(values):
-            levers[name] = [min(values), max(values)]
-        else:
+        few = sorted(set(map(float, values)))
+        if not few[1:]:
             held[name] = values[0]
-    return levers, held
-
-
-def _levels(kind, levers, run, rows):
-    """{lever: its levels} of the levers that have few: there a rig is asked where it was measured,
-    and what it does from one level to the next is no error."""
-    out = {}
-    for name in levers:
-        default = _default(kind, run, LEVERS[name].place)
-        found = sorted({float(m.levers.get(name, default)) for m in rows})
-        out |= {name: found} if len(found) <= MOST_LEVELS else {}
-    return out
-
-
-def _default(kind, run, place):
-    """What a run has where a row leaves a lever empty; None where it has nothing."""
-    part, key = place
-    value = run.get(part, {}).get(key)
-    return value if isinstance(value, int | float) else None
+            continue
+        levers[name] = [min(values), max(values)]
+        levels |= {name: few} if len(few) <= MOST_LEVELS else {}
+    return levers, held, levels

@@ -1,12 +1,10 @@
 """Runs that train the emulators: a Latin hypercube over parameters, levers and strength for each
 experiment and law."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.stats import qmc
@@ -14,16 +12,11 @@ from scipy.stats import qmc
 from calibration.errors import ConfigError
 from calibration.intake.quantities import POURED, Condition
 from calibration.runs.simulated import named
+from calibration.study.factors import Factor
 from dem.errors import SpecError
-from diagnosis.catalogue import Strength
-from diagnosis.settings import BASE, log_span
-
-if TYPE_CHECKING:
-    from calibration.study.factors import Factor
-    from diagnosis.catalogue import Mechanism
-    from diagnosis.rig import Rig
-    from diagnosis.settings import Settings
-
+from diagnosis.catalogue import Mechanism, Strength
+from diagnosis.rig import Rig
+from diagnosis.settings import BASE, Settings, log_span
 
 REPEAT = 100_000  # between the seeds of runs that repeat a point
 WIDENED = 1.15  # the emulators reach a little beyond the factors' range, so that a fit may

@@ -5,25 +5,19 @@ log(rebound / height) is 2 log e, tan(sliding angle) is mu, shear stress over no
 friction.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from calibration.study.factors import Factor
+from diagnosis.catalogue import Strength
 from diagnosis.design import inputs_of, multiplied, wanted
 from diagnosis.response import Response, WithMechanism
 from diagnosis.scale import scale_of
-from diagnosis.settings import BASE, catalogue_of, log_span
-
-if TYPE_CHECKING:
-    from calibration.study.factors import Factor
-    from diagnosis.catalogue import Strength
-    from diagnosis.settings import Settings
-
+from diagnosis.settings import BASE, Settings, catalogue_of, log_span
 
 LEAST = 2
 """Finished runs of a mechanism that train it: what they do not tell is in the

@@ -10,25 +10,20 @@ Goldstein, Bower 2010, Bayesian Anal. 5:619). The number of waves and of runs in
 the settings, and the verdict says what is left.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.stats import norm, qmc
 
 from dem.errors import SpecError
+from diagnosis.bulk import Bulk
 from diagnosis.design import LEARN, OF_BASE, factor_share, inputs_of, multiplied, row_of
+from diagnosis.fit import Fit
+from diagnosis.model import Model
+from diagnosis.rig import Rig
 from diagnosis.settings import BASE, lever_values
-
-if TYPE_CHECKING:
-    from diagnosis.bulk import Bulk
-    from diagnosis.fit import Fit
-    from diagnosis.model import Model
-    from diagnosis.rig import Rig
-
 
 SHARE = 0.3
 """Error of an emulator over that of the measurement at which it is good enough."""

@@ -1,31 +1,25 @@
 """The gain of the extended model, measured with the real engine on settings that it was not fitted
 to."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.special import expit
 from scipy.stats import norm, t
 
+from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import QUANTITIES
 from calibration.runs.simulated import named
 from dem.errors import SpecError
-from diagnosis.fit import data_of, fit
+from diagnosis.catalogue import Mechanism
+from diagnosis.fit import Data, Fit, data_of, fit
+from diagnosis.model import Model
 from diagnosis.reading_errors import spread_unit
+from diagnosis.rig import Rig
+from diagnosis.settings import Settings
 from diagnosis.shared_errors import covariance_of
-
-if TYPE_CHECKING:
-    from calibration.intake.measurements import Measurement
-    from diagnosis.catalogue import Mechanism
-    from diagnosis.fit import Data, Fit
-    from diagnosis.model import Model
-    from diagnosis.rig import Rig
-    from diagnosis.settings import Settings
-
 
 FIT = 3.0
 """Root mean square miss at left-out settings, in all errors, above which a name is withdrawn."""
@@ -34,14 +28,9 @@ RESAMPLES = 4000
 LEAST_RUNS = 2  # at a setting: one does not tell how much runs scatter
 
 
-def held_out_points(model: Model, data: Data) -> np.ndarray:
-    """(n, p) posterior modes, each fitted to one set of `Data` without one of its n readings. The
-    tests without a value stay, as they stand in the fit to all."""
-    return held_out_fits(model, data).theta
-
-
 def held_out_fits(model: Model, data: Data) -> Fit:
-    """`Fit` of n data sets, each without one of the n readings. See `held_out_points`."""
+    """`Fit` of n data sets, each one set of `Data` without one of its n readings. The tests without
+    a value stay, as they stand in the fit to all."""
     n = data.value.shape[1]
     error = np.tile(data.error, (n, 1))
     error[np.arange(n), np.arange(n)] = 1e9  # a setting with no weight is a setting left out
@@ -193,15 +182,6 @@ def real_values(
                 for mechanism, strength in row["reads"].items():
                     value = catalogue[mechanism].observe(value, m.levers, strength)  # type: ignore[misc]
                 out[row["label"]][row["setting"], r] = value
-    return out
-
-
-def refit_of(rows: Sequence[Mapping[str, Any]], label: str, count: int) -> np.ndarray:
-    """(count,) the `refit` of rows of `extension_plan`, by their settings; nan where none is."""
-    out = np.full(count, np.nan)
-    for row in rows:
-        if row["label"] == label:
-            out[row["setting"]] = row["refit"]
     return out
 
 

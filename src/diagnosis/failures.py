@@ -7,25 +7,20 @@ them. A silo that arches late has let grains out, and its run reads a flow of th
 has tests that clogged, such a run is one of them (`Experiment.ended_by`).
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from calibration.inference.chance_of_no_value import Chance
+from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import LEVERS
+from calibration.study.factors import Factor
 from diagnosis.design import multiplied, wanted
 from diagnosis.emulator import Moved, coded_off, rows_at_strength
-from diagnosis.settings import BASE, catalogue_of
-
-if TYPE_CHECKING:
-    from calibration.intake.measurements import Measurement
-    from calibration.study.factors import Factor
-    from diagnosis.settings import Settings
+from diagnosis.settings import BASE, Settings, catalogue_of
 
 
 def train_failures(

@@ -1,20 +1,15 @@
 """Figures of the diagnosis; each returns a matplotlib Figure."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib import ticker
+from matplotlib.figure import Figure
 
 from calibration.figures import BLUE, GREY, ORANGE, label, subplots
 from calibration.intake.quantities import LEVERS, QUANTITIES
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 
 LARGE = 10.0  # nats from which on the axis of gains is logarithmic
 

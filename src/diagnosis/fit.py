@@ -17,25 +17,18 @@ out: the readings then have a covariance, and a setting is left out of that (Ras
 descent, as the spread is.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import expit, logsumexp, xlogy
 
 from calibration.inference.chance_of_no_value import log_likelihood
-from diagnosis.failures import outcomes_of
+from calibration.intake.measurements import Measurement
+from diagnosis.failures import Outcomes, outcomes_of
+from diagnosis.model import Emulated, Model
 from diagnosis.reading_errors import spread_unit, stated_sd
 from diagnosis.shared_errors import Shared, shared_of
-
-if TYPE_CHECKING:
-    from calibration.intake.measurements import Measurement
-    from diagnosis.failures import Outcomes
-    from diagnosis.model import Emulated, Model
-
 
 STARTS = (0.2, 0.7)
 DESCENTS = 2
@@ -60,7 +53,7 @@ class Data:
     shared: Shared | None = None
     group: np.ndarray | None = None
 
-    def of(self, rows: np.ndarray) -> Data:
+    def of(self, rows: np.ndarray) -> "Data":
         """The data sets `rows` (m,)."""
         failed = None if self.failed is None else self.failed[rows]
         return replace(self, value=self.value[rows], error=self.error[rows], failed=failed)

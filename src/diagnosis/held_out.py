@@ -1,26 +1,20 @@
 """Rows of a table that were held out of the fit, beside what was predicted of them."""
 
-from __future__ import annotations
-
-from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
-from diagnosis.fit import data_of
+from calibration.intake.measurements import Measurement
+from diagnosis.fit import Data, Fit, data_of
 from diagnosis.laws.readings import from_log, readings_of, unknown
+from diagnosis.model import Emulated
 from diagnosis.reading_errors import spread_unit
 from diagnosis.shared_errors import covariance_of
-from diagnosis.table_model.block import Block
-from diagnosis.table_model.selection import held_in_turn
+from diagnosis.table_model.block import Held
+from diagnosis.table_model.found import Found
+from diagnosis.table_model.selection import blocks_of, held_in_turn
 from diagnosis.table_model.term import ROW
-from diagnosis.table_model.terms import all_terms
-
-if TYPE_CHECKING:
-    from calibration.intake.measurements import Measurement
-    from diagnosis.fit import Data, Fit
-    from diagnosis.model import Emulated
-    from diagnosis.table_model.found import Found
 
 
 def by_emulators(
@@ -90,17 +84,15 @@ def predicted(
     rows: Sequence[Measurement],
     known: int,
     kind: str,
-    held: Iterable[str],
+    held: Mapping[str, Held],
     defaults: Mapping[str, float] | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Values and errors of the readings from number `known` on, by the others and what is `held`
     {key: Held} in a block of them alone. Both (m,), in the quantity's unit."""
-    readings = readings_of(rows, kind, defaults)
-    readings = unknown(readings, np.arange(known, len(rows)))
-    terms = {t.key: t for t in all_terms(readings, {})}
-    again = [key for key in held if key in terms and terms[key].kind != ROW]
-    block = held_in_turn(Block(readings, terms), again)
-    mean, variance = block.expected(readings.log)
+    readings = unknown(readings_of(rows, kind, defaults), np.arange(known, len(rows)))
+    [bare] = blocks_of([readings], None).values()
+    block = held_in_turn(bare, (key for key, h in held.items() if h.term.kind != ROW))
+    mean, variance = block.expected()
     value = from_log(kind, mean, readings.levers)
     step = 1e-4
     moved = from_log(kind, mean + step, readings.levers)

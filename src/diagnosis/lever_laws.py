@@ -6,29 +6,23 @@ runs it without a curve. Each law is a straight line of a coefficient over the l
 its strength is the change from the least to the largest value of the lever.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from calibration.figures import parameter_words
+from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import LEVERS
 from calibration.study.config.specs import numbers_of, with_levels
+from calibration.study.factors import Factor
 from dem.units import without_unit
 from diagnosis.catalogue import Mechanism, Strength
 from diagnosis.design import WIDENED, inputs_of
 from diagnosis.emulator import Moved
-from diagnosis.settings import BASE
-
-if TYPE_CHECKING:
-    from calibration.intake.measurements import Measurement
-    from calibration.study.factors import Factor
-    from diagnosis.settings import Settings
-
+from diagnosis.settings import BASE, Settings
 
 LEAST_LEVELS = 3
 """Levels of a lever along which a law is tried: two are no curve."""

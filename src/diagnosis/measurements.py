@@ -1,21 +1,13 @@
 """The measured conditions that the diagnosis takes from a study's table."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from calibration.errors import ConfigError
-from calibration.intake.measurements import ROLES, raise_faults, read_measured
+from calibration.intake.measurements import ROLES, Measurement, raise_faults, read_measured
 from calibration.intake.quantities import QUANTITIES
 from diagnosis.table_model.single_readings import one_by_one, set_aside
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from calibration.intake.measurements import Measurement
-
 
 CONTACTS = ("drop", "tilt")
 """Experiments that are one contact, which is integrated and not emulated."""

@@ -1,24 +1,17 @@
 """The emulated model of a set of conditions, with or without mechanisms."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from calibration.errors import CalibrationError
+from calibration.study.factors import Factor
+from diagnosis.catalogue import Mechanism
 from diagnosis.design import WIDENED, factor_share, inputs_of
-from diagnosis.rig import combine
 from diagnosis.scale import scale_of
-from diagnosis.settings import BASE, lever_values
-
-if TYPE_CHECKING:
-    from calibration.study.factors import Factor
-    from diagnosis.catalogue import Mechanism
-    from diagnosis.settings import Settings
-
+from diagnosis.settings import BASE, Settings, lever_values
 
 STEP = 1e-3  # of a coded strength and, relative, of a value: for derivatives of readings
 SHARE_BY_CODED = 0.5 / WIDENED  # derivative of `factor_share`
@@ -44,14 +37,10 @@ class Emulated:
         conditions: Sequence[tuple[str, dict]],
         mechanisms: Iterable[str] = (),
         tests: Sequence[tuple[str, dict]] = (),
-    ) -> Model:
+    ) -> "Model":
         """`Model` of conditions [(experiment, levers)] with the named mechanisms switched on; of
         `tests`, conditions too, it tells how likely they end without a value."""
         return Model(self, conditions, [self.catalogue[m] for m in mechanisms], tests)
-
-    def combine(self, conditions: Sequence[tuple[str, dict]], mechanisms: Iterable[str]) -> bool:
-        """Whether the engine can have all the named mechanisms at once under the conditions."""
-        return combine(self.settings, [self.catalogue[m] for m in mechanisms], conditions)
 
     def applicable(self, conditions: Sequence[tuple[str, dict]]) -> list[str]:
         """Mechanisms that have an emulator, or a law of measurement, for an experiment of the

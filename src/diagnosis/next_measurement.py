@@ -1,23 +1,17 @@
 """The one further measurement that would tell the candidate models apart best, by expected
 information."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import levers_of
-from diagnosis.settings import lever_values
-
-if TYPE_CHECKING:
-    from calibration.intake.measurements import Measurement
-    from diagnosis.fit import Fit
-    from diagnosis.model import Emulated
-    from diagnosis.settings import Settings
-
+from diagnosis.fit import Fit
+from diagnosis.model import Emulated
+from diagnosis.settings import Settings, lever_values
 
 SAMPLES = 2000
 FRAME_INTERVALS_S = (0.005, 0.03)

@@ -6,30 +6,24 @@ step of a diagnosis does. The threshold of the alarm is that of data without a l
 for the law in these data is counted: it looks alike.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from calibration.intake.measurements import Measurement
 from calibration.statistics.ties import largest_first
-from diagnosis.laws.readings import IN_AIR, readings_of
+from diagnosis.bulk import Bulk
+from diagnosis.catalogue import Mechanism
+from diagnosis.laws.known import Known
+from diagnosis.laws.readings import IN_AIR, Readings, readings_of
 from diagnosis.laws.slots import added, coordinates, scaled
 from diagnosis.page.words import environment
 from diagnosis.table_model.curve import told_in, unit_of
 from diagnosis.table_model.selection import SPENT, blocks_of, evidences
 from diagnosis.table_model.term import LAW
-
-if TYPE_CHECKING:
-    from calibration.intake.measurements import Measurement
-    from diagnosis.bulk import Bulk
-    from diagnosis.catalogue import Mechanism
-    from diagnosis.laws.known import Known
-    from diagnosis.laws.readings import Readings
-
 
 POWER = 0.8
 REPLICATES = 99
@@ -100,16 +94,15 @@ class _Bench:
     def __init__(self, block, alpha, seed):
         rng = np.random.default_rng([seed, 7])
         bare = np.array([not c for c in block.sds], float)
-        y = block.readings.log
         self._block = block
         self._noise = block.noise(np.full(REPLICATES, int(bare.argmax())), rng)
-        made = block.draw(y, OF_CHANCE, rng, bare)
+        made = block.draw(OF_CHANCE, rng, bare)
         best = np.max(list(evidences(block, made).values()), axis=0)
         self._threshold = float(np.quantile(best, 1.0 - alpha))
 
     def shown(self, effect, k):
         """(share of data that alarm, keys (a,) of what leads in those)."""
-        made = self._block.readings.log + effect.curves[k] + self._noise
+        made = self._block.y + effect.curves[k] + self._noise
         values = evidences(self._block, made)
         table = np.array(list(values.values()))
         names = np.array(list(values))[table.argmax(0)]
@@ -187,8 +180,6 @@ def _detect(bench, effect):
     }
 
 
-def page(rows: Sequence[Mapping[str, Any]], better: Sequence[Mapping[str, Any]] = ()) -> str:
-    """The rows in Markdown; better: rows of a plan at the same cost, told beside them."""
-    beside = {(r["experiment"], r["law"]): r for r in better}
-    template = environment().get_template("power.md.j2")
-    return template.render(rows=rows, beside=beside, share=POWER)
+def page(rows: Sequence[Mapping[str, Any]]) -> str:
+    """The rows in Markdown."""
+    return environment().get_template("power.md.j2").render(rows=rows, share=POWER)

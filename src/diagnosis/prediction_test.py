@@ -5,27 +5,21 @@ It is taken in another experiment where the cause shows there, else at a setting
 Rows with the role `hold out` decide it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from calibration.intake.quantities import LEVERS, QUANTITIES
-from diagnosis.fit import data_of
-from diagnosis.held_out import predicted
+from calibration.intake.measurements import Measurement
+from calibration.intake.quantities import LEVERS
+from diagnosis.held_out import by_contacts
+from diagnosis.laws.engine_gain import Engine
 from diagnosis.laws.known import COEFFICIENT, contact_logs, with_coefficient
 from diagnosis.laws.readings import IN_AIR, from_log, readings_of, with_setting
+from diagnosis.page.words import environment, plain
 from diagnosis.table_model.block import Block
-from diagnosis.table_model.selection import held_in_turn
-from diagnosis.table_model.terms import all_terms
-
-if TYPE_CHECKING:
-    from calibration.intake.measurements import Measurement
-    from diagnosis.laws.engine_gain import Engine
-    from diagnosis.table_model.found import Found
-
+from diagnosis.table_model.found import Found
+from diagnosis.table_model.selection import blocks_of, held_in_turn
 
 BEYOND = 2.0
 DIGITS = 3
@@ -58,9 +52,13 @@ def of_contacts(
     if own is None:
         return None
     rows = decided or _here(measurements, found, held_out)
-    own |= {"cause": row["key"], "outcome": _outcome(rows), "rows": rows}
-    own["text"] = _text(own)
-    return own
+    return _told(own | {"cause": row["key"], "outcome": _outcome(rows), "rows": rows})
+
+
+def _told(test):
+    """The test with its sentence."""
+    text = environment().get_template("prediction_test.j2").render(test=test)
+    return test | {"text": plain(text)}
 
 
 def _again(verdict):
@@ -68,13 +66,7 @@ def _again(verdict):
     row = verdict["rows"][0]
     own = {"experiment": row["experiment"], "levers": row["levers"], "by": "curve", "rows": []}
     own |= {"with_cause": row["expected"], "without_cause": row["value"], "sd": None}
-    own |= {"cause": "row", "outcome": "open"}
-    unit = QUANTITIES[row["experiment"]].unit
-    own["text"] = (
-        f"{_at(own['levers'])} read again gives {row['expected']:.4g} {unit} if the row is faulty, "
-        f"and {row['value']:.4g} {unit} again if it is not."
-    )
-    return own
+    return _told(own | {"cause": "row", "outcome": "open"})
 
 
 def _constant(found, verdict):
@@ -87,17 +79,12 @@ def _constant(found, verdict):
         return None
     kind, levers = block.readings.experiment, settings[0]
     wider = with_setting(block.readings, levers)
-    mean, variance = (v[-1] for v in Block(wider, {}, {}).expected(wider.log))
-    at = {k: np.array([v]) for k, v in levers.items()}
+    mean, variance = (v[-1] for v in Block(wider, {}, {}).expected())
     sd = np.hypot(np.sqrt(variance), np.median(block.readings.error))
-    value, more = (float(from_log(kind, np.array([v]), at)[0]) for v in (mean, mean + sd))
+    value, more = from_log(kind, np.array([mean, mean + sd]), levers).tolist()
     own = {"experiment": kind, "levers": levers, "by": "curve", "rows": [], "outcome": "open"}
     own |= {"with_cause": None, "without_cause": value, "sd": abs(more - value), "cause": None}
-    own["text"] = (
-        f"{_at(levers)} the {kind} reads {value:.4g} ± {own['sd']:.2g}, as errors are so far, if "
-        "nothing is missing there either."
-    )
-    return own
+    return _told(own)
 
 
 def _elsewhere(row, verdict, measurements, engine, held_out):
@@ -151,12 +138,12 @@ def _by_engine(switched, measurements):
         on, off = switched.logs(at)
         apart = abs(on[0] - off[0])
         if np.isfinite(apart) and (best is None or apart > best[0]):
-            told = [float(from_log(kind, v, at.levers)[0]) for v in (on, off)]
-            best = apart, levers, told
+            best = apart, levers, np.array([on[0], off[0]])
     if best is None:
         return None
-    _, levers, told = best
-    return {"experiment": kind, "levers": levers, "with_cause": told[0], "without_cause": told[1],
+    _, levers, logs = best
+    on, off = from_log(kind, logs, levers).tolist()
+    return {"experiment": kind, "levers": levers, "with_cause": on, "without_cause": off,
             "sd": None, "by": "engine"}  # fmt: skip
 
 
@@ -196,23 +183,20 @@ def _beyond(row, found):
     block = found.selection.blocks[row["experiment"]]
     best = None
     for levers in _settings(block):
-        wider = with_setting(block.readings, levers)
-        terms = {t.key: t for t in all_terms(wider, {})}
-        held = [k for k in block.held if k in terms]
-        if row["key"] not in held:
+        [bare] = blocks_of([with_setting(block.readings, levers)], None).values()
+        model = held_in_turn(bare, block.held)
+        if row["key"] not in model.held:
             return None
-        model = held_in_turn(Block(wider, terms), held)
-        mean, variance = (v[-1] for v in model.expected(wider.log))
-        plain, other = (v[-1] for v in model.without(row["key"]).expected(wider.log))
-        apart = abs(mean - plain) / np.sqrt(variance + other + np.median(block.readings.error) ** 2)
+        mean, variance = (v[-1] for v in model.expected())
+        less, other = (v[-1] for v in model.without(row["key"]).expected())
+        apart = abs(mean - less) / np.sqrt(variance + other + np.median(block.readings.error) ** 2)
         if best is None or apart > best[0]:
-            best = apart, levers, mean, plain, np.sqrt(variance)
+            best = apart, levers, (mean, less, mean + np.sqrt(variance))
     if best is None:
         return None
-    _, levers, mean, plain, sd = best
-    at = {k: np.array([v]) for k, v in levers.items()}
+    _, levers, logs = best
     kind = row["experiment"]
-    on, off, more = (float(from_log(kind, np.array([v]), at)[0]) for v in (mean, plain, mean + sd))
+    on, off, more = from_log(kind, np.array(logs), levers).tolist()
     return {"experiment": kind, "levers": levers, "with_cause": on, "without_cause": off,
             "sd": abs(more - on), "by": "curve"}  # fmt: skip
 
@@ -236,22 +220,13 @@ def _settings(block):
 def _here(measurements, found, held_out):
     """[{line, miss_with, miss_without}] of the rows held out of experiments in which something was
     found, in errors of reading and prediction together."""
-    rows = []
-    for kind, block in found.selection.blocks.items():
-        own = [m for m in held_out if m.experiment == kind]
-        if not own or not block.held:
-            continue
-        fitted = [m for m in measurements if m.experiment == kind]
-        with_cause, sd = predicted(fitted + own, len(fitted), kind, block.held)
-        without, other = predicted(fitted + own, len(fitted), kind, {})
-        error = data_of(own).error[0]
-        for i, m in enumerate(own):
-            rows.append({
-                "line": m.line,
-                "miss_with": float((m.value - with_cause[i]) / np.hypot(error[i], sd[i])),
-                "miss_without": float((m.value - without[i]) / np.hypot(error[i], other[i])),
-            })  # fmt: skip
-    return rows
+    kinds = [kind for kind, block in found.selection.blocks.items() if block.held]
+    own = [m for m in held_out if m.experiment in kinds]
+    return [
+        {"line": r["line"], "miss_with": r["miss_after"], "miss_without": r["miss_before"]}
+        for r in by_contacts(measurements, own, found, {})
+        if r["miss_after"] is not None
+    ]
 
 
 def _outcome(rows):
@@ -262,22 +237,3 @@ def _outcome(rows):
     if square[1] - square[0] > DECIDED:
         return "confirmed"
     return "refuted" if square[0] - square[1] > DECIDED else "undecided"
-
-
-def _text(test):
-    spread = "" if test["sd"] is None else f" ± {test['sd']:.2g}"
-    own = QUANTITIES[test["experiment"]]
-    return (
-        f"{_at(test['levers'])} the {own.words} is {test['with_cause']:.4g}{spread} {own.unit} "
-        f"with the cause and {test['without_cause']:.4g} {own.unit} without it."
-    )
-
-
-def _at(levers):
-    """Where, in words."""
-    parts = [
-        f"a {LEVERS[k].words if k in LEVERS else k.replace('_', ' ')} of {v:.4g} "
-        f"{LEVERS[k].unit if k in LEVERS else ''}".rstrip()
-        for k, v in levers.items()
-    ]
-    return f"At {' and '.join(parts)}"

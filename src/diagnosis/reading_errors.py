@@ -8,21 +8,15 @@ law is constant, or a power of a lever where the slope stands out of what chance
 doubt of the degrees of freedom that stand behind a spread widens it as Student's t is wider than
 the normal law."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import betaln, gammaln, polygamma, psi
 from scipy.stats import norm, t
 
+from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import LEVERS, QUANTITIES
 from calibration.statistics.numbers import NORMAL_95
-
-if TYPE_CHECKING:
-    from calibration.intake.measurements import Measurement
-
 
 DEGREES = np.array([1.0, 2.0, 4.0, 8.0, 16.0, 32.0, np.inf])
 """Degrees of freedom d of the law, alike probable."""

@@ -1,18 +1,14 @@
 """Remarks on what the settings of a table cannot tell, and its tests that ended without a value."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from scipy.special import expit
 
 from calibration.intake.quantities import levers_of
+from diagnosis.bulk import Bulk
+from diagnosis.measurements import Measured
 from diagnosis.page import words
-
-if TYPE_CHECKING:
-    from diagnosis.bulk import Bulk
-    from diagnosis.measurements import Measured
 
 
 def remarks(

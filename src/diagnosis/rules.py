@@ -5,8 +5,6 @@
 its verdict in the place of those that it names, in turn.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -51,15 +49,15 @@ OPEN = Verdict("", "")
 class Evidence:
     """What the readings say. laws, errors, rows: as in verdict.json; constant: whether constant
     coefficients meet the readings; scattered: whether what was found does, with errors from setting
-    to setting; settings: (k,) that show each law; bends: whether the readings follow a smooth curve
-    along a lever."""
+    to setting; few: whether a law rests on fewer than LEAST_SETTINGS; bends: whether the readings
+    follow a smooth curve along a lever."""
 
     laws: Sequence[Mapping[str, Any]]
     errors: Sequence[Mapping[str, Any]]
     rows: Sequence[Mapping[str, Any]]
     constant: bool
     scattered: bool
-    settings: Sequence[int]
+    few: bool
     bends: Callable[[], bool]
 
     @property
@@ -83,11 +81,6 @@ class Evidence:
     def open(self) -> bool:
         """Whether a law or an error is not told from what stands beside it."""
         return any(map(_open, (*self.laws, *self.faults)))
-
-    @property
-    def few(self) -> bool:
-        """Whether a law rests on fewer than LEAST_SETTINGS."""
-        return min(self.settings, default=LEAST_SETTINGS) < LEAST_SETTINGS
 
 
 @dataclass(frozen=True)

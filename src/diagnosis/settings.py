@@ -1,29 +1,19 @@
 """Settings of the diagnosis and the run spec of a condition."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from calibration.errors import ConfigError, first_fault
-from calibration.intake.measurements import raise_faults
+from calibration.intake.measurements import Measurement, raise_faults
 from calibration.intake.quantities import LEVERS, QUANTITIES
-from calibration.study.config import overlay
-from calibration.study.factors import read_factors, refuse_choices
-from diagnosis.catalogue import load_catalogue
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from calibration.intake.measurements import Measurement
-    from calibration.study.config import Config
-    from calibration.study.factors import Factor
-    from diagnosis.catalogue import Mechanism
-
+from calibration.study.config import Config, overlay
+from calibration.study.factors import Factor, read_factors, refuse_choices
+from diagnosis.catalogue import Mechanism, load_catalogue
 
 BASE = "base"
 """The model without any mechanism, where one is named."""
@@ -263,8 +253,14 @@ def _default(settings, experiment, lever):
     own = settings.experiments[experiment]
     if lever in own.held:
         return own.held[lever]
-    part, name = LEVERS[lever].place
-    return settings.experiments[experiment].run.get(part, {}).get(name)
+    return of_run(settings.experiments[experiment].run, lever)
+
+
+def of_run(run: Mapping[str, Any], lever: str) -> float | None:
+    """What a run spec has of a lever where a row leaves it empty; None where it has no number."""
+    part, key = LEVERS[lever].place  # type: ignore[misc]  # a lever that is simulated
+    value = run.get(part, {}).get(key)
+    return value if isinstance(value, int | float) else None
 
 
 def lever_values(

@@ -6,18 +6,24 @@ half Cauchy prior. `diagnosis.fit` weighs the grid by the likelihood of the read
 parameters integrated out (REML: Patterson and Thompson 1971, Biometrika 58:545).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 
 from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import QUANTITIES
-from diagnosis.laws.sizes import combined
 
 LABELS = ("batch", "instrument")
 """Columns of a table that say what readings share beside their levers."""
+
+TIMES = (1.5, 4.0, 10.0)
+"""Standard deviations of a shared error that are tried, in units of the median error of a setting;
+and none."""
+
+USUAL = 2.0  # scale of their prior, in the same unit
 
 
 @dataclass(frozen=True)
@@ -54,10 +60,22 @@ def shared_of(
                 kinds[kind, name] = float(np.median((error / unit)[own]))
     if not kinds:
         return None
-    choices, prior = combined(kinds)
+    choices = sizes_of(kinds, TIMES)
+    prior = np.array([-sum(np.log1p((t / USUAL) ** 2) for t in c.values()) for c in choices])
     sds = {k: np.array([size * c.get(k, 0.0) for c in choices]) for k, size in kinds.items()}
     each = [{k: v[g] for k, v in sds.items()} for g in range(len(choices))]
     return Shared(np.array([covariance_of(measurements, unit, s) for s in each]), prior, sds)
+
+
+def sizes_of(names: Iterable[Any], sizes: Sequence[float], most: int = 2) -> list[dict[Any, float]]:
+    """[{name: size}] of the sizes that are tried of errors: none, and each of at most so many of
+    the names at once."""
+    choices = [{}]  # type: ignore[var-annotated]
+    for count in range(1, most + 1):
+        for chosen in combinations(names, count):
+            for own in np.array(np.meshgrid(*[sizes] * count)).reshape(count, -1).T:
+                choices.append(dict(zip(chosen, own, strict=True)))
+    return choices
 
 
 def covariance_of(

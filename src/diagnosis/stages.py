@@ -1,21 +1,19 @@
 """The stages of the diagnosis: each reads its input files and writes its output files."""
 
-from __future__ import annotations
-
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+import numpy as np
 import pandas as pd
 
 from calibration import figures as common
+from calibration.chain.handed_over import NamedFiles
 from calibration.files import read_json, write_table, write_text
 from calibration.runs.simulated import simulate
 from calibration.telling.report.plain import write_page
 from dem.io.files import write_json
 from diagnosis import (
-    better_plan,
     contacts,
     emulator_waves,
     figures,
@@ -28,7 +26,7 @@ from diagnosis import (
 from diagnosis.bulk import Bulk
 from diagnosis.derived import WRITTEN, announced, as_file, seconds_of_kinds
 from diagnosis.design import plan, trained
-from diagnosis.extend import LEAST_RUNS, extension_plan, gain, real_values, refit_of, within
+from diagnosis.extend import LEAST_RUNS, extension_plan, gain, real_values, within
 from diagnosis.failures import as_tests
 from diagnosis.page.first_lines import first_lines
 from diagnosis.page.markdown import page
@@ -37,30 +35,16 @@ from diagnosis.settings import study_settings, with_gain_runs
 from diagnosis.setup import Setup
 from diagnosis.table_model.selection import misfit
 
-if TYPE_CHECKING:
-    from calibration.chain.handed_over import NamedFiles
-
 
 def plan_power(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     """How strong a law must be for the study's table, its values guesses, to show it."""
     if not setup.of_contacts:
         emulated, _ = setup.emulated(source.designs, source.plans)
         rows = power.of_bulk(Bulk(emulated, setup.measurements), setup.settings.alpha)
-        _write_power(output, {"plan": rows, "better": [], "better_settings": []}, "")
-        return
-    rows, plan, better = better_plan.best(
-        setup.measurements,
-        lambda own: contacts.power_of(own, setup.rig, setup.catalogue),
-        contacts.defaults_of(setup.settings, setup.kinds),
-    )
-    settings = [{"experiment": m.experiment, "levers": m.levers} for m in plan]
-    found = {"plan": rows, "better": better, "better_settings": settings}
-    _write_power(output, found, "\n" + better_plan.page(plan))
-
-
-def _write_power(output, found, more):
-    write_json(output.power, found)
-    write_text(power.page(found["plan"], found["better"]) + more, output.page)
+    else:
+        rows = contacts.power_of(setup.measurements, setup.rig, setup.catalogue)
+    write_json(output.power, {"plan": rows})
+    write_text(power.page(rows), output.page)
 
 
 def plan_runs(setup: Setup, output: NamedFiles) -> None:
@@ -160,8 +144,6 @@ def _diagnose_contacts(setup, output):
     told = contacts.with_engine(
         told, measurements, found, setup.rig, setup.catalogue, table.held_out
     )
-    if told["verdict"] == "unexplained":
-        told |= verdict.unexplained(told["residuals"])
     told["time_step"] = contacts.half_step(measurements, setup.rig)
     defaults = contacts.defaults_of(settings, setup.kinds)
     told["held_out"] = held_out.by_contacts(measurements, table.held_out, found, defaults)
@@ -186,15 +168,11 @@ def conclude(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     rows = extension["rows"]
     if rows:
         values = real_values(settings, setup.catalogue, measurements, rows, metrics)
-        # a law of single contacts is run in its own experiment alone
-        own = sorted({r["setting"] for r in rows})
+        left = {r["setting"]: r["refit"] for r in rows if r["label"] == "after"}
+        own = sorted(left)
         pair = (values[label][own] for label in ("before", "after"))
-        sds = (
-            {}
-            if setup.of_contacts
-            else {(s["experiment"], s["of"]): s["sd"] for s in told["scatter"]}
-        )
-        refit = refit_of(rows, "after", len(measurements))[own]
+        sds = {(s["experiment"], s["of"]): s["sd"] for s in told["scatter"]}
+        refit = np.array([left[i] for i in own])
         told["gain"] = gain([measurements[i] for i in own], *pair, shared=sds, refit=refit)  # type: ignore[arg-type, misc]
         told["extended_with"] = extension["mechanisms"]
     if not setup.of_contacts:

@@ -1,31 +1,25 @@
 """verdict.json: what the diagnosis found, in one documented mapping."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import jsonschema
 import numpy as np
 
 from calibration.figures import label
 from diagnosis import discrepancy, shared_errors
-from diagnosis.bulk import place_of
+from diagnosis.bulk import Bulk, place_of
+from diagnosis.fit import Fit
+from diagnosis.model import Model
 from diagnosis.next_measurement import propose
 from diagnosis.page.words import capital
 from diagnosis.residuals import by_chance, calibration, moved, residual_rows, trends
+from diagnosis.rig import combine
 from diagnosis.rules import NAMED
 from diagnosis.settings import BASE
-from diagnosis.table_model.found import give_strengths, limits
-
-if TYPE_CHECKING:
-    from diagnosis.bulk import Bulk
-    from diagnosis.fit import Fit
-    from diagnosis.model import Model
-    from diagnosis.table_model.found import Found
-
+from diagnosis.table_model.found import Found, give_strengths, limits
 
 SCHEMA = Path(__file__).with_name("verdict.schema.json")
 CARRIED = 0.25  # variance left of the prior's, along a direction of the parameters, at most
@@ -128,7 +122,8 @@ def extension(bulk: Bulk, found: Found) -> tuple[str, ...]:
             for row in found.laws
         )
     )
-    return names if bulk.emulated.combine(bulk.conditions, names) else names[:1]
+    together = [bulk.emulated.catalogue[n] for n in names]
+    return names if combine(bulk.emulated.settings, together, bulk.conditions) else names[:1]
 
 
 def _told(row, strong, catalogue):

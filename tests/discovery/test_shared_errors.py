@@ -15,7 +15,7 @@ from diagnosis import held_out
 from diagnosis.bulk import Bulk
 from diagnosis.catalogue import load_catalogue
 from diagnosis.design import inputs_of
-from diagnosis.extend import gain, held_out_points
+from diagnosis.extend import gain, held_out_fits
 from diagnosis.fit import data_of, fit
 from diagnosis.model import Emulated
 from diagnosis.page.markdown import page
@@ -110,7 +110,7 @@ def test_settings_are_left_out_of_a_covariance_as_its_inverse_says(linear):
         alone = model.prior_mean + model.prior_sd**2 * (
             model.x[others].T @ np.linalg.solve(total[np.ix_(others, others)], off[others])
         )
-        assert held_out_points(model, data)[i] == pytest.approx(alone, abs=1e-4)
+        assert held_out_fits(model, data).theta[i] == pytest.approx(alone, abs=1e-4)
     # what is expected of the batches is what the readings without noise of their own would be
     common = data.shared.covariance[0] @ inverse @ off
     assert found.common[0] == pytest.approx(common, abs=1e-5)

@@ -9,8 +9,6 @@ would have been read in place of the true value (arrays or floats; condition is 
 levers). Its `apply` uses the engine's own model of the instrument and makes test data.
 """
 
-from __future__ import annotations
-
 import importlib
 import importlib.util
 import math
@@ -18,16 +16,14 @@ import pkgutil
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import KW_ONLY, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from calibration.errors import ConfigError
 from dem.contact.catalogue import LAWS, groups_needed, keys_allowed
+from dem.contact.law import Law
 from dem.experiments import experiments
-
-if TYPE_CHECKING:
-    from dem.contact.law import Law
 
 
 @dataclass(frozen=True)

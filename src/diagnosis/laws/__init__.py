@@ -1,6 +1,6 @@
 """Free laws: in each slot of the contact and of the reading a curve of a state, found by predicting
 left-out levels.
 
-`readings` holds the data, `slots` the curves that are tried, `mixed` their likelihoods and held-out
-scores, `forms` the named curves, `choose` the decision, `found` what is told of it.
+`readings` holds the data, `slots` the curves that are tried, `forms` the named ones, `known` those
+of the catalogue's mechanisms, `in_engine` the engine's law in a slot, `engine_gain` what it gains.
 """

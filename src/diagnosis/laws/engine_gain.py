@@ -6,14 +6,13 @@ without each. The engine then integrates the contact with the law switched on an
 engine has no law for is taken from the fitted curve.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import Condition
 from dem.errors import SpecError
 from dem.spec import parse_spec
@@ -26,16 +25,11 @@ from diagnosis.laws.known import (
     observed_log,
     with_coefficient,
 )
-from diagnosis.laws.readings import IN_AIR, from_log
+from diagnosis.laws.readings import IN_AIR, Readings, from_log
+from diagnosis.table_model.block import Block
 from diagnosis.table_model.curve import curve
 from diagnosis.table_model.left_out import levels_of, refitted
 from diagnosis.table_model.term import LAW, Term
-
-if TYPE_CHECKING:
-    from calibration.intake.measurements import Measurement
-    from diagnosis.laws.readings import Readings
-    from diagnosis.table_model.block import Block
-
 
 MOST_SETTINGS = 12
 """Settings at most that are compared for one law."""
@@ -92,9 +86,9 @@ class Engine:
 def shift(block: Block, key: str, name: str | None, engine: Engine) -> tuple[np.ndarray, bool]:
     """(n,) what a law adds to the logarithms of all readings of a block, and whether the engine
     said so. name: the mechanism that it stands for, or None for the curve."""
-    term, readings, y = block.terms[key], block.readings, block.readings.log
+    term, readings = block.terms[key], block.readings
     coefficient, low, high = COEFFICIENT.get(readings.experiment, (None, 0.0, 0.0))
-    fitted = block.part(key, y)
+    fitted = block.part(key)
     if coefficient is None:
         return fitted, False
     power = IN_AIR if readings.experiment == "drop" else 1.0
@@ -107,10 +101,9 @@ def shift(block: Block, key: str, name: str | None, engine: Engine) -> tuple[np.
     if name:
         own = [s for s in term.shapes if s.name == name]
         only = Term(term.experiment, LAW, key, tuple(own), law=term.law, place=term.place)
-        rest = block.without(key)
-        held = rest.with_held(rest.held | {key: rest.hold(only, y)})
+        held = block.without(key).holding(key, only)
         mechanism = engine.catalogue[name]
-        label = float(np.clip(held.strength(key, y), own[0].label.min(), own[0].label.max()))
+        label = float(np.clip(held.strength(key), own[0].label.min(), own[0].label.max()))
         strength = float(mechanism.strength.natural(label))
         if mechanism.observe is not None:
             return observed_log(mechanism, strength, plain, readings) - plain, True
@@ -194,12 +187,12 @@ def _one(measurements, block, laws, tested, names, engine):
         held = refitted(block, index)
         shifts = {k: shift(held, k, names.get(k), engine) for k in laws}
         ran += [shifts[k][1] for k in tested]
-        others = [held.part(k, readings.log) for k in held.held if k not in laws]
+        others = [held.part(k) for k in held.held if k not in laws]
         whole = sum(others) + sum(s for s, _ in shifts.values())
         less = whole - sum(shifts[k][0] for k in tested)
         for out, added in ((before, less), (after, whole)):
             out[run] = (_level(held.readings, added) + added)[run]
-        left[run] = np.sqrt(held.expected(readings.log)[1][run])
+        left[run] = np.sqrt(held.expected()[1][run])
     own = np.flatnonzero(np.isfinite(before))
     before, after, wider = (
         from_log(readings.experiment, v, readings.levers)[own][:, None]
@@ -207,8 +200,7 @@ def _one(measurements, block, laws, tested, names, engine):
     )
     rows = [measurements[i] for i in readings.rows[own]]
     done = {"left_out": lever, "levels": chosen, "run": len(own), "of": len(readings.log)}
-    y = readings.log
-    shared = {(readings.experiment, n): float(block.sd_of(n, y)[0]) for n in readings.groups}
+    shared = {(readings.experiment, n): float(block.sd_of(n)[0]) for n in readings.groups}
     refit = np.abs(wider - after)[:, 0]
     return Compared(rows, before, after, shared, refit, done if any(ran) else None)
 

@@ -9,21 +9,13 @@ J. Fluid Mech. 163:479), an elastic plate (Zener 1941, Phys. Rev. 59:669), conta
 its work ~ d^(4/3) (Johnson, Kendall, Roberts 1971, Proc. R. Soc. A 324:301).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from diagnosis.laws.readings import IN_AIR
-from diagnosis.laws.slots import added, coordinates, natural, scaled
-
-if TYPE_CHECKING:
-    from diagnosis.laws.readings import Readings
-    from diagnosis.laws.slots import FreeLaw
-
+from diagnosis.laws.readings import IN_AIR, Readings
+from diagnosis.laws.slots import FreeLaw, added, coordinates, natural, scaled
 
 LADDER = np.geomspace(0.003, 1.2, 12)
 """Changes of the logarithm over half the range of the states that a form is tried at, in both

@@ -1,24 +1,18 @@
 """A free law as the law that the engine has in its slot: a curve through a few states
 (`dem.contact.curve`)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from dem.contact.curve import POINTS
 from diagnosis.catalogue import set_law
 from diagnosis.laws.known import with_coefficient
-from diagnosis.laws.slots import FAMILY
+from diagnosis.laws.slots import FAMILY, FreeLaw
 from diagnosis.measurements import CONTACTS
 from diagnosis.page.words import place
-
-if TYPE_CHECKING:
-    from diagnosis.laws.slots import FreeLaw
-
 
 DIGITS = 9  # decimals of what is written into a run spec
 

@@ -6,24 +6,18 @@ coefficient is chosen so that the mean over the settings is that of the data. Se
 size share a simulation.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from diagnosis.catalogue import Mechanism
 from diagnosis.collision import rebounds, sliding_angles
-from diagnosis.laws.readings import IN_AIR, from_log, to_log
-
-if TYPE_CHECKING:
-    from diagnosis.catalogue import Mechanism
-    from diagnosis.laws.readings import Readings
-
+from diagnosis.laws.readings import IN_AIR, Readings, from_log, to_log
 
 STEPS, CURVES = 11, 21
 """Strengths at which the engine is asked, and between which the curves are interpolated."""

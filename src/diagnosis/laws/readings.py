@@ -5,21 +5,15 @@ A reading is taken as the logarithm of what the law multiplies: rebound height, 
 sliding angle, shear stress. There an error of a laboratory is a share of the value, and a constant
 restitution or friction is one level."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import LEVERS
 from diagnosis.reading_errors import stated_sd
-
-if TYPE_CHECKING:
-    from calibration.intake.measurements import Measurement
-
 
 FREE = ("drop", "tilt", "shear")
 """Experiments whose model is one contact, or one ratio of stresses."""
@@ -60,7 +54,7 @@ class Readings:
     coarse: bool = False
     parts: dict = field(default_factory=dict)
 
-    def of(self, experiment: str) -> tuple[Readings, np.ndarray]:
+    def of(self, experiment: str) -> tuple["Readings", np.ndarray]:
         """The readings of one experiment, and their places (k,)."""
         return self.parts.get(experiment, (self, np.arange(len(self.log))))
 

@@ -7,18 +7,15 @@ simplest kind acts, times a curve of the state. The curve is 1 for the simplest 
 `size` are errors of what was set. A state is a power product of the levers.
 """
 
-from __future__ import annotations
-
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from dem.constants import GRAVITY
-
-if TYPE_CHECKING:
-    from diagnosis.laws.readings import Readings
+from diagnosis.laws.readings import Readings
 
 
 @dataclass(frozen=True)
@@ -47,11 +44,6 @@ class FreeLaw:
     def name(self) -> str:
         """Slot and state in one word."""
         return f"{self.experiment}:{self.slot}({', '.join(self.state)})"
-
-    @property
-    def words(self) -> str:
-        """Slot and state as they are told."""
-        return f"{self.slot} of {' and '.join(self.state) or 'all settings alike'}"
 
 
 def speed_of(levers: Mapping[str, Any]) -> Any:
@@ -111,58 +103,46 @@ HEIGHT, SIZE, RATE, STRESS = (
     "tilt_rate_deg_s",
     "normal_stress_kPa",
 )
+STATES = {
+    "speed": ((HEIGHT,), speed_of),
+    "size": ((SIZE,), _size),
+    "interval": (("output_interval_s",), _film),
+    "rate": ((RATE,), lambda x: x[RATE]),
+    "load": ((STRESS,), lambda x: x[STRESS]),
+    "Froude number": ((RATE, SIZE), _froude),
+    "size over root of load": ((SIZE, STRESS), _inertial),
+}
+"""{state: (levers that it takes, what it is of them)}."""
+
+
+def _law(experiment, slot, *state, weight=None, space=None, more=(), same=(), **rest):
+    """`FreeLaw` of states, whose product is its coordinate; more: levers that it needs besides;
+    same: places that are one function, its own among them or not."""
+    known = [STATES[s] for s in state]
+    needs = *(lever for levers, _ in known for lever in levers), *more
+    space = space or ("linear" if weight else "log")
+    coordinate = (lambda x: math.prod(of(x) for _, of in known)) if known else None
+    others = tuple(place for place in same if place != (slot, state))
+    return FreeLaw(experiment, slot, state, needs, space, coordinate, weight, same=others, **rest)
+
+
+def _over_size(x, c):
+    return _relative(x, c, SIZE, -1.0)
+
+
 DROP = (
-    FreeLaw("drop", "restitution", ("speed",), (HEIGHT,), "log", speed_of),
-    FreeLaw("drop", "restitution", ("size",), (SIZE,), "log", _size),
-    FreeLaw(
-        "drop",
-        "restitution",
-        ("speed", "size"),
-        (HEIGHT, SIZE),
-        "log",
-        lambda x: speed_of(x) * _size(x),
-    ),
-    FreeLaw(
-        "drop",
-        "attraction",
-        ("size",),
-        (SIZE,),
-        "linear",
-        _size,
-        lambda x, c: _over_height(x, c) * _relative(x, c, SIZE, -1.0),
-        -1,
-    ),
-    FreeLaw(
-        "drop",
-        "reading",
-        (),
-        (HEIGHT,),
-        "linear",
-        None,
-        _over_height,
-        same=(("restitution", ("speed",)),),
-    ),
-    FreeLaw(
-        "drop",
-        "reading",
-        ("size",),
-        (SIZE,),
-        "linear",
-        _size,
-        lambda x, c: _over_height(x, c) * _relative(x, c, SIZE, 1.0),
-    ),
-    FreeLaw("drop", "reading", ("interval",), ("output_interval_s",), "linear", _film, _frames, -1),
-    FreeLaw(
-        "drop",
-        "drag",
-        ("speed", "size"),
-        (HEIGHT, SIZE),
-        "log",
-        lambda x: speed_of(x) * _size(x),
-        _air,
-        -1,
-    ),
-)
+    _law("drop", "restitution", "speed"),
+    _law("drop", "restitution", "size"),
+    _law("drop", "restitution", "speed", "size"),
+    _law("drop", "attraction", "size",
+         weight=lambda x, c: _over_height(x, c) * _over_size(x, c), sign=-1),
+    _law("drop", "reading", more=(HEIGHT,), weight=_over_height,
+         same=(("restitution", ("speed",)),)),
+    _law("drop", "reading", "size",
+         weight=lambda x, c: _over_height(x, c) * _relative(x, c, SIZE, 1.0)),
+    _law("drop", "reading", "interval", weight=_frames, sign=-1),
+    _law("drop", "drag", "speed", "size", space="log", weight=_air, sign=-1),
+)  # fmt: skip
 OF_SIZE = (("friction", ("size",)), ("friction", ("load",)), ("attraction", ("size",)),
            ("mass", ("size",)))  # fmt: skip
 """Of slides of several sizes these are one function."""
@@ -175,101 +155,25 @@ TWO_CAUSES = -2.0
 """Log prior odds against a law that needs two causes at once: a pull, and a mass that is carried
 along."""
 
-
-def _others(places, own):
-    return tuple(p for p in places if p != own)
-
-
 TILT = (
-    FreeLaw(
-        "tilt",
-        "friction",
-        ("size",),
-        (SIZE,),
-        "log",
-        _size,
-        same=_others(OF_SIZE, ("friction", ("size",))),
-    ),
-    FreeLaw(
-        "tilt",
-        "friction",
-        ("rate",),
-        (RATE,),
-        "log",
-        lambda x: x[RATE],
-        same=(("reading", ("rate",)),),
-    ),
-    FreeLaw(
-        "tilt",
-        "attraction",
-        ("size",),
-        (SIZE,),
-        "linear",
-        _size,
-        lambda x, c: _relative(x, c, SIZE, -1.0),
-        1,
-        same=_others(OF_SIZE, ("attraction", ("size",))),
-    ),
-    FreeLaw(
-        "tilt",
-        "mass",
-        ("size",),
-        (SIZE,),
-        "linear",
-        _size,
-        lambda x, c: _relative(x, c, SIZE, -2.0),
-        1,
-        same=_others(OF_SIZE, ("mass", ("size",))),
-        odds=TWO_CAUSES,
-    ),
-    FreeLaw(
-        "tilt",
-        "reading",
-        ("rate",),
-        (RATE,),
-        "angle",
-        lambda x: x[RATE],
-        lambda x, c: _relative(x, c, RATE, 2.0 / 3.0),
-        1,
-        same=(("friction", ("rate",)),),
-    ),
-    FreeLaw(
-        "tilt",
-        "reading",
-        ("Froude number",),
-        (RATE, SIZE),
-        "angle",
-        _froude,
-        lambda x, c: np.cbrt(_froude(x) / _froude(x).mean()),
-        1,
-    ),
-)
+    _law("tilt", "friction", "size", same=OF_SIZE),
+    _law("tilt", "friction", "rate", same=(("reading", ("rate",)),)),
+    _law("tilt", "attraction", "size", weight=_over_size, sign=1, same=OF_SIZE),
+    _law("tilt", "mass", "size", weight=lambda x, c: _relative(x, c, SIZE, -2.0), sign=1,
+         same=OF_SIZE, odds=TWO_CAUSES),
+    _law("tilt", "reading", "rate", space="angle", sign=1, same=(("friction", ("rate",)),),
+         weight=lambda x, c: _relative(x, c, RATE, 2.0 / 3.0)),
+    _law("tilt", "reading", "Froude number", space="angle", sign=1,
+         weight=lambda x, c: np.cbrt(_froude(x) / _froude(x).mean())),
+)  # fmt: skip
 SHEAR = (
-    FreeLaw("shear", "friction", ("load",), (STRESS,), "log", lambda x: x[STRESS]),
-    FreeLaw("shear", "friction", ("size",), (SIZE,), "log", _size),
-    FreeLaw("shear", "friction", ("size over root of load",), (SIZE, STRESS), "log", _inertial),
-    FreeLaw(
-        "shear",
-        "attraction",
-        (),
-        (STRESS,),
-        "linear",
-        None,
-        _over_stress,
-        1,
-        same=INTERCEPT,
-    ),
-    FreeLaw(
-        "shear",
-        "attraction",
-        ("size",),
-        (SIZE, STRESS),
-        "linear",
-        _size,
-        lambda x, c: _over_stress(x, c) * _relative(x, c, SIZE, -1.0),
-        1,
-    ),
-)
+    _law("shear", "friction", "load"),
+    _law("shear", "friction", "size"),
+    _law("shear", "friction", "size over root of load"),
+    _law("shear", "attraction", more=(STRESS,), weight=_over_stress, sign=1, same=INTERCEPT),
+    _law("shear", "attraction", "size", more=(STRESS,), sign=1,
+         weight=lambda x, c: _over_stress(x, c) * _over_size(x, c)),
+)  # fmt: skip
 COEFFICIENT = {"drop": "restitution", "tilt": "friction", "shear": "friction"}
 """Slot of the coefficient of each experiment."""
 

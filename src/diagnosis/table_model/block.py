@@ -11,21 +11,15 @@ vector of root V beside it gains u'A^-1 u / 2 - log det(A) / 2 with u = V'P(y - 
 (Rasmussen and Williams 2006, Gaussian Processes for Machine Learning, 5.4.1 and A.3).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from diagnosis.reading_errors import redrawn_share
+from diagnosis.shared_errors import sizes_of
 from diagnosis.table_model.log_sum import log_sum
-
-if TYPE_CHECKING:
-    from diagnosis.table_model.term import Shape, Term
-
+from diagnosis.table_model.term import Shape, Term
 
 LEVEL_SD = 1.5  # prior sd of the level's logarithm
 OWN_LEVEL = 0.01  # the same where a mechanism has no base coefficient
@@ -64,7 +58,8 @@ class Ground:
 @dataclass
 class Block:
     """Model of `Readings` with the terms that could be added and those that are held {key: Held};
-    ground: of simulated readings, None where a level is free."""
+    ground: of simulated readings, None where a level is free; y: (n,) logarithms of the readings.
+    """
 
     readings: object
     terms: dict
@@ -73,15 +68,20 @@ class Block:
 
     def __post_init__(self):
         self.sds, self.prior = _grid(self.readings)
+        self.y = self.readings.log
         self._build()
 
-    def with_held(self, held: dict[str, Held]) -> Block:
+    def with_held(self, held: dict[str, Held]) -> "Block":
         """The same with other terms held."""
         return replace(self, held=held)
 
-    def without(self, key: str) -> Block:
+    def without(self, key: str) -> "Block":
         """The same without a term that is held."""
         return self.with_held({k: h for k, h in self.held.items() if k != key})
+
+    def holding(self, key: str, term: Term | None = None) -> "Block":
+        """The same with a term held at its likeliest, its own under that key unless given."""
+        return self.with_held(self.held | {key: self.hold(term or self.terms[key])})
 
     def _build(self):
         n = len(self.readings.log)
@@ -136,13 +136,13 @@ class Block:
             return change[:, None] + _gains(shape, precision, z)
         return base[:, None] + _gains(shape, self.precision, z)
 
-    def score(self, y: np.ndarray) -> float:
-        """Log probability of one data set (n,) and of what is held, up to a constant."""
-        return float(log_sum(self.base(y[None]))) + sum(h.prior for h in self.held.values())
+    def score(self) -> float:
+        """Log probability of the readings and of what is held, up to a constant."""
+        return float(log_sum(self.base(self.y[None]))) + sum(h.prior for h in self.held.values())
 
-    def hold(self, term: Term, y: np.ndarray) -> Held:
-        """`Held` of a term at the likeliest of its shapes and strengths for one data set (n,)."""
-        y = y[None]
+    def hold(self, term: Term) -> Held:
+        """`Held` of a term at the likeliest of its shapes and strengths."""
+        y = self.y[None]
         base = self.base(y)
         best, found = -np.inf, None
         for shape in term.shapes:
@@ -159,20 +159,20 @@ class Block:
             mean = mean - mean.mean()
         return Held(term, mean, shape.root[k], prior)
 
-    def part(self, key: str, y: np.ndarray) -> np.ndarray:
-        """What a held term adds (n,) to the readings y (n,), averaged over the sizes of errors."""
+    def part(self, key: str) -> np.ndarray:
+        """What a held term adds (n,) to the readings, averaged over the sizes of errors."""
         h = self.held[key]
-        pull = self.precision @ (y - self.mean)
-        return h.mean + (h.root @ (h.root.T @ pull.T)) @ self.shares(y)
+        pull = self.precision @ (self.y - self.mean)
+        return h.mean + (h.root @ (h.root.T @ pull.T)) @ self.shares()
 
-    def strength(self, key: str, y: np.ndarray) -> float:
-        """The strength of a held curve, what its root adds to first order counted in. y: (n,)."""
+    def strength(self, key: str) -> float:
+        """The strength of a held curve, what its root adds to first order counted in."""
         h = self.held[key]
         shape, k = self.shape_of(key)
         if shape.mean is None or len(shape.label) < 2:
             return float(shape.label[k])
-        pull = self.precision @ (y - self.mean)
-        u = float((h.root[:, 0] @ pull.T) @ self.shares(y))
+        pull = self.precision @ (self.y - self.mean)
+        u = float((h.root[:, 0] @ pull.T) @ self.shares())
         found = shape.label[k] + 0.5 * u * np.gradient(shape.label)[k]
         return float(np.clip(found, shape.label.min(), shape.label.max()))
 
@@ -188,10 +188,10 @@ class Block:
                     return shape, k
         raise KeyError(key)
 
-    def expected(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Means and variances (n,) of the true values behind a data set (n,), errors that readings
-        share left out."""
-        share, fits = self.shares(y), self.fitted(y)
+    def expected(self) -> tuple[np.ndarray, np.ndarray]:
+        """Means and variances (n,) of the true values behind the readings, errors that these share
+        left out."""
+        share, fits = self.shares(), self.fitted()
         cover = self.smooth - self.smooth @ self.precision @ self.smooth
         mean = share @ fits
         own = np.diagonal(cover, axis1=1, axis2=2)
@@ -209,30 +209,30 @@ class Block:
         quadratic = (z * (z @ p)).sum(-1)
         return np.take_along_axis(quadratic, value.argmax(0)[None], 0)[0]
 
-    def fitted(self, y: np.ndarray) -> np.ndarray:
-        """What the model says (g, n) of the true values behind a data set (n,), at each place of
-        the grid."""
-        return self.mean + (self.smooth @ self.precision @ (y - self.mean)[:, None])[..., 0]
+    def fitted(self) -> np.ndarray:
+        """What the model says (g, n) of the true values behind the readings, at each place of the
+        grid."""
+        return self.mean + (self.smooth @ self.precision @ (self.y - self.mean)[:, None])[..., 0]
 
-    def shares(self, y: np.ndarray) -> np.ndarray:
-        """Probabilities (g,) of the sizes of the errors, for a data set (n,)."""
-        value = self.base(y[None])[:, 0]
+    def shares(self) -> np.ndarray:
+        """Probabilities (g,) of the sizes of the errors."""
+        value = self.base(self.y[None])[:, 0]
         return np.exp(value - log_sum(value))
 
     def draw(
-        self, y: np.ndarray, count: int, rng: np.random.Generator, sizes: np.ndarray | None = None
+        self, count: int, rng: np.random.Generator, sizes: np.ndarray | None = None
     ) -> np.ndarray:
-        """Data sets (count, n) of what the model says of y (n,), errors and noise drawn anew.
+        """Data sets (count, n) of what the model says of the readings, errors and noise drawn anew.
 
-        Of single contacts the true values are those that y tells; of simulated tests what is held
-        is as y has it, and coefficients are drawn anew. How large the errors are is drawn from what
-        y says of them, or has the probabilities sizes (g,)."""
-        share = self.shares(y) if sizes is None else sizes
+        Of single contacts the true values are those that the readings tell; of simulated tests what
+        is held is as they have it, and coefficients are drawn anew. How large the errors are is
+        drawn from what they say of them, or has the probabilities sizes (g,)."""
+        share = self.shares() if sizes is None else sizes
         place = rng.choice(len(share), count, p=share)
         if self.ground is None:
-            return self.fitted(y)[place] + self.noise(place, rng)
-        own = sum((h.root @ h.root.T for h in self.held.values()), np.zeros((len(y),) * 2))
-        told = self.mean + (own @ self.precision @ (y - self.mean)[:, None])[..., 0]
+            return self.fitted()[place] + self.noise(place, rng)
+        own = sum((h.root @ h.root.T for h in self.held.values()), np.zeros((len(self.y),) * 2))
+        told = self.mean + (own @ self.precision @ (self.y - self.mean)[:, None])[..., 0]
         free = rng.standard_normal((count, self.ground.root.shape[1])) @ self.ground.root.T
         return told[place] + free + self.noise(place, rng)
 
@@ -252,12 +252,12 @@ class Block:
             own[:, at] /= redrawn_share(error[at], readings.replicates, len(place), rng)
         return out + own
 
-    def sd_of(self, name: str, y: np.ndarray) -> np.ndarray:
-        """Root mean square standard deviations (n,) of an error, over what y (n,) says of its
+    def sd_of(self, name: str) -> np.ndarray:
+        """Root mean square standard deviations (n,) of an error, over what the readings say of its
         size."""
         times = np.array([c.get(name, 0.0) for c in self.sds])
         there = self.readings.scatters.get(name, self.readings.groups.get(name, 0) >= 0)
-        return self.unit * np.sqrt(self.shares(y) @ times**2) * there
+        return self.unit * np.sqrt(self.shares() @ times**2) * there
 
     def freedom(self) -> float:
         """Readings less the directions of what is free that they tell."""
@@ -270,11 +270,7 @@ def _grid(readings):
     """[{name: times}] of the sizes that are tried, at most two kinds of error at once, and their
     log prior (g,)."""
     names = (*readings.scatters, *readings.groups)
-    choices = [{}]
-    for count in (1, 2) if len(names) <= MOST_NAMES else (1,):
-        for chosen in combinations(names, count):
-            for times in np.array(np.meshgrid(*[TIMES] * count)).reshape(count, -1).T:
-                choices.append(dict(zip(chosen, times, strict=True)))
+    choices = sizes_of(names, TIMES, 2 if len(names) <= MOST_NAMES else 1)
     weight = [np.prod([_weight(c.get(name, 0.0)) for name in names]) for c in choices]
     return choices, np.log(np.array(weight) / np.sum(weight))
 

@@ -4,26 +4,19 @@ It is paid for by the errors that the readings may share: beside the law each le
 have an error of its own, as large as the data leave possible.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from calibration.statistics.numbers import NORMAL_95
 from diagnosis.laws.forms import factors_of
-from diagnosis.laws.readings import IN_AIR, SHAPE
-from diagnosis.laws.slots import coordinates, natural, scaled
+from diagnosis.laws.readings import IN_AIR, SHAPE, Readings
+from diagnosis.laws.slots import FreeLaw, coordinates, natural, scaled
 from diagnosis.table_model.block import LEVEL_SD, Block
 from diagnosis.table_model.log_sum import log_sum
 from diagnosis.table_model.terms.laws import BENDS, FREE, SIZES, bend
-
-if TYPE_CHECKING:
-    from diagnosis.laws.readings import Readings
-    from diagnosis.laws.slots import FreeLaw
-
 
 POINTS, DRAWS = 25, 2000
 BAND = 0.95

@@ -1,20 +1,22 @@
 """What the model of a whole table says: what is wrong, where, and by which cause."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import LEVERS, QUANTITIES
+from diagnosis.catalogue import Mechanism
 from diagnosis.chance import share_above
-from diagnosis.laws.readings import FREE, from_log, name_of, readings_of
+from diagnosis.laws.known import Known
+from diagnosis.laws.readings import FREE, Readings, from_log, name_of, readings_of
 from diagnosis.measurements import LEAST_SETTINGS
-from diagnosis.page.words import capital, lines_of, odds, with_article
+from diagnosis.page.words import capital, environment, odds, plain, sentence
 from diagnosis.rules import OPEN, Evidence, Verdict, by_readings
 from diagnosis.table_model import selection as chosen
+from diagnosis.table_model.block import Block
 from diagnosis.table_model.curve import BAND, curve, unit_of
 from diagnosis.table_model.left_out import judged, without_row
 from diagnosis.table_model.limits import slope_limits, strength_limits
@@ -22,14 +24,6 @@ from diagnosis.table_model.naming import UNIT, named
 from diagnosis.table_model.next_setting import propose, words_of
 from diagnosis.table_model.term import ERROR, LAW, ROW
 from diagnosis.table_model.terms.resolution import rounded_off
-
-if TYPE_CHECKING:
-    from calibration.intake.measurements import Measurement
-    from diagnosis.catalogue import Mechanism
-    from diagnosis.laws.known import Known
-    from diagnosis.laws.readings import Readings
-    from diagnosis.table_model.block import Block
-
 
 MISFIT = 0.01
 """Chance of the misfit of constant coefficients below which a table is never adequate."""
@@ -182,7 +176,7 @@ def _add(out, measurements, block, key):
     if term.kind == LAW:
         out.laws.append(row | _law(block, key, out))
     elif term.kind == ERROR:
-        out.errors.append(row | _error(block, key))
+        out.errors.append(_told(row | _error(block, key)))
         _instead(out, measurements, block, key, near)
     else:
         out.rows.append(_row(measurements, block, key))
@@ -220,8 +214,7 @@ def _in_question(out, measurements):
     if stopped is None or out.laws or out.rows or any(e["what"] != "settings" for e in said):
         return
     block = out.selection.blocks[stopped.experiment]
-    few = _shown(block, stopped.key) < LEAST_SETTINGS
-    least = chosen.LEAST if few else chosen.ODDS
+    least = chosen.LEAST if _is_of_few(block, stopped.key) else chosen.ODDS
     if block.terms[stopped.key].kind != LAW or stopped.evidence < least:
         return
     held = chosen.with_terms(out.selection.blocks, stopped.experiment, [stopped.key])[
@@ -254,9 +247,9 @@ def _first_suspect(out, measurements, seed, count):
         out.rows.append(_row(measurements, held[name], key))
 
 
-def _shown(block, key):
-    """Settings of the experiments that show a law."""
-    return block.terms[key].more.get("settings", len(block.readings.log))
+def _is_of_few(block, key):
+    """Whether the experiments that show a law have fewer than LEAST_SETTINGS."""
+    return block.terms[key].more.get("settings", len(block.readings.log)) < LEAST_SETTINGS
 
 
 def _rival(measurements, block, rival):
@@ -295,64 +288,20 @@ def _law(block, key, out):
     own = named(block, key)
     out.names[key] = own
     row = {"slot": slot, "state": list(state), "names": own.names, "forms": own.forms}
-    row |= {
-        "formula": own.formulas.get(own.forms[0]) if len(own.forms) == 1 and not own.names else None
-    }
-    row |= {
-        "formulas": own.formulas,
-        "coded": own.coded,
-        "single": own.single,
-        "nearest_known": own.nearest,
-    }
+    only = own.forms[0] if len(own.forms) == 1 and not own.names else None
+    row |= {"formula": own.formulas.get(only), "formulas": own.formulas, "coded": own.coded}
+    row |= {"single": own.single, "nearest_known": own.nearest}
     row |= {"band": BAND, "values": [], "supported_range": {}, "gain": None, "unit": "1"}
     row["same"] = [{"slot": s, "state": list(t)} for s, t in (law.same if law else ())]
     row["held_out"] = judged(block, key)
     if law is not None and term.free:
         row["unit"] = unit_of(law)
         row["values"], row["supported_range"] = curve(block, key)
-    row["sentence"] = sentence_of(row)
+    told = environment().get_template("law.j2").render(law=row, units=UNIT) if row["values"] else ""
+    row["sentence"] = sentence(plain(told))
     if row["held_out"]["beyond_band"] > DOES_NOT_FIT:
         row |= {"names": [], "single": None, "forms": [], "formula": None, "formulas": {}}
     return row
-
-
-def sentence_of(law: Mapping[str, Any]) -> str:
-    """What a law says in physical words."""
-    if not law["values"]:
-        return ""
-    first, last = law["values"][0], law["values"][-1]
-    if not law["state"]:
-        low, high = sorted(abs(first[k]) for k in ("low", "high"))
-        band = f"95 %: {_amount(law, low)} to {_amount(law, high)}"
-        return f"The {law['slot']} {_verb(law)} {_amount(law, abs(first['value']))} ({band})."
-    if law["unit"] == "share":
-        column, size = (name.replace("_", " ") for name in law["state"])
-        return (
-            f"The {column} changes the {law['slot']}, at most by {100 * first['value']:+.2g} % at "
-            f"a {size} of {first['state']:.4g} {UNIT[size]} and by {100 * last['value']:+.2g} % at "
-            f"{last['state']:.4g} {UNIT[size]}."
-        )
-    state = " x ".join(law["state"]).replace("_", " ")
-    own = " ".join(UNIT.get(s, "") for s in law["state"]).strip()
-    at, then = f"{with_article(state)} of {first['state']:.4g} {own}", f"{last['state']:.4g} {own}"
-    if law["slot"] in ("restitution", "friction"):
-        verb = "falls" if last["value"] < first["value"] else "rises"
-        text = f"{law['slot']} {verb} from {_amount(law, first['value'])} at {at} to "
-        text += f"{_amount(law, last['value'])} at {then}"
-    else:
-        text = f"{law['slot']} {_verb(law)} {_amount(law, abs(first['value']))} at {at} and "
-        text += f"{_amount(law, abs(last['value']))} at {then}"
-    return f"The {' '.join(text.split())}."
-
-
-def _verb(law):
-    return "takes" if sum(v["value"] for v in law["values"]) < 0.0 else "adds"
-
-
-def _amount(law, value):
-    """A value of a law with its unit."""
-    unit = {"1": "", "deg": "°"}.get(law["unit"], f" {law['unit']}")
-    return f"{value:.3g}{unit}"
 
 
 def _error(block, key):
@@ -360,61 +309,41 @@ def _error(block, key):
     or a zero, in the lever's unit too."""
     term = block.terms[key]
     readings, at = block.readings.of(term.experiment)
-    part = block.part(key, block.readings.log)[at]
+    part = block.part(key)[at]
     sd = float(np.std(part)) if term.what != "one level" else float(np.abs(part).max())
     row = {"of": term.of, "what": term.what, "sd": sd}
-    lever = LEVERS.get(term.of)
-    words = QUANTITIES[term.experiment].words
     if term.what == "levels":
         levels = readings.folds[term.of]
         value = readings.levers[term.of]
-        offsets = {f"{value[i[0]]:g}": float(np.expm1(part[i[0]] - part.mean()))
-                   for i in levels}  # fmt: skip
-        row["offsets"] = offsets
-        told = ", ".join(f"{100 * v:+.2g} % at {n}" for n, v in offsets.items())
-        text = f"Each {lever.words} has an error of its own in the {words}: {told} {lever.unit}."
+        row["offsets"] = {f"{value[i[0]]:g}": float(np.expm1(part[i[0]] - part.mean()))
+                          for i in levels}  # fmt: skip
     elif term.what == "one level":
         index = int(np.argmax(np.abs(part)))
         level = float(readings.levers[term.of][index])
         row |= {"level": level, "share": float(np.expm1(part[index]))}
-        text = (
-            f"All readings at a {lever.words} of {level:g} {lever.unit} are "
-            f"{100 * abs(row['share']):.2g} % too {'high' if row['share'] > 0 else 'low'}"
-        )
         if QUANTITIES[term.experiment].scale is not None and getattr(
             QUANTITIES[term.experiment].scale, "lever", None) == term.of:  # fmt: skip
             row["reads_like"] = level * (1.0 + row["share"])
-            text += f": they read like {row['reads_like']:.3g} {lever.unit}"
-        text += "."
     elif term.what == "exchanged":
         shape, _ = block.shape_of(key)
         row["exchanged"] = [float(v) for v in shape.name.split(" and ")]
-        text = f"The {lever.words}s of {shape.name} {lever.unit} are exchanged."
     elif term.what == "zero":
-        row["value"] = block.strength(key, block.readings.log)
-        text = f"The {lever.words} is off by {row['value']:+.3g} {lever.unit} everywhere."
+        row["value"] = block.strength(key)
     elif term.of == "resolution":
         row["step"] = term.more["step"]
-        text = _coarse(term.experiment, row["step"])
     else:
         order = np.argsort(readings.rows)
         row["share"] = float(np.expm1(part[order[-1]] - part[order[0]]))
-        text = f"The {words} drifts by {100 * row['share']:+.2g} % in the order of the rows."
-    return row | {"sentence": text.replace("  ", " ").replace(" .", ".")}
-
-
-def _coarse(kind, step):
-    unit = QUANTITIES[kind].unit
-    return f"The readings are multiples of {step:g} {unit}: coarser than their errors."
+    return row
 
 
 def _rounded(block, p):
     """Rows of the resolution where it is coarser than the errors of the readings."""
     held = {h.term.experiment for h in block.held.values() if h.term.of == "resolution"}
     coarse = {k: block.readings.of(k)[0] for k in block.readings.experiments}
-    return [{"experiment": kind, "key": f"{kind}:resolution", "of": "resolution", "what": "digits",
-             "sd": float(np.median(rounded_off(own))), "p": p, "evidence": float(-np.log(p)),
-             "step": own.step, "rivals": [], "sentence": _coarse(kind, own.step)}
+    return [_told({"experiment": kind, "key": f"{kind}:resolution", "of": "resolution",
+                   "what": "digits", "sd": float(np.median(rounded_off(own))), "p": p,
+                   "evidence": float(-np.log(p)), "step": own.step, "rivals": []})
             for kind, own in coarse.items() if own.coarse and kind not in held]  # fmt: skip
 
 
@@ -424,24 +353,21 @@ def _row(measurements, block, key):
     off, expected = without_row(block, key, place)
     row = {"experiment": m.experiment, "line": m.line, "levers": m.levers, "value": float(m.value)}
     row["setting"] = int(block.readings.rows[place])
-    row |= {"standard_deviations": off, "lines": list(m.lines) or [m.line], "sentence": ""}
+    row |= {"standard_deviations": off, "lines": list(m.lines) or [m.line]}
     at = np.exp(block.readings.log[place] - expected)
     readings, own = block.readings.of(m.experiment)
     here = own == place
     levers = {k: v[here] for k, v in readings.levers.items()}
     row["expected"] = float(from_log(m.experiment, np.array([expected]), levers)[0])
-    where = f"{capital(lines_of([row]))}" if m.line else "One row"
-    verb, side = "read" if len(m.lines) > 1 else "reads", "more" if at > 1 else "less"
-    row["sentence"] = (
-        f"{where} {verb} {100 * abs(at - 1):.2g} % {side} than all others say "
-        f"({abs(off):.0f} standard deviations)"
-    )
-    like = _looks_like(readings, here, at)
-    row["reads_like"] = like
-    if like:
-        row["sentence"] += f": it reads like one at {like['value']:g} {LEVERS[like['lever']].unit}"
-    row["sentence"] += "."
-    return row
+    row["reads_like"] = _looks_like(readings, here, at)
+    return _told(row, at - 1.0)
+
+
+def _told(row, more=None):
+    """The row of an error or a reading with its sentence; more: share by which a reading is more
+    than all others say."""
+    text = environment().get_template("error.j2").render(row=row, more=more)
+    return row | {"sentence": sentence(plain(text))}
 
 
 def _looks_like(readings, here, at):
@@ -468,28 +394,18 @@ def _declared(measurements, block):
 
 
 def _declared_of(measurements, block, kind):
-    y, (readings, at) = block.readings.log, block.readings.of(kind)
-    share, out = block.shares(y), []
+    readings, at = block.readings.of(kind)
+    share, out = block.shares(), []
     for name, code in readings.groups.items():
         key = name_of(name, kind if block.readings.parts else "")
         there = float(share @ np.array([key in c for c in block.sds]))
         if there > SURE:
             labels = sorted({getattr(measurements[i], name) for i in readings.rows})
             offsets = dict(zip(labels, _offsets(block, code, at), strict=True))
-            told = ", ".join(f"{100 * v:+.2g} % with {n or 'none'}" for n, v in offsets.items())
-            text = f"Each {name} has an error of its own in the {QUANTITIES[kind].words}: {told}."
-            if len(offsets) == 2:
-                (low, least), (high, most) = sorted(offsets.items(), key=lambda pair: pair[1])
-                apart = 100 * ((1.0 + most) / (1.0 + least) - 1.0)
-                text = (
-                    f"The {QUANTITIES[kind].words} reads {apart:.2g} % higher with {name} "
-                    f"{high or 'none'} than with {low or 'none'}."
-                )
-            out.append({"experiment": kind, "key": f"{kind}:{name}", "of": name, "what": "declared",
-                        "sd": float(block.sd_of(key, y)[at[0]]), "offsets": offsets,
-                        "p": 1.0 - there,
-                        "evidence": float(np.log(there / max(1.0 - there, 1e-9))),
-                        "rivals": [], "sentence": text})  # fmt: skip
+            row = {"experiment": kind, "key": f"{kind}:{name}", "of": name, "what": "declared"}
+            row |= {"sd": float(block.sd_of(key)[at[0]]), "offsets": offsets, "p": 1.0 - there}
+            row |= {"evidence": float(np.log(there / max(1.0 - there, 1e-9))), "rivals": []}
+            out.append(_told(row))
     return out
 
 
@@ -497,28 +413,24 @@ def _offsets(block, code, at):
     """Shares (g,) by which the readings of each of g batches or instruments are off their mean, by
     least squares beside what is held; code: (k,) of the readings at places (k,)."""
     y, weight = block.readings.log, 1.0 / block.readings.error[at] ** 2
-    left = (y - sum(block.part(key, y) for key in block.held))[at]
-    left = left if block.ground is None else left - block.expected(y)[0][at]
+    left = (y - sum(block.part(key) for key in block.held))[at]
+    left = left if block.ground is None else left - block.expected()[0][at]
     means = np.array([np.average(left[code == g], weights=weight[code == g])
                       for g in range(code.max() + 1)])  # fmt: skip
     return [float(v) for v in np.expm1(means - means.mean())]
 
 
 def _settings(block, p):
-    y, out = block.readings.log, []
+    out = []
     for kind in block.readings.experiments:
         name = name_of("settings", kind if block.readings.parts else "")
-        share = float(block.shares(y) @ np.array([name in c for c in block.sds]))
+        share = float(block.shares() @ np.array([name in c for c in block.sds]))
         if share < 0.5:
             continue
-        sd = float(block.sd_of(name, y)[block.readings.of(kind)[1][0]])
-        text = (
-            f"From setting to setting the {QUANTITIES[kind].words} scatters by {100 * sd:.2g} % "
-            "more than the errors of the readings say."
-        )
+        sd = float(block.sd_of(name)[block.readings.of(kind)[1][0]])
         row = {"experiment": kind, "key": f"{kind}:settings", "of": "settings", "what": "settings"}
         row |= {"sd": sd, "p": p, "evidence": float(np.log(share / max(1.0 - share, 1e-9)))}
-        out.append(row | {"rivals": [], "sentence": text})
+        out.append(_told(row | {"rivals": []}))
     return out
 
 
@@ -542,9 +454,9 @@ def _ranking(start, found):
 def judge(found: Found, bends: Callable[[], bool] = lambda: False) -> Found:
     """The same with its verdict. bends: whether the readings follow a smooth curve along a
     lever."""
-    shown = [_shown(found.block_of(law["key"]), law["key"]) for law in found.laws]
-    for law, count in zip(found.laws, shown, strict=True):
-        if count < LEAST_SETTINGS and not any(r.get("of") == "settings" for r in law["rivals"]):
+    few = [law for law in found.laws if _is_of_few(found.block_of(law["key"]), law["key"])]
+    for law in few:
+        if not any(r.get("of") == "settings" for r in law["rivals"]):
             rival = SCATTER | {"experiment": law["experiment"], "behind": law["evidence"]}
             law["rivals"] = [*law["rivals"], rival]
     found.decided = by_readings(
@@ -554,7 +466,7 @@ def judge(found: Found, bends: Callable[[], bool] = lambda: False) -> Found:
             found.rows,
             constant=found.misfit["p"] >= MISFIT,
             scattered=found.scattered is None or found.scattered["p"] >= MISFIT,
-            settings=shown,
+            few=bool(few),
             bends=bends,
         )
     )

@@ -1,18 +1,13 @@
 """The model fitted anew without some settings, and what it expects there."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from diagnosis.laws.readings import unknown
+from diagnosis.laws.slots import FreeLaw
 from diagnosis.table_model.block import Block
-
-if TYPE_CHECKING:
-    from diagnosis.laws.slots import FreeLaw
-
 
 LEAST_LEVELS = 3  # of a lever, to leave one out
 
@@ -22,11 +17,10 @@ def refitted(block: Block, index: np.ndarray) -> Block:
     its form: the levels that are left may be too few to choose one. index: (k,) places of
     readings."""
     out = replace(block, readings=unknown(block.readings, index))
-    y = out.readings.log
     for key in block.held:
         rest = out.without(key)
         form = replace(block.terms[key], shapes=(block.shape_of(key)[0],))
-        out = rest.with_held(rest.held | {key: replace(rest.hold(form, y), term=block.terms[key])})
+        out = rest.with_held(rest.held | {key: replace(rest.hold(form), term=block.terms[key])})
     return out
 
 
@@ -56,11 +50,11 @@ def judged(block: Block, key: str) -> dict[str, Any]:
     for index in inner:
         held = refitted(block, index)
         for label, b in (("after", held), ("before", held.without(key))):
-            mean, variance = b.expected(readings.log)
+            mean, variance = b.expected()
             off = readings.log[index] - mean[index]
             error = readings.error[index]
             names = (*readings.scatters, *readings.groups)
-            shared = sum(b.sd_of(n, readings.log)[index] ** 2 for n in names)
+            shared = sum(b.sd_of(n)[index] ** 2 for n in names)
             whole = np.sqrt(error**2 + variance[index] + shared)
             misses += [(label, o / e, o / w) for o, e, w in zip(off, error, whole, strict=True)]
     if not misses:
@@ -81,7 +75,7 @@ def without_row(block: Block, key: str, place: int) -> tuple[float, float]:
     """(distance [sd], expected logarithm) of a row from what all others say."""
     rest = refitted(block.without(key) if key in block.held else block, np.array([place]))
     y = block.readings.log
-    mean, variance = rest.expected(y)
-    shared = sum(rest.sd_of(name, y)[place] ** 2 for name in block.readings.scatters)
+    mean, variance = rest.expected()
+    shared = sum(rest.sd_of(name)[place] ** 2 for name in block.readings.scatters)
     sd = np.sqrt(block.readings.error[place] ** 2 + variance[place] + shared)
     return float((y[place] - mean[place]) / sd), float(mean[place])

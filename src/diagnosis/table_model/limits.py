@@ -9,26 +9,18 @@ levers Satterthwaite 1946, Biometrics Bulletin 2:110). Of two levels nothing is 
 that scatter, so nothing is excluded.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import stats
 
 from diagnosis.laws.forms import LADDER
 from diagnosis.laws.readings import IN_AIR
-from diagnosis.laws.slots import coordinates, scaled
+from diagnosis.laws.slots import FreeLaw, coordinates, scaled
+from diagnosis.table_model.block import Block
 from diagnosis.table_model.curve import paid
 from diagnosis.table_model.log_sum import log_sum
-from diagnosis.table_model.term import curve_shape
-
-if TYPE_CHECKING:
-    from diagnosis.laws.slots import FreeLaw
-    from diagnosis.table_model.block import Block
-    from diagnosis.table_model.term import Shape, Term
-
+from diagnosis.table_model.term import Shape, Term, curve_shape
 
 LIMIT = 0.95
 EACH = 0.93
@@ -75,9 +67,7 @@ def _by_levels(rest, law, x, probability):
     if any(len(readings.folds[n]) < LEAST_LEVELS for n in levers):
         return None
     weight = 1.0 / readings.error**2
-    y = readings.log - sum(
-        rest.part(k, readings.log) for k, h in rest.held.items() if h.term.what != "levels"
-    )
+    y = readings.log - sum(rest.part(k) for k, h in rest.held.items() if h.term.what != "levels")
     along = x - np.average(x, weights=weight)
     pull = weight * along / (weight * along**2).sum()
     slope = float(pull @ y)

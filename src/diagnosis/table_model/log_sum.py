@@ -1,7 +1,5 @@
 """The logarithm of a sum of probabilities that are known by their logarithms."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

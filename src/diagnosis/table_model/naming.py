@@ -4,24 +4,18 @@ Each is put in the law's place beside the other terms. It is ruled out where its
 than that of the best by the odds of 20 to 1 (`selection.ODDS`).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from diagnosis.laws.forms import text_of
 from diagnosis.laws.readings import IN_AIR
 from diagnosis.laws.slots import coordinates, scaled
+from diagnosis.table_model.block import Block
 from diagnosis.table_model.log_sum import log_sum
 from diagnosis.table_model.selection import ODDS
 from diagnosis.table_model.term import Term
 from diagnosis.table_model.terms.laws import FREE
-
-if TYPE_CHECKING:
-    from diagnosis.table_model.block import Block
-
 
 SAME = 0.5
 """Standard errors of a reading; curves that stay closer are one."""
@@ -69,11 +63,11 @@ def named(block: Block, key: str) -> Named:
         if value > evidence.get(shape.name, -np.inf):
             evidence[shape.name] = value
             own = Term(term.experiment, term.kind, key, (shape,), law=term.law, place=term.place)
-            held[shape.name] = rest.with_held(rest.held | {key: rest.hold(own, y)})
+            held[shape.name] = rest.holding(key, own)
     known = {s.name for s in term.shapes if s.catalogue}
     order = sorted(evidence, key=lambda n: -evidence[n])
     left = [n for n in order if evidence[order[0]] - evidence[n] < ODDS]
-    curves = {n: held[n].part(key, y) for n in left}
+    curves = {n: held[n].part(key) for n in left}
     names = [n for n in left if n in known]
     forms = [n for n in left if n not in known and not any(
         _alike(curves[n], curves[k], block.readings.error) for k in names)]  # fmt: skip
@@ -83,7 +77,7 @@ def named(block: Block, key: str) -> Named:
     forms = [n for n in forms if n != FREE] if len(left) > 1 and left[0] != FREE else forms
     # of simulated tests a free law has a strength as well, of single contacts a mechanism alone
     strong = [n for n in names or order[:1] if n in known or term.law is None]
-    coded = {n: held[n].strength(key, y) for n in strong}
+    coded = {n: held[n].strength(key) for n in strong}
     return Named(names, forms, formulas, curves, nearest, coded, order[0])
 
 
@@ -95,7 +89,7 @@ def _alike(one, other, error):
 def written(block: Block, key: str, name: str) -> str:
     """A named form with its coefficients, as fitted to the readings."""
     term, y = block.held[key].term, block.readings.log
-    law, k = block.terms[key].law or term.law, block.strength(key, y)
+    law, k = block.terms[key].law or term.law, block.strength(key)
     levers = coordinates(block.readings)
     _, middle, _ = scaled(law, levers) if law.coordinate else (None, 0.0, None)
     state = " x ".join(law.state)
@@ -110,7 +104,7 @@ def written(block: Block, key: str, name: str) -> str:
         )
     shape, _ = block.shape_of(key)
     number = int(np.argmin(np.abs(shape.label - k)))
-    level = y - sum(block.part(o, y) for o in block.held if o != key) - shape.mean[number]
+    level = y - sum(block.part(o) for o in block.held if o != key) - shape.mean[number]
     weight = 1.0 / block.readings.error**2
     power = IN_AIR if law.experiment == "drop" else 1.0
     c = np.exp((level * weight).sum() / weight.sum() / power)

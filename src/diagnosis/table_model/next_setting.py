@@ -5,11 +5,9 @@ been measured, and the model says what it expects there. The setting with the la
 information between rival and reading is proposed, within twice the plan's range.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,13 +16,8 @@ from diagnosis.laws.readings import from_log, with_setting
 from diagnosis.next_measurement import information
 from diagnosis.page.words import place
 from diagnosis.table_model.block import Block
-from diagnosis.table_model.selection import held_in_turn
-from diagnosis.table_model.term import ERROR, LAW
-from diagnosis.table_model.terms import all_terms
-
-if TYPE_CHECKING:
-    from diagnosis.table_model.term import Term
-
+from diagnosis.table_model.selection import blocks_of, held_in_turn
+from diagnosis.table_model.term import ERROR, LAW, Term
 
 BEYOND = 2.0  # of the plan's range, in either direction
 DECIMALS = 3  # significant, of a lever that is proposed
@@ -63,24 +56,19 @@ def propose(
     error = float(np.median(readings.error))
     means, sds = np.empty((len(keys), len(settings))), np.empty((len(keys), len(settings)))
     for j, (levers, covariates) in enumerate(settings):
-        wider = with_setting(readings, levers, covariates)
-        terms = {t.key: t for t in all_terms(wider, {})}
+        [wider] = blocks_of([with_setting(readings, levers, covariates)], None).values()
         for i, rival in enumerate(keys):
-            means[i, j], sds[i, j] = _expected(wider, terms, block, key, rival)
+            means[i, j], sds[i, j] = _expected(wider, block, key, rival)
     sds = np.hypot(sds, error)
     weight = np.full(len(keys), 1.0 / len(keys))
     bits = information(means, sds, weight, np.random.default_rng(0))
     best = int(np.argmax(bits))
     levers, covariates = settings[best]
-    at = {n: np.array([v]) for n, v in levers.items()}
     predictions = {}
     for i, rival in enumerate(keys):
         logs = means[i, best] + sds[i, best] * np.array([0.0, -1.0, 1.0])
-        ends = [float(from_log(readings.experiment, np.array([v]), at)[0]) for v in logs]
-        predictions[words_of(told[rival])] = {
-            "value": ends[0],
-            "sd": 0.5 * (ends[2] - ends[1]),
-        }
+        value, low, high = from_log(readings.experiment, logs, levers).tolist()
+        predictions[words_of(told[rival])] = {"value": value, "sd": 0.5 * (high - low)}
     return {
         "experiment": readings.experiment,
         "levers": levers | covariates,
@@ -90,11 +78,11 @@ def propose(
     }
 
 
-def _expected(wider, terms, block, key, rival):
+def _expected(wider, block, key, rival):
     """Mean and sd of the logarithm at the last setting, by a rival in the place of a term; None as
     the rival: by nothing in its place."""
-    again = [k for k in (*(k for k in block.held if k != key), rival) if k in terms]
-    mean, variance = held_in_turn(Block(wider, terms), again).expected(wider.log)
+    others = (k for k in block.held if k != key)
+    mean, variance = held_in_turn(wider, (*others, rival)).expected()
     return mean[-1], np.sqrt(variance[-1])
 
 

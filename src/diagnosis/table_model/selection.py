@@ -7,28 +7,21 @@ to setting stay in the model while laws are looked for, so that a second law is 
 that hides the first.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import gammaln
 
 from diagnosis.chance import CLOSE, share_above
+from diagnosis.laws.known import Known
+from diagnosis.laws.readings import Readings
 from diagnosis.table_model.block import Block
 from diagnosis.table_model.log_sum import log_sum
 from diagnosis.table_model.term import LAW, ROW
 from diagnosis.table_model.terms import all_terms
 from diagnosis.table_model.terms.rows import LEAST as LEAST_ROWS
-
-if TYPE_CHECKING:
-    from diagnosis.laws.known import Known
-    from diagnosis.laws.readings import Readings
-    from diagnosis.table_model.term import Term
-
 
 CHANCE = (999, 399, 399)
 """Data sets that are drawn for the first step, the second, and each after that."""
@@ -77,15 +70,6 @@ class Selection:
     threshold: float
     null: np.ndarray
 
-    def held(self, kind: str | None = None) -> list[tuple[str, str, Term]]:
-        """[(experiment, key, Term)] that are held, of one kind."""
-        return [
-            (e, k, h.term)
-            for e, b in self.blocks.items()
-            for k, h in b.held.items()
-            if kind in (None, h.term.kind)
-        ]
-
 
 def blocks_of(
     parts: Iterable[Readings], known: Callable[[Readings], dict[str, Known]] | None
@@ -128,10 +112,6 @@ def select(
     return Selection(blocks, steps, stopped, p, gain, threshold, first)
 
 
-def _y(block):
-    return block.readings.log
-
-
 def misfit(
     blocks: Mapping[str, Block], seed: int = 0, count: int = CHANCE[0], scatter: bool = False
 ) -> dict[str, float]:
@@ -140,14 +120,13 @@ def misfit(
     replicates do not know their spread, so p is simulated."""
     chi, null, freedom = 0.0, np.zeros(count), 0.0
     for place, block in enumerate(blocks.values()):
-        y = _y(block)
         places = np.arange(len(block.sds)) if scatter else block.bare()
-        chi += float(block.chi_square(y[None], places)[0])
-        share = block.shares(y) * np.isin(np.arange(len(block.sds)), places)
+        chi += float(block.chi_square(block.y[None], places)[0])
+        share = block.shares() * np.isin(np.arange(len(block.sds)), places)
         if not share.sum() > 0.0:
             share = np.isin(np.arange(len(block.sds)), places).astype(float)
         rng = np.random.default_rng([seed, 21, place])
-        made = block.draw(y, count, rng, share / share.sum())
+        made = block.draw(count, rng, share / share.sum())
         null += block.chi_square(made, places)
         freedom += block.freedom()
     return {"chi_square": chi, "freedom": max(freedom, 1.0), "p": share_above(null, chi)}
@@ -157,8 +136,7 @@ def _best(blocks):
     """(experiment, keys, evidence) of the best next term, or of two or several rows together."""
     found = None
     for kind, block in blocks.items():
-        values = evidences(block, _y(block)[None])
-        free = {k: float(v[0]) for k, v in values.items() if k not in block.held}
+        free = _of_free(block)
         if not free:
             continue
         key = max(free, key=free.get)
@@ -179,13 +157,19 @@ def evidences(block: Block, y: np.ndarray) -> dict[str, np.ndarray]:
     return {key: block.evidence(t, y, base) for key, t in block.terms.items()}
 
 
+def _of_free(block):
+    """{key: log evidence} of the terms that are not held, for the readings."""
+    values = evidences(block, block.y[None])
+    return {key: float(value[0]) for key, value in values.items() if key not in block.held}
+
+
 def of_chance(blocks: Mapping[str, Block], count: int, seed: Sequence[int]) -> np.ndarray:
     """(count,) largest evidence of any term that is not held, of data drawn from the blocks."""
     out = []
     for place, block in enumerate(blocks.values()):
         # random numbers of its own: by the same ones chance would favour both experiments at once
         rng = np.random.default_rng([*seed, place])
-        made = block.draw(_y(block), count, rng)
+        made = block.draw(count, rng)
         free = replace_terms(block, [k for k in block.terms if k not in block.held])
         best = [
             np.max(list(evidences(free, made[i : i + CHUNK]).values()), axis=0)
@@ -204,8 +188,7 @@ def with_terms(blocks: dict[str, Block], kind: str, keys: Iterable[str]) -> dict
     """The blocks {experiment: Block} with further terms held in one, each at its likeliest."""
     block = blocks[kind]
     for key in keys:
-        held = block.hold(block.terms[key], _y(block))
-        block = block.with_held(block.held | {key: held})
+        block = block.holding(key)
     return blocks | {kind: block}
 
 
@@ -216,7 +199,6 @@ def exchanged(block: Block) -> Block:
     terms = [k for k, t in block.terms.items() if t.kind != ROW]
     if sum(k in terms for k in block.held) < 2:
         return block
-    y = _y(block)
     for key in [k for k in block.held if k in terms]:
         if key not in block.held:
             continue
@@ -224,8 +206,8 @@ def exchanged(block: Block) -> Block:
         for other in terms:
             if other in block.held or other not in rest.terms:
                 continue
-            tried = _swept(rest.with_held(rest.held | {other: rest.hold(rest.terms[other], y)}))
-            if len(tried.held) <= len(block.held) and tried.score(y) > block.score(y) + BETTER:
+            tried = _swept(rest.holding(other))
+            if len(tried.held) <= len(block.held) and tried.score() > block.score() + BETTER:
                 block = tried
                 break
     return block
@@ -233,19 +215,16 @@ def exchanged(block: Block) -> Block:
 
 def _swept(block):
     """The block with each held term in turn at its best beside the others."""
-    y = _y(block)
     for _ in range(SWEEPS):
         before = tuple(block.held)
         for key in before:
             rest = block.without(key)
-            values = {k: float(v[0]) for k, v in evidences(rest, y[None]).items()
-                      if k not in rest.held}  # fmt: skip
+            values = _of_free(rest)
             best = max(values, key=values.get)
             if values[best] < LEAST:
                 block = rest
                 continue
-            chosen = best if values[best] > values[key] + BETTER else key
-            block = rest.with_held(rest.held | {chosen: rest.hold(rest.terms[chosen], y)})
+            block = rest.holding(best if values[best] > values[key] + BETTER else key)
         if set(block.held) == set(before):
             break
     return block
@@ -254,7 +233,7 @@ def _swept(block):
 def strength_of(block: Block, key: str) -> float:
     """Log evidence of a held term beside the other ones."""
     rest = block.without(key)
-    return float(rest.evidence(block.terms[key], _y(block)[None])[0])
+    return float(rest.evidence(block.terms[key], block.y[None])[0])
 
 
 @dataclass(frozen=True)
@@ -302,8 +281,7 @@ def set_anew(block: Block, key: str) -> Rival | None:
 
 def _in_place_of(block, key):
     """Log evidence of a held term beside the others, and {key: that} of each term in its place."""
-    rest, y = block.without(key), _y(block)[None]
-    values = {k: float(v[0]) for k, v in evidences(rest, y).items() if k not in rest.held}
+    values = _of_free(block.without(key))
     return values.pop(key), values
 
 
@@ -324,8 +302,7 @@ curve meets."""
 def _beside_one_level(block, key, own):
     """`Rival`s of an error of each level: a law of the lever with one level set wrongly."""
     held = block.terms[key]
-    lever, y = held.of, _y(block)
-    kind = held.experiment
+    lever, kind = held.of, held.experiment
     wrong = next((t for t in block.terms.values()
                   if (t.experiment, t.what, t.of) == (kind, "one level", lever)), None)  # fmt: skip
     if held.what != "levels" or wrong is None or wrong.key in block.held:
@@ -333,18 +310,19 @@ def _beside_one_level(block, key, own):
     if len(block.readings.of(kind)[0].folds[lever]) < LEAST_BESIDE:
         return
     rest = block.without(key)
-    start = rest.score(y)
+    start = rest.score()
     for law in [t for t in rest.terms.values() if _is_law_of(t, lever) and t.key not in rest.held]:
         both = held_in_turn(rest, (law.key, wrong.key, law.key, wrong.key))
         level = both.shape_of(wrong.key)[0].name
-        yield Rival(law.key, float(own - (both.score(y) - start)), wrong.key, level)
+        yield Rival(law.key, float(own - (both.score() - start)), wrong.key, level)
 
 
 def held_in_turn(block: Block, keys: Iterable[str]) -> Block:
-    """The block with terms held, each in turn at its likeliest beside those that are."""
-    for key in keys:
+    """The block with those of the terms held that it has, each in turn at its likeliest beside
+    those that are."""
+    for key in (k for k in keys if k in block.terms):
         rest = block.without(key) if key in block.held else block
-        block = rest.with_held(rest.held | {key: rest.hold(rest.terms[key], _y(rest))})
+        block = rest.holding(key)
     return block
 
 
@@ -366,26 +344,22 @@ def _pair(block, single, least):
 
     A law of two states at once is nearer to both than either law alone. A row that is far off bends
     a law that is fitted with it, and without the law all rows look off: alone neither leads."""
-    y = _y(block)
-    start = block.score(y)
+    start = block.score()
     rows = [k for k, t in block.terms.items() if t.kind == ROW and k not in block.held]
     free = [k for k in block.terms if k not in block.held and k not in rows]
-    if not free or len(free) + len(rows) < 2 or len(y) < LEAST_ROWS:
+    if not free or len(free) + len(rows) < 2 or len(block.y) < LEAST_ROWS:
         return None
 
-    def with_term(now, key):
-        return now.with_held(now.held | {key: now.hold(now.terms[key], y)})
-
-    alone, best = max(with_term(block, single).score(y), start + least), None
+    alone, best = max(block.holding(single).score(), start + least), None
     for first in free:
-        now = with_term(block, first)
+        now = block.holding(first)
         others = [k for k in (*free, *rows) if k != first]
-        values = {k: float(v[0]) for k, v in evidences(replace_terms(now, others), y[None]).items()}
+        values = _of_free(replace_terms(now, others))
         for second in (*_most(values, free, 1), *_most(values, rows, MOST_PAIRED)):
-            both = with_term(with_term(now, second).without(first), first)
-            lead = both.score(y) - alone - (ODDS if second in rows else CLEAR)
+            both = now.holding(second).without(first).holding(first)
+            lead = both.score() - alone - (ODDS if second in rows else CLEAR)
             if best is None or lead > best[1]:
-                best = [first, second], lead, both.score(y) - start
+                best = [first, second], lead, both.score() - start
     return (best[0], float(best[2])) if best and best[1] > 0.0 else None
 
 
@@ -399,7 +373,7 @@ def _rows_together(block):
 
     They are looked for one by one beside the readings' own errors alone: beside an error from
     setting to setting each hides the others."""
-    y, n = _y(block), len(_y(block))
+    y, n = block.y, len(block.y)
     keys = [k for k, t in block.terms.items() if t.kind == ROW and k not in block.held]
     if n < LEAST_ROWS or len(keys) < 2:
         return None
@@ -415,7 +389,7 @@ def _rows_together(block):
                        key=lambda k: -gain[block.terms[k].rows[0]])  # fmt: skip
         [key] = islice(order, 1)
         chosen.append(key)
-        now = now.with_held(now.held | {key: now.hold(block.terms[key], y)})
+        now = now.holding(key)
         count = len(chosen)
         choose = gammaln(n + 1) - gammaln(count + 1) - gammaln(n - count + 1)
         occam = count * np.log(len(block.terms[key].shapes[0].label))

@@ -5,22 +5,17 @@ there. Distances from the condition's median are compared with the usual one of 
 (median absolute deviation: Hampel 1974, J. Am. Stat. Assoc. 69:383).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from statistics import fmean, stdev
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import QUANTITIES
 from diagnosis.chance import share_above
 from diagnosis.reading_errors import spread_unit
-
-if TYPE_CHECKING:
-    from calibration.intake.measurements import Measurement
-
 
 WITHIN = 0.01
 """Chance of how readings go with something within their settings, over all that is looked at, below

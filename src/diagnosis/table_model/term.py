@@ -7,8 +7,6 @@ all of them, so that many shapes are no advantage (Occam factor: MacKay 2003, In
 Inference, and Learning Algorithms, chapter 28).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -44,8 +42,8 @@ class Term:
     """One thing that may be missing in an experiment.
 
     kind: LAW, ERROR or ROW; key: unique in its experiment; weight: log prior odds against a law;
-    law: the `FreeLaw`, or None; place: (slot, state) of a law; of: what an error is of; levels:
-    values of the lever that are in error, where these are single ones; lines: of single rows.
+    law: the `FreeLaw`, or None; place: (slot, state) of a law; of: what an error is of; what: which
+    error of that; rows: places of single readings; more: what else the verdict tells of it.
     """
 
     experiment: str
@@ -57,7 +55,6 @@ class Term:
     place: tuple = ()
     of: str = ""
     what: str = ""
-    levels: tuple = ()
     rows: tuple = ()
     more: dict = field(default_factory=dict)
 

@@ -1,17 +1,13 @@
 """The kinds of terms: each module beside this one has `terms(readings, known)`, which gives the
 terms of one experiment; nothing else lists them."""
 
-from __future__ import annotations
-
 import importlib
 import pkgutil
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from diagnosis.laws.known import Known
-    from diagnosis.laws.readings import Readings
-    from diagnosis.table_model.term import Term
+from diagnosis.laws.known import Known
+from diagnosis.laws.readings import Readings
+from diagnosis.table_model.term import Term
 
 
 def all_terms(readings: Readings, known: Mapping[str, Known]) -> list[Term]:

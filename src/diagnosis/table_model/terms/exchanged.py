@@ -1,19 +1,13 @@
 """Two levels of a lever that were taken for each other."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from diagnosis.laws.readings import SHAPE
+from diagnosis.laws.known import Known
+from diagnosis.laws.readings import SHAPE, Readings
 from diagnosis.table_model.term import ERROR, Shape, Term
-
-if TYPE_CHECKING:
-    from diagnosis.laws.known import Known
-    from diagnosis.laws.readings import Readings
 
 
 def terms(readings: Readings, known: Mapping[str, Known]) -> list[Term]:

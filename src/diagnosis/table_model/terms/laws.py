@@ -1,22 +1,15 @@
 """Laws: a slot and a state, with named forms, a free curve, and the catalogue's mechanisms."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from diagnosis.laws.forms import forms_of, steps_of
-from diagnosis.laws.slots import FAMILY, applicable, coordinates, scaled
+from diagnosis.laws.known import Known
+from diagnosis.laws.readings import Readings
+from diagnosis.laws.slots import FAMILY, FreeLaw, applicable, coordinates, scaled
 from diagnosis.table_model.term import LAW, Shape, Term, curve_shape
-
-if TYPE_CHECKING:
-    from diagnosis.laws.known import Known
-    from diagnosis.laws.readings import Readings
-    from diagnosis.laws.slots import FreeLaw
-
 
 FREE = "free curve"
 SHARE_OF_FREE = 0.3  # prior probability of the free curve among the shapes of a place

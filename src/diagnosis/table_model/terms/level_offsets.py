@@ -1,18 +1,13 @@
 """Each level of a lever set up with an error of its own: a camera that is set anew for each height,
 a lot of grains for each size."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from diagnosis.laws.known import Known
+from diagnosis.laws.readings import Readings
 from diagnosis.table_model.term import ERROR, Term, random_term
-
-if TYPE_CHECKING:
-    from diagnosis.laws.known import Known
-    from diagnosis.laws.readings import Readings
 
 
 def terms(readings: Readings, known: Mapping[str, Known]) -> list[Term]:

@@ -1,19 +1,12 @@
 """One level of a lever that was set wrongly: 120 mm that were 132 mm."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from diagnosis.laws.readings import SHAPE
+from diagnosis.laws.known import Known
+from diagnosis.laws.readings import SHAPE, Readings
 from diagnosis.table_model.term import ERROR, Term, random_term
-
-if TYPE_CHECKING:
-    from diagnosis.laws.known import Known
-    from diagnosis.laws.readings import Readings
-
 
 UNLIKELY = -2.0
 """Log prior odds where the reading does not go with the lever: a wrong size shows only through a

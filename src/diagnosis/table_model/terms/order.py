@@ -1,19 +1,13 @@
 """A drift in the order of the rows: wear, a day that grows damp."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from diagnosis.laws.known import Known
+from diagnosis.laws.readings import Readings
 from diagnosis.table_model.term import ERROR, SIZES, Shape, Term
 from diagnosis.table_model.terms.laws import bend_root
-
-if TYPE_CHECKING:
-    from diagnosis.laws.known import Known
-    from diagnosis.laws.readings import Readings
-
 
 UNLIKELY = -3.0
 """Log prior odds: a table that is sorted by a lever need not stand in the order of the tests."""

@@ -1,19 +1,12 @@
 """Readings that were rounded: their digits end on multiples of a step."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from diagnosis.laws.readings import SHAPE
+from diagnosis.laws.known import Known
+from diagnosis.laws.readings import SHAPE, Readings
 from diagnosis.table_model.term import ERROR, Shape, Term
-
-if TYPE_CHECKING:
-    from diagnosis.laws.known import Known
-    from diagnosis.laws.readings import Readings
-
 
 LIKELY = 3.0
 """Log prior odds where the digits show the step, against a law."""

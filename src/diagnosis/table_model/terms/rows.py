@@ -1,18 +1,12 @@
 """Single rows that contradict all others."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from diagnosis.laws.known import Known
+from diagnosis.laws.readings import Readings
 from diagnosis.table_model.term import ROW, Term, random_term
-
-if TYPE_CHECKING:
-    from diagnosis.laws.known import Known
-    from diagnosis.laws.readings import Readings
-
 
 LEAST = 5  # readings of an experiment
 SIZES = np.geomspace(0.02, 1.5, 7)

@@ -1,20 +1,14 @@
 """A wrong zero of the lever that the reading goes with: all heights off by one length, all normal
 stresses by one load."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from diagnosis.laws.forms import LADDER
-from diagnosis.laws.readings import SHAPE
+from diagnosis.laws.known import Known
+from diagnosis.laws.readings import SHAPE, Readings
 from diagnosis.table_model.term import ERROR, Term, curve_shape
-
-if TYPE_CHECKING:
-    from diagnosis.laws.known import Known
-    from diagnosis.laws.readings import Readings
 
 
 def terms(readings: Readings, known: Mapping[str, Known]) -> list[Term]:
