@@ -9,6 +9,7 @@ them.
 import ast
 import hashlib
 import json
+import re
 from collections.abc import Iterable
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -58,14 +59,16 @@ def package_digest(folder: Path) -> str:
 
 @cache
 def adapter_digest(folder: Path) -> str:
-    """First 12 hex digits of a hash of the code below a folder, without comments, docstrings and
-    layout, of the engine, and of what the laws say of other codes: what decides the runs of another
-    code."""
+    """First 12 hex digits of a hash of the code and templates below a folder, without comments,
+    docstrings and layout, of the engine, and of what the laws say of other codes: what decides the
+    runs of another code. conversion.j2 has words about a deck alone."""
     laws = [p.read_text("utf-8") for p in sorted((SOURCES / "dem/contact").rglob("*.py"))]
     parts = [node for law in laws for node in ast.walk(ast.parse(law))]
     said = [ast.unparse(p) for p in parts if getattr(p, "arg", None) in TO_OTHER_CODES]
     code = [code_of(p.read_text("utf-8")) for p in sorted(folder.rglob("*.py"))]
-    return _hash(engine_fingerprint(), *said, *code)
+    texts = [p.read_text("utf-8") for p in sorted(folder.rglob("*.j2")) if p.stem != "conversion"]
+    decks = [re.sub(r"\{#.*?#\}", "", text, flags=re.DOTALL) for text in texts]
+    return _hash(engine_fingerprint(), *said, *code, *decks)
 
 
 @cache

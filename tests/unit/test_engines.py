@@ -110,7 +110,7 @@ def test_a_run_is_kept_with_its_manifest_and_made_once(tmp_path):
     assert RunStore(tmp_path).current(folder.name) == first
     path.unlink()  # the kept result is not made again
     assert engines.make(spec, folder, again=False) == first
-    with refused(engines.EngineError, path="solver.py", key="engine.files"):
+    with refused(engines.EngineError, "solver.py", "engine.files"):
         engines.make(spec, folder)
     assert RunStore(tmp_path).current(folder.name) is None
 
@@ -174,7 +174,7 @@ def test_a_rolling_spring_that_liggghts_has_not_is_refused():
     """It asks for a rollingStiffness of 1 at least, which is 2/3 of ours."""
     rolls = OWN | {"laws": {"rolling": "elastic_plastic"}}
     soft, stiff = (parse_spec(rolls | {"law_parameters": {FACTOR: f}}) for f in (0.66, 0.67))
-    with refused(engines.EngineError, key=f"law_parameters.{FACTOR}", value=0.66):
+    with refused(engines.EngineError, f"law_parameters.{FACTOR}", "0.66"):
         engines.engines()["liggghts"].refuse(soft)
     engines.engines()["liggghts"].refuse(stiff)
     engines.engines()["lammps"].refuse(soft)
@@ -208,9 +208,7 @@ def test_yade_gets_a_script_that_python_can_read(tmp_path):
     assert "radii, shares, pitch = [0.00075, 0.001], [0.25, 0.75], 0.0022" in text
     assert f"O.run({Pour.of(spec).looks[0]}, True)" in text
     entry = {"name": "yade", "identity": {}, "settings": {}}
-    with refused(
-        engines.EngineError, engine="yade", key="experiment", value="drop", allowed=("heap",)
-    ):
+    with refused(engines.EngineError, "yade", "experiment", "drop", "heap"):
         engines.check(parse_spec(OWN | {"experiment": "drop", "engine": entry}))
 
 
@@ -372,12 +370,13 @@ def test_a_changed_deck_is_another_run(tmp_path):
     """What writes a deck is part of the run's name, and our words about it are not."""
     folder = Path(shutil.copytree(Path(engines.__file__).parent, tmp_path / "engines"))
     digest = digests.adapter_digest.__wrapped__  # a process has one state of the code
-    before = digest(folder)
-    file = folder / "rigs" / "discharge.py"
-    file.write_text("# a comment\n" + file.read_text())
-    assert digest(folder) == before
-    file.write_text(file.read_text() + "\nMORE = 1\n")
-    assert digest(folder) != before
+    code = "rigs/discharge.py", "# a comment\n", "\nMORE = 1\n"
+    for name, comment, more in (code, ("lammps.j2", "{# a comment #}", "{% set more = 1 %}")):
+        file, before = folder / name, digest(folder)
+        file.write_text(comment + file.read_text())
+        assert digest(folder) == before
+        file.write_text(file.read_text() + more)
+        assert digest(folder) != before
 
 
 def test_an_experiment_that_a_code_has_no_rig_for_is_refused_by_name():

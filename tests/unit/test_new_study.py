@@ -13,7 +13,7 @@ from calibration.study.config.joint import joint_targets
 from calibration.study.factors import read_factors
 from calibration.study.new.grains import mean_diameter, sieve_curve
 from calibration.study.new.heap import Heap
-from calibration.study.new.laboratory import WIDE, factors_of, materials
+from calibration.study.new.laboratory import factors_of, materials
 from calibration.study.new.pilot import one_run
 from calibration.study.new.study import study_name
 from calibration.telling.start_and_end import opening
@@ -38,7 +38,8 @@ def test_a_study_begins_from_values_with_units(here, capsys):
     assert config.own_run["laws"] == {"rolling": "elastic_plastic", "torsion": "marshall"}
     assert len((here / "Weizen Prüfung 1" / "config.yaml").read_text("utf-8").splitlines()) < 60
     factors = read_factors(config.factors)
-    assert {f.key: (f.low, f.high) for f in factors} == WIDE
+    wide = [(0.2, 0.8), (0.2, 0.8), (0.02, 0.4)]  # restitution, friction, rolling: wall, grains
+    assert [(f.low, f.high) for f in factors] == [*wide, *wide, (0.2, 0.4)]
     assert main(["new", "Weizen Prüfung 1", *ANGLES, *RIG]) == 2
     assert "exists already" in capsys.readouterr().err
 

@@ -12,8 +12,8 @@ from calibration.engines import lammps
 from calibration.engines.conversion import Conversion
 from calibration.study.config import overlay
 from calibration.telling.export import trials
-from calibration.telling.export.decks import Deck, heaps_there, judge, write_decks
-from calibration.telling.export.heap_comparison import READERS, margins_of, profile
+from calibration.telling.export.decks import Deck, heaps_there, write_decks
+from calibration.telling.export.heap_comparison import READERS, margins_of, profile, rows_of
 from dem.errors import InputError
 from dem.spec import parse_spec
 from facts import tells
@@ -86,14 +86,14 @@ def test_margins_come_from_the_scatter_and_never_fall_below_a_grain(deck):
 
 
 def test_a_deck_holds_misses_or_is_left_open(deck):
-    here = heaps(NUMBERS)
-    same = judge(deck, heaps(NUMBERS, seed=2), here)
+    at, here = (deck.spec, deck.expected["margin"]), heaps(NUMBERS)
+    same = rows_of(*at, heaps(NUMBERS, seed=2), here)
     assert {row.verdict for row in same} == {"holds"}
     off = NUMBERS + np.where([name == "envelope_angle_deg" for name in READERS], 5.0, 0.0)
-    rows = {row.quantity: row for row in judge(deck, heaps(off, seed=2), here)}
+    rows = {row.quantity: row for row in rows_of(*at, heaps(off, seed=2), here)}
     assert rows.pop("envelope_angle_deg").verdict == "misses"
     assert {row.verdict for row in rows.values()} == {"holds"}
-    wild = judge(deck, heaps(NUMBERS, seed=2, count=4, sd=12.0), here)
+    wild = rows_of(*at, heaps(NUMBERS, seed=2, count=4, sd=12.0), here)
     assert {row.verdict for row in wild} == {"open"}
 
 

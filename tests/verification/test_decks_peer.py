@@ -24,9 +24,9 @@ from calibration.telling.export.decks import (
     Deck,
     heaps_here,
     heaps_there,
-    judge,
     write_decks,
 )
+from calibration.telling.export.heap_comparison import rows_of
 from dem.grains.sizes import number_fractions
 from dem.spec import parse_spec
 from other_codes import entry_or_skip
@@ -79,7 +79,12 @@ def test_liggghts_needs_no_other_number_for_the_law_that_it_has(tmp_path):
     """The law of the calibration is LIGGGHTS' own: no quantity is off by more than its margin."""
     deck = deck_of("liggghts", C500, tmp_path)
     seeds = range(1, 9)
-    rows = judge(deck, heaps_there(deck, seeds, 600.0), heaps_here(deck, seeds))
+    rows = rows_of(
+        deck.spec,
+        deck.expected["margin"],
+        heaps_there(deck, seeds, 600.0),
+        heaps_here(deck, seeds),
+    )
     assert "misses" not in {row.verdict for row in rows}
 
 

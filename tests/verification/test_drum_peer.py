@@ -73,13 +73,13 @@ def in_liggghts(spec, folder):
     rate = math.radians(spec.geometry.rotation_rate_deg_s)
     turn, side = 2.0 * math.pi / rate, shell.radius + bed.ROOM
     every = bed.steps(spec, spec.geometry.turns * turn / drum.LOOKS)
-    dialect = liggghts.DIALECT
+    code = liggghts.OF_FAMILY
     low, high = (-side, -side, -bed.ROOM), (side, side, shell.width + bed.ROOM)
-    text = bed.start(spec, grains, dialect, folder, low, high)
+    text = bed.start(spec, grains, code, folder, low, high)
     text = text.replace("vector 0 0 -1", "vector 0 -1 0")
-    text += dialect.walls(shell.walls(), folder) + bed.settle(spec, grains)
+    text += code.walls(shell.walls(), folder) + bed.settle(spec, grains)
     text += TURN.format(
-        turn=dialect.turn(drum.SHELL, rate),
+        turn=code.words.turn(drum.SHELL, rate),
         before=bed.steps(spec, spec.geometry.start_turns * turn),
         every=every,
         reading=every * drum.LOOKS,

@@ -148,13 +148,13 @@ def test_a_lid_of_lammps_falls_as_a_mass_with_a_drag(tmp_path):
     """u = -(g/D) (t - (1 - exp(-D t))/D), which is how ours falls until it meets grains."""
     chosen = entry_or_skip("lammps")
     run = parse_spec(RING | {"seed": 1})
-    cell, dialect = Cell(run), lammps.DIALECT
+    cell, code = Cell(run), lammps.OF_FAMILY
     cell.sim.position, cell.sim.velocity = np.array([[0.01, 0.001, 0.0011]]), np.zeros((1, 3))
     cell.sim.radius = np.array([1e-3])  # one grain, far below the lid
     lid = Lid("lid", cell.top, cell.weight, cell.mass, cell.mobility, GRAVITY * cell.fall_time)
     box = (-0.03, -0.03, -0.01), (0.03, 0.03, 0.25)
-    text = bed.start(run, cell.sim, dialect, tmp_path, *box)
-    text += dialect.walls(cell.walls, tmp_path, lid=lid)
+    text = bed.start(run, cell.sim, code, tmp_path, *box)
+    text += code.walls(cell.walls, tmp_path, lid=lid)
     text += 'run 1000\nvariable fallen equal v_lid_up\nprint "at ${fallen}"\n'
     (tmp_path / "in.lammps").write_text(text)
     (tmp_path / "material.lammps").write_text(rig.block_of(lammps.block, run))

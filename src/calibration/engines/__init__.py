@@ -36,16 +36,8 @@ NO_GRAINS = {k: np.empty((0, 3)) for k in ("position", "velocity", "spin")} | {
 
 
 class EngineError(DemError):
-    """Another engine that is missing, cannot represent a spec, failed, or left no usable numbers.
-
-    `engine` (its name), `path`, `key` (of the spec, or a metric), `value` and `allowed` are what
-    the message names; None where it names none.
-    """
-
-    def __init__(self, text, *, engine=None, path=None, key=None, value=None, allowed=None):
-        self.engine, self.path, self.key = engine, path, key
-        self.value, self.allowed = value, allowed
-        super().__init__(text)
+    """Another engine that is missing, cannot represent a spec, failed, or left no usable
+    numbers."""
 
 
 class Settings(BaseModel):
@@ -133,10 +125,8 @@ def check(spec: RunSpec) -> None:
     if engine.experiments and spec.experiment not in engine.experiments:
         raise EngineError(
             f"{engine.name} cannot run the experiment {spec.experiment}; it can: "
-            f"{', '.join(engine.experiments)}",
-            engine=engine.name, key="experiment", value=spec.experiment,
-            allowed=engine.experiments,
-        )  # fmt: skip
+            f"{', '.join(engine.experiments)}"
+        )
     engine.refuse(spec)
 
 

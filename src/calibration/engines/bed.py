@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from calibration.engines.rigs import Dialect
+from calibration.engines.family import Code
 from calibration.engines.templates import words
 from dem.constants import GRAVITY
 from dem.experiments import bed, phases
@@ -59,18 +59,8 @@ class Grains:
 
     def data(self, low: Sequence[float], high: Sequence[float]) -> str:
         """Text of a data file of LIGGGHTS or LAMMPS: these grains in the box low..high (3,) [m]."""
-        sides = zip(low, high, "xyz", strict=True)
-        box = "\n".join(f"{a:.6g} {b:.6g} {x}lo {x}hi" for a, b, x in sides)
-        diameter = 2.0 * self.radius
-        atoms = "\n".join(
-            f"{k} 1 {d:.9g} {self.density:.9g} {x:.9g} {y:.9g} {z:.9g}"
-            for k, (d, (x, y, z)) in enumerate(zip(diameter, self.position, strict=True), 1)
-        )
-        speeds = "\n".join(
-            f"{k} {u:.9g} {v:.9g} {w:.9g} 0 0 0" for k, (u, v, w) in enumerate(self.velocity, 1)
-        )
-        head = f"grains at the start\n\n{self.n} atoms\n2 atom types\n\n{box}"
-        return f"{head}\n\nAtoms\n\n{atoms}\n\nVelocities\n\n{speeds}\n"
+        text: str = words("family").data(self, list(zip(low, high, "xyz", strict=True)))
+        return text
 
 
 def filled(spec: RunSpec, radius: float, bottom: float) -> tuple[Grains, float]:
@@ -87,14 +77,14 @@ def filled(spec: RunSpec, radius: float, bottom: float) -> tuple[Grains, float]:
 def start(
     spec: RunSpec,
     grains: Grains,
-    dialect: Dialect,
+    code: Code,
     folder: Path,
     low: Sequence[float],
     high: Sequence[float],
 ) -> str:
     """Head of a deck whose grains stand in a data file, written into `folder`."""
     (folder / "grains.data").write_text(grains.data(low, high))
-    return dialect.head(spec, "read_data grains.data", smallest_radius(spec))
+    return code.head(spec, "read_data grains.data", smallest_radius(spec))
 
 
 def settle(spec: RunSpec, grains: Grains) -> str:

@@ -63,10 +63,7 @@ def identity(settings: Any) -> dict[str, Any]:
     try:
         contents = [hashlib.sha256(Path(f).read_bytes()).hexdigest() for f in settings.files]
     except OSError as error:
-        raise EngineError(
-            f"engine.files: {error.filename}: {error.strerror}",
-            key="engine.files", path=error.filename,
-        ) from None  # fmt: skip
+        raise EngineError(f"engine.files: {error.filename}: {error.strerror}") from None
     return {"version": settings.version, "files": contents}
 
 
@@ -97,11 +94,9 @@ def read_metrics(path: str | Path) -> dict[str, float]:
         found = json.loads(read_limited(path, "table"), object_pairs_hook=_each_once)
     except (InputError, ValueError, RecursionError) as error:
         said = getattr(error, "reason", error)
-        raise EngineError(
-            f"the program left no usable {Path(path).name}: {said!s:.200}", path=path
-        ) from None
+        raise EngineError(f"the program left no usable {Path(path).name}: {said!s:.200}") from None
     if not isinstance(found, dict) or not found:
-        raise EngineError(f"{Path(path).name} must map names of metrics to numbers", path=path)
+        raise EngineError(f"{Path(path).name} must map names of metrics to numbers")
     for name, value in found.items():
         if (
             isinstance(value, bool)
@@ -109,9 +104,8 @@ def read_metrics(path: str | Path) -> dict[str, float]:
             or not abs(value) <= LARGEST
         ):
             raise EngineError(
-                f"{Path(path).name}: {name:.80} = {value!r:.80} is not a finite number",
-                path=path, key=name, value=value,
-            )  # fmt: skip
+                f"{Path(path).name}: {name:.80} = {value!r:.80} is not a finite number"
+            )
     return found
 
 

@@ -179,12 +179,16 @@ class Conversion:
         heaps = f.get("full") or f.get("coarse")
         return words("conversion").compared(heaps, f["unit"]) if heaps else ""
 
-    def head(self, mark: str, title: str, about: Sequence[str], code: str, *notes: str) -> str:
-        """The comment at the head of a file, behind `mark`: title, provenance (lines), how rolling
-        friction was converted, what differs in the `code`, and notes."""
-        called = self.export("rolling", code).called
+    def head(
+        self, code: str, material: Granulate, about: Sequence[str], *more: str, mark: str = "#"
+    ) -> str:
+        """The comment at the head of a file, behind `mark`: how it is used, provenance (lines), how
+        rolling friction was converted, what differs in the `code`, and more."""
+        title, exports = words("conversion").title(code), self.exports(code).values()
+        notes = [note for export in exports for note in export.notes(self.pairs(material)[0])]
+        told = [*self.sentences(self.export("rolling", code).called), *notes]
         lines = []
-        for text in (title, *about, *self.sentences(called), *notes):
+        for text in (title, *about, *told, *dispensed(material.spec, code), *more):
             lines += [f"{mark} {line}" for line in textwrap.wrap(text, WIDTH - len(mark))]
         return "\n".join(lines)
 

@@ -10,10 +10,11 @@ import numpy as np
 
 from calibration.engines import rig
 from calibration.engines.program import read_dump, read_frames, state_of
-from calibration.engines.rigs import Dialect, experiments_of, rigs
+from calibration.engines.rigs import rigs
 from calibration.engines.templates import words
 from dem.constants import GRAVITY
 from dem.spec import RunSpec
+from dem.walls.builder import WallSet
 
 
 @dataclass(frozen=True)
@@ -25,7 +26,9 @@ class Code:
     """Writes its material block."""
     material: str
     """Name of the file of this block; the deck is `in.` and the code's name."""
-    dialect: Dialect
+    walls: Callable[..., str]
+    """walls(bodies, folder, moves=None, lid=None): the bodies of a `WallSet`; moves: the name of
+    one that `words.lift` moves, lid: the `Lid` among them."""
     heap: Callable[[Any, Path], str]
     """heap(spec, folder): text of a heap's deck; writes what it reads."""
     made: Callable[[str], int]
@@ -34,7 +37,25 @@ class Code:
     @property
     def experiments(self) -> tuple[str, ...]:
         """Experiments that it can run."""
-        return ("heap", "drop", *experiments_of(self.dialect))
+        return ("heap", "drop", *rigs())
+
+    @property
+    def words(self) -> Any:
+        """Its macros. A rig asks for `lift`, `hold`, `turn`, `stop` and `watch` of a body, and of a
+        `Lid` for its `height` and for `load`, which presses it with the variable `force`."""
+        return words(self.name)
+
+    def head(self, spec: RunSpec, space: str, radius: float) -> str:
+        """Units, laws and gravity; space: lines that make the box, radius: of the smallest grain
+        [m]."""
+        text: str = self.words.head(spec.experiment, space, 0.2 * radius, GRAVITY)
+        return text
+
+    def remove(self, walls: WallSet, name: str) -> str:
+        """Take a body away."""
+        others = [b["name"] for b in walls.bodies if b["name"] != name]
+        text: str = self.words.remove(name, others)
+        return text
 
     def write(self, spec: RunSpec, folder: Path, material: str | None = None) -> None:
         """Write deck and material block of a `RunSpec` into `folder`, and the files that they read.
@@ -42,7 +63,7 @@ class Code:
         material: text of the block, that of the spec unless given."""
         (folder / self.material).write_text(material or rig.block_of(self.block, spec))
         if spec.experiment in rigs():
-            text = rigs()[spec.experiment].deck(spec, self.dialect, folder)
+            text = rigs()[spec.experiment].deck(spec, self, folder)
         else:
             text = self.heap(spec, folder) if spec.experiment == "heap" else self._drop(spec)
         (folder / f"in.{self.name}").write_text(text)
@@ -51,9 +72,9 @@ class Code:
         drop = rig.Drop.of(spec)
         at, (first, every, looks) = drop.starts(spec.seed), drop.looks
         places = [" ".join(f"{x:.12g}" for x in place) for place in at]
-        box = words(self.name).box(rig.box_around(at, drop.radius))
-        text = words(self.name).drop(drop, places, first, every, every * looks)
-        return head(self.name, spec, box, drop.radius) + text
+        box = self.words.box(rig.box_around(at, drop.radius))
+        text = self.words.drop(drop, places, first, every, every * looks)
+        return self.head(spec, box, drop.radius) + text
 
     def read(
         self, spec: RunSpec, folder: Path, output: str
@@ -69,11 +90,6 @@ class Code:
             return drop.metrics(z, v, drop.starts(spec.seed)[:, 2]), {}
         state = state_of(read_dump(folder / "end.dump"))
         return rig.heap_metrics(state, rig.Pour.of(spec), self.made(output)), state
-
-
-def head(name: str, spec: RunSpec, space: str, radius: float) -> str:
-    """Head of a deck, as `Dialect.head` has it."""
-    return words(name).head(spec.experiment, space, 0.2 * radius, GRAVITY)
 
 
 def pour_box(pour: rig.Pour) -> str:

@@ -27,8 +27,9 @@ gran_sub_mod_twisting.cpp, `twisting marshall`
 import math
 import os
 import re
+from collections import Counter
 from collections.abc import Sequence
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -36,9 +37,8 @@ import numpy as np
 
 from calibration.engines import EngineError, rig
 from calibration.engines.conversion import Conversion, Granulate
-from calibration.engines.family import Code, head, pour_box
+from calibration.engines.family import Code, pour_box
 from calibration.engines.program import engine_of, find, prime_seed, run, stated_version
-from calibration.engines.rigs import Dialect
 from calibration.engines.templates import words
 from dem.spec import RunSpec
 from dem.walls.geometry import RECTANGLE, REVOLVED
@@ -57,14 +57,7 @@ def block(material: Granulate, conversion: Conversion, about: Sequence[str]) -> 
     """Text of the include file. material: `Granulate`; conversion: `Conversion`; about: lines of
     provenance."""
     exports, pairs = conversion.exports(CODE), conversion.pairs(material)
-    head = conversion.head(
-        "#",
-        "LAMMPS, package GRANULAR: include this after `create_box`; atom_style sphere, units si, "
-        "newton off, comm_modify vel yes. Move the grains with `fix move all ${integrator}`.",
-        about,
-        CODE,
-        *[note for export in exports.values() for note in export.notes(pairs[0])],
-    )
+    head = conversion.head(CODE, material, about)
     laws, rotates = [_law(exports, pair) for pair in pairs], conversion.equivalent.rotates
     return words(CODE).material(head, laws, rotates, material.time_step, material.grain.density)
 
@@ -125,30 +118,19 @@ def _heap(spec, folder):
         (folder / name).write_text(words(CODE).grain(2 * radius, mass))
     every = max(round(1.0 / pour.rate / pour.dt), 1)
     text = words(CODE).heap(pour, names, every, prime_seed(spec.seed))
-    return head(CODE, spec, words(CODE).box(pour_box(pour)), pour.largest) + text + pour.end
+    return OF_FAMILY.head(spec, words(CODE).box(pour_box(pour)), pour.largest) + text + pour.end
 
 
 def _walls(walls, folder, moves=None, lid=None):
     """Each element is a region with a wall. What turns needs the angle of its body."""
-    moves = lid.name if lid else moves
-    lines, count = [f"variable {moves}_up equal 0.0"] if moves else [], {}
-    for body in walls.bodies if lid else ():
-        lines.append(f"variable {body['name']}_turn equal 0.0")
+    count, parts = Counter(), []
     for kind, numbers, owner in walls.elements:
-        count[owner] = count.get(owner, -1) + 1
-        name, pressed = f"{owner}{count[owner]}", lid and owner == lid.name
+        pressed = bool(lid) and owner == lid.name
         region, angle = _region(kind, numbers, lid.height if pressed else 0.0)
-        move = f" move NULL NULL v_{owner}_up" if owner == moves else ""
-        if lid:
-            lines.append(f"variable {name}_turn equal v_{owner}_turn+{angle:.9g}")
-            move += f" rotate v_{name}_turn 0 0 0 0 0 1"
-        lines += [
-            f"region {name} {region}{move}",
-            f"fix {name} all wall/gran/region granular ${{grain_wall}} region {name}"
-            + (" contacts" if pressed else ""),
-        ]
-    text = "\n".join(lines) + "\n"
-    return text + words(CODE).lid(lid, count[lid.name] + 1) if lid else text
+        parts.append((f"{owner}{count[owner]}", owner, region, angle, pressed))
+        count[owner] += 1
+    names = [b["name"] for b in walls.bodies]
+    return words(CODE).walls(names, parts, lid.name if lid else moves, lid, count)
 
 
 def _region(kind, numbers, height=0.0):
@@ -180,18 +162,6 @@ def _upright(rectangle, height):
     return f"block {' '.join(f'{side:.9g}' for side in sides)} side out", turn
 
 
-DIALECT = Dialect(
-    partial(head, CODE),
-    _walls,
-    lift=lambda name, speed: words(CODE).lift(name, speed),
-    hold=lambda name: words(CODE).hold(f"{name}_up"),
-    remove=lambda walls, name: f"unfix {name}0\n",
-    load=lambda lid: f"variable {lid.name}_wanted equal ${{force}}",
-    height=lambda lid: f"{lid.height:.9g}+v_{lid.name}_up",
-    turn=lambda name, rate: words(CODE).turn(name, rate),
-    stop=lambda name: words(CODE).hold(f"{name}_turn"),
-    watch=lambda label, name, steps: words(CODE).watch(label, name, steps),
-)
-OF_FAMILY = Code(CODE, block, "material.lammps", DIALECT, _heap, _made)
+OF_FAMILY = Code(CODE, block, "material.lammps", _walls, _heap, _made)
 deck = OF_FAMILY.write
 ENGINE = engine_of(CODE, OF_FAMILY.experiments, version, refuse, deck, start)

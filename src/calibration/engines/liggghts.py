@@ -26,19 +26,17 @@ cohesion_model_sjkr2.h
     change what friction is limited by, as here.
 """
 
-import math
 import re
 from collections.abc import Sequence
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from calibration.engines import EngineError, rig
-from calibration.engines.conversion import Conversion, Granulate, dispensed
-from calibration.engines.family import Code, head, pour_box
+from calibration.engines.conversion import Conversion, Granulate
+from calibration.engines.family import Code, pour_box
 from calibration.engines.mesh import body, disc, frustum, write_mesh
 from calibration.engines.program import engine_of, find, prime_seed, run, stated_version
-from calibration.engines.rigs import Dialect
 from calibration.engines.templates import words
 from dem.contact.rolling.elastic_plastic import SECANT
 from dem.spec import RunSpec
@@ -58,14 +56,6 @@ def block(material: Granulate, conversion: Conversion, about: Sequence[str]) -> 
     """Text of the include file. material: `Granulate`; conversion: `Conversion`; about: lines of
     provenance."""
     exports, pairs = conversion.exports(CODE), conversion.pairs(material)
-    head = conversion.head(
-        "#",
-        "LIGGGHTS 3.8: include this after `create_box 2 ...`; atom type 1 is the grain, 2 the "
-        "wall. Move the grains with `fix move all ${integrator}`.",
-        about,
-        CODE,
-        *dispensed(material.spec, CODE),
-    )
     young = material.grain.young_modulus, material.wall.young_modulus
     laws = [exports[slot].words for slot in ORDER if slot in exports]
     numbers = [
@@ -74,8 +64,8 @@ def block(material: Granulate, conversion: Conversion, about: Sequence[str]) -> 
         for name, value in export.numbers(pairs[0]).items()
     ]
     return words(CODE).material(
-        head, max(young) > MAX_YOUNG, min(young) < MIN_YOUNG, material, numbers,
-        {name for export in exports.values() for name in export.alone},
+        conversion.head(CODE, material, about), max(young) > MAX_YOUNG, min(young) < MIN_YOUNG,
+        material, numbers, {name for export in exports.values() for name in export.alone},
         " ".join(filter(None, laws)), conversion.equivalent.rotates,
     )  # fmt: skip
 
@@ -97,11 +87,10 @@ def refuse(spec: RunSpec) -> None:
     rig.refuse(spec, "LIGGGHTS", CODE)
     factor = spec.law_parameters.rolling_stiffness_factor  # type: ignore[attr-defined]  # a field for each law
     if factor is not None and factor < LEAST_STIFFNESS:
-        key, allowed = "law_parameters.rolling_stiffness_factor", f"at least {LEAST_STIFFNESS:.3g}"
         raise EngineError(
-            f"LIGGGHTS has no rolling spring as soft as {key} {factor:g}; allowed: {allowed}",
-            engine="LIGGGHTS", key=key, value=factor, allowed=allowed,
-        )  # fmt: skip
+            "LIGGGHTS has no rolling spring as soft as law_parameters.rolling_stiffness_factor "
+            f"{factor:g}; allowed: at least {LEAST_STIFFNESS:.3g}"
+        )
 
 
 def start(spec: RunSpec, folder: Path, timeout_s: float) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -127,7 +116,7 @@ def _heap(spec, folder):
     seeds = [_other_seed(number, spec.seed) for number in numbers]
     every = max(round(2.2 * pour.largest / pour.speed / pour.dt), 1)
     text = words(CODE).heap(pour, seeds, every, prime_seed(spec.seed))
-    return head(CODE, spec, words(CODE).box(pour_box(pour)), min(pour.radii)) + text + pour.end
+    return OF_FAMILY.head(spec, words(CODE).box(pour_box(pour)), min(pour.radii)) + text + pour.end
 
 
 def _other_seed(number, seed):
@@ -144,28 +133,6 @@ def _walls(walls, folder, moves=None, lid=None):
     return words(CODE).walls(names, lid)
 
 
-def _remove(walls, name):
-    """The other meshes become a wall anew."""
-    return words(CODE).remove(name, [b["name"] for b in walls.bodies if b["name"] != name])
-
-
-DIALECT = Dialect(
-    partial(head, CODE),
-    _walls,
-    lift=lambda name, speed: f"fix move_{name} all move/mesh mesh {name} linear 0 0 {speed:.9g}",
-    hold="unfix move_{}".format,
-    remove=_remove,
-    load=lambda lid: words(CODE).load(lid),
-    height=lambda lid: f"f_{lid.name}[9]",
-    turn=lambda name, rate: (
-        f"fix move_{name} all move/mesh mesh {name} rotate origin 0 0 0 axis 0 0 1 "
-        f"period {2.0 * math.pi / rate:.9g}"
-    ),
-    stop="unfix move_{}".format,
-    watch=lambda label, name, steps: (
-        f"fix {label} all ave/time 1 {steps} {steps} f_{name}[3] f_{name}[6] file {label}.txt"
-    ),
-)
-OF_FAMILY = Code(CODE, block, "material.in", DIALECT, _heap, _made)
+OF_FAMILY = Code(CODE, block, "material.in", _walls, _heap, _made)
 deck = OF_FAMILY.write
 ENGINE = engine_of(CODE, OF_FAMILY.experiments, version, refuse, deck, start)

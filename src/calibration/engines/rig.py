@@ -44,9 +44,8 @@ def refuse(spec: RunSpec, name: str, code: str) -> None:
     if spec.laws.rolling not in names:  # type: ignore[attr-defined]  # a field for each law
         raise EngineError(
             f"{name} has no rolling friction {spec.laws.rolling}; a study in {name} takes "  # type: ignore[attr-defined]  # a field for each law
-            f"run.laws.rolling: {' or '.join(names)}",
-            engine=name, key="laws.rolling", value=spec.laws.rolling, allowed=tuple(names),  # type: ignore[attr-defined]
-        )  # fmt: skip
+            f"run.laws.rolling: {' or '.join(names)}"
+        )
     refuse_lost(spec, name, code)
 
 
@@ -55,20 +54,15 @@ def refuse_lost(spec: RunSpec, name: str, code: str) -> None:
     told = left_out(spec, code)
     lost = [s.removeprefix("NOT CONVERTED: ") for s in told if "NOT CONVERTED" in s]
     if lost:
-        raise EngineError(f"{name} cannot represent: {' '.join(lost)}", engine=name)
+        raise EngineError(f"{name} cannot represent: {' '.join(lost)}")
     if getattr(spec.geometry, "feed", "rain") != "rain":
-        raise EngineError(
-            f"{name}: geometry.feed: opened is not carried over; feed: rain is",
-            engine=name, key="geometry.feed", value=spec.geometry.feed, allowed=("rain",),
-        )  # fmt: skip
+        raise EngineError(f"{name}: geometry.feed: opened is not carried over; feed: rain is")
     if getattr(spec.geometry, "plate_rim_height_mm", 0.0):
-        key = "geometry.plate_rim_height_mm"
-        raise EngineError(f"{name}: {key} is not carried over", engine=name, key=key)
+        raise EngineError(f"{name}: geometry.plate_rim_height_mm is not carried over")
     meshes = [k for k in ("funnel_stl", "plate_stl") if getattr(spec.geometry, k, None)]
     if meshes:
-        key = f"geometry.{meshes[0]}"
         raise EngineError(
-            f"{name}: {key} is not carried over; the rig's own walls are", engine=name, key=key
+            f"{name}: geometry.{meshes[0]} is not carried over; the rig's own walls are"
         )
 
 
@@ -219,8 +213,7 @@ class Drop:
         engines do not have."""
         radius, height = mean_radius(spec), 1e-3 * spec.geometry.drop_height_mm
         if spec.geometry.output_interval_s:
-            key = "geometry.output_interval_s"
-            raise EngineError(f"{key} is not carried over to other engines", key=key)
+            raise EngineError("geometry.output_interval_s is not carried over to other engines")
         m = spec.materials
         impact = math.sqrt(2.0 * GRAVITY * height)
         return cls(

@@ -31,7 +31,7 @@ from typing import Any
 import numpy as np
 
 from calibration.engines import EngineError, rig
-from calibration.engines.conversion import Conversion, Granulate, dispensed
+from calibration.engines.conversion import Conversion, Granulate
 from calibration.engines.program import engine_of, find, read_dump, run, state_of, stated_version
 from calibration.engines.templates import words
 from dem.constants import GRAVITY
@@ -45,15 +45,7 @@ def block(material: Granulate, conversion: Conversion, about: Sequence[str]) -> 
     """Text of the script. material: `Granulate`; conversion: `Conversion`; about: lines of
     provenance."""
     exports, pairs = conversion.exports(CODE), conversion.pairs(material)
-    head = conversion.head(
-        "#",
-        "YADE 2023.02: execute this in a script, exec(open('yade.py').read()), and use grain, "
-        "wall, physics, law and the engine upkeep.",
-        about,
-        CODE,
-        *[note for export in exports.values() for note in export.notes(pairs[0])],
-        *dispensed(material.spec, CODE),
-    )
+    head = conversion.head(CODE, material, about)
     numbers = [{slot: export.numbers(pair) for slot, export in exports.items()} for pair in pairs]
     return words(CODE).material(head, material, *numbers, conversion.equivalent.rotates)
 

@@ -17,12 +17,6 @@ LARGEST = 1e300
 AT_ITS_WORD = "a plausible number, or one with its unit, which is taken at its word"
 
 
-def plausible_numbers(table: Table, column: str, key: str) -> list[float]:
-    """[number] of a column, in the unit that `key` ends in. Raises ConfigError naming line and
-    column."""
-    return [plausible_number(table, line, column, text, key) for line, text in table.texts(column)]
-
-
 def plausible_number(table: Table, line: int, column: str, text: str, key: str) -> float:
     """Number of a cell in the unit that `key` ends in: its own unit counts first, then the
     heading's.

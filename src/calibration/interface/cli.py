@@ -7,28 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from calibration.errors import CalibrationError
+from calibration.interface.declared import add_commands
 from calibration.runs.snakemake_command import LOGGER, call, rule_names, snakemake_command
 from calibration.study.stage import load_stages
 from dem.errors import DemError
-
-VERIFY = (
-    "Read all results below a folder and say which cannot be trusted: damaged, changed, copied "
-    "from another run, made "
-    "by another engine, or planned from tables and meshes that have changed since."
-)
-RUN = (
-    "Run a study's stages, all of them unless some are named. It is snakemake with the workflow of "
-    "this package, or with that of the current folder where it has one. It shows a line for each "
-    "step; --verbose shows what snakemake says besides. calibration --help lists the stages."
-)
-ALLOW = (
-    "Let a study start what its configuration names: the command of its engine, a folder of "
-    "mechanisms. It is remembered for the current folder and for these very values."
-)
-DECK = (
-    "Pour heaps of an exported deck with its program and hold their angle and profile against the "
-    "calibrated model's."
-)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -57,34 +39,8 @@ def _parser():
     commands = parser.add_subparsers(
         required=True, metavar="command", parser_class=argparse.ArgumentParser
     )
-    verify = commands.add_parser("verify", help="check all results", description=VERIFY)
-    verify.add_argument(
-        "results", type=Path, nargs="?", default=Path("results"), help="folder; results by default"
-    )
-    verify.add_argument(
-        "--repair", action="store_true", help="set aside what is wrong, to be made again"
-    )
-    verify.set_defaults(command=_verify)
-    run = commands.add_parser("run", help="run a study", description=RUN)
-    run.add_argument("study", type=Path, help="folder with config.yaml, or a configuration file")
-    run.add_argument(
-        "arguments",
-        nargs=argparse.REMAINDER,
-        metavar="...",
-        help="-n for a dry run, -j4 for four cores, names of stages, --config resolution=quick for "
-        "a quarter of the grains; any other of snakemake",
-    )
-    run.set_defaults(command=_run)
-    consent = commands.add_parser("allow", help="let a study start code", description=ALLOW)
-    consent.add_argument(
-        "study", nargs="+", metavar="STUDY", help="folder with config.yaml, or configuration files"
-    )
-    consent.set_defaults(command=_allow)
-    deck = commands.add_parser("deck", help="check a deck", description=DECK)
-    deck.add_argument("folder", type=Path, help="of the deck: results/salt/exports/lammps")
-    deck.add_argument("--seeds", type=int, default=8, help="heaps of the check; 8 by default")
-    deck.add_argument("--timeout", type=float, default=1e6, help="of one heap [s]")
-    deck.set_defaults(command=_deck)
+    own = {"verify": _verify, "run": _run, "allow": _allow, "deck": _deck}
+    add_commands(commands, "calibration", own)
     return parser
 
 

@@ -29,7 +29,14 @@ from calibration.files import write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_metric, read_values, together, write_plan
 from calibration.stages import worded
-from calibration.statistics.dimensions import PAPER_RULE, RULES, Rule, ScalingError, factors
+from calibration.statistics.dimensions import (
+    HELD_IN,
+    PAPER_RULE,
+    RULES,
+    Rule,
+    ScalingError,
+    factors,
+)
 from calibration.statistics.numbers import fixed
 from calibration.study.config import Config, given, overlay, point_spec
 from calibration.study.stage import Figure, Plan, Points, Stage
@@ -42,24 +49,6 @@ from dem.units import in_ascii, unit_of
 
 EXPERIMENTS = ("heap", "drop")
 DROPS = 2  # at each scale
-HELD_IN = {
-    "kg/m³": "density",
-    "Pa": "modulus",
-    "kPa": "stress",
-    "J/m³": "cohesion_energy_density",
-    "J/m²": "surface_energy",
-    "N/m": "surface_energy",
-    "N": "force",
-    "Pa·s": "viscosity",
-    "m/s": "velocity",
-    "mm/s": "velocity",
-    "mm": "length",
-    "1/s": "angular_velocity",
-    "°/s": "angular_velocity",
-    "s": "time",
-}
-"""Unit of a run spec's key -> the quantity of `DIMENSIONS` that the key holds."""
-
 COHESION = set().union(*map(keys_of, LAWS["cohesion"].values()))
 NOT_SCALED = ("output", "seed")  # what is written, not what is simulated
 
@@ -337,46 +326,45 @@ def response_statements(runs: pd.DataFrame, margins: Mapping[str, float]) -> lis
     return out
 
 
+POWERS = {
+    "section122.stiffness": ("k_n over R^2 is constant", 2, "stiffness"),
+    "section122.damping": ("c_n over R^2 is constant", 2, "damping_coefficient"),
+    "section122.velocity": ("Velocity is invariant", 0, "impact_speed_m_s"),
+    "section122.restitution": ("The restitution goes as R^2", 2, "effective_restitution"),
+}
+"""Claim of 1.2.2 -> statement, exponent, and the quantity of `probe` or metric of the drop."""
+
+
 def exponent_statements(measured: Mapping[str, float]) -> list[Statement]:
     """The exponents of a contact's constants beside those measured in the engine, enlarged by the
     paper's own rule."""
-    claims = (
-        ("section122.stiffness", "k_n over R^2 is constant", "stiffness"),
-        ("section122.damping", "c_n over R^2 is constant", "damping_coefficient"),
-    )
-    return [
-        _power(name, "1.2.2", text, 2, f"{quantity.replace('_', ' ')} measured in the engine",
-               *[measured[quantity]] * 3)
-        for name, text, quantity in claims
-    ]  # fmt: skip
+    own = [(claim, measured[q]) for claim, (*_, q) in POWERS.items() if q in measured]
+    return [_power(claim, "measured in the engine", found, found, found) for claim, found in own]
 
 
-def _power(name, where, text, printed, what, found, low, high):
-    """`Statement` on the exponent of a quantity, known exactly where its ends are one."""
-    verdict = HOLDS if low - EXACT <= printed <= high + EXACT else FAILS
-    ends = f" (95 %: {fixed(low, 2)} to {fixed(high, 2)})" if low < high else ""
-    return Statement(
-        name, where, text, printed, found, low, high, verdict,
-        f"The {what} goes as h^{fixed(found, 2)}{ends}; printed h^{printed}: the statement "
-        f"{verdict}.",
-    )  # fmt: skip
-
-
-def drop_statements(design: pd.DataFrame, config: Config) -> list[Statement]:
+def drop_statements(design: pd.DataFrame) -> list[Statement]:
     """The exponents of impact speed and restitution over the scale, by a line through the
     logarithms of all drops."""
     drops = design[(design["experiment"] == "drop") & ~design["cohesive"]]
-    drops = drops[drops["rule"] == PAPER_RULE.name]
-    out = []
-    for name, text, printed, metric in (
-        ("section122.velocity", "Velocity is invariant", 0, "impact_speed_m_s"),
-        ("section122.restitution", "The restitution goes as R^2", 2, "effective_restitution"),
-    ):
-        what = metric.removesuffix("_m_s").replace("_", " ")
-        slope = log_slope(drops["scale"], read_metric(drops["run_id"], metric))
-        what = f"{what} of the drop, its rig enlarged alike,"
-        out.append(_power(name, "1.2.2", text, printed, what, *slope))
+    drops, out = drops[drops["rule"] == PAPER_RULE.name], []
+    for claim in ("section122.velocity", "section122.restitution"):
+        values = read_metric(drops["run_id"], POWERS[claim][-1])
+        slope = log_slope(drops["scale"], values)
+        out.append(_power(claim, "of the drop, its rig enlarged alike,", *slope))
     return out
+
+
+def _power(claim, how, found, low, high):
+    """`Statement` on the exponent of a quantity, known exactly where its ends are one."""
+    text, printed, quantity = POWERS[claim]
+    verdict = HOLDS if low - EXACT <= printed <= high + EXACT else FAILS
+    ends = f" (95 %: {fixed(low, 2)} to {fixed(high, 2)})" if low < high else ""
+    what = f"{quantity.removesuffix('_m_s').replace('_', ' ')} {how}"
+    return Statement(
+        claim, "1.2.2", text, printed, found, low, high, verdict,
+        f"The {what} goes as h^{fixed(found, 2)}{ends}; printed h^{printed}: the statement "
+        f"{verdict}.",
+    )  # fmt: skip
 
 
 def log_slope(scale: ArrayLike, value: ArrayLike) -> tuple[float, float, float]:
@@ -405,7 +393,7 @@ def scaling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     }
     statements = [
         *exponent_statements(measured[PAPER_RULE.name]),
-        *drop_statements(design, config),
+        *drop_statements(design),
         *response_statements(design.assign(response=response), margins),
     ]
     write_table(design.assign(response=response), output.runs)

@@ -11,96 +11,36 @@ Sources: Y. T. Feng, K. Han, D. R. J. Owen and J. Loughran, Engineering Computat
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from calibration.errors import CalibrationError
 
-DIMENSIONS: dict[str, tuple[int, int, int]] = {
-    # quantity: powers of mass, length, time
-    "mass": (1, 0, 0),
-    "length": (0, 1, 0),
-    "time": (0, 0, 1),
-    "rig_length": (0, 1, 0),
-    "density": (1, -3, 0),
-    "velocity": (0, 1, -1),
-    "acceleration": (0, 1, -2),
-    "force": (1, 1, -2),
-    "energy": (1, 2, -2),
-    "modulus": (1, -1, -2),
-    "stress": (1, -1, -2),
-    "cohesion_energy_density": (1, -1, -2),
-    "stiffness": (1, 0, -2),
-    "damping_coefficient": (1, 0, -1),
-    "surface_energy": (1, 0, -2),
-    "viscosity": (1, -1, -1),
-    "angular_velocity": (0, 0, -1),
-    "moment_of_inertia": (1, 2, 0),
-    "torque": (1, 2, -2),
-    "rolling_length": (0, 1, 0),
-    "angle": (0, 0, 0),
-    "friction": (0, 0, 0),
-    "restitution": (0, 0, 0),
+QUANTITIES, GROUPS = (
+    pd.read_csv(Path(__file__).with_name(f"{name}.csv"), comment="#", keep_default_na=False)
+    for name in ("dimensions", "groups")
+)
+"""Tables of the quantities known, and of dimensionless groups as powers of them."""
+
+DIMENSIONS = {
+    q: tuple(powers)
+    for q, *powers in QUANTITIES[["quantity", "mass", "length", "time"]].itertuples(index=False)
 }
-"""Powers of mass, length and time of every quantity known; `rig_length` is the apparatus, `length`
-the particle."""
+"""{quantity: its powers of mass, length and time}."""
+
+HELD_IN = {
+    unit: q for q, units in QUANTITIES[["quantity", "units"]].to_numpy() for unit in units.split()
+}
+"""Unit of a run spec's key -> the quantity that the key holds."""
 
 MOST = 60
 """Largest denominator of an exponent."""
 
-GROUPS: dict[str, dict[str, float]] = {
-    # dimensionless group: powers of its quantities
-    "Froude number v2/(g L)": {"velocity": 2, "acceleration": -1, "length": -1},
-    "relative overlap rho v2/E": {"density": 1, "velocity": 2, "modulus": -1},
-    "weight to stiffness rho g L/E": {"density": 1, "acceleration": 1, "length": 1, "modulus": -1},
-    "Bond number gamma/(rho g L2)": {
-        "surface_energy": 1,
-        "density": -1,
-        "acceleration": -1,
-        "length": -2,
-    },
-    "adhesion to stiffness gamma/(E L)": {"surface_energy": 1, "modulus": -1, "length": -1},
-    "cohesion number C/(rho g L)": {
-        "cohesion_energy_density": 1,
-        "density": -1,
-        "acceleration": -1,
-        "length": -1,
-    },
-    "rolling-resistance number l_r/L": {"rolling_length": 1, "length": -1},
-    "particle to rig L/D": {"length": 1, "rig_length": -1},
-}
-"""Dimensionless groups that a model must keep to behave alike, as powers of the quantities in
-`DIMENSIONS`."""
-
 
 class ScalingError(CalibrationError):
     """A scaling rule that does not fix what is asked of it."""
-
-
-class OverdeterminedError(ScalingError):
-    """Held quantities whose exponents contradict each other; `conflict` names the smallest such
-    set."""
-
-    def __init__(self, conflict: Mapping[str, Fraction], demanded: Fraction):
-        self.conflict, self.demanded = dict(conflict), demanded
-        *others, last = self.conflict
-        said = ", ".join(f"{q} ~ h^{a}" for q, a in self.conflict.items())
-        super().__init__(
-            f"the held quantities contradict each other: {said}; given "
-            f"{', '.join(others) or 'no other'}, {last} must go as h^{demanded}"
-        )
-
-
-class UnderdeterminedError(ScalingError):
-    """A quantity whose exponent the held ones leave open; `quantity` and `held` name them."""
-
-    def __init__(self, quantity: str, held: Mapping[str, Fraction]):
-        self.quantity, self.held = quantity, dict(held)
-        super().__init__(
-            f"holding {', '.join(held) or 'nothing'} leaves the exponent of {quantity} open"
-        )
 
 
 @dataclass(frozen=True)
@@ -127,7 +67,8 @@ RULES = {rule.name: rule for rule in (PAPER_RULE, GRAVITY_RULE)}
 
 
 def exponent(quantity: str, held: Mapping[str, float]) -> Fraction:
-    """Exponent of the length factor h in the factor of `quantity`.
+    """Exponent of the length factor h in the factor of `quantity`: that of the product of the held
+    ones which has its dimension.
 
     Parameters
     ----------
@@ -135,17 +76,20 @@ def exponent(quantity: str, held: Mapping[str, float]) -> Fraction:
     held : the quantities held, each with its exponent of h (0: unchanged; length 1: enlarged h
     times)
 
-    Raises
-    ------
-    OverdeterminedError : the held exponents contradict each other
-    UnderdeterminedError : the held quantities do not fix this one
+    Raises ScalingError where the held exponents contradict each other, or do not fix this one.
     """
-    exact = {q: Fraction(a).limit_denominator(MOST) for q, a in held.items()}
-    _check_consistent(exact)
-    found = _exponent(quantity, exact)
-    if found is None:
-        raise UnderdeterminedError(quantity, exact)
-    return found
+    given = np.array(list(held.values()), float)
+    columns, asked = (
+        np.array([DIMENSIONS[q] for q in own], float).T for own in (held, [*held, quantity])
+    )
+    powers = np.linalg.lstsq(columns, asked)[0]
+    *own, found = given @ powers
+    said = ", ".join(f"{q} ~ h^{a}" for q, a in held.items())
+    if not np.allclose(own, given):
+        raise ScalingError(f"the held quantities contradict each other: {said}")
+    if not np.allclose(columns @ powers, asked):
+        raise ScalingError(f"holding {said} leaves the exponent of {quantity} open")
+    return Fraction(float(found)).limit_denominator(MOST)
 
 
 def exponents(held: Mapping[str, float]) -> dict[str, Fraction]:
@@ -162,40 +106,15 @@ def factors(held: Mapping[str, float], h: float) -> dict[str, float]:
 def independent(quantities: list[str]) -> int:
     """Number of independent dimensions among `quantities` (3 are needed to fix a mechanical
     model)."""
-    return int(np.linalg.matrix_rank([DIMENSIONS[q] for q in quantities])) if quantities else 0
+    return int(np.linalg.matrix_rank([DIMENSIONS[q] for q in quantities]))
 
 
-def _check_consistent(held):
-    """Raise `OverdeterminedError`, naming the smallest set of `held` quantities that contradict
-    each other."""
-    for size in range(1, min(len(held), 4) + 1):  # four quantities always depend on one another
-        for subset in combinations(held, size):
-            *others, last = subset
-            demanded = _exponent(last, {q: held[q] for q in others})
-            if demanded not in (None, held[last]):
-                raise OverdeterminedError({q: held[q] for q in subset}, demanded)
-
-
-def group_exponents(settings: Mapping[str, float | Fraction]) -> pd.DataFrame:
-    """Which dimensionless groups an enlarged model keeps.
-
-    Parameters
-    ----------
-    settings : exponent of h actually given to each quantity a group of `GROUPS` needs (see
-    `settings_of`)
-
-    Returns
-    -------
-    DataFrame with columns group, exponent (of h, in the group), kept (exponent is 0)
-    """
-    rows = []
-    for group, powers in GROUPS.items():
-        a = sum(
-            Fraction(power) * Fraction(settings[q]).limit_denominator(MOST)
-            for q, power in powers.items()
-        )
-        rows.append({"group": group, "exponent": a, "kept": a == 0})
-    return pd.DataFrame(rows)
+def group_exponents(settings: Mapping[str, Fraction]) -> pd.DataFrame:
+    """Table of the dimensionless groups of an enlarged model: group, exponent (of h, in the group),
+    kept (exponent is 0). settings: exponent of h of each quantity, see `settings_of`."""
+    parts = GROUPS.assign(exponent=GROUPS["power"] * GROUPS["quantity"].map(settings))
+    table = parts.groupby("group", sort=False)["exponent"].agg(sum).reset_index()
+    return table.assign(kept=table["exponent"] == 0)
 
 
 def settings_of(rule: Rule, unscaled: tuple[str, ...] = ()) -> dict[str, Fraction]:
@@ -206,14 +125,3 @@ def settings_of(rule: Rule, unscaled: tuple[str, ...] = ()) -> dict[str, Fractio
     asks for it: naming them in `unscaled` shows with `group_exponents` what that breaks.
     """
     return exponents(rule.held) | dict.fromkeys(unscaled, Fraction(0))
-
-
-def _exponent(quantity: str, held: Mapping[str, Fraction]) -> Fraction | None:
-    """Exponent of a quantity by that product of the held ones which has its dimension; None where
-    no product has."""
-    target = np.array(DIMENSIONS[quantity], float)
-    columns = np.array([DIMENSIONS[q] for q in held], float).reshape(-1, 3).T
-    powers = np.linalg.lstsq(columns, target)[0]
-    if not np.allclose(columns @ powers, target):
-        return None
-    return Fraction(float(powers @ np.array(list(held.values()), float))).limit_denominator(MOST)

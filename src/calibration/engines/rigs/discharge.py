@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from calibration.engines import NO_GRAINS, bed
+from calibration.engines.family import Code
 from calibration.engines.program import read_dump, state_of
-from calibration.engines.rigs import Dialect
 from calibration.engines.templates import words
 from dem.experiments import discharge as own
 from dem.experiments import outflow
@@ -20,18 +20,18 @@ from dem.grains.sizes import mean_radius
 from dem.spec import RunSpec
 
 
-def deck(spec: RunSpec, dialect: Dialect, folder: Path) -> str:
+def deck(spec: RunSpec, code: Code, folder: Path) -> str:
     """Text of the deck of a `RunSpec`; its grains and walls are written into `folder`."""
     silo = own.Silo(spec.geometry)
     grains, top = bed.filled(spec, silo.radius, silo.shoulder)
     walls, side = silo.walls(top), silo.radius + bed.ROOM
     low = -own.OUT * 2.0 * mean_radius(spec)
-    text = bed.start(spec, grains, dialect, folder, (-side, -side, low), (side, side, top))
-    text += dialect.walls(walls, folder) + bed.settle(spec, grains)
+    text = bed.start(spec, grains, code, folder, (-side, -side, low), (side, side, top))
+    text += code.walls(walls, folder) + bed.settle(spec, grains)
     pause = pause_of(spec)
     looks = round(spec.numerics.max_time_s / pause) + 2
     flow = words("family").flow(looks, bed.steps(spec, pause), outflow.QUIET)
-    return text + dialect.remove(walls, "gate") + flow
+    return text + code.remove(walls, "gate") + flow
 
 
 class _Outflow:

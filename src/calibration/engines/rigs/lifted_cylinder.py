@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from calibration.engines import bed
+from calibration.engines.family import Code
 from calibration.engines.program import read_dump, state_of, time_of
-from calibration.engines.rigs import Dialect
 from calibration.engines.templates import words
 from dem.experiments import lifted_cylinder as own
 from dem.experiments.phases import RESTS
@@ -21,7 +21,7 @@ CLEAR = 1.2
 """Depths of the grains by which the cylinder rises."""
 
 
-def deck(spec: RunSpec, dialect: Dialect, folder: Path) -> str:
+def deck(spec: RunSpec, code: Code, folder: Path) -> str:
     """Text of the deck of a `RunSpec`; its grains and walls are written into `folder`."""
     rig = own.Rig(spec)
     grains, top = bed.filled(spec, rig.radius, 0.0)
@@ -29,12 +29,12 @@ def deck(spec: RunSpec, dialect: Dialect, folder: Path) -> str:
     speed, look = 1e-3 * spec.geometry.lift_speed_mm_s, bed.steps(spec, pause)
     side, height = 1.5 * rig.plate, (1.0 + CLEAR) * top + speed * pause + bed.ROOM
     low, high = (-side, -side, -own.LOST_BELOW * rig.plate), (side, side, height)
-    text = bed.start(spec, grains, dialect, folder, low, high)
-    text += dialect.walls(rig.walls(top), folder, moves="cylinder")
+    text = bed.start(spec, grains, code, folder, low, high)
+    text += code.walls(rig.walls(top), folder, moves="cylinder")
     text += bed.settle(spec, grains)
     text += words("family").lift(
         CLEAR / speed / (look * time_step_of(spec)), look,
-        dialect.lift("cylinder", speed), dialect.hold("cylinder"),
+        code.words.lift("cylinder", speed), code.words.hold("cylinder"),
     )  # fmt: skip
     looks = max(round(spec.numerics.max_time_s / pause), 1)
     text += words("family").until("rest", look, looks, RESTS * grains.lift_energy, 0)

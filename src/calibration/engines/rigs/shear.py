@@ -15,8 +15,9 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from calibration.engines import EngineError, bed
 from calibration.engines.conversion import granulate
+from calibration.engines.family import Code
 from calibration.engines.program import read_dump, state_of
-from calibration.engines.rigs import Dialect, Lid
+from calibration.engines.rigs import Lid
 from calibration.engines.templates import words
 from dem.constants import GRAVITY
 from dem.experiments import phases
@@ -25,7 +26,6 @@ from dem.experiments.setup import time_step_of
 from dem.grains.sizes import draw_radii, fall_time, largest_reach, mean_radius
 from dem.spec import RunSpec
 
-NEEDS = ("load", "height", "turn", "stop", "watch")
 AT_REST = 1e-4
 """Energy at which the grains rest, of what lifts each by its radius [-]; as `own.Ring.rest`."""
 PARTS = 20
@@ -73,7 +73,7 @@ class Cell(own.Ring):
         return max(round(1e-3 * path_mm / speed / time_step_of(self.spec) / own.STRETCHES), 1)
 
 
-def deck(spec: RunSpec, dialect: Dialect, folder: Path) -> str:
+def deck(spec: RunSpec, code: Code, folder: Path) -> str:
     """Text of the deck of a `RunSpec`; its grains and walls are written into `folder`."""
     cell, g = Cell(spec), spec.geometry
     before = cell.force(g.preshear_normal_stress_kPa or g.normal_stress_kPa)
@@ -82,19 +82,17 @@ def deck(spec: RunSpec, dialect: Dialect, folder: Path) -> str:
     lid = Lid("lid", cell.top, cell.weight, cell.mass, cell.mobility, GRAVITY * cell.fall_time)
     return "".join(
         [
-            bed.start(
-                spec, cell.sim, dialect, folder, (-side, -side, -bed.ROOM), (side, side, high)
-            ),
-            dialect.walls(cell.walls, folder, lid=lid),
+            bed.start(spec, cell.sim, code, folder, (-side, -side, -bed.ROOM), (side, side, high)),
+            code.walls(cell.walls, folder, lid=lid),
             words("family").energy(),
             _rest(cell, "filled", own.FILLED),
-            _load(cell, dialect, lid, "pressed", cell.weight, before),
+            _load(cell, code, lid, "pressed", cell.weight, before),
             _rest(cell, "compact", own.PRESSED),
-            _shear(cell, dialect, "preshear", g.preshear_displacement_mm),
-            _load(cell, dialect, lid, "relieved", before, test),
+            _shear(cell, code, "preshear", g.preshear_displacement_mm),
+            _load(cell, code, lid, "relieved", before, test),
             _rest(cell, "ready", own.RELIEVED),
-            words("family").height(dialect.height(lid)),  # type: ignore[misc]
-            _shear(cell, dialect, "shear", g.shear_displacement_mm),
+            words("family").height(code.words.height(lid)),  # type: ignore[misc]
+            _shear(cell, code, "shear", g.shear_displacement_mm),
             words("family").dump("end"),
         ]
     )
@@ -106,14 +104,14 @@ def _rest(cell, label, limit):
     return words("family").until(label, step, looks, calm, round(phases.SOONEST / phases.LOOK))
 
 
-def _load(cell, dialect, lid, label, now, wanted):
+def _load(cell, code, lid, label, now, wanted):
     steps = bed.steps(cell.spec, own.RAMP / PARTS * cell.fall_time)
-    return words("family").load(label, PARTS, now, wanted - now, dialect.load(lid), steps)
+    return words("family").load(label, PARTS, now, wanted - now, code.words.load(lid), steps)
 
 
-def _shear(cell, dialect, label, path_mm):
-    steps, turn = cell.stretch(path_mm), dialect.turn("trough", cell.rate)
-    watch, stop = dialect.watch(label, "lid", steps), dialect.stop("trough")
+def _shear(cell, code, label, path_mm):
+    steps, turn = cell.stretch(path_mm), code.words.turn("trough", cell.rate)
+    watch, stop = code.words.watch(label, "lid", steps), code.words.stop("trough")
     return words("family").shear(label, steps, steps * own.STRETCHES, turn, watch, stop)
 
 

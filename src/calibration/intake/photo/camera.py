@@ -9,9 +9,10 @@ picture.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from PIL import Image
@@ -53,52 +54,43 @@ def view_of(camera: str | None, plumb: str | None, focal: str | None) -> View:
         raise CalibrationError("--camera and --plumb: one of them tells how the camera stood")
     if focal and not (camera or plumb):
         raise CalibrationError(f"--focal {focal}: goes with --camera or --plumb")
-    place = _place(camera) if camera else None
-    return View(place, _plumb(plumb) if plumb else None, _focal(focal) if focal else None)
+    return View(
+        told("camera", camera, _place, "is no place; allowed: its distance from the heap's middle, "
+             "then its height above the base, such as 600mm/150mm"),
+        told("plumb", plumb, _plumb, "is no plumb line; allowed: two of its points in pixels from "
+             "the picture's upper left corner, 100 or more apart, such as 310,200/342,2400"),
+        told("focal", focal, _focal, f"is no focal length; allowed: {FOCAL_MM[0]:g} to "
+             f"{FOCAL_MM[1]:g} mm, as of 35 mm film"),
+    )  # fmt: skip
+
+
+def told(option: str, text: str | None, read: Callable[[str], Any], allowed: str) -> Any:
+    """What read(text) gives of an option, None of one that was not given. Raises CalibrationError
+    where that is None, or fails."""
+    try:
+        found = read(text) if text else None
+    except (UnitError, ValueError, ZeroDivisionError):
+        found = None
+    if text and found is None:
+        raise CalibrationError(f"--{option} {text}: {allowed}")
+    return found
 
 
 def _place(text):
     distance, _, height = text.replace("/", ";").partition(";")
-    try:
-        found = said_number(distance, "mm"), said_number(height, "mm")
-    except UnitError:
-        found = (0.0, 0.0)
-    if not (1.0 <= found[0] <= 1e5 and 0.0 <= found[1] <= 1e5):
-        raise CalibrationError(
-            f"--camera {text}: is no place; allowed: its distance from the heap's middle, then its "
-            "height above the base, such as 600mm/150mm"
-        )
-    return found
+    found = said_number(distance, "mm"), said_number(height, "mm")
+    return found if 1.0 <= found[0] <= 1e5 and 0.0 <= found[1] <= 1e5 else None
 
 
 def _plumb(text):
-    try:
-        points = tuple(
-            tuple(float(number) for number in point.split(",")) for point in text.split("/")
-        )
-        (xa, ya), (xb, yb) = points
-    except ValueError:
-        xa = xb = ya = yb = math.nan
-        points = ()
-    if not abs(yb - ya) >= max(100.0, 2.0 * abs(xb - xa)):
-        raise CalibrationError(
-            f"--plumb {text}: is no plumb line; allowed: two of its points in pixels from the "
-            "picture's upper left corner, 100 or more apart, such as 310,200/342,2400"
-        )
-    return points
+    (xa, ya), (xb, yb) = ((float(x) for x in point.split(",")) for point in text.split("/"))
+    long = abs(yb - ya) >= max(100.0, 2.0 * abs(xb - xa))
+    return ((xa, ya), (xb, yb)) if long else None
 
 
 def _focal(text):
-    try:
-        found = in_unit(text, "mm")
-    except UnitError:
-        found = math.nan
-    if not FOCAL_MM[0] <= found <= FOCAL_MM[1]:
-        raise CalibrationError(
-            f"--focal {text}: is no focal length; allowed: {FOCAL_MM[0]:g} to {FOCAL_MM[1]:g} mm, "
-            "as of 35 mm film"
-        )
-    return found
+    found = in_unit(text, "mm")
+    return found if FOCAL_MM[0] <= found <= FOCAL_MM[1] else None
 
 
 @dataclass(frozen=True)

@@ -7,17 +7,36 @@ from pathlib import Path
 import pandas as pd
 from PIL import ImageDraw, ImageFont
 
-from calibration.errors import CalibrationError
+from calibration.errors import CalibrationError, ConfigError
 from calibration.files import replacing, write_table
 from calibration.intake.measurements import readings_table
 from calibration.intake.numbers_with_units import said_number
-from calibration.intake.photo.camera import View, read_low
+from calibration.intake.photo.camera import View, read_low, told, view_of
 from calibration.intake.photo.measure import LEVEL, HeapPhoto, measure_photo, open_picture
-from calibration.intake.photo_names import FIT, refuse_twice, without_fits
 from calibration.intake.tables import summary
-from dem.units import UnitError
+from dem.io.checked import digest_of
 
+FIT = ".fit.png"
+"""Ending of the picture of a fit, which stands beside its photograph."""
 OUTLINE, FLANK, BASE = (255, 210, 0), (214, 40, 40), (30, 120, 220)
+
+
+def read_photos(paths: Sequence[Path], view: View = LEVEL) -> tuple[list[HeapPhoto], list[str]]:
+    """(photographs as they were read, sentences): pictures of fits, which a pattern such as *.png
+    catches too, are left out and named. Raises CalibrationError where nothing else is given, and
+    for a photograph that is given twice, under another name too: it is no second reading."""
+    kept = [p for p in paths if not p.name.endswith(FIT)]
+    left = [p.name for p in paths if p not in kept]
+    said = f"left out, as pictures of a fit: {', '.join(left)}"
+    if not kept:
+        raise CalibrationError(f"{said}; allowed: the photographs beside them")
+    seen: dict[str, Path] = {}
+    for path in (p for p in kept if p.is_file()):  # what cannot be read is told by its reader
+        first = seen.setdefault(digest_of(path), path)
+        if first is not path:
+            reason = f"is the same photograph as {first}"
+            raise ConfigError(reason, path=path, allowed="each heap once")
+    return [measure_photo(p, view) for p in kept], [said] if left else []
 
 
 def measure_photos(
@@ -25,20 +44,22 @@ def measure_photos(
     out: Path | None = None,
     scale: str | None = None,
     shown: Path | None = None,
-    view: View = LEVEL,
+    camera: str | None = None,
+    plumb: str | None = None,
+    focal: str | None = None,
 ) -> list[str]:
     """Lines to print: each photograph's angle, then all of them. Writes the table `out` and a
     picture a photo.
 
-    scale: a length over its pixels, `100mm/830`; view: how the camera stood, where it was told.
-    Raises CalibrationError.
+    scale: a length over its pixels, `100mm/830`; camera, plumb, focal: how the camera stood, as
+    `view_of` takes it. Raises CalibrationError.
     """
+    view = view_of(camera, plumb, focal)
     if out is not None and out.exists():
         raise CalibrationError(f"{out}: exists already")
-    per_pixel = _mm_per_pixel(scale) if scale else None
-    names, lines = without_fits([Path(p) for p in paths])
-    refuse_twice(names)
-    photos, heights = [measure_photo(p, view) for p in names], []
+    per_pixel = told("scale", scale, _mm_per_pixel, "is no length over pixels; allowed: 100mm/830")
+    photos, lines = read_photos([Path(p) for p in paths], view)
+    heights = []
     for photo in photos:
         fit = (shown or photo.path.parent) / f"{photo.path.stem}{FIT}"
         draw_fit(photo, fit)
@@ -83,13 +104,8 @@ def _table(photos, heights):
 
 def _mm_per_pixel(scale):
     length, _, pixels = scale.rpartition("/")
-    try:
-        found = said_number(length, "mm") / float(pixels)
-    except (UnitError, ValueError, ZeroDivisionError):
-        found = 0.0
-    if not 0.0 < found < 1e3:
-        raise CalibrationError(f"--scale {scale}: is no length over pixels; allowed: 100mm/830")
-    return found
+    found = said_number(length, "mm") / float(pixels)
+    return found if 0.0 < found < 1e3 else None
 
 
 def draw_fit(photo: HeapPhoto, out: str | Path) -> None:

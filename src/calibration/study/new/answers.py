@@ -9,14 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from calibration.errors import CalibrationError
-from calibration.study.new.methods import Answer, Entry, Method, Question, methods
-from calibration.study.new.methods.declare import spread_of
-from dem.units import behind, has_unit, in_ascii, unit_of
+from calibration.study.new.methods import Answer, Entry, Method, Question, function_of, methods
+from calibration.study.new.methods.declare import fault, refusal, spread_of
+from dem.units import has_unit, in_ascii, unit_of
 
 ENOUGH = 3
 """Loads or heights with a single reading each from which on these show their scatter."""
 LEAST = 0.01  # of a single reading: none is better known by such a scatter
-FAR = 2.0  # largest over smallest reading of a test from which on it is asked about
 
 
 @dataclass(frozen=True)
@@ -47,9 +46,7 @@ def read_entries(raws: Iterable[Raw]) -> list[Entry]:
         if entry and len(faults) == before:  # what could not be read is no lack of readings
             entries.append(entry)
     found = _with_scatter(entries)
-    for entry in found:
-        faults += _spread_faults(entry)
-    faults += _twice(found)
+    faults += [told for entry in found if (told := _spread_fault(entry))] + _twice(found)
     if faults:
         raise Faults(faults)
     return found
@@ -58,8 +55,7 @@ def read_entries(raws: Iterable[Raw]) -> list[Entry]:
 def _entry(raw, faults):
     method = methods().get(raw.method)
     if method is None:
-        known = ", ".join(methods())
-        faults.append(f"{raw.place}: {raw.method} is no test method; allowed: {known}")
+        faults.append(fault("no_method", raw.place, raw.method, methods()))
         return None
     answers = {
         k: own for k, texts in raw.answers.items() if (own := _read(method, k, texts, raw, faults))
@@ -68,10 +64,7 @@ def _entry(raw, faults):
         if q.needed and not raw.answers.get(q.key):
             by_itself = q.option and all(p.option for p in method.asked if p.key in raw.answers)
             option = by_itself and raw.place.startswith("option ")
-            faults.append(
-                f"{f'option --{q.option}' if option else f'{raw.place}: {q.key}'} is missing; "
-                f"allowed: {q.text} ({q.allowed}), such as {q.example}"
-            )
+            faults.append(fault("missing", raw.place, q, option))
     faults += _uneven(method, answers, raw)
     return Entry(method, answers)
 
@@ -80,27 +73,22 @@ def _read(method, key, texts, raw, faults):
     """[Answer] of a question's texts; what cannot be read goes to `faults`."""
     q = _question(method, key, raw.answers)
     if q is None:
-        near = difflib.get_close_matches(key, [q.key for q in method.asked], n=1)
-        hint = f" (did you mean {near[0]}?)" if near else ""
-        known = ", ".join(q.key for q in method.asked)
-        faults.append(
-            f"{texts[0][1]}: {key} is no question of {method.name}{hint}; allowed: {known}"
-        )
+        known = [q.key for q in method.asked]
+        near = difflib.get_close_matches(key, known, n=1)
+        faults.append(fault("no_question", texts[0][1], key, method, near, known))
         return []
     found = []
     for text, place in texts:
         if text.strip() in (*(q.key for q in method.asked), "="):
-            faults.append(f"{place}: stands by itself; allowed: {text.strip(' =') or 'key'}=VALUE "
-                          "in one word, without spaces")  # fmt: skip
+            faults.append(fault("alone", place, text.strip(" =")))
             continue
         try:
             found.append(Answer(text.split(" [")[0].strip(), q.read(text), place))
         except CalibrationError as error:
-            said = str(error)
-            faults.append(f"{place}: {said.removeprefix(f'{text.strip()}: ')}"
-                          if place.endswith(text) else f"{place}: {said}")  # fmt: skip
+            own = f"{text.strip()}: " if place.endswith(text) else ""
+            faults.append(f"{place}: {str(error).removeprefix(own)}")
     if len(found) > 1 and not q.reading:
-        faults.append(f"{found[1].place}: {key} is answered twice; allowed: one answer")
+        faults.append(fault("answered_twice", found[1].place, key))
     return found
 
 
@@ -123,8 +111,7 @@ def _uneven(method, answers, raw):
     together = [] if method.becomes else method.readings
     counts = {q.key: len(answers.get(q.key, ())) for q in together if q.needed or q.key in answers}
     if len(together) > 1 and len(set(counts.values())) > 1:
-        told = ", ".join(f"{n} of {key}" for key, n in counts.items())
-        return [f"{raw.place}: {told}; allowed: as many of each"]
+        return [fault("uneven", raw.place, counts)]
     return []
 
 
@@ -132,51 +119,21 @@ def _readings(entry):
     return next((entry.answers[q.key] for q in entry.method.readings if q.key in entry.answers), [])
 
 
-def _spread_faults(entry):
+def _spread_fault(entry):
     """A single reading says nothing of its error, and several say it themselves."""
-    if not entry.method.becomes:
-        return []
-    read, sd, n = _readings(entry), entry.values("sd"), entry.values("n")
+    method, read = entry.method, _readings(entry)
+    sd, n, several = entry.values("sd"), entry.values("n"), len(read) > 1
+    if not method.becomes:
+        return None
     if len(read) == 1 and not sd:
-        return [
-            f"{_told(read[0])} is one reading without a spread; allowed: a second reading, or sd "
-            f"beside it (by how much single readings scatter: their standard deviation) and, where "
-            f"it is a mean, n (of how many){_or_several(entry.method)}"
-        ]
+        return fault("no_spread", _told(read[0]), ENOUGH, method.under if method.scatter else "")
     if sd and not sd[0] < read[0].value:
-        return [
-            f"{entry.place('sd')}: single readings of {read[0].value:g} would scatter by "
-            f"{sd[0]:g}; allowed: less than the reading itself"
-        ]
-    if len(read) > 1 and len({a.value for a in read}) == 1 and not (sd or n):
-        return [
-            f"{_told(read[-1])}: {len(read)} readings of {read[0].value:g} tell nothing of their "
-            f"scatter; allowed: readings that are finer, or one of them with sd (half a step of "
-            f"the scale, at least) and n={len(read)}"
-        ]
-    if len(read) > 1 and (sd or n):
-        return [
-            f"{entry.place('sd' if sd else 'n')}: {len(read)} readings have their own spread; "
-            "allowed: readings alone, or one mean with sd and n"
-        ]
-    return []
-
-
-def far_apart(values: Sequence[float], unit: str | None) -> str:
-    """A question about readings (n,) > 0 of one test of which the largest is more than FAR times
-    the smallest; empty for others."""
-    low, high = min(values), max(values)
-    if high <= FAR * low:
-        return ""
-    return (
-        f"your readings reach from {low:g} to {high:g}{behind(unit)}: are all of this test and "
-        "this material? The study takes them as its scatter"
-    )
-
-
-def _or_several(method):
-    q = method.question(method.under) if method.scatter else None
-    return f"; or a reading under each of {ENOUGH} values of {q.key} or more" if q else ""
+        return fault("wide_spread", entry.place("sd"), read[0].value, sd[0])
+    if several and len({a.value for a in read}) == 1 and not (sd or n):
+        return fault("alike", _told(read[-1]), len(read), read[0].value)
+    if several and (sd or n):
+        return fault("two_spreads", entry.place("sd" if sd else "n"), len(read))
+    return None
 
 
 def _with_scatter(entries):
@@ -191,7 +148,8 @@ def _with_scatter(entries):
         under = np.array([out[k].value(method.under) for k in own], float)
         read = np.array([out[k].value(first) for k in own], float)
         text = f"scatter about {method.scatter_about.format(n=len(own))}"
-        for k, sd in zip(own, np.maximum(method.scatter(under, read), LEAST * read), strict=True):
+        found = np.maximum(function_of(method.scatter)(under, read), LEAST * read)
+        for k, sd in zip(own, found, strict=True):
             answer = Answer(text, float(f"{sd:.6g}"), text)
             out[k] = Entry(method, dict(out[k].answers) | {"sd": [answer]})
     return out
@@ -212,18 +170,11 @@ def _twice(entries):
         if own in seen and not (under and own[1] is None):
             first = next(iter(seen[own].answers.values()))[0].place
             here = next(iter(entry.answers.values()), [Answer("", "", entry.method.title)])[0].place
-            faults.append(
-                f"{here}: {entry.method.name} stands at {first} already{_at(entry)}; allowed: one "
-                "test, with all its readings"
-            )
+            q = entry.method.question(under)
+            at = f"{own[1]:g} {unit_of(q.unit)}" if q else ""
+            faults.append(fault("told_twice", here, entry.method.name, first, q, at))
         seen[own] = entry
     return faults
-
-
-def _at(entry):
-    """', load 2 kPa' of a test with several rigs."""
-    q = entry.method.question(entry.method.under)
-    return f", {q.key} {entry.value(q.key):g} {unit_of(q.unit)}" if q else ""
 
 
 _PARTS = re.compile(r"\s*[x×*]\s*")
@@ -245,7 +196,7 @@ def words_of(method: Method, words: Iterable[str], place: str) -> Raw:
         else:
             whole = len(readings) > 1 and len(_PARTS.split(word)) in _lengths(readings)
             for one in [word] if whole else separate(word):
-                _row(method, readings, one, f"{place} {word}", answers)
+                _row(readings, one, f"{place} {word}", answers)
     return Raw(method.name, answers, place)
 
 
@@ -254,7 +205,7 @@ def _lengths(readings):
     return (len(readings), sum(q.needed for q in readings))
 
 
-def _row(method, readings, word, place, answers):
+def _row(readings, word, place, answers):
     """Put the columns of one row where they belong; a unit behind the last counts for all. Raises
     CalibrationError for a row of another length."""
     if len(readings) < 2:
@@ -262,11 +213,8 @@ def _row(method, readings, word, place, answers):
         return
     parts = _PARTS.split(word)
     if len(parts) not in _lengths(readings):
-        columns = " x ".join(q.key for q in readings)
-        raise CalibrationError(
-            f"{place}: has {len(parts)} of {len(readings)} numbers; allowed: {columns} in one "
-            f"word, a word a grain, such as {'x'.join(q.example.split()[0] for q in readings)}mm"
-        )
+        columns, example = zip(*((q.key, q.example.split()[0]) for q in readings), strict=True)
+        raise refusal("short_row", place, len(parts), columns, example)
     unit = re.sub(r"^[\d.,\s+-]+", "", parts[-1])
     for q, part in zip(readings, parts, strict=False):
         bare = not re.search(r"[A-Za-zµ%°]", part)
@@ -281,11 +229,8 @@ def separate(text: str) -> list[str]:
         return [t for part in text.split(";") if (t := part.strip())]
     parts = text.split(",")
     if len(parts) > 3 and len(parts) % 2 == 0 and all(p.strip().isdigit() for p in parts):
-        decimals = ", ".join(f"{a}.{b}" for a, b in zip(parts[::2], parts[1::2], strict=True))
-        raise CalibrationError(
-            f"{text}: can be read in two ways, {decimals} or {', '.join(parts)}; allowed: spaces "
-            "or semicolons between the readings"
-        )
+        decimals = [f"{a}.{b}" for a, b in zip(parts[::2], parts[1::2], strict=True)]
+        raise refusal("two_ways", text, parts, decimals)
     if len(parts) > 2 or (len(parts) == 2 and any("." in p for p in parts)):
         thousands = all(re.fullmatch(r"\d{3}", p) for p in parts[1:])
         return [text] if thousands else [t for p in parts if (t := p.strip())]

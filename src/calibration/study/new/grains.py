@@ -8,9 +8,10 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from calibration.errors import CalibrationError, ConfigError
-from calibration.intake.numbers_with_units import plausible_numbers
+from calibration.errors import ConfigError
+from calibration.intake.numbers_with_units import plausible_number
 from calibration.intake.tables import read_table
+from calibration.study.new.methods.declare import refusal
 from calibration.study.new.reading_tables import with_points
 from dem.grains.clump import MAX_SPHERES, shape_of
 
@@ -51,14 +52,9 @@ class Grains:
     """Grains that are simulated at most in the rig that leads."""
 
     @property
-    def fine(self) -> bool:
-        """Whether grains of this size stick when dry."""
-        return self.diameter_mm < FINE_MM
-
-    @property
     def sticky(self) -> bool:
-        """Whether the study needs a law of cohesion."""
-        return bool(self.moist) or self.fine
+        """Whether the study needs a law of cohesion: moist grains, and such as stick when dry."""
+        return bool(self.moist) or self.diameter_mm < FINE_MM
 
     @property
     def longest(self) -> float:
@@ -137,10 +133,7 @@ def _rod(length, across):
     radius = 0.5 * across
     number = 1 + 2 * math.ceil((0.5 * length - NARROW_END * radius) / (STEP * radius))
     if number > MAX_SPHERES:
-        raise CalibrationError(
-            f"a grain {length / across:.1f} times as long as wide takes {number} spheres; allowed: "
-            f"{MAX_SPHERES}. A mesh of it can be tried by dem clump, with spheres further apart"
-        )
+        raise refusal("long_rod", length / across, number, MAX_SPHERES)
     wanted = 0.5 * (length * across**2) ** (1.0 / 3.0)  # radius of the sphere of its volume
     low, high = NARROW_END * radius, radius
     for _ in range(BISECTIONS):
@@ -160,10 +153,7 @@ def _line(length, radius, end, number):
 def _disc(a, b, c):
     radius = 0.5 * c
     if a > FLATTEST * c:
-        raise CalibrationError(
-            f"a flake of {a:g} x {b:g} x {c:g} mm is {a / c:.1f} times as long as thick; allowed: "
-            f"{FLATTEST:g}. Measure it as a mesh (STL) and fill that by dem clump"
-        )
+        raise refusal("thin_flake", a, b, c, FLATTEST)
     turns = (2.0 * math.pi * k / RING for k in range(RING))
     ring = [(0.5 * (a - c) * math.cos(t), 0.5 * (b - c) * math.sin(t)) for t in turns]
     return ((0.0, 0.0, 0.0, radius), *((round(x, 5), round(y, 5), 0.0, radius) for x, y in ring))
@@ -234,8 +224,7 @@ def size_distribution(
 def _distribution(path, sizes, shares):
     total = sum(shares)
     if abs(total - 100) > 1 or min(shares) < 0:
-        near = "; are they shares of 1?" if abs(total - 1) < 0.01 else ""
-        raise CalibrationError(f"{path}: the fractions make {total:g} %; allowed: 100 %{near}")
+        raise refusal("no_whole", path, total)
     kept = [(d, s / total) for d, s in zip(sizes, shares, strict=True) if s > 0]
     fractions = [round(s, 6) for _, s in kept]
     fractions[-1] = round(1.0 - sum(fractions[:-1]), 6)
@@ -251,7 +240,10 @@ def _sieved(path):
     for needed in ("diameter_mm", share):
         if needed not in columns:
             table.require(needed)
-    sizes = plausible_numbers(table, columns["diameter_mm"], "diameter_mm")
+    sizes = [
+        plausible_number(table, line, columns["diameter_mm"], text, "diameter_mm")
+        for line, text in table.texts(columns["diameter_mm"])
+    ]
     for (line, _), size in zip(table.rows, sizes, strict=True):
         # what passes no sieve may stand beside the pan, a sieve of 0
         if size < 0 or (size == 0 and not passing):
@@ -289,31 +281,15 @@ def _between_sieves(path, sieves, passing):
     and what passes the one and not the other. The sieves may stand in either order."""
     rows = sorted(zip(sieves, passing, strict=True))
     if twice := next((a[0] for a, b in pairwise(rows) if a[0] == b[0]), None):
-        raise CalibrationError(
-            f"{path}: the sieve of {twice:g} mm stands twice; allowed: a row for each sieve"
-        )
+        raise refusal("sieve_twice", path, twice)
     if any(b[1] < a[1] for a, b in pairwise(rows)):
-        raise CalibrationError(
-            f"{path}: less passes a wider sieve than a narrower one; allowed: passing_percent that "
-            f"rises with diameter_mm (mass_percent where each row is a size)"
-        )
+        raise refusal("falling_sieves", path)
     if rows[0][1] > 0:
-        finest = f"{rows[0][0]:g} mm"
-        raise CalibrationError(
-            f"{path}: {rows[0][1]:g} % pass the finest sieve ({finest}), and no size is known of "
-            f"them; allowed: a last row with 0 %, such as that of the pan at the finest grain"
-        )
+        raise refusal("below_finest", path, rows[0][1], rows[0][0])
     if rows[-1][1] < 99:
-        near = "; are they shares of 1?" if abs(rows[-1][1] - 1) < 0.01 else ""
-        raise CalibrationError(
-            f"{path}: {rows[-1][1]:g} % pass the widest sieve ({rows[-1][0]:g} mm), and no size is "
-            f"known of the rest; allowed: a row with 100 %, the sieve that all of it passes{near}"
-        )
+        raise refusal("above_widest", path, rows[-1][1], rows[-1][0])
     if rows[0][0] == 0 and len(rows) > 1 and rows[1][1] > 0:
-        raise CalibrationError(
-            f"{path}: {rows[1][1]:g} % pass the finest sieve ({rows[1][0]:g} mm) into the pan, "
-            "whose size is 0; allowed: the size of the finest grain in its place"
-        )
+        raise refusal("into_the_pan", path, rows[1][1], rows[1][0])
     sizes = [round(math.sqrt(a[0] * b[0]), 4) for a, b in pairwise(rows)]
     return sizes, [b[1] - a[1] for a, b in pairwise(rows)]
 

@@ -20,6 +20,7 @@ From 70 % on a funnel packs in some runs and not in others, and the angles come 
 RAYLEIGH = 0.4  # Rayleigh times in a time step, at most
 IMPACT_STEPS = 5.5  # that an impact on the plate lasts at least; the engine warns below 5
 ROOM = 5.0  # deg by which a heap may be steeper than the measured one and not touch the orifice
+QUICK_WIDER = COARSER["quick"] ** (1 / 3)  # grains of the quick profile, times as wide
 STEEL = Material(7800.0, 8.0e10, 0.3)
 
 
@@ -32,6 +33,19 @@ def roomy_height(plate_mm: float, rim_mm: float, angle_deg: float) -> int:
     """Lowest orifice [mm] that a heap by ROOM steeper than the angle does not touch; it stands on
     the rim."""
     return math.ceil(rim_mm + cone_height(plate_mm, angle_deg + ROOM))
+
+
+def steady_fraction(
+    most: float, radius: float, material: Material, pressure: float, restitution: float,
+    longest: float = math.inf,
+) -> float:  # fmt: skip
+    """Rayleigh times in a time step, `most` or fewer, at which grains under a pressure [Pa] come to
+    rest; longest: a step [s] that it may have as well. radius: of the smallest grain [m]."""
+    contact = ContactParameters(restitution, 0.0)
+    step = min(pressed_step(radius, material, contact, pressure, Laws()), longest)
+    m = material
+    rayleigh = rayleigh_time(radius, m.density, m.shear_modulus, m.poisson_ratio)
+    return min(most, math.floor(100 * step / rayleigh) / 100)
 
 
 @dataclass(frozen=True)
@@ -48,7 +62,7 @@ class Heap:
     poisson_ratio: float = 0.25
     mass_flow_g_s: float | None = None  # poured in a second, where the laboratory measured it
     plate_rim_height_mm: float = 0.0
-    least_restitution: float | None = None  # between grains, of those that are tried
+    least_restitution: float = 0.2  # between grains, of those that are tried
 
     @property
     def apex_mm(self) -> float:
@@ -87,7 +101,7 @@ class Heap:
         quick profile's grains, so that the same mass in a second passes in that profile too."""
         if self.mass_flow_g_s is None:
             own = 1e-3 * self.diameter_mm
-            passes = min(self._passes(own), self._passes(own * COARSER["quick"] ** (1 / 3)))
+            passes = min(self._passes(own), self._passes(own * QUICK_WIDER))
             return FEED * passes / self._grain
         return self.mass_flow_g_s / (1e3 * self.density_kg_m3 * self._grain)
 
@@ -103,16 +117,9 @@ class Heap:
         radius = 0.5e-3 * self.diameter_mm
         material = Material(self.density_kg_m3, self.shear_modulus_Pa, self.poisson_ratio)
         speed = math.sqrt(2.0 * GRAVITY * 1e-3 * self.discharge_height_mm)
-        longest = [hertz_contact_time(radius, speed, material, STEEL) / IMPACT_STEPS]
-        if self.least_restitution is not None:
-            pressure = bed_pressure(self.count, 2.0 * radius, self.density_kg_m3)
-            contact = ContactParameters(self.least_restitution, 0.0)
-            pressed = pressed_step(radius, material, contact, pressure, Laws())
-            longest.append(pressed)
-        rayleigh = rayleigh_time(
-            radius, self.density_kg_m3, self.shear_modulus_Pa, self.poisson_ratio
-        )
-        return min(RAYLEIGH, math.floor(100 * min(longest) / rayleigh) / 100)
+        impact = hertz_contact_time(radius, speed, material, STEEL) / IMPACT_STEPS
+        pressure = bed_pressure(self.count, 2.0 * radius, self.density_kg_m3)
+        return steady_fraction(RAYLEIGH, radius, material, pressure, self.least_restitution, impact)
 
     def of_at_most(self, most: int) -> "Heap":
         """The same heap of fewer, larger grains; an orifice of FREE_FLOW_RATIO grains stays so."""

@@ -11,8 +11,9 @@ from statistics import fmean
 
 from calibration.errors import CalibrationError
 from calibration.intake.tables import summary, table_of
+from calibration.study.config.schema import COARSER
 from calibration.study.factors import Factor, factor_of
-from calibration.study.new.answers import Faults, far_apart
+from calibration.study.new.answers import Faults
 from calibration.study.new.grains import (
     Grains,
     clump_of_axes,
@@ -22,17 +23,17 @@ from calibration.study.new.grains import (
     size_distribution,
     volume_mm3,
 )
-from calibration.study.new.heap import FEWEST, MOST, RAYLEIGH
-from calibration.study.new.methods import Entry, LaboratoryTest
-from calibration.study.new.methods.declare import said
+from calibration.study.new.heap import FEWEST, MOST, QUICK_WIDER, RAYLEIGH, steady_fraction
+from calibration.study.new.methods import Entry, LaboratoryTest, function_of
+from calibration.study.new.methods.declare import refusal, said
 from calibration.study.new.methods.shear import EXPERIMENT as SLID_ON_A_WALL
-from dem.advice import bed_pressure, pressed_step
+from dem.advice import bed_pressure
 from dem.constants import GRAVITY
-from dem.contact.registry import ContactParameters, Laws, Material
+from dem.contact.registry import Material
 from dem.experiments import experiments
-from dem.timescales import rayleigh_time
 from dem.units import behind, has_unit, unit_of
 
+FAR = 2.0  # largest over smallest reading of a test from which on it is asked about
 SOFTENED_PA = 3.0e6
 DEEPEST = 0.08  # overlap over radius under the largest load, by Hertz; the engine stops at 0.3
 WIDTHS = (
@@ -85,7 +86,7 @@ def laboratory_of(
     single: whether one reading with its spread is enough. Raises CalibrationError for what no study
     can be made of, all faults at once."""
     if most is not None and most < FEWEST:
-        raise CalibrationError(f"--grains {most}: make no heap; allowed: {FEWEST} or more")
+        raise refusal("few_grains", most, FEWEST)
     tested = sorted((e for e in entries if e.method.becomes), key=lambda e: e.method.rank)
     alone = [e.method.name for e in tested] == ["funnel"]
     grain, shape, chosen = _grains(folder, entries, most or (MOST if alone else None))
@@ -104,7 +105,7 @@ def laboratory_of(
         chosen += said("not_squeezed", modulus)
     elif modulus > SOFTENED_PA:
         chosen += said("not_dented", modulus, DEEPEST)
-    _refuse_two_walls(tests, tested)
+    _refuse_two_walls(tests)
     _refuse_looser_when_tapped(tested)
     _refuse_falling_stress(tested)
     measured = _measured_ranges(tests)
@@ -117,7 +118,10 @@ def laboratory_of(
     sentences += [*chosen, *(s for t in tests for s in t.said)]
     if grain.sticky:
         sentences += said("sticky", grain, grain.enlarged(grain.common_mm))
-    sentences += [x for e, q in read if (x := far_apart(e.values(q.key), unit_of(q.unit)))]
+    for e, q in read:
+        low, high = min(e.values(q.key)), max(e.values(q.key))
+        if high > FAR * low:
+            sentences += said("far_apart", low, high, behind(unit_of(q.unit)))
     return Laboratory(name, folder, grain, tests, factors, given, list(dict.fromkeys(sentences)))
 
 
@@ -126,20 +130,13 @@ def _grains(folder, entries, most):
     grain."""
     own = {e.method.name: e for e in entries if not e.method.becomes}
     if "grain" not in own or not own["grain"].values("density"):
-        raise CalibrationError(
-            "the density of a grain is missing; allowed: --density, such as 1.32 g/cm3, or in a "
-            "table grain, density"
-        )
+        raise refusal("no_density")
     grain = own["grain"]
     sized = [n for n in ("axes", "sieve") if n in own] + (
         ["diameter"] if grain.values("diameter") else []
     )
     if len(sized) != 1:
-        told = ", ".join(sized) or "none"
-        raise CalibrationError(
-            f"the size of a grain is told by {told}; allowed: one of its diameter (--grain), its "
-            "axes (--axes) or a sieve analysis (--sieve)"
-        )
+        raise refusal("sizes", sized)
     density = grain.value("density")
     moist = grain.value("moisture")
     shared = {"density_kg_m3": density, "moist": None if moist is None else moist == "moist"}
@@ -153,13 +150,10 @@ def _grains(folder, entries, most):
 
 def _of_sieves(entry, shared):
     if bool(entry.values("file")) == bool(entry.values("size")):
-        raise CalibrationError("a sieve analysis is a table, or sizes and what passes: one of them")
+        raise refusal("sieves_twice")
     file = entry.value("file")
     if file and not Path(file).is_file():
-        raise CalibrationError(
-            f"{entry.place('file')}: {file} is no file; allowed: a table of sieves, with the width "
-            "of each mesh and what passes it or stays on it"
-        )
+        raise refusal("no_sieve_table", entry.place("file"), file)
     sizes = (
         sieve_curve(Path(file))
         if file
@@ -188,21 +182,10 @@ def _of_axes(folder, entry, shared):
 
 def _refuse_without_lead(tested, single):
     if not any(e.method.leads for e in tested):
-        told = ", ".join(e.method.title for e in tested) or "no test"
-        raise CalibrationError(
-            f"nothing of grains upon grains was measured ({told}): friction and rolling between "
-            "grains would stay open; allowed: an angle of repose (funnel, lifted cylinder), a bulk "
-            "density, a discharge, a shear cell or wall friction beside. A funnel is told by "
-            "--measured, --orifice, --plate and --height; dem new --help lists all tests"
-        )
+        raise refusal("no_lead", [e.method.title for e in tested])
     if not single and not any(_leads(e) for e in tested):
         first = next(e for e in tested if e.method.leads)
-        raise CalibrationError(
-            f"{first.place(first.method.readings[0].key)}: no test of grains upon grains has more "
-            "than one reading, and the study compares simulated runs with the readings of one of "
-            "them; allowed: a second reading of any of them, or n of 2 or more beside a mean (dem "
-            "estimate takes one reading with its sd)"
-        )
+        raise refusal("single_readings", first.place(first.method.readings[0].key))
 
 
 def _leads(entry):
@@ -233,7 +216,7 @@ def _become(entries, grains):
     found, faults = [], []
     for entry in entries:
         try:
-            found.append(entry.method.becomes(entry, grains))
+            found.append(function_of(entry.method.becomes)(entry, grains))
         except CalibrationError as error:
             faults.append(str(error))
     if faults:
@@ -259,21 +242,16 @@ def steady(test: LaboratoryTest, grains: Grains) -> dict:
         numerics = {"overlap_limit": LIMIT} | numerics
     if not experiment.poured or ("rayleigh_fraction" in numerics and not grains.sticky):
         return test.run | ({"numerics": numerics} if numerics else {})
-    particles, modulus = test.run["particles"], grains.shear_modulus_Pa
-    diameter = 1e-3 * particles.get("diameter_mm", grains.diameter_mm)
-    diameter *= particles.get("scale_factor", 1.0)
+    diameter = 1e-3 * _size(test, grains)
     radius = 0.5 * diameter * grains.smallest
-    material = Material(grains.density_kg_m3, modulus, 0.25)
-    pressure = bed_pressure(particles["count"], diameter, grains.density_kg_m3)
+    material = Material(grains.density_kg_m3, grains.shear_modulus_Pa, 0.25)
+    pressure = bed_pressure(test.run["particles"]["count"], diameter, grains.density_kg_m3)
     stress = max((1e3 * v for k, v in test.run["geometry"].items() if k.endswith("stress_kPa")),
                  default=0.0)  # fmt: skip
-    contact = ContactParameters(grains.least_restitution, 0.0)
     pressed = max(pressure, stress) + _pull(grains, diameter)
-    step = pressed_step(radius, material, contact, pressed, Laws())
-    rayleigh = rayleigh_time(radius, grains.density_kg_m3, modulus, material.poisson_ratio)
     usual = experiment.defaults.get("numerics", {}).get("rayleigh_fraction", RAYLEIGH)
     usual = min(usual, numerics.get("rayleigh_fraction", usual))
-    fraction = min(usual, math.floor(100 * step / rayleigh) / 100)
+    fraction = steady_fraction(usual, radius, material, pressed, grains.least_restitution)
     return test.run | {"numerics": numerics | {"rayleigh_fraction": fraction}}
 
 
@@ -306,11 +284,10 @@ def uncrushed(test: LaboratoryTest, grains: Grains) -> float:
     across = next((test.run["geometry"][k] for k in WIDTHS if k in test.run["geometry"]), None)
     if not grains.sizes or across is None:
         return 0.0
-    from calibration.study.config.schema import COARSER
     from dem.experiments.bed import PITCH, shake  # loads the engine
 
     # the quick profile's grains are larger and as many fewer
-    size = 1e-3 * _size(test, grains) * COARSER["quick"] ** (1 / 3)
+    size = 1e-3 * _size(test, grains) * QUICK_WIDER
     large, small = 0.5 * size * grains.longest, 0.5 * size * grains.smallest
     free = 0.5e-3 * across - 1.05 * large
     sites = max(math.pi * free**2 / (PITCH * large) ** 2, 1.0)
@@ -322,15 +299,11 @@ def uncrushed(test: LaboratoryTest, grains: Grains) -> float:
     return stiff * (1.0 - 0.25)
 
 
-def _refuse_two_walls(tests, tested):
+def _refuse_two_walls(tests):
     """One wall's friction and restitution stand for all rigs."""
     named = {t.wall: t.rig for t in tests if t.wall}
     if len(named) > 1:
-        told = ", ".join(f"{rig} on {wall}" for wall, rig in named.items())
-        raise CalibrationError(
-            f"tests on several walls ({told}), and a study has one wall's friction and "
-            "restitution; allowed: tests on one of them, or a study for each"
-        )
+        raise refusal("two_walls", named)
 
 
 def _refuse_looser_when_tapped(tested):
@@ -341,11 +314,8 @@ def _refuse_looser_when_tapped(tested):
         return
     before, after = (fmean(e.values("density")) for e in (poured, tapped))
     if after < before:
-        raise CalibrationError(
-            f"{tapped.place('density')}: a tapped density of {after:.4g} kg/m3 is below the poured "
-            f"one of {before:.4g} kg/m3 ({poured.place('density')}); allowed: that or more. Were "
-            "the two exchanged?"
-        )
+        places = tapped.place("density"), poured.place("density")
+        raise refusal("looser_when_tapped", places[0], after, before, places[1])
 
 
 def _refuse_falling_stress(tested):
@@ -355,11 +325,8 @@ def _refuse_falling_stress(tested):
         own.sort(key=lambda e: e.value("load"))
         low, high = (fmean(own[k].values("stress")) for k in (0, -1)) if own else (0.0, 0.0)
         if own and own[-1].value("load") > own[0].value("load") and high <= low:
-            raise CalibrationError(
-                f"{own[-1].place('stress')}: {high:.4g} kPa under {own[-1].value('load'):g} kPa is "
-                f"no more than {low:.4g} kPa under {own[0].value('load'):g} kPa; allowed: a shear "
-                "stress that rises with its load. Were the two exchanged?"
-            )
+            loads = own[-1].value("load"), own[0].value("load")
+            raise refusal("falling_stress", own[-1].place("stress"), high, loads[0], low, loads[1])
 
 
 def _measured_ranges(tests):
@@ -436,29 +403,12 @@ def _places(entry, tests, tested, shape):
     return shared | own | shape
 
 
-WIDE = {
-    "contacts.particle_wall.restitution": (0.2, 0.8),
-    "contacts.particle_wall.static_friction": (0.2, 0.8),
-    "contacts.particle_wall.rolling_friction": (0.02, 0.4),
-    "contacts.particle_particle.restitution": (0.2, 0.8),
-    "contacts.particle_particle.static_friction": (0.2, 0.8),
-    "contacts.particle_particle.rolling_friction": (0.02, 0.4),
-    "materials.particle.poisson_ratio": (0.2, 0.4),
-}
-"""Key of a run spec -> range that holds most dry grains: a choice of this project, no source."""
-CALLED = {
-    "contacts.particle_wall": "grain_wall",
-    "contacts.particle_particle": "grain_grain",
-    "materials.particle": "grain",
-}
-"""Place of a key -> what a factor's name begins with."""
 BAND = 0.3  # of a single published value, to either side
-UNPUBLISHED = "wide: holds most dry grains"
 
 
 def materials() -> list[str]:
     """Names of the materials with published ranges."""
-    return sorted({row["material"] for _, row in _published().rows})
+    return sorted({row["material"] for _, row in _published().rows} - {""})
 
 
 def factors_of(material: str | None = None) -> list[Factor]:
@@ -471,23 +421,16 @@ def factors_of(material: str | None = None) -> list[Factor]:
     material = material and written.get(material.casefold(), material)
     if material is not None and material not in known:
         near = difflib.get_close_matches(material, known, n=1)
-        hint = f" (did you mean {near[0]}?)" if near else ""
-        raise CalibrationError(
-            f"no values of {material!r}{hint}; allowed: {', '.join(known)}, or none"
-        )
+        raise refusal("no_material", repr(material), near, known)
     table = _published()
-    found = {
-        row["key"]: (table, line, row) for line, row in table.rows if row["material"] == material
-    }
-    return [_factor(code, key, found.get(key)) for code, key in zip("ABCDEFG", WIDE, strict=True)]
+    own = ((m, line, row) for m in ("", material) for line, row in table.rows)
+    found = {row["key"]: (line, row) for m, line, row in own if row["material"] == m}
+    return [_factor(code, table, *at) for code, at in zip("ABCDEFG", found.values(), strict=True)]
 
 
-def _factor(code, key, known):
-    place, _, number = key.rpartition(".")
-    name = f"{CALLED[place]}_{number}"
-    if known is None:
-        return Factor(code, name, key, *WIDE[key], UNPUBLISHED)
-    table, line, row = known
+def _factor(code, table, line, row):
+    key = row["key"]
+    name = key.partition(".")[2].replace("particle", "grain").replace(".", "_")
     low, high = (table.number(line, c, row[c]) for c in ("low", "high"))
     if low == high:
         low, high = round((1 - BAND) * low, 4), round((1 + BAND) * high, 4)

@@ -5,18 +5,26 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from calibration.intake.photo_names import PICTURES, refuse_twice, without_fits
 from calibration.study.new.answers import Raw, words_of
 from calibration.study.new.methods import Method, methods
 from calibration.study.new.reading_tables import is_table, joined, raws_of_tables
 
+PICTURES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp")
 MANY = ("measured",)
 """Options of a single question that take several words."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add an option for each question that has one by itself, and for each other method one that
-    takes its readings and key=value."""
+    """Add the options by which a laboratory tells what it measured: a table, one for each question
+    that has one by itself, and for each other method one that takes its readings and key=value."""
+    parser.add_argument(
+        "--from",
+        type=Path,
+        metavar="FILE",
+        dest="filled",
+        help="take what such a table tells, filled in (dem new --table)",
+    )
+    parser.add_argument("--sheet", help="of a workbook with several: the one that is meant")
     for method in methods().values():
         group = parser.add_argument_group(method.title, method.about)
         for q in (q for q in method.questions if q.option):
@@ -104,11 +112,9 @@ def _measured_photographs(words):
     paths = [Path(word) for word in words if Path(word).suffix.lower() in PICTURES]
     if not paths:
         return words
-    from calibration.intake.photo import measure_photo  # brings image libraries along
-    from calibration.intake.photo.table import uncorrected
+    from calibration.intake.photo.table import read_photos, uncorrected  # brings image libraries
 
-    photos, said = without_fits(paths)
-    refuse_twice(photos)
-    angles = [round(measure_photo(p).angle_deg, 3) for p in photos]
+    photos, said = read_photos(paths)
+    angles = [round(photo.angle_deg, 3) for photo in photos]
     print(*said, uncorrected(angles), sep="\n")
     return [word for word in words if Path(word) not in paths] + [f"{x:.6g}" for x in angles]

@@ -20,6 +20,7 @@ from calibration.intake.measurements import Measurement, read_measured
 from calibration.intake.tables import Table, read_table
 from calibration.study.new.answers import Faults, Raw, entries_of, read_entries, separate, with_unit
 from calibration.study.new.methods import Method, Question, methods
+from calibration.study.new.methods.declare import fault, refusal
 from dem.tables.dialect import plain
 from dem.units import in_ascii, unit_of, without_unit
 
@@ -62,10 +63,7 @@ def raws_of_tables(
     """
     read = [key for key in beside.answers if (q := method.question(key)) and q.reading]
     if read:
-        raise CalibrationError(
-            f"{beside.answers[read[0]][0][1]}: a reading beside the table {files[0]}; allowed: "
-            "all readings in the table, or all in the option"
-        )
+        raise refusal("reading_beside", beside.answers[read[0]][0][1], files[0])
     found, said = [], []
     for file in files:
         raws, unread = _of_table(method, Path(file), sheet)
@@ -79,10 +77,8 @@ def joined(raw: Raw, beside: Raw) -> Raw:
     """Answers with those beside them. Raises CalibrationError for one that stands in both."""
     if twice := raw.answers.keys() & beside.answers.keys():
         key = min(twice)
-        raise CalibrationError(
-            f"{beside.answers[key][0][1]}: {key} stands at {raw.answers[key][0][1]} too; allowed: "
-            "one of the two"
-        )
+        places = beside.answers[key][0][1], raw.answers[key][0][1]
+        raise refusal("in_both", key, *places)
     return Raw(raw.method, {**raw.answers, **beside.answers}, raw.place)
 
 
@@ -187,10 +183,9 @@ def write_empty(path: Path) -> str:
     CalibrationError for a file that exists or is called otherwise."""
     kind = path.suffix.lower()
     if kind not in (".csv", ".xlsx"):
-        allowed = "one that ends in .csv or .xlsx"
-        raise CalibrationError(f"{path}: is no name of a table; allowed: {allowed}")
+        raise refusal("no_table_name", path)
     if path.exists():
-        raise CalibrationError(f"{path}: exists already; allowed: another name")
+        raise refusal("table_exists", path)
     rows = [COLUMNS, *(_asked(m, q) for m in methods().values() for q in m.columns)]
     if kind == ".csv":
         text = io.StringIO()
@@ -228,16 +223,13 @@ def read_filled(path: Path, sheet: str | None = None) -> list[Raw]:
     table.require(TEST, QUESTION, VALUE)
     filled = [(line, row) for line, row in table.rows if row[VALUE].strip()]
     if not filled:
-        raise CalibrationError(
-            f"{path}: holds no values; allowed: those of your tests in the column {VALUE}"
-        )
+        raise refusal("nothing_filled_in", path, VALUE)
     found: dict[str, list[dict]] = {}
     for (name, key), lines in _questions(filled):
         place = f"{path.name}, line {lines[0][0]}"
         method = methods().get(name)
         if method is None:
-            known = ", ".join(methods())
-            faults.append(f"{place}: {lines[0][1][TEST]} is no test; allowed: {known}")
+            faults.append(fault("no_test", place, lines[0][1][TEST], methods()))
             continue
         tests = found.setdefault(name, [{}])
         if key in tests[-1] and method.under:  # the same test once more, under another load

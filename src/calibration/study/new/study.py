@@ -2,6 +2,7 @@
 tells where each given value went."""
 
 import re
+import shutil
 import unicodedata
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -17,6 +18,7 @@ from calibration.study.cost import run_seconds
 from calibration.study.factors import COLUMNS, Factor
 from calibration.study.new.heap import STEEL
 from calibration.study.new.laboratory import CLUMP, Laboratory
+from calibration.study.new.methods.declare import refusal
 from dem.contact.catalogue import DEFAULTS
 from dem.errors import DemError
 
@@ -41,10 +43,7 @@ def study_name(folder: str | Path) -> str:
     """
     name = Path(folder).name
     if not name or _REFUSED.search(name):
-        raise CalibrationError(
-            f"{str(folder)!r}: cannot be a study's folder; allowed: letters, digits, single spaces "
-            "and . , ( ) + - _"
-        )
+        raise refusal("no_folder_name", repr(str(folder)))
     plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
     return re.sub(r"[^A-Za-z0-9_-]+", "_", plain).strip("_") or "study"
 
@@ -81,9 +80,7 @@ def write_study(lab: Laboratory, check: Callable[[Config], None] | None = None) 
         if check:
             check(config)
     except (CalibrationError, DemError) as error:
-        for path in folder.iterdir():
-            path.unlink()
-        folder.rmdir()
+        shutil.rmtree(folder)
         # the files it may name are gone
         fault = re.sub(rf"^{re.escape(str(folder))}/[\w.]+(, line \d+)?: ", "", str(error))
         raise CalibrationError(f"what was given makes no study that can run: {fault}") from None

@@ -29,12 +29,9 @@ from dem.grains.sizes import classes, longest_mm, rayleigh_of, spheres_in
 from dem.schema import Part
 from dem.units import in_ascii, unit_of, without_unit
 
-PLAIN = ("parameter", "value", "unit")
-OTHERS_HELD = "interval_95_others_held"
-INTERVALS = {OTHERS_HELD: "95 %, the others held", "interval_95": "95 %, whatever the others are"}
-"""Headings of a table, and of the intervals that an entry of calibrated.yaml may have."""
 OPEN = "NOT BOUNDED BY THE DATA"
-SIDES = {"low": "below", "high": "above"}
+INTERVALS = ("interval_95_others_held", "interval_95")
+"""Intervals that an entry of calibrated.yaml may have; a table has the first that is given."""
 
 
 def block(
@@ -50,6 +47,9 @@ def block(
     it (metric, unit, mean, sd, runs, and low and high, between which 95 % of single heaps lie), or
     None at a point that no study has calibrated."""
     spec, known = material.spec, known or {}
+    words = macros("calibration.telling.export", "by_hand")
+    given = {key for entry in known.values() for key in entry}
+    kind = next((key for key in INTERVALS if key in given), INTERVALS[0])
     law, own_law = conversion.export("rolling", code), LAWS["rolling"][spec.laws.rolling]  # type: ignore[attr-defined]  # a field for each law
     sizes, clump = spec.particles.sizes, spec.particles.clump
     point = {
@@ -61,45 +61,18 @@ def block(
         "dispensed": dispensed(spec, code), "gravity": GRAVITY,
         "open": OPEN, "unbounded": any("not_bounded_by_the_data" in e for e in known.values()),
         "modulus": {"paper": ""} | dict(m) if (m := known.get(SHEAR_MODULUS)) else None,
-        "table": lambda rows: _table(rows, known), "plain": lambda rows: _table(rows, {}),
+        "table": lambda rows: words.typed(rows, known, kind, OPEN),
+        "plain": lambda rows: words.typed(rows, {}, kind, OPEN),
         "rig": Rig(spec.geometry) if spec.experiment == "heap" else None,
         "parts": list(_keys(spec.geometry)),
         "spheres": spheres_in(clump) if clump else (), "longest": longest_mm(spec),
         "classes": _classes(spec.particles) if sizes else (),
         "rayleigh": rayleigh_of(spec),
     }  # fmt: skip
-    return getattr(macros("calibration.telling.export", "by_hand"), code)(point)
+    return getattr(words, code)(point)
 
 
 SHEAR_MODULUS = "materials.particle.shear_modulus_Pa"
-
-
-def _table(rows: Sequence[tuple], known: Mapping[str, Mapping[str, Any]]) -> str:
-    """Markdown table of rows (parameter, value, unit, key); known: {key: entry of calibrated.yaml},
-    empty where nothing of it was calibrated."""
-    given = {key for entry in known.values() for key in entry}
-    kind = next((key for key in INTERVALS if key in given), OTHERS_HELD)
-    heads = (*PLAIN, INTERVALS[kind], "where from") if known else PLAIN
-    cells = [heads, ["---"] * len(heads)]
-    for parameter, value, unit, *key in rows:
-        line = [parameter, value if isinstance(value, str) else f"{value:.6g}", unit]
-        entry = known.get(key[0], {}) if known else {}
-        cells.append([*line, _interval(entry.get(kind)), _source(entry)] if known else line)
-    return "\n".join(f"| {' | '.join(line)} |" for line in cells)
-
-
-def _interval(ends):
-    return "{:.4g} to {:.4g}".format(*ends) if ends else ""
-
-
-def _source(entry):
-    found = [entry["source"]] if "source" in entry else []
-    if "paper" in entry:
-        found.append(f"printed in {entry['paper']}")
-    sides = entry.get("not_bounded_by_the_data", ())
-    if sides:
-        found.append(f"**{OPEN}** {' and '.join(SIDES[s] for s in sides)}")
-    return "; ".join(found)
 
 
 def _classes(particles):

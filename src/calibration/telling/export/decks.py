@@ -30,7 +30,7 @@ from calibration.engines.conversion import Conversion, granulate, left_out
 from calibration.engines.templates import macros
 from calibration.files import DamagedError, read_json, write_text
 from calibration.study.config import overlay
-from calibration.telling.export.heap_comparison import READERS, Row, profile, rows_of
+from calibration.telling.export.heap_comparison import READERS, profile, rows_of
 from calibration.telling.export.parameters import to_yaml
 from calibration.telling.export.trials import told
 from dem.errors import DemError, InputError, MeasureError
@@ -49,18 +49,6 @@ SEEDS = 8
 """Heaps of a check, in each code."""
 FEWEST = 4
 """Heaps of a code with which a difference can be tested."""
-FILES = {
-    "check.py": "the command",
-    "expected.json": "what the calibrated model gives: angle, and profiles of its heaps",
-    "funnel.stl": "the funnel and the wall above it [m]",
-    "in.lammps": "the deck: rig, pour, rest",
-    "in.liggghts": "the deck: rig, pour, rest",
-    "material.in": "laws and numbers",
-    "material.lammps": "laws and numbers",
-    "plate.stl": "the plate [m]",
-    "spec.yaml": "the heap as a run spec of this project",
-}
-GRAIN = "one grain: diameter and mass"
 
 
 def write_decks(
@@ -119,7 +107,7 @@ def write_deck(
     kept = {"code": code, "about": list(about), "rolling": conversion.found, "heaps": []}
     write_json(place / "expected.json", kept | dict(expected))
     write_text(_words().check(NAMES[code]), place / "check.py")
-    files = {p.name: FILES.get(p.name, GRAIN) for p in sorted(place.iterdir())}
+    files = [p.name for p in sorted(place.iterdir())]
     state = "\n\n".join(p if p[0] == "|" else fill(p, 100) for p in state.split("\n\n"))
     program = {"liggghts": "liggghts", "lammps": "lmp"}[code]
     notes = conversion.sentences("elastic-plastic")
@@ -266,19 +254,12 @@ def _kept(deck, parts, start):
     return kept
 
 
-def judge(
-    deck: Deck, there: Sequence[Mapping[str, float]], here: Sequence[Mapping[str, float]]
-) -> list[Row]:
-    """A `Row` for each quantity of heaps in the target code and here."""
-    return rows_of(deck.spec, deck.expected["margin"], there, here)
-
-
 def check(folder: str | Path, seeds: int = SEEDS, timeout_s: float = 1e6) -> int:
     """Pour `seeds` heaps of a deck in its code, hold them against the calibrated model's and say
     how they compare; returns 0 where all quantities hold, 1 where one does not."""
     deck = Deck.read(folder)
     own = range(deck.spec.seed, deck.spec.seed + seeds)
     there = heaps_there(deck, own, timeout_s)
-    rows = judge(deck, there, heaps_here(deck, own))
+    rows = rows_of(deck.spec, deck.expected["margin"], there, heaps_here(deck, own))
     print(_words().checked(deck.name, rows, len(there), READERS), end="")
     return int(any(row.verdict != "holds" for row in rows))

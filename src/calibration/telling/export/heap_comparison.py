@@ -18,6 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calibration.engines.templates import macros
 from calibration.statistics.validate import compare
 from dem.errors import MeasureError
 from dem.grains.sizes import mean_radius
@@ -118,11 +119,8 @@ class Row:
     @property
     def told(self) -> str:
         """A sentence: what differs, by how much, and what is allowed."""
-        unit = f" {self.unit}" if self.unit else ""
-        return (
-            f"{READERS[self.quantity]} {self.difference:+.2f}{unit} (90 %: {self.low:+.2f} to "
-            f"{self.high:+.2f}; margin {self.margin:.2f})"
-        )
+        text: str = macros("calibration.telling.export", "decks").row(self, READERS)
+        return text
 
 
 def margins_of(
@@ -148,10 +146,7 @@ def rows_of(
     rows = []
     for name, allowed in margins_of(spec, margin, here).items():
         c = compare([[h[name] for h in there]], [h[name] for h in here], allowed)
+        means = c.simulated_mean, c.simulated_sd, c.measured_mean, c.measured_sd
         low, high = c.equivalence_low, c.equivalence_high
-        row = Row(
-            name, c.simulated_mean, c.simulated_sd, c.measured_mean, c.measured_sd, c.difference,
-            low, high, allowed,
-        )  # fmt: skip
-        rows.append(row)
+        rows.append(Row(name, *means, c.difference, low, high, allowed))
     return rows

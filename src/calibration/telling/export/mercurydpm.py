@@ -19,7 +19,7 @@ setRotation(false) keeps grains from turning (DPMBase.h).
 
 from collections.abc import Sequence
 
-from calibration.engines.conversion import Conversion, Granulate, dispensed
+from calibration.engines.conversion import Conversion, Granulate
 from calibration.engines.templates import macros
 
 CODE = "mercurydpm"
@@ -30,16 +30,8 @@ def block(material: Granulate, conversion: Conversion, about: Sequence[str]) -> 
     provenance."""
     exports, pairs = conversion.exports(CODE), conversion.pairs(material)
     stated = exports | {"rolling": conversion.export("rolling", CODE)}  # 0 where it is held
-    head = conversion.head(
-        "//",
-        "MercuryDPM 1.0: put this into setupInitialConditions(), with "
-        "#include <Species/HertzianViscoelasticMindlinRollingTorsionSpecies.h>",
-        about,
-        CODE,
-        *[note for export in exports.values() for note in export.notes(pairs[0])],
-        *dispensed(material.spec, CODE),
-        "This block has been checked against the sources, not run.",
-    )
+    checked = "This block has been checked against the sources, not run."
+    head = conversion.head(CODE, material, about, checked, mark="//")
     setters = [("grain", _numbers(stated, pairs[0])), ("grainWall", _numbers(stated, pairs[1]))]
     words = macros("calibration.telling.export", "mercurydpm")
     return words.block(head, material, setters, conversion.equivalent.rotates)

@@ -46,7 +46,7 @@ from calibration.engines.conversion import (
 )
 from calibration.errors import CalibrationError
 from calibration.intake.tables import read_written
-from calibration.runs.plans import read_values, run_id, write_plan
+from calibration.runs.plans import read_values, run_id, together, write_plan
 from calibration.statistics.validate import compare
 from calibration.study.config import overlay
 from dem.errors import SpecError
@@ -59,7 +59,7 @@ PATHS = {
 """Path -> places on it, see `place`. `constant_torque_relative` is none of them: LIGGGHTS' `cdt`
 does not stop at a reversal of the spin, and its heaps are flatter than ours."""
 CALIBRATED = "calibrated"
-COLUMNS = ("path", "scale", "share", "rolling_friction", "static_friction", "seed", "run_id")
+COLUMNS = ["path", "scale", "share", "rolling_friction", "static_friction", "seed", "run_id"]
 MOST_ROLLING = 5.0  # what a run spec allows
 OWN_SEEDS, PATH_SEEDS, CONFIRM_SEEDS, FULL_SEEDS = 6, 3, 5, 5
 MOST_GRAINS = 2500
@@ -125,33 +125,20 @@ def on_path(spec: dict[str, Any], path: str, share: float) -> dict[str, Any]:
 
 def rows_at(
     base: dict[str, Any], path: str | None, share: float, seeds: int, scale: str
-) -> tuple[list[dict[str, Any]], dict[str, dict[str, Any]]]:
+) -> tuple[pd.DataFrame, dict[str, dict[str, Any]]]:
     """Design rows and {run_id: spec} of runs at one place; path None: as calibrated."""
-    rows, specs = [], {}
     moved = base if path is None else on_path(base, path, share)
     pair = parse_spec(moved).contacts.particle_particle
-    for n in range(seeds):
-        spec = overlay(moved, {"seed": base["seed"] + n})
-        name = run_id(spec)
-        specs[name] = spec
-        rows.append(
-            {
-                "path": path or CALIBRATED,
-                "scale": scale,
-                "share": share,
-                "rolling_friction": pair.rolling_friction,
-                "static_friction": pair.static_friction,
-                "seed": spec["seed"],
-                "run_id": name,
-            }
-        )
-    return rows, specs
+    specs = [overlay(moved, {"seed": base["seed"] + n}) for n in range(seeds)]
+    named = {run_id(spec): spec for spec in specs}
+    at = path or CALIBRATED, scale, share, pair.rolling_friction, pair.static_friction
+    rows = [(*at, spec["seed"], name) for name, spec in named.items()]
+    return pd.DataFrame(rows, columns=COLUMNS), named
 
 
 def _write(parts, output):
-    rows = [row for part, _ in parts for row in part]
-    specs = {name: spec for _, part in parts for name, spec in part.items()}
-    write_plan(output.plan, pd.DataFrame(rows, columns=list(COLUMNS)), specs)
+    none = pd.DataFrame(columns=COLUMNS), {}
+    write_plan(output.plan, *(together(parts) if parts else none))
 
 
 def plan_scan(spec: dict[str, Any], output: NamedFiles) -> None:

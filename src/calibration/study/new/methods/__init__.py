@@ -1,18 +1,37 @@
-"""The test methods of a laboratory: each file declares one or a few that belong together,
-their questions and what the answers become."""
+"""The test methods of a laboratory, from `methods.yaml`; each file here has the functions that make
+a test of a study of the answers to one or a few methods that belong together."""
 
+from collections.abc import Callable
 from functools import cache
-from importlib import import_module
-from pkgutil import iter_modules
+from importlib.resources import files
+from pkgutil import resolve_name
+from typing import Any
+
+import yaml
 
 from calibration.study.new.methods.declare import Answer, Entry, LaboratoryTest, Method, Question
 
-__all__ = ["Answer", "Entry", "LaboratoryTest", "Method", "Question", "methods"]
+__all__ = ["Answer", "Entry", "LaboratoryTest", "Method", "Question", "function_of", "methods"]
 
 
 @cache
 def methods() -> dict[str, Method]:
     """{name: Method} in the order in which they are asked."""
-    names = (f"{__name__}.{m.name}" for m in iter_modules(__path__))
-    found = [m for name in names for m in getattr(import_module(name), "METHODS", ())]
-    return {m.name: m for m in sorted(found, key=lambda m: (m.rank, m.name))}
+    text = files("calibration.study.new").joinpath("methods.yaml").read_text("utf-8")
+    return {
+        name: Method(name, rank=rank, **told | {"questions": _questions(told)})
+        for rank, (name, told) in enumerate(yaml.safe_load(text).items())
+    }
+
+
+def _questions(told):
+    lists = ({k: tuple(v) if isinstance(v, list) else v for k, v in q.items()}
+             for q in told["questions"])  # fmt: skip
+    return tuple(Question(**q) for q in lists)
+
+
+def function_of(name: str) -> Callable[..., Any]:
+    """The function that a method names, `heaps:funnel`. Its file is loaded now: what makes options
+    needs none of them."""
+    function: Callable[..., Any] = resolve_name(f"{__name__}.{name}")
+    return function

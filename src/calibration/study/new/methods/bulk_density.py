@@ -5,13 +5,12 @@ from collections.abc import Mapping
 from statistics import fmean
 from typing import Any
 
-from calibration.errors import CalibrationError
 from calibration.study.new.grains import Grains, filling
 from calibration.study.new.methods.declare import (
     Entry,
     LaboratoryTest,
-    Method,
-    Question,
+    fault,
+    refusal,
     rows_of,
     said,
     simulated,
@@ -67,42 +66,25 @@ def doubts_of_packing(entry: Entry, grains: Grains) -> tuple[str, ...]:
     these grains can be; grains that stick may lie as loosely as they will."""
     low = 0.0 if grains.sticky else PACKS[0]
     usual = (0.0 if grains.sticky else USUAL[0], USUAL[1])
-    density, doubts = grains.density_kg_m3, []
+    density, doubts = grains.density_kg_m3, ()
     for answer in entry.answers["density"]:
         fraction = answer.value / density
-        told = (
-            f"{answer.place}: {answer.value:g} kg/m3 is a solid fraction of {fraction:.2f} of "
-            f"grains of {density:g} kg/m3"
-        )
+        told = fault("bed_of", answer.place, answer.value, density, fraction)
         if not low < fraction < PACKS[1]:
-            raise CalibrationError(
-                f"{told}; allowed: {low:g} to {PACKS[1]:g}, {low * density:.4g} to "
-                f"{PACKS[1] * density:.4g} kg/m3. Is one of the two densities another's?"
-            )
+            raise refusal("no_bed", told, low, PACKS[1], density)
         if not usual[0] <= fraction <= usual[1]:
-            doubts.append(f"{told}: most beds have {USUAL[0]:g} to {USUAL[1]:g}; are both right?")
-    return tuple(doubts)
+            doubts += said("odd_bed", told, *USUAL)
+    return doubts
 
 
-def poured(entry: Entry, grains: Grains) -> LaboratoryTest:
-    """The experiment `bulk_density` without taps."""
+def filled(entry: Entry, grains: Grains) -> LaboratoryTest:
+    """The experiment `bulk_density` without taps, or with the laboratory's; more than MOST_TAPS are
+    kept as data that no run is compared with."""
     doubts = doubts_of_packing(entry, grains)
     run, went = vessel(entry, grains)
-    run["geometry"]["taps"] = 0
-    discrepancy, said = assumed(entry, grains, run)
-    return simulated(
-        entry, "density", "vessel", "bulk_density", run, rows_of(entry, "density", "bulk_density"),
-        went={"vessel": went}, discrepancy=discrepancy, said=doubts + said,
-    )  # fmt: skip
-
-
-def tapped(entry: Entry, grains: Grains) -> LaboratoryTest:
-    """The experiment `bulk_density` with the laboratory's taps; more than MOST_TAPS are kept as
-    data that no run is compared with."""
-    doubts = doubts_of_packing(entry, grains)
-    run, went = vessel(entry, grains)
-    taps, places = int(entry.value("taps")), {"vessel": went}
-    run["geometry"] |= {"taps": min(taps, MOST_TAPS), "tap_height_mm": entry.value("height", 3.0)}
+    taps, places = int(entry.value("taps", 0)), {"vessel": went}
+    run["geometry"] |= {"taps": min(taps, MOST_TAPS)}
+    run["geometry"] |= {"tap_height_mm": entry.value("height", 3.0)} if taps else {}
     rows = rows_of(entry, "density", "bulk_density")
     if taps <= MOST_TAPS:
         discrepancy, said = assumed(entry, grains, run)
@@ -113,37 +95,6 @@ def tapped(entry: Entry, grains: Grains) -> LaboratoryTest:
         places |= {"density": lost, "taps": f"not the rig's, which has {MOST_TAPS}"}
         said = (f"{lost}. Measure it after {MOST_TAPS} taps as well",)
     return simulated(
-        entry, "density", "tapped", "bulk_density", run, rows,
+        entry, "density", "tapped" if taps else "vessel", "bulk_density", run, rows,
         went=places, said=doubts + said, **more,
     )  # fmt: skip
-
-
-METHODS = (Method(
-    name="bulk-density",
-    title="Bulk density, poured",
-    about="Grains are poured into a vessel, struck off and weighed.",
-    questions=(
-        Question("density", "mass over volume, each reading", "poured_density_kg_m3",
-                 reading=True, needed=True, example="765 kg/m3",
-                 headings=("bulk density", "schüttdichte", "masse volumique apparente")),
-        Question("vessel", "inner diameter of the vessel", "inner_diameter_mm", example="100 mm"),
-    ),
-    rank=20,
-    becomes=poured,
-    leads=True,
-), Method(
-    name="tapped-density",
-    title="Bulk density, tapped",
-    about="The vessel is dropped from a small height again and again (ISO 3953).",
-    questions=(
-        Question("density", "mass over volume, each reading", "tapped_density_kg_m3",
-                 reading=True, needed=True, example="810 kg/m3",
-                 headings=("bulk density", "stampfdichte", "masse volumique tassée")),
-        Question("taps", "number of taps", whole=True, least=1, most=10000, needed=True,
-                 example="100"),
-        Question("height", "height of each tap", "tap_height_mm", example="3 mm"),
-        Question("vessel", "inner diameter of the vessel", "inner_diameter_mm", example="100 mm"),
-    ),
-    rank=21,
-    becomes=tapped,
-),)  # fmt: skip

@@ -1,32 +1,25 @@
-"""What a test method declares of itself: its questions, and what the answers become in a study.
-
-Each file of this folder holds its `METHODS`. The options of `dem new` and its table are made from
-these declarations, and nothing else lists the methods.
-"""
+"""What a test method tells of itself: its questions, and what the answers become in a study. The
+options of `dem new` and its table are made from `methods.yaml`, and nothing else lists them."""
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
-
-import numpy as np
 
 from calibration.errors import CalibrationError
 from calibration.intake.numbers_with_units import said_number
 from dem.units import UNITS, UnitError, behind, has_unit, in_ascii, question, unit_of, without_unit
 
-WALLS = ("steel", "aluminium", "glass", "acrylic", "wood")
-"""What a test's plate, cylinder or vessel may be of: hard against the softened grains, so that
-steel's elasticity stands for all. Rubber is not."""
-
-
 LARGEST = 1e6
 """Of any number in its question's unit: what is beyond is no laboratory's."""
 
-_RANGE = re.compile(r"\d\s*(?:-|–|\bto\b|\bbis\b|\.\.)\s*\d")
-_SPREAD = re.compile(r"±|\+\s*/?\s*-")
-_DATE = re.compile(r"\d{4}-\d\d-\d\d")
+_SEVERAL = {
+    "date": re.compile(r"\A\d{4}-\d\d-\d\d"),
+    "spread": re.compile(r"±|\+\s*/?\s*-"),
+    "range": re.compile(r"\d\s*(?:-|–|\bto\b|\bbis\b|\.\.)\s*\d"),
+}
+"""What several numbers are -> how they are written."""
 _OF_HEADING = re.compile(r" \[[^\]]*\]\Z")
 _SLOPE = re.compile(r"([\d.,]+)\s*(?:%|percent)")
 
@@ -35,31 +28,15 @@ def _refuse_slope(text):
     """A percentage in place of an angle is a slope, which converts to no angle as units do."""
     if found := _SLOPE.fullmatch(text.strip()):
         slope = float(found[1].replace(",", "."))
-        angle = math.degrees(math.atan(slope / 100.0))
-        raise CalibrationError(
-            f"{text}: is a slope and no angle; allowed: degrees, {angle:.2f} for a slope of "
-            f"{slope:g} %"
-        )
+        raise refusal("slope", text, slope, math.degrees(math.atan(slope / 100.0)))
 
 
 def _refuse_several(text):
     """Raise CalibrationError for a range, a date or a mean with its spread, where one number is
     asked."""
-    if _DATE.match(text):
-        raise CalibrationError(
-            f"{text}: is a date, as a spreadsheet makes of 26.1; allowed: the cell as text or "
-            "number, and the reading written again"
-        )
-    if _SPREAD.search(text):
-        raise CalibrationError(
-            f"{text}: is a mean with its spread; allowed: the mean, and beside it sd (such as "
-            "sd=0.8) and n, each for itself"
-        )
-    if _RANGE.search(text):
-        raise CalibrationError(
-            f"{text}: is a range; allowed: one number. Grains of several sizes are told by a sieve "
-            "analysis"
-        )
+    for name, pattern in _SEVERAL.items():
+        if pattern.search(text):
+            raise refusal(name, text)
 
 
 @dataclass(frozen=True)
@@ -131,21 +108,15 @@ class Question:
         if asked and not told:
             raise CalibrationError(f"{text}: is doubtful: {asked}; its unit behind it settles it")
         if unit not in (None, "°") and not (told or heading):  # an angle is in degrees
-            raise CalibrationError(
-                f"{text}: has no unit; allowed: a number with its unit, such as {text} "
-                f"{in_ascii(unit)}"
-            )
+            raise refusal("no_unit", text, in_ascii(unit))
         if asked and not self.reading and not self.at_its_word:
             # the study's own check would refuse it later, and not say where it was told
             raise CalibrationError(f"{text}: is out of range: {asked}")
         low = value >= self.least if self.whole else value > self.least
         most = min(self.most, LARGEST)
         if not (low and value <= most) or (self.whole and value != round(value)):
-            least = "" if self.whole else "more than "
-            raise CalibrationError(
-                f"{text}: is out of range; allowed: {least}{max(self.least, 0):g} to "
-                f"{most:,.9g}{behind(unit)}{', a whole number' if self.whole else ''}"
-            )
+            least = max(self.least, 0)
+            raise refusal("out_of_range", text, least, most, behind(unit), self.whole)
         return value
 
 
@@ -208,14 +179,14 @@ class Method:
     """A way to measure.
 
     name: its option and its name in a table; title: for a heading; about: what is done, in a
-    sentence; questions; becomes: becomes(entry, grains) -> `LaboratoryTest`, None where the answers
-    describe the grain, and a single reading needs a stated spread elsewhere; own_options: whether
-    each question is an option of `dem new` by itself; rank: the order in which methods are asked,
-    and the lowest rank that was measured is what the study's chain is calibrated to; leads: whether
-    it can be; under: key of the question whose answers tell several rigs of the method apart, a
-    load or a height, empty where there is one rig; scatter: scatter(conditions (n,), readings (n,))
-    -> standard deviation (n,) of single readings, one each at several answers of `under`, by
-    `scatter_about`.
+    sentence; questions; becomes: name of a function (entry, grains) -> `LaboratoryTest`, empty
+    where the answers describe the grain, and a single reading needs a stated spread elsewhere;
+    own_options: whether each question is an option of `dem new` by itself; rank: the order in which
+    methods are asked, and the lowest rank that was measured is what the study's chain is calibrated
+    to; leads: whether it can be; under: key of the question whose answers tell several rigs of the
+    method apart, a load or a height, empty where there is one rig; scatter: name of a function
+    (conditions (n,), readings (n,)) -> standard deviation (n,) of single readings, one each at
+    several answers of `under`, by `scatter_about`.
     """
 
     name: str
@@ -223,11 +194,11 @@ class Method:
     about: str
     questions: tuple[Question, ...]
     rank: int
-    becomes: Callable[..., LaboratoryTest] | None = None
+    becomes: str = ""
     own_options: bool = False
     leads: bool = False
     under: str = ""
-    scatter: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None
+    scatter: str = ""
     scatter_about: str = ""
 
     @property
@@ -293,14 +264,19 @@ def simulated(
     return LaboratoryTest(rig, experiment, run, rows, **parts)
 
 
-def said(name: str, *given: Any) -> tuple[str, ...]:
+def said(name: str, *given: Any, template: str = "said") -> tuple[str, ...]:
     """The lines of a macro of `said.j2`: what is said of a study that begins."""
     from calibration.engines.templates import macros  # what makes options needs none
 
-    text: str = getattr(macros("calibration.study.new", "said"), name)(*given)
+    text: str = getattr(macros("calibration.study.new", template), name)(*given)
     return tuple(text.splitlines())
 
 
-def wall_question(text: str, option: str = "") -> Question:
-    """The question of what a wall is of, which all methods with one ask alike."""
-    return Question("wall", text, words=WALLS, option=option, example="steel")
+def fault(name: str, *given: Any) -> str:
+    """The sentence of a macro of `refused.j2`: what cannot be a study."""
+    return " ".join(said(name, *given, template="refused"))
+
+
+def refusal(name: str, *given: Any) -> CalibrationError:
+    """The error of a `fault`."""
+    return CalibrationError(fault(name, *given))

@@ -2,18 +2,16 @@
 
 import math
 
-from calibration.errors import CalibrationError
 from calibration.study.new.grains import Grains, filling
 from calibration.study.new.methods.declare import (
     Answer,
     Entry,
     LaboratoryTest,
-    Method,
-    Question,
+    fault,
+    refusal,
     rows_of,
     said,
     simulated,
-    wall_question,
 )
 from dem.experiments.discharge import LEAST_WALL
 from dem.flow import C_BEVERLOO, FREE_FLOW_RATIO, beverloo
@@ -30,10 +28,7 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
     least = LEAST_WALL * orifice
     own = entry.value("silo", least)
     if own < least:
-        raise CalibrationError(
-            f"{entry.place('silo')}: {own:g} mm is less than {LEAST_WALL:g} orifices, so that its "
-            f"wall sets the flow; allowed: {least:g} mm or more"
-        )
+        raise refusal("narrow_silo", entry.place("silo"), own, LEAST_WALL, least)
     count = filling(math.pi / 4 * least**2 * DEEP * orifice, diameter, SOLID)
     geometry = {"orifice_diameter_mm": orifice, "silo_diameter_mm": round(least, 4)}
     if entry.values("half_angle"):
@@ -58,25 +53,19 @@ def _size(entry, grains, orifice):
     diameter = grains.size(grains.diameter_mm)
     length = grains.longest * diameter
     if orifice < FREE_FLOW_RATIO * length:
-        raise CalibrationError(
-            f"{entry.place('orifice')}: {orifice:g} mm is {orifice / length:.1f} of the longest "
-            f"simulated grain ({length:.3g} mm): arches stop the flow; allowed: "
-            f"{FREE_FLOW_RATIO * length:.3g} mm or more. A wider orifice in the laboratory helps"
-        )
+        place = entry.place("orifice")
+        raise refusal("arching_orifice", place, orifice, length, FREE_FLOW_RATIO)
     return diameter
 
 
 def _rows(entry, orifice):
     """(rows, mean flow [g/s]) of flows, or of the time of a mass."""
     if bool(entry.values("flow")) == bool(entry.values("time")):
-        raise CalibrationError(
-            f"{entry.place('orifice')}: a discharge needs its flow, or its time and mass; allowed: "
-            "one of the two"
-        )
+        raise refusal("flow_or_time", entry.place("orifice"))
     if not entry.values("flow"):
         mass = entry.value("mass")
         if mass is None:
-            raise CalibrationError(f"{entry.place('time')}: needs the mass that ran out (mass)")
+            raise refusal("no_mass", entry.place("time"))
         flows = [Answer(a.text, 1e3 * mass / a.value, a.place) for a in entry.answers["time"]]
         answers = dict(entry.answers) | {"flow": flows}
         if entry.values("sd"):
@@ -100,36 +89,10 @@ def _doubts(entry, grains, flow):
     bulk = SOLID * grains.density_kg_m3
     usual = 1e3 * C_BEVERLOO * beverloo(bulk, 1e-3 * orifice, 1e-3 * grains.diameter_mm)
     key = next(k for k in ("flow", "time") if entry.values(k))
-    told = (
-        f"{entry.place(key)}: a flow of {flow:.4g} g/s, where an orifice of {orifice:g} mm passes "
-        f"about {usual:.3g} g/s of your grains (Beverloo 1961)"
-    )
+    told = fault("flow_of", entry.place(key), flow, orifice, usual)
     low, high = (share * usual for share in PASSES)
     if not low <= flow <= high:
-        raise CalibrationError(f"{told}; allowed: {low:.3g} to {high:.3g} g/s")
+        raise refusal("no_flow", told, low, high)
     if USUAL[0] * usual <= flow <= USUAL[1] * usual:
         return ()
-    return (f"{told}: are orifice, mass and time right?",)
-
-
-METHODS = (Method(
-    name="discharge",
-    title="Discharge through an orifice",
-    about="A silo or hopper runs empty, and the mass over time is read.",
-    questions=(
-        Question("flow", "mass in a second, each reading", "mass_flow_g_s", reading=True,
-                 example="180 g/s", headings=("massenstrom", "débit massique", "débit")),
-        Question("time", "or the time in which a mass ran out", "emptying_time_s", reading=True,
-                 example=""),
-        Question("mass", "the mass that ran out in that time", "mass_kg", example=""),
-        Question("orifice", "diameter of the orifice", "orifice_diameter_mm", needed=True,
-                 example="35 mm"),
-        Question("silo", "inner diameter of the silo", "inner_diameter_mm", example="150 mm"),
-        Question("half_angle", "hopper's wall from the vertical; 90 is a flat bottom",
-                 "hopper_half_angle_deg", most=90.0, example="90"),
-        wall_question("what the silo is of"),
-    ),
-    rank=30,
-    becomes=becomes,
-    leads=True,
-),)  # fmt: skip
+    return said("odd_flow", told)

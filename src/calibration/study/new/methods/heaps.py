@@ -3,28 +3,20 @@ cylinder that is lifted."""
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
-from calibration.errors import CalibrationError
+from calibration.study.config.schema import COARSER
 from calibration.study.new.grains import Grains, filling, short, volume_mm3
+from calibration.study.new.heap import QUICK_WIDER, Heap, roomy_height
 from calibration.study.new.methods.declare import (
     Entry,
     LaboratoryTest,
-    Method,
-    Question,
+    fault,
+    refusal,
     rows_of,
     said,
     simulated,
-    wall_question,
 )
 from dem.experiments.heap import MIN_ORIFICE_RATIO
-
-if TYPE_CHECKING:  # the options are made from this file, and most commands need no more of it
-    from calibration.study.new.heap import Heap
-
-ANGLES = ("angle", "winkel", "böschungswinkel", "schüttwinkel", "angle de talus",
-          "talus")  # fmt: skip
-"""What tables call an angle of repose."""
 
 FLATTEST = 5.8
 """Angle [deg] at which spheres without any friction still stand (Peyneau and Roux 2008, Physical
@@ -39,7 +31,6 @@ USUAL_MM = 50.0  # width of one that is assumed, at least: a choice of this proj
 LEAST = 5.0  # longest grains across any cylinder
 DEEP = 1.5  # depth of the grains over the cylinder's width, assumed
 SPEED = 20.0  # mm/s, assumed: slow enough that the grains follow the rim
-FASTEST = 2000.0  # mm/s: no hand is faster
 ROUND = 4.0  # of the largest grains by which a plate is wider than the cylinder, at least
 ROOM = 1.6  # of the plate over the width of a cone of the measured angle
 RIG_ASSUMED = 2.0
@@ -50,31 +41,21 @@ the rig moves it by degrees. A choice of this project, no source."""
 def doubts_of_angle(entry: Entry, key: str, grains: Grains) -> tuple[str, ...]:
     """Questions about angles of repose that few grains have. Raises CalibrationError for one that
     no friction allows; grains that stick stand as steeply as they will."""
-    doubts = []
+    doubts: list[str] = []
     for answer in entry.answers[key]:
         friction = math.tan(math.radians(answer.value))
-        told = f"{answer.place}: a heap of {answer.value:g}° has an internal friction of "
-        told += f"{friction:.2f}"
+        told = fault("heap_of", answer.place, answer.value, friction)
         if answer.value < FLATTEST:
-            raise CalibrationError(
-                f"{told}, and spheres without any friction stand at {FLATTEST:g}°; allowed: more "
-                "than that"
-            )
+            raise refusal("slippery", told, FLATTEST)
         if answer.value > STEEPEST and not grains.sticky:
-            raise CalibrationError(
-                f"{told}; allowed: up to {STEEPEST:g}° of dry grains, or --moisture moist for "
-                "grains that stick together"
-            )
+            raise refusal("too_steep", told, STEEPEST)
         if answer.value > STEEP and not grains.sticky:
-            doubts.append(f"{told}: few heaps of dry grains are steeper than {STEEP:g}°. Do yours "
-                          "stick together (--moisture moist)?")  # fmt: skip
+            doubts += said("steep", told, STEEP)
     return tuple(doubts)
 
 
-def heap_of(entry: Entry, grains: Grains) -> "Heap":
+def heap_of(entry: Entry, grains: Grains) -> Heap:
     """`Heap` of the answers. Raises CalibrationError for a rig in which no heap can be poured."""
-    from calibration.study.new.heap import Heap
-
     angles = entry.values("measured")
     heap = Heap(
         diameter_mm=grains.diameter_mm,
@@ -95,30 +76,16 @@ def heap_of(entry: Entry, grains: Grains) -> "Heap":
 def _check_funnel(entry, heap, grains):
     """Refuse a rig that no grain passes, or that a heap of the measured angle would touch."""
     length = grains.longest * grains.diameter_mm
-    across = heap.orifice_diameter_mm / length
-    if across < NARROW:
-        clogs = "any funnel clogs" if across < MIN_ORIFICE_RATIO else "most runs would clog"
-        raise CalibrationError(
-            f"{entry.place('orifice')}: {heap.orifice_diameter_mm:g} mm is {across:.1f} of the "
-            f"longest grain ({length:.3g} mm): {clogs}; allowed: {NARROW * length:.3g} mm or more, "
-            "or a lifted cylinder in its place"
-        )
-    if heap.plate_diameter_mm <= heap.orifice_diameter_mm:
-        raise CalibrationError(
-            f"{entry.place('plate')}: {heap.plate_diameter_mm:g} mm is no wider than the orifice; "
-            f"allowed: more than {heap.orifice_diameter_mm:g} mm"
-        )
+    orifice, plate = heap.orifice_diameter_mm, heap.plate_diameter_mm
+    if orifice < NARROW * length:
+        clogs = orifice < MIN_ORIFICE_RATIO * length
+        raise refusal("narrow_orifice", entry.place("orifice"), orifice, length, NARROW, clogs)
+    if plate <= orifice:
+        raise refusal("narrow_plate", entry.place("plate"), plate, orifice)
     if heap.discharge_height_mm <= heap.apex_mm:
-        raise CalibrationError(
-            f"{entry.place('height')}: a heap of {heap.angle_deg:.1f}° on the plate stands "
-            f"{heap.apex_mm:.3g} mm high and would reach the orifice at "
-            f"{heap.discharge_height_mm:g} mm; allowed: more than that"
-        )
+        raise refusal("low_orifice", entry.place("height"), heap)
     if heap.mass_flow_g_s is not None and heap.feed_share >= 1.0:
-        raise CalibrationError(
-            f"{entry.place('rate')}: the orifice passes about "
-            f"{heap.mass_flow_g_s / heap.feed_share:.3g} g/s (Beverloo 1961); allowed: less"
-        )
+        raise refusal("fast_pour", entry.place("rate"), heap.mass_flow_g_s / heap.feed_share)
 
 
 def funnel(entry: Entry, grains: Grains) -> LaboratoryTest:
@@ -156,11 +123,8 @@ def funnel(entry: Entry, grains: Grains) -> LaboratoryTest:
 
 def _said_of_funnel(entry, heap, grains, diameter, own):
     """Sentences on a heap; own: grains that the laboratory's own heap has."""
-    from calibration.study.config.schema import COARSER
-    from calibration.study.new.heap import roomy_height
-
     fed = "as given" if entry.values("rate") else "assumed"
-    across = heap.orifice_diameter_mm / (grains.longest * diameter * _coarser())
+    across = heap.orifice_diameter_mm / (grains.longest * diameter * QUICK_WIDER)
     roomy = roomy_height(heap.plate_diameter_mm, heap.plate_rim_height_mm, heap.angle_deg)
     larger, quick = grains.enlarged(diameter), COARSER["quick"]
     return said("funnel", heap, own, fed, larger, quick, across, NARROW, roomy, ENOUGH)
@@ -178,10 +142,7 @@ def cylinder(entry: Entry, grains: Grains) -> LaboratoryTest:
     plate = entry.value("plate", _plate(count * volume_mm3(diameter) / 0.6, angles, wide))
     least = wide + ROUND * diameter * grains.longest
     if plate < least:
-        raise CalibrationError(
-            f"{entry.place('plate')}: {plate:g} mm is too narrow for the heap of a cylinder of "
-            f"{wide:g} mm; allowed: {least:.3g} mm or more"
-        )
+        raise refusal("narrow_base", entry.place("plate"), plate, wide, least)
     run = {
         "particles": grains.particles(count, diameter),
         "geometry": {
@@ -204,11 +165,7 @@ def cylinder(entry: Entry, grains: Grains) -> LaboratoryTest:
 def _refuse_unknown(entry, grains):
     """A heap of grains that stick is the steeper the smaller it is: its rig cannot be assumed."""
     if grains.sticky and not entry.values("cylinder"):
-        raise CalibrationError(
-            f"{entry.place('angle')}: a powder that sticks heaps the steeper the smaller its heap "
-            "is, and the cylinder was not told; allowed: cylinder beside it (inner diameter, such "
-            "as 60 mm), and depth"
-        )
+        raise refusal("unknown_cylinder", entry.place("angle"))
 
 
 def _size(entry, grains, wide, deep):
@@ -218,22 +175,12 @@ def _size(entry, grains, wide, deep):
     limit = wide / (LEAST * grains.longest)
     if grains.size(grains.diameter_mm) > limit:
         length = grains.longest * grains.size(grains.diameter_mm)
-        raise CalibrationError(
-            f"{entry.place('cylinder')}: {wide:g} mm is {wide / length:.2g} of the longest "
-            f"simulated grain ({short(length)} mm); allowed: {LEAST:g} of them, "
-            f"{short(LEAST * length)} mm, or more"
-        )
+        told = wide, wide / length, short(length), LEAST, short(LEAST * length)
+        raise refusal("narrow_cylinder", entry.place("cylinder"), *told)
     own = filling(math.pi / 4 * wide**2 * deep, grains.diameter_mm)
     wanted = grains.diameter_mm * max(own / grains.most, 1.0) ** (1 / 3)
     # the quick profile's larger grains fit too
-    return grains.size(min(wanted, limit / _coarser()))
-
-
-def _coarser():
-    """How many times as wide the grains of the quick profile are."""
-    from calibration.study.config.schema import COARSER  # most commands need no more of this file
-
-    return COARSER["quick"] ** (1 / 3)
+    return grains.size(min(wanted, limit / QUICK_WIDER))
 
 
 def _plate(bulk, angles, wide):
@@ -247,52 +194,5 @@ def _said_of_cylinder(entry, grains, diameter, wide, deep, count):
     words = {"cylinder": f"{wide:.3g} mm wide", "depth": f"filled {deep:.3g} mm deep",
              "speed": f"lifted at {SPEED:g} mm/s"}  # fmt: skip
     assumed = {key: text for key, text in words.items() if not entry.values(key)}
-    fits = wide >= LEAST * grains.longest * diameter * _coarser()
+    fits = wide >= LEAST * grains.longest * diameter * QUICK_WIDER
     return said("cylinder", assumed, RIG_ASSUMED, fits, count, grains.enlarged(diameter))
-
-
-METHODS = (Method(
-    name="funnel",
-    title="Funnel heap",
-    about="Grains run through a funnel onto a plate, and the angle of the heap is read.",
-    questions=(
-        Question("measured", "measured angles of repose, each reading; in an option also the table "
-                 "or photographs that hold them", "angle_of_repose_deg", reading=True,
-                 needed=True, most=89.0, option="measured", example="26.1", headings=ANGLES),
-        Question("orifice", "diameter of the funnel's orifice", "orifice_diameter_mm",
-                 needed=True, option="orifice", example="25 mm"),
-        Question("plate", "diameter of the base plate", "plate_diameter_mm", needed=True,
-                 option="plate", example="100 mm"),
-        Question("height", "orifice above the plate; where pouring ended as the heap "
-                 "touched the funnel (a fixed funnel), a little above the heap",
-                 "discharge_height_mm", needed=True, option="height", example="75 mm"),
-        Question("rim", "height of the plate's rim, where it has one", "plate_rim_height_mm",
-                 option="rim", example=""),
-        Question("rate", "mass poured in a second, where it was measured", "mass_flow_g_s",
-                 option="rate", example=""),
-        wall_question("what the plate is of", "plate-of"),
-    ),
-    rank=10,
-    becomes=funnel,
-    own_options=True,
-    leads=True,
-), Method(
-    name="lifted-cylinder",
-    title="Lifted cylinder",
-    about="An open cylinder on a plate is filled and lifted, and the angle of the heap is read.",
-    questions=(
-        Question("angle", "angle of repose, each reading", "angle_of_repose_deg", reading=True,
-                 needed=True, most=89.0, example="26.1", headings=ANGLES),
-        Question("cylinder", "inner diameter of the cylinder", "inner_diameter_mm",
-                 example="60 mm"),
-        Question("depth", "depth of the grains in it before the lift", "depth_mm",
-                 example="90 mm"),
-        Question("speed", "speed of the lift", "lift_speed_mm_s", most=FASTEST,
-                 example="20 mm/s"),
-        Question("plate", "diameter of the base plate", "plate_diameter_mm", example=""),
-        wall_question("what cylinder and plate are of"),
-    ),
-    rank=11,
-    becomes=cylinder,
-    leads=True,
-),)  # fmt: skip

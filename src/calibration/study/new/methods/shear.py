@@ -3,22 +3,15 @@ plate (Jenike)."""
 
 import numpy as np
 
-from calibration.errors import CalibrationError
 from calibration.study.new.grains import Grains
 from calibration.study.new.methods.declare import (
     Entry,
     LaboratoryTest,
-    Method,
-    Question,
+    refusal,
     rows_of,
     said,
     simulated,
-    wall_question,
 )
-
-NORMAL_STRESS = ("normalspannung", "auflast", "contrainte normale", "normal load", "normal",
-                 "sigma", "σ")  # fmt: skip
-"""What tables call the load of a test."""
 
 INNER, OUTER, COUNT = 10.0, 22.0, 1300
 """Walls of the ring in longest grains, and the grains in it: the salt's ring, in which they lie
@@ -68,10 +61,7 @@ def sheared(entry: Entry, grains: Grains) -> LaboratoryTest:
 def slid(entry: Entry, grains: Grains) -> LaboratoryTest:
     """The experiment `wall_friction` under the entry's load."""
     if bool(entry.values("stress")) == bool(entry.values("angle")):
-        raise CalibrationError(
-            f"{entry.place('load')}: wall friction needs the shear stress or its angle; allowed: "
-            "one of the two"
-        )
+        raise refusal("stress_or_angle", entry.place("load"))
     load = entry.value("load")
     diameter = grains.size(grains.diameter_mm)
     length = grains.longest * diameter
@@ -88,48 +78,3 @@ def slid(entry: Entry, grains: Grains) -> LaboratoryTest:
          "geometry": geometry},
         rows_of(entry, key, EXPERIMENT, normal_stress_kPa=load),
     )  # fmt: skip
-
-
-METHODS = (Method(
-    name="shear-cell",
-    title="Shear cell",
-    about="Grains are sheared under a load, and the peak of the shear stress is read; a test a "
-    "load.",
-    questions=(
-        Question("stress", "peak of the shear stress, each reading", "shear_stress_kPa",
-                 reading=True, needed=True, example="1.9 kPa",
-                 headings=("schubspannung", "scherspannung", "contrainte de cisaillement", "tau",
-                           "τ")),
-        Question("load", "normal stress under which it was sheared", "normal_stress_kPa",
-                 needed=True, example="2 kPa", headings=NORMAL_STRESS),
-        Question("preshear", "normal stress of the pre-shear", "preshear_normal_stress_kPa",
-                 example="6 kPa", headings=("anscherspannung", "pre-shear")),
-    ),
-    rank=31,
-    becomes=sheared,
-    leads=True,
-    under="load",
-    scatter=about_a_line,
-    scatter_about="the line through {n} loads",
-), Method(
-    name="wall-friction",
-    title="Wall friction",
-    about="A bed under a load slides on a plate; a test a load.",
-    questions=(
-        Question("stress", "shear stress on the plate, each reading", "wall_shear_stress_kPa",
-                 reading=True, example="0.6 kPa",
-                 headings=("wandschubspannung", "schubspannung", "contrainte de cisaillement",
-                           "shear stress")),
-        Question("angle", "or the angle of wall friction", "wall_friction_angle_deg",
-                 reading=True, most=89.0, example="", headings=("wandreibungswinkel",)),
-        Question("load", "normal stress", "normal_stress_kPa", needed=True, example="2 kPa",
-                 headings=NORMAL_STRESS),
-        wall_question("what the plate is of"),
-    ),
-    rank=32,
-    becomes=slid,
-    leads=True,
-    under="load",
-    scatter=about_a_line,
-    scatter_about="the line through {n} loads",
-),)  # fmt: skip

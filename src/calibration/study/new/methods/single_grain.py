@@ -5,17 +5,14 @@ import math
 
 import numpy as np
 
-from calibration.errors import CalibrationError
 from calibration.study.new.grains import Grains
 from calibration.study.new.methods.declare import (
     Entry,
     LaboratoryTest,
-    Method,
-    Question,
+    refusal,
     rows_of,
     said,
     simulated,
-    wall_question,
 )
 from dem.units import has_unit
 
@@ -53,24 +50,11 @@ def dropped(entry: Entry, grains: Grains) -> LaboratoryTest:
     height = entry.value("height")
     for answer in entry.answers["rebound"]:
         if answer.value >= height:
-            raise CalibrationError(
-                f"{answer.place}: a rebound of {answer.value:g} mm is not below the drop from "
-                f"{height:g} mm; allowed: less than that"
-            )
+            raise refusal("no_rebound", answer.place, answer.value, height)
         if answer.value < DOUBTFUL * height and not has_unit(answer.text.replace(",", ".")):
-            bounced = answer.value**2 * height
-            raise CalibrationError(
-                f"{answer.place}: a rebound of {answer.value:g} mm from {height:g} mm is a "
-                f"restitution of {math.sqrt(answer.value / height):.2g}, which is doubtful; did "
-                f"you mean a restitution of {answer.value:g}, a rebound of {bounced:.3g} mm? Its "
-                "unit behind it settles it"
-            )
+            raise refusal("doubtful_rebound", answer.place, answer.value, height)
     if grains.diameter_mm < SMALLEST_MM:
-        raise CalibrationError(
-            f"{entry.place('rebound')}: grains of {grains.diameter_mm:g} mm do not bounce as in a "
-            f"vacuum; allowed: {SMALLEST_MM:g} mm or more. Leave the drop out; a discharge tells "
-            "what grains lose"
-        )
+        raise refusal("floating", entry.place("rebound"), grains.diameter_mm, SMALLEST_MM)
     rows = rows_of(entry, "rebound", "drop", drop_height_mm=height)
     mean, error = mean_and_error(rows)
     restitution = math.sqrt(mean / height)
@@ -115,38 +99,3 @@ def tilted(entry: Entry, grains: Grains) -> LaboratoryTest:
         rows, went=went, ranges={FRICTION: (*around(friction, spread), source)}, said=(source,),
         known={FRICTION: (friction, spread)},
     )  # fmt: skip
-
-
-METHODS = (Method(
-    name="drop",
-    title="Drop test",
-    about="A grain falls on a plate, and the height of its rebound is read; a test a height.",
-    questions=(
-        Question("rebound", "height of the rebound, each reading", "rebound_height_mm",
-                 reading=True, needed=True, example="78 mm",
-                 headings=("rückprallhöhe", "rücksprunghöhe", "rückprall", "rücksprung",
-                           "hauteur de rebond", "rebond")),
-        Question("height", "height of the drop", "drop_height_mm", needed=True, example="300 mm",
-                 headings=("fallhöhe", "hauteur de chute")),
-        wall_question("what the plate is of"),
-    ),
-    rank=40,
-    becomes=dropped,
-    under="height",
-    scatter=about_one_restitution,
-    scatter_about="one restitution from {n} heights",
-), Method(
-    name="tilted-plane",
-    title="Tilted plane",
-    about="Grains that cannot roll (three or four glued together) lie on a plate, which is tilted "
-    "until they slide.",
-    questions=(
-        Question("angle", "angle at which they slide, each reading", "sliding_angle_deg",
-                 reading=True, needed=True, most=89.0, example="21",
-                 headings=("gleitwinkel", "rutschwinkel", "angle de glissement", "winkel")),
-        Question("rate", "speed of tilting", "tilt_rate_deg_s", most=90.0, example=""),
-        wall_question("what the plate is of"),
-    ),
-    rank=41,
-    becomes=tilted,
-),)  # fmt: skip
