@@ -333,9 +333,9 @@ def atlas_published():
     return f"""
 ## Published materials
 
-The studies in `examples/` that begin from published values. Where no parameters within the
-published ranges meet a material's readings, the atlas says so: spheres of one size fill a vessel
-less than sand and pellets do.
+The studies in `examples/` that begin from published values; `met`: whether parameters within the
+published ranges meet all readings of a material. Sand and pellets lie on plates wider than the
+atlas', where heaps stand steeper than it tells, and fill a vessel more than spheres of one size do.
 
 {rows_of(["material", "reading", "unit", "measured", "told", "met"], rows)}"""
 

@@ -2,6 +2,7 @@
 computes."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -42,6 +43,14 @@ def test_a_study_begins_from_values_with_units(here, capsys):
     assert [(f.low, f.high) for f in factors] == [*wide, *wide, (0.2, 0.4)]
     assert main(["new", "Weizen Prüfung 1", *ANGLES, *RIG]) == 2
     assert "exists already" in capsys.readouterr().err
+
+
+def test_a_mean_is_told_with_its_spread_in_either_form(here):
+    assert main(["new", "a", "--measured", "31.2", "--sd", "0.8", "--n", "6", *RIG]) == 0
+    assert main(["new", "b", "--measured", "31.2", "sd=0.8", "n=6", *RIG]) == 0
+    texts = [Path(name, "measured.csv").read_text("utf-8") for name in "ab"]
+    assert texts[0] == texts[1]
+    assert "31.2,deg,0.8,6" in texts[0]
 
 
 def test_published_ranges_name_their_source(here):

@@ -27,7 +27,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--sheet", help="of a workbook with several: the one that is meant")
     for method in methods().values():
         group = parser.add_argument_group(method.title, method.about)
-        for q in (q for q in method.questions if q.option):
+        for q in (q for q in method.asked if q.option):
             shape: dict[str, Any] = {"nargs": "+", "metavar": "X"} if q.option in MANY else {}
             group.add_argument(f"--{q.option}", dest=_dest(q), help=_help(q), **shape)
         if method.becomes or not method.own_options:
@@ -68,7 +68,7 @@ def words_given(args: argparse.Namespace) -> list[str]:
     found = [
         word for m in methods() for words in getattr(args, f"method_{m}", ()) for word in words
     ]
-    single = [getattr(args, _dest(q)) for m in methods().values() for q in m.questions if q.option]
+    single = [getattr(args, _dest(q)) for m in methods().values() for q in m.asked if q.option]
     return found + [w for one in single for w in (one if isinstance(one, list) else [one]) if w]
 
 
@@ -81,7 +81,7 @@ def raws_of(args: argparse.Namespace) -> list[Raw]:
         place, sheet = f"option --{method.name}", args.sheet
         raws = [raw for words in several for raw in _told(method, words, place, sheet)]
         beside = [Raw(method.name, {}, place)]
-        for q in (q for q in method.questions if q.option and getattr(args, _dest(q))):
+        for q in (q for q in method.asked if q.option and getattr(args, _dest(q))):
             given, place = getattr(args, _dest(q)), f"option --{q.option}"
             own = Raw(method.name, {q.key: [(given, f"{place} {given}")]}, place)
             more = _told(method, given, place, sheet) if q.option in MANY else [own]

@@ -229,8 +229,9 @@ def spread_of(reading: Question) -> tuple[Question, Question]:
     value is the mean."""
     return (
         Question("sd", "standard deviation of one reading, where the value is a mean or the only "
-                 "one", unit=_plain(reading.unit)),
-        Question("n", "of how many readings the value is the mean", whole=True, least=1, most=1e6),
+                 "one", unit=_plain(reading.unit), option="sd" if reading.option else ""),
+        Question("n", "of how many readings the value is the mean", whole=True, least=1, most=1e6,
+                 option="n" if reading.option else ""),
     )  # fmt: skip
 
 
