@@ -86,8 +86,8 @@ def poured(name: str, folder: str | Path, seeds: int = decks.SEEDS) -> dict[str,
 
 
 def converted(mapping: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """What the stage `export_converted` finds for a run spec (a mapping) of few grains: content of
-    rolling.json. folder: where its runs are kept."""
+    """Return what the stage `export_converted` finds for a run spec (a mapping) of few grains:
+    content of rolling.json. folder: where its runs are kept."""
     runs = folder / "runs"
 
     def made(name, plan):

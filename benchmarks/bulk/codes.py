@@ -150,7 +150,7 @@ def _pair(a, b):
 
 
 def _numbers(case):
-    """What the inputs of the others name beside materials and walls."""
+    """Return what the inputs of the others name beside materials and walls."""
     between, looks = case.looks
     radius = _all(case)[1]
     skin = WIDE_SKIN if radius.max() > WIDE * radius.min() else SKIN

@@ -127,8 +127,8 @@ FORMS: Mapping[str, Callable[[State], float]] = {
 
 
 def clogs(kind: str, s: State) -> bool:
-    """Whether grains arch over the orifice of a silo: fewer than five of them pass abreast, or a
-    few more where they attract each other."""
+    """Return whether grains arch over the orifice of a silo: fewer than five of them pass abreast,
+    or a few more where they attract each other."""
     return kind == "discharge" and s.lever < 5.0 * s.d * (1.0 + 0.03 * bond(s))
 
 
@@ -161,8 +161,8 @@ def scattered(kind: str, value: float, sd: float, rng: np.random.Generator) -> f
 
 
 def simulated(seed: int, specs: Mapping[str, dict]) -> dict[str, dict[str, float] | None]:
-    """What `calibration.runs.simulated.simulate` gives of the runs. seed: of the case, for each
-    study has runs of its own, and with them errors of its emulators."""
+    """Return what `calibration.runs.simulated.simulate` gives of the runs. seed: of the case, for
+    each study has runs of its own, and with them errors of its emulators."""
     out: dict[str, dict[str, float] | None] = {}
     for name, spec in specs.items():
         kind, state = spec["experiment"], state_of(spec)

@@ -45,7 +45,7 @@ class Expected:
     names: tuple[str, ...] = ()
 
     def met(self, verdict: dict[str, Any]) -> bool:
-        """Whether the content of verdict.json is so."""
+        """Return whether the content of verdict.json is so."""
         leading = {law["slot"] for law in verdict["laws"][:1]}
         return (
             verdict["verdict"] in self.verdicts
@@ -126,7 +126,7 @@ def left(verdict: dict[str, Any]) -> float:
 
 
 def row_of(name: str, budget: int, verdict: dict[str, Any]) -> dict[str, Any]:
-    """What is kept of a verdict."""
+    """Return what is kept of a verdict."""
     expected = EXPECTED[name]
     return {
         "case": name, "budget": budget, "hidden": expected.hidden, "verdict": verdict["verdict"],

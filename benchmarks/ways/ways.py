@@ -196,7 +196,7 @@ WAYS = {
 
 
 def answer(way: str, bench: Bench, runs: int) -> Answer | None:
-    """What a way answers with so many runs; None where it ends with an error."""
+    """Return what a way answers with so many runs; None where it ends with an error."""
     spend, conclude = WAYS[way]
     try:
         return conclude(bench, *spend(bench, runs))

@@ -65,7 +65,7 @@ REFUSALS = (CalibrationError, DemError, OSError)
 
 
 def of_the_machine(error: BaseException) -> bool:
-    """Whether an error is the machine's refusal and no fault of the program or its input."""
+    """Return whether an error is the machine's refusal and no fault of the program or its input."""
     return isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno in MACHINE)
 
 

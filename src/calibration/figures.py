@@ -60,8 +60,8 @@ PLACES = {
 
 
 def parameter_words(key: str) -> str:
-    """What a key of the run spec is called where a study's own name for it would mislead, as in a
-    diagnosis of other grains: 'restitution, grain on wall'."""
+    """Return what a key of the run spec is called where a study's own name for it would mislead, as
+    in a diagnosis of other grains: 'restitution, grain on wall'."""
     place = next((p for p in PLACES if key.startswith(f"{p}.")), None)
     if place is None:
         return label(without_unit(key))

@@ -128,7 +128,7 @@ def _text(node):
 
 
 def _for_types(node):
-    """Whether a statement is an import for types."""
+    """Return whether a statement is an import for types."""
     if isinstance(node, ast.If):
         return getattr(node.test, "id", "") == "TYPE_CHECKING"
     return isinstance(node, ast.ImportFrom) and node.module in TYPES

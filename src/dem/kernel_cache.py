@@ -113,8 +113,8 @@ def _files(folder: Path) -> Iterator[os.DirEntry[str]]:
 
 
 def whole(file: str | os.PathLike[str]) -> bool:
-    """Whether one of numba's files (.nbi, .nbc) holds its pickles to their ends, and nothing more.
-    Nothing in it is run. Raises OSError."""
+    """Return whether one of numba's files (.nbi, .nbc) holds its pickles to their ends, and nothing
+    more. Nothing in it is run. Raises OSError."""
     stream = io.BytesIO(Path(file).read_bytes())
     try:
         for _ in range(PARTS[Path(file).suffix]):

@@ -46,13 +46,14 @@ SHAPES = {
 
 
 def engine_of(spec: RunSpec) -> str:
-    """What makes a `RunSpec`'s run: this engine's fingerprint, or the name of another engine."""
+    """Return what makes a `RunSpec`'s run: this engine's fingerprint, or the name of another
+    engine."""
     return engine_fingerprint() if spec.engine is None else OTHER + spec.engine.name
 
 
 def is_current(engine: str) -> bool:
-    """Whether what `engine_of` named still stands: this engine as it is now, or another one, whose
-    version is part of the run's name."""
+    """Return whether what `engine_of` named still stands: this engine as it is now, or another one,
+    whose version is part of the run's name."""
     return engine == engine_fingerprint() or engine.startswith(OTHER)
 
 

@@ -88,7 +88,7 @@ def in_unit(text: str | float, unit: str | None) -> float:
 
 
 def has_unit(value: object) -> bool:
-    """Whether a value is a text of a number and a unit."""
+    """Return whether a value is a text of a number and a unit."""
     match = _WITH_UNIT.match(value) if isinstance(value, str) else None
     return bool(match and match[2] and _SPELLED.fullmatch(match[2]))
 

@@ -166,7 +166,8 @@ class Bulk:
         return np.concatenate([logs, odds]), slopes, covariance
 
     def _expected_odds(self, model, theta):
-        """What is expected (c,) of the logarithms of the odds, and the derivatives (c, p)."""
+        """Return what is expected (c,) of the logarithms of the odds, and the derivatives (c,
+        p)."""
         if not len(model.tests):
             return np.zeros(0), np.zeros((0, len(theta)))
         odds, slope = (v[0] for v in model.odds(theta[None]))
@@ -208,7 +209,7 @@ class Bulk:
         return count + sum(self.tests[i][0] in kinds for i in none)
 
     def _curves(self, name, logs, slope, error):
-        """What a mechanism adds at each strength (k, n), and the roots (k, n, r) of what is
+        """Return what a mechanism adds at each strength (k, n), and the roots (k, n, r) of what is
         uncertain about it."""
         model, _ = self.fit((name,))
         p, start = len(self.base.factors), self.fitted.theta[0]
@@ -273,7 +274,7 @@ def _doubt_one_formula(found):
 
 
 def _bends(blocks):
-    """Whether a smooth curve along a lever explains more than an error of each setting."""
+    """Return whether a smooth curve along a lever explains more than an error of each setting."""
     for block in blocks.values():
         y, n = block.readings.log[None], len(block.readings.log)
         for own, at in block.readings.parts.values():

@@ -72,9 +72,9 @@ def with_engine(
     catalogue: Mapping[str, Mechanism],
     held_out: Sequence[Measurement] = (),
 ) -> dict[str, Any]:
-    """What verdict.json says of a table of single contacts but for its residuals and calibration,
-    after the engine's word: gains of each law and of all, names that they leave, limits and the
-    prediction that can fail. held_out: rows with the role `hold out`."""
+    """Return what verdict.json says of a table of single contacts but for its residuals and
+    calibration, after the engine's word: gains of each law and of all, names that they leave,
+    limits and the prediction that can fail. held_out: rows with the role `hold out`."""
     engine = Engine(rig, catalogue)
     give_strengths(found, catalogue)
     parts = []

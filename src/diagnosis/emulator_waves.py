@@ -51,8 +51,8 @@ def modes(bulk: Bulk) -> dict[str, tuple[Model, Fit]]:
 
 
 def _trained(emulated, experiment, mechanism):
-    """Whether runs of its own train a mechanism: it is no law of the reading and none that the base
-    model's emulator predicts."""
+    """Return whether runs of its own train a mechanism: it is no law of the reading and none that
+    the base model's emulator predicts."""
     return hasattr(emulated.emulators.get((experiment, mechanism)), "error")
 
 

@@ -114,7 +114,8 @@ class Fit:
 
     @property
     def expected(self) -> np.ndarray:
-        """What readings would be (b, n) without an error of their own: `predicted` and `common`."""
+        """Return what readings would be (b, n) without an error of their own: `predicted` and
+        `common`."""
         return self.predicted + self.common
 
     def shared_errors(self, data: Data) -> dict[tuple[str, str], float]:
@@ -384,8 +385,8 @@ def data_of(measurements: Sequence[Measurement], tests: Outcomes | None = None) 
 def evidence(
     emulated: Emulated, measurements: Sequence[Measurement]
 ) -> tuple[list[Measurement], Sequence[tuple[str, dict]], Data]:
-    """What a fit of an `Emulated` to measurements takes, tests without a value among them: the
-    measurements with a value, the conditions of the tests, and the `Data` of both."""
+    """Return what a fit of an `Emulated` to measurements takes, tests without a value among them:
+    the measurements with a value, the conditions of the tests, and the `Data` of both."""
     tests = outcomes_of(measurements, emulated.failures)
     valued = [m for m in measurements if not m.outcome]
     return valued, tests.conditions if tests else (), data_of(valued, tests)

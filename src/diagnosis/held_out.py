@@ -46,8 +46,8 @@ def by_emulators(
 
 
 def _shared(measurements, held_out, fitted, data):
-    """What errors of batches and instruments are expected to add (k,) to rows that were held out,
-    and its variance."""
+    """Return what errors of batches and instruments are expected to add (k,) to rows that were held
+    out, and its variance."""
     rows, n = measurements + held_out, len(measurements)
     covariance = covariance_of(rows, spread_unit(rows), fitted.shared_errors(data))
     cross = covariance[n:, :n]

@@ -32,13 +32,13 @@ class Measured:
 
 
 def alone(experiments: Iterable[str]) -> bool:
-    """Whether all of the experiments are single contacts."""
+    """Return whether all of the experiments are single contacts."""
     return set(experiments) <= set(CONTACTS)
 
 
 def need_emulators(path: str | Path) -> bool:
-    """Whether a table has rows of other experiments than single contacts. A faulty one counts as
-    having them: who reads it says what is wrong."""
+    """Return whether a table has rows of other experiments than single contacts. A faulty one
+    counts as having them: who reads it says what is wrong."""
     try:
         return not alone(m.experiment for m in read_all(path).fitted)
     except (ConfigError, OSError):

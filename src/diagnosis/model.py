@@ -173,7 +173,8 @@ class _Part:
         return value, error, by_theta
 
     def transformed(self, theta, slope, errors):
-        """What the emulators give: (b, n), derivatives (b, n, p) or None, variances (b, n)."""
+        """Return what the emulators give: (b, n), derivatives (b, n, p) or None, variances (b,
+        n)."""
         b, n = len(theta), len(self.rows)
         z, by_theta, variance = self._sum_of_laws(theta, self._inputs(theta), n, slope, errors)
         by_theta = by_theta.reshape(b, n, -1) if slope else None

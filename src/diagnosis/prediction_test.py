@@ -70,7 +70,8 @@ def _again(verdict):
 
 
 def _constant(found, verdict):
-    """What a constant coefficient expects beyond the plan; None where nothing is adequate."""
+    """Return what a constant coefficient expects beyond the plan; None where nothing is
+    adequate."""
     if verdict["verdict"] != "adequate":
         return None
     block = next(iter(found.selection.blocks.values()))
@@ -230,7 +231,7 @@ def _here(measurements, found, held_out):
 
 
 def _outcome(rows):
-    """What rows that were held out decide."""
+    """Return what rows that were held out decide."""
     if not rows:
         return "open"
     square = [sum(r[k] ** 2 for r in rows) for k in ("miss_with", "miss_without")]

@@ -77,8 +77,8 @@ def residual_rows(
 
 
 def trends(rows: Sequence[dict[str, Any]], drawn: np.ndarray) -> list[dict[str, Any]]:
-    """What the residuals show beyond noise: slopes along a lever, experiments off as a whole,
-    single settings; drawn: see `by_chance`.
+    """Return what the residuals show beyond noise: slopes along a lever, experiments off as a
+    whole, single settings; drawn: see `by_chance`.
 
     Each mapping: kind (trend, offset or setting), experiment, lever and slope (None but for a
     trend), p, sentence."""

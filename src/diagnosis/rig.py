@@ -84,7 +84,7 @@ class Rig:
                 raise ConfigError(f"{line}{m.label}: {error}", key=key) from None
 
     def refuses(self, experiment: str, mechanism: Mechanism) -> bool:
-        """Whether the engine cannot have a mechanism in an experiment."""
+        """Return whether the engine cannot have a mechanism in an experiment."""
         own = self.settings.experiments[experiment]
         ranges = cast(dict[str, list[float]], own.levers)  # `derived` fills it in
         levers = {name: low for name, (low, _) in ranges.items()}
@@ -94,7 +94,7 @@ class Rig:
 
 
 def _refused(spec, kind):
-    """Whether a spec (a mapping) is refused with an error of that kind."""
+    """Return whether a spec (a mapping) is refused with an error of that kind."""
     try:
         engines.check(parse_spec(spec))
     except DemError as error:
@@ -113,9 +113,9 @@ def _possible(key, value):
 def combine(
     settings: Settings, mechanisms: Iterable[Mechanism], conditions: Iterable[tuple[str, dict]]
 ) -> bool:
-    """Whether the engine can have all of the mechanisms at once in the experiments of conditions
-    [(experiment, levers)]: no two of them are in the same slot, and the engine takes the spec.
-    Those of the reading go with any."""
+    """Return whether the engine can have all of the mechanisms at once in the experiments of
+    conditions [(experiment, levers)]: no two of them are in the same slot, and the engine takes the
+    spec. Those of the reading go with any."""
     rig = Rig(settings, {})
     for experiment, levers in dict(conditions).items():
         plain = rig.spec(Condition(experiment, levers), 0)

@@ -69,17 +69,17 @@ class Evidence:
 
     @property
     def placed(self) -> bool:
-        """Whether there is a law, a row or an error that has a place."""
+        """Return whether there is a law, a row or an error that has a place."""
         return bool(self.laws or self.rows or any(e["what"] != "settings" for e in self.faults))
 
     @property
     def faulty(self) -> bool:
-        """Whether errors or rows explain the misfit, and no law is placed."""
+        """Return whether errors or rows explain the misfit, and no law is placed."""
         return not self.laws and (self.placed or (bool(self.faults) and self.scattered))
 
     @property
     def open(self) -> bool:
-        """Whether a law or an error is not told from what stands beside it."""
+        """Return whether a law or an error is not told from what stands beside it."""
         return any(map(_open, (*self.laws, *self.faults)))
 
 
@@ -149,8 +149,8 @@ def by_readings(evidence: Evidence) -> Verdict:
 
 
 def _open(row):
-    """Whether a law's place or an error is not told from another place or kind: of an error, from a
-    law."""
+    """Return whether a law's place or an error is not told from another place or kind: of an error,
+    from a law."""
     if "slot" in row:
         same = {(s["slot"], tuple(s["state"])) for s in row["same"]}
         return any((r.get("slot"), tuple(r.get("state", ()))) not in same for r in row["rivals"])
@@ -270,7 +270,7 @@ def _rival(row, catalogue):
 
 
 def _named(told):
-    """What is named, and what could not be tried beside it."""
+    """Return what is named, and what could not be tried beside it."""
     named = told["causes"] or [name for law in told.get("laws", ()) for name in law["names"]]
     untried = [row["mechanism"] for row in told.get("untried", ())]
     return [*named, *(name for name in untried if name not in named)]
@@ -305,8 +305,8 @@ def _missed(told):
 
 
 def _unchecked(told):
-    """What would decide whether the base model is adequate, where a check of the simulations fails
-    by FAR."""
+    """Return what would decide whether the base model is adequate, where a check of the simulations
+    fails by FAR."""
     said = [
         f"the simulations' own error is {r['error']:.2g} times the readings' "
         f"({quantity(r['experiment'])}), which more runs lessen"

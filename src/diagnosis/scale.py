@@ -26,7 +26,8 @@ class Logarithm(Plain):
 
 
 def scale_of(experiment: str) -> Plain:
-    """What an emulator learns of an experiment's quantity: its own scale where it declares one.
+    """Return what an emulator learns of an experiment's quantity: its own scale where it declares
+    one.
 
     Without one, the logarithm of what is known to a share of itself: an error of the emulator that
     is alike everywhere would else drown the small values."""

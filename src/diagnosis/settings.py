@@ -84,7 +84,7 @@ class Experiment(_Part):
 
     @property
     def whole(self) -> bool:
-        """Whether nothing of it is left to be derived."""
+        """Return whether nothing of it is left to be derived."""
         return None not in (self.metric, self.parameters, self.levers, self.run)
 
 
@@ -152,7 +152,7 @@ def study_settings(config: Config) -> Settings:
 
 
 def _of_test(config, name):
-    """What a test says, its `run` laid over the test's own."""
+    """Return what a test says, its `run` laid over the test's own."""
     test = config.tests[name]
     rig = {key: part for key, part in config.run_of(name).items() if key in RIG}
     return test.diagnosis | {"run": overlay(rig, test.diagnosis.get("run", {}))}
@@ -257,7 +257,8 @@ def _default(settings, experiment, lever):
 
 
 def of_run(run: Mapping[str, Any], lever: str) -> float | None:
-    """What a run spec has of a lever where a row leaves it empty; None where it has no number."""
+    """Return what a run spec has of a lever where a row leaves it empty; None where it has no
+    number."""
     part, key = LEVERS[lever].place  # type: ignore[misc]  # a lever that is simulated
     value = run.get(part, {}).get(key)
     return value if isinstance(value, int | float) else None

@@ -62,7 +62,7 @@ class Setup:
 
     @property
     def measurements(self) -> list[Measurement]:
-        """What is calibrated on."""
+        """Return what is calibrated on."""
         return self.table.fitted
 
     @property
@@ -77,7 +77,7 @@ class Setup:
 
     @property
     def of_contacts(self) -> bool:
-        """Whether single contacts are integrated, and nothing is emulated."""
+        """Return whether single contacts are integrated, and nothing is emulated."""
         return alone(self.kinds)
 
     @property

@@ -42,7 +42,7 @@ def of_found(found: Found) -> dict[str, Any]:
 
 
 def family_of(found: Found, alpha: float) -> dict[str, Any]:
-    """What was tried, and what chance gives of it."""
+    """Return what was tried, and what chance gives of it."""
     return {
         "family_p": found.p,
         "tried": sum(len(b.terms) for b in found.start.values()),
@@ -144,8 +144,8 @@ def _told(row, strong, catalogue):
 def unexplained(
     rows: Sequence[Mapping[str, Any]], ranges: Mapping[str, Mapping[str, Any]] | None = None
 ) -> dict[str, Any]:
-    """What stands in a verdict that explains nothing: the discrepancy over the levers, and the
-    setting where it is least known."""
+    """Return what stands in a verdict that explains nothing: the discrepancy over the levers, and
+    the setting where it is least known."""
     asked = discrepancy.least_known(rows, ranges)
     return {"discrepancy": discrepancy.curves(rows)} | (
         {"next_measurement": asked} if asked else {}

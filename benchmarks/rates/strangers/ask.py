@@ -23,7 +23,7 @@ def study():
 
 
 def ask(table: pd.DataFrame) -> dict:
-    """What the diagnosis says of a table, read from a file as a user's table is: the keys of
+    """Return what the diagnosis says of a table, read from a file as a user's table is: the keys of
     verdict.json, without the gain that needs runs."""
     found, _ = _found(table)
     more = {"exclusion": contacts.limits(found, study()[1]), "family_p": found.p}

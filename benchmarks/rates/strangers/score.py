@@ -60,7 +60,7 @@ def place(law):
 
 
 def _is(said, law):
-    """Whether a place that was said is the law's; a rival may leave out the experiment."""
+    """Return whether a place that was said is the law's; a rival may leave out the experiment."""
     right = {(slot, tuple(sorted(state))) for slot, state in law.places}
     return said is not None and said[0] in (None, law.experiment) and said[1:] in right
 
@@ -72,7 +72,7 @@ def rivals_of(said):
 
 
 def _loses(law):
-    """Whether a law has names with a gain below zero."""
+    """Return whether a law has names with a gain below zero."""
     ends = (law.get("gain") or {}).get("held_out_rmse_difference_interval")
     return bool(law.get("names") and ends and max(ends) < 0.0)
 
@@ -109,7 +109,7 @@ def _variance_ratio(experiment, rows):
 
 
 def marks(case: Case, drawn: Drawn, said: dict) -> dict:
-    """What is right and wrong in a verdict; None where it is not asked."""
+    """Return what is right and wrong in a verdict; None where it is not asked."""
     laws, errors = said.get("laws") or [], said.get("errors") or []
     found, rivals = [place(law) for law in laws], rivals_of(said)
     names = sorted({n for law in laws for n in law.get("names") or ()})
@@ -168,8 +168,9 @@ def marks(case: Case, drawn: Drawn, said: dict) -> dict:
 
 
 def in_band(drawn, laws):
-    """Whether the true curve lies in the first law's band; None where this cannot be compared: not
-    the right place, a second law there, or no curve of a coefficient over one state."""
+    """Return whether the true curve lies in the first law's band; None where this cannot be
+    compared: not the right place, a second law there, or no curve of a coefficient over one
+    state."""
     law, own = (laws or [{}])[0], drawn.strong[0] if len(drawn.strong) == 1 else None
     if own is None or not own[0].factor or not _is(place(law), own[0]):
         return None

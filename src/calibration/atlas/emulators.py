@@ -210,7 +210,7 @@ class AtlasEmulators:
         return Response(near, base, moved, UNITS[rig.readings[metric]](diameter, density))
 
     def has(self, test: str, metric: str) -> bool:
-        """Whether the atlas has a metric of a test."""
+        """Return whether the atlas has a metric of a test."""
         return test in self.tests and metric in self._rig(test).readings
 
     def known(self, test: str, metrics: Sequence[str]) -> dict[str, Response]:

@@ -75,8 +75,8 @@ def left_out(runs: pd.DataFrame, column: str = "response") -> list[dict[str, Any
 
 
 def told(runs: pd.DataFrame) -> dict[str, Any]:
-    """What a stage's summary says of single runs: `left_out`, and where a run has a note `noted`,
-    [{run, note}]."""
+    """Return what a stage's summary says of single runs: `left_out`, and where a run has a note
+    `noted`, [{run, note}]."""
     found: dict[str, Any] = {"left_out": left_out(runs)}
     if "note" in runs:
         noted = runs[runs["note"] != ""]

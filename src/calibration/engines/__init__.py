@@ -82,7 +82,7 @@ def engines() -> dict[str, Engine]:
 
 
 def entry_of(chosen: str | Mapping[str, Any]) -> dict[str, Any] | None:
-    """What a configuration's `engine` adds to each of its run specs: None for our own, else
+    """Return what a configuration's `engine` adds to each of its run specs: None for our own, else
     {name, identity, settings}.
 
     Raises ConfigError for an unknown engine, a wrong setting, or a program that is not installed.
@@ -109,8 +109,8 @@ def entry_of(chosen: str | Mapping[str, Any]) -> dict[str, Any] | None:
 
 
 def _identity(engine, settings):
-    """What a run's numbers depend on beyond its spec: what the engine says, and the code that
-    writes its input and reads its output, where that is ours."""
+    """Return what a run's numbers depend on beyond its spec: what the engine says, and the code
+    that writes its input and reads its output, where that is ours."""
     found = engine.identity(settings)
     if not engine.experiments:
         return found

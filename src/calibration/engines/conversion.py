@@ -71,9 +71,9 @@ def granulate(spec: RunSpec) -> Granulate:
 
 
 def needs_search(spec: RunSpec) -> bool:
-    """Whether other codes need other numbers than the calibrated ones of a `RunSpec`. They do not
-    if theirs is the law of the calibration, if grains roll freely, or if no heap was calibrated:
-    there is no angle to keep then."""
+    """Return whether other codes need other numbers than the calibrated ones of a `RunSpec`. They
+    do not if theirs is the law of the calibration, if grains roll freely, or if no heap was
+    calibrated: there is no angle to keep then."""
     free = spec.laws.rolling == "none" or spec.contacts.particle_particle.rolling_friction == 0.0  # type: ignore[attr-defined]  # a field for each law
     return not free and spec.experiment == "heap" and spec.laws.rolling != ELASTIC_PLASTIC  # type: ignore[attr-defined]  # a field for each law
 
@@ -150,15 +150,15 @@ class Conversion:
 
     @property
     def rolls(self) -> bool:
-        """Whether grains turn and their rolling is resisted: rolling friction is then the number
-        that a code's other law asks for."""
+        """Return whether grains turn and their rolling is resisted: rolling friction is then the
+        number that a code's other law asks for."""
         e, on_wall = self.equivalent, self.spec.contacts.particle_wall.rolling_friction
         resisted = max(e.rolling_friction, on_wall) > 0.0
         return e.rotates and self.spec.laws.rolling != "none" and resisted  # type: ignore[attr-defined]  # a field for each law
 
     def sentences(self, name: str) -> list[str]:
-        """What was done about rolling friction, for the head of a file; `name`: the law in that
-        code's words."""
+        """Return what was done about rolling friction, for the head of a file; `name`: the law in
+        that code's words."""
         pair, laws = self.spec.contacts.particle_particle, self.spec.laws
         if self.found:
             held = self.found["path"] == NO_ROTATION
@@ -173,8 +173,8 @@ class Conversion:
 
     @property
     def checked(self) -> str:
-        """What this engine's heaps give with the numbers of the search, on the scale of the study
-        where that was tried; empty without a search, or without such heaps."""
+        """Return what this engine's heaps give with the numbers of the search, on the scale of the
+        study where that was tried; empty without a search, or without such heaps."""
         f = self.found or {}
         heaps = f.get("full") or f.get("coarse")
         return words("conversion").compared(heaps, f["unit"]) if heaps else ""

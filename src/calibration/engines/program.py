@@ -36,8 +36,8 @@ def find(name: str, install: str) -> str:
 def stated_version(
     command: Sequence[str], pattern: str, environment: Mapping[str, str] | None = None
 ) -> str:
-    """What an installed program says of its version: the first group of `pattern` in the output of
-    `command`. Raises EngineError."""
+    """Return what an installed program says of its version: the first group of `pattern` in the
+    output of `command`. Raises EngineError."""
     try:
         with TemporaryDirectory() as folder:  # LIGGGHTS leaves a log file where it is started
             said = subprocess.run(

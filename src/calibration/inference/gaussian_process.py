@@ -71,8 +71,8 @@ class GaussianProcess:
         return self
 
     def _keep(self, process):
-        """What predictions need of the fitted process: the kernels' own calls take ten times as
-        long at few points, and a sampler makes thousands."""
+        """Return what predictions need of the fitted process: the kernels' own calls take ten times
+        as long at few points, and a sampler makes thousands."""
         smooth, trend, rough, scatter = _summands(process.kernel_)
         self._linear = trend.k1.constant_value
         self._offset = self._linear * trend.k2.sigma_0**2

@@ -87,7 +87,7 @@ class Posterior:
 
     @property
     def converged(self) -> bool:
-        """Whether the chains are long enough for their length to be judged."""
+        """Return whether the chains are long enough for their length to be judged."""
         return bool(self.effective >= AUTOCORRELATIONS * WALKERS)
 
     def interval(self, level: float = 0.95) -> tuple[np.ndarray, np.ndarray]:

@@ -151,8 +151,8 @@ def read_curves(path: str | Path, shape: str, settings: Sequence[float] = ()) ->
 
 
 def _factor(table, column, unit):
-    """What a column's numbers are multiplied with; its unit stands in the header, else it is the
-    shape's."""
+    """Return what a column's numbers are multiplied with; its unit stands in the header, else it is
+    the shape's."""
     stated = table.units.get(column, "")
     try:
         return in_unit(f"1 {stated}", None if unit == "1" else unit) if stated else 1.0

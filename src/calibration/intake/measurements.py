@@ -104,7 +104,7 @@ class Measurement:
 
     @property
     def shared(self) -> tuple:
-        """What replicates share."""
+        """Return what replicates share."""
         levers = tuple(sorted(self.levers.items()))
         own = self.experiment, self.quantity, levers, self.batch, self.instrument, self.role
         return *own, self.test

@@ -134,7 +134,7 @@ class Study(study.Study):
         return Figures(chosen)
 
     def results(self, stage: str) -> StageResults:
-        """What a stage has left, see `StageResults`."""
+        """Return what a stage has left, see `StageResults`."""
         return StageResults(self, stage)
 
     def table(self, stage: str, name: str) -> pd.DataFrame | None:
@@ -151,8 +151,8 @@ class Study(study.Study):
 
     @property
     def answer(self) -> Answer | None:
-        """What the study found: `parameters`, `tests`, `wrong`, `next`; None before the stage
-        answer has run. It prints as a table."""
+        """Return what the study found: `parameters`, `tests`, `wrong`, `next`; None before the
+        stage answer has run. It prints as a table."""
         return answer_of(self)
 
     @property
@@ -177,7 +177,7 @@ class Study(study.Study):
         return _as_html("study", self.name, self.answer, self._stages())
 
     def _found(self, stage):
-        """What a stage says of itself in a line."""
+        """Return what a stage says of itself in a line."""
         summary = self.summary(stage.name)
         if not summary:
             return NOT_YET
@@ -220,7 +220,7 @@ class StageResults:
         return "\n\n".join([f"{self.study.name}, {self.stage}: {self._said()}", *shown])
 
     def _said(self):
-        """What the stage says of itself; nothing of one that another package declares."""
+        """Return what the stage says of itself; nothing of one that another package declares."""
         stage = load_stages().get(self.stage)
         return self.study._found(stage) if stage else ""
 
@@ -230,7 +230,7 @@ class StageResults:
 
 
 def _as_html(name, *shown):
-    """What a notebook shows: the text of a macro of `notebook.j2`."""
+    """Return what a notebook shows: the text of a macro of `notebook.j2`."""
     return getattr(macros("calibration.interface", "notebook"), name)(*shown, escape)
 
 

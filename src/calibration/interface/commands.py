@@ -81,7 +81,7 @@ def _tried(laboratory):
 
 
 def _entries(args):
-    """What options and table tell."""
+    """Return what options and table tell."""
     raws = read_filled(args.filled, args.sheet) if args.filled else []
     return read_entries([*raws, *raws_of(args)])
 

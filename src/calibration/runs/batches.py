@@ -144,7 +144,7 @@ def unpack_runs(archive: str | Path, root: str | Path | None = None) -> None:
 
 
 def _of_a_run(member):
-    """Whether a member of an archive is a file or a folder below the archive's root."""
+    """Return whether a member of an archive is a file or a folder below the archive's root."""
     path = PurePosixPath(member.name)
     below = not path.is_absolute() and ".." not in path.parts
     return below and (member.isfile() or member.isdir())

@@ -75,7 +75,7 @@ def _mixture(stage: str, results: list[dict[str, Any]]) -> Iterator[Mixture]:
 
 
 def draw_of(result: Mapping[str, Any]) -> Draw:
-    """What of a result's software and processor makes another draw."""
+    """Return what of a result's software and processor makes another draw."""
     software = result["manifest"]["software"]
     return tuple(str(software.get(name, "unknown")) for name in NAMED)
 

@@ -162,7 +162,7 @@ def _metrics(run_ids):
 
 
 def notes_of(name: str) -> str:
-    """What a finished run says beside its numbers, as sentences; empty for most. Errors as
+    """Return what a finished run says beside its numbers, as sentences; empty for most. Errors as
     `read_metric`."""
     return "; ".join(_result(RunStore(), name)["numerics"].get("notes", ()))
 

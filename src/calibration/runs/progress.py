@@ -39,7 +39,7 @@ class Plan:
 
     @property
     def counted(self) -> bool:
-        """Whether its runs count among the study's."""
+        """Return whether its runs count among the study's."""
         return not (self.short or self.above)
 
     @property

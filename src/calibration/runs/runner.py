@@ -162,8 +162,9 @@ def failure(
     what: str = "failed",
     position: np.ndarray | None = None,
 ) -> str:
-    """What a user needs to know of a run without a value: the reason, the likely cause and the
-    points that need it. position (n, 3) [m]: where its grains lie at the end, if it came there."""
+    """Return what a user needs to know of a run without a value: the reason, the likely cause and
+    the points that need it. position (n, 3) [m]: where its grains lie at the end, if it came
+    there."""
     text = in_words(error)
     lines = [f"run {name} {what}: {text}"]
     lines += [f"  likely cause: {cause}" for cause in causes(error, spec, position)]
@@ -189,8 +190,8 @@ def causes(
 
 
 def _stands(spec, position):
-    """Whether grains at `position` (n, 3) [m] have kept the shape of a cylinder that was lifted off
-    them."""
+    """Return whether grains at `position` (n, 3) [m] have kept the shape of a cylinder that was
+    lifted off them."""
     width = (spec.get("geometry") or {}).get("cylinder_diameter_mm")
     if not width or not len(position):  # no other heap has a cylinder
         return False

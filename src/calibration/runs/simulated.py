@@ -54,7 +54,7 @@ def untested(names: Iterable[str]) -> set[str]:
 
 
 def _no_test(failure):
-    """Whether a failure says nothing of the grains."""
+    """Return whether a failure says nothing of the grains."""
     if failure.get("kind") == BlowUpError.__name__:
         return True
     said = failure.get("error", "")

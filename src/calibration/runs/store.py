@@ -56,8 +56,8 @@ class RunStore:
         return result
 
     def entry(self, name: str, full: bool = False) -> dict[str, Any]:
-        """What the index holds of a finished run: `engine`, `wall_time_s`, `refused` of one without
-        a value. `full` checks all of it again."""
+        """Return what the index holds of a finished run: `engine`, `wall_time_s`, `refused` of one
+        without a value. `full` checks all of it again."""
         known = None if full else self._unchanged(name)
         return known or self._add(name, _whole(read_result, self.folder(name)))
 
@@ -160,8 +160,9 @@ class RunStore:
 
 
 def _whole(read, folder, **keys):
-    """What `read` finds in the folder of a run. Raises ResultError, also for a file whose checksum
-    fits and whose content is that of no run: it was made by hand, or by another program."""
+    """Return what `read` finds in the folder of a run. Raises ResultError, also for a file whose
+    checksum fits and whose content is that of no run: it was made by hand, or by another
+    program."""
     try:
         return read(folder, **keys)
     except (KeyError, TypeError, AttributeError, ValueError):
@@ -169,7 +170,7 @@ def _whole(read, folder, **keys):
 
 
 def _is_entry(entry):
-    """Whether a line of the index has what is asked of it: it may be cut off or of an old
+    """Return whether a line of the index has what is asked of it: it may be cut off or of an old
     version."""
     if not isinstance(entry, dict) or not {"run", "engine", "wall_time_s", "files"} <= set(entry):
         return False

@@ -164,7 +164,7 @@ def lost_runs(folder: str | Path, store: RunStore) -> list[str]:
 
 
 def _has(store, run):
-    """Whether a run is finished by this engine, or kept as failed, and can be trusted."""
+    """Return whether a run is finished by this engine, or kept as failed, and can be trusted."""
     try:
         engine = store.entry(run)["engine"]
     except ResultError:

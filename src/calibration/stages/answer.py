@@ -107,8 +107,8 @@ def _rows(study):
 
 
 def _validated(study, row, test):
-    """Whether the validation has simulated a row: one of the study's targets, in a run that is the
-    study's own."""
+    """Return whether the validation has simulated a row: one of the study's targets, in a run that
+    is the study's own."""
     if test.experiment != study.config.experiment:
         return False
     metrics = {t.metric for t in study.targets}

@@ -68,7 +68,7 @@ def export_rolling(study: Study, source: NamedFiles, output: NamedFiles) -> None
 
 
 def _evidence(study, source):
-    """What the search and its confirmation gave."""
+    """Return what the search and its confirmation gave."""
     from calibration.telling.export.rolling import Evidence, read_scan
 
     metric = study.config.target.metric
@@ -145,7 +145,7 @@ def by_joint(
 
 
 def _expected(predictions):
-    """What a run of each rig is expected to give, of predictions.csv."""
+    """Return what a run of each rig is expected to give, of predictions.csv."""
     return [
         {
             "rig": row["rig"],

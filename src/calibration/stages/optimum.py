@@ -127,7 +127,7 @@ def _optimise(config, runs_file, region_file, output, candidate_file=None):
 
 
 def _replicated(config, candidate_file, names):
-    """What the runs at the candidate say of their mean; nothing where it has no interval."""
+    """Return what the runs at the candidate say of their mean; nothing where it has no interval."""
     if config.optimise.candidate_runs < 2:
         return {}
     design = with_responses(read_written(candidate_file), config)
@@ -203,7 +203,7 @@ def _optimise_several(config, surfaces, region, output):
 
 
 def _expected(config, surface, goal, chosen):
-    """What one of several responses is expected to be at the optimum."""
+    """Return what one of several responses is expected to be at the optimum."""
     predicted = float(surface.predict([chosen])[0])
     low, high = surface.confirmation_interval([chosen], _confirmation_runs(config))
     return {

@@ -116,8 +116,8 @@ def response_surface(study: Study, source: NamedFiles, output: NamedFiles) -> No
 
 
 def _beside(runs, codes, column, surface):
-    """What stands beside the fit of all runs: outliers with the fit without them, and the model
-    that hierarchy leaves."""
+    """Return what stands beside the fit of all runs: outliers with the fit without them, and the
+    model that hierarchy leaves."""
     found = outliers(surface)
     beside = {
         "outliers": [
@@ -154,7 +154,7 @@ def _fit_words(surface):
 
 
 def _description(surface, region):
-    """What a response surface is, for JSON: equation, statistics and stationary point."""
+    """Return what a response surface is, for JSON: equation, statistics and stationary point."""
     stationary = surface.canonical()
     return _fit_words(surface) | {
         "stationary_point": {

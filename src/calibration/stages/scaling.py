@@ -265,7 +265,7 @@ def difference(first: np.ndarray, values: np.ndarray, margin: float) -> dict[str
 
 
 def judge(low: float, high: float, margin: float) -> str:
-    """Whether a change with the interval [low, high] is kept, changed or undecided."""
+    """Return whether a change with the interval [low, high] is kept, changed or undecided."""
     if -margin <= low and high <= margin:
         return KEPT
     return CHANGED if low > 0.0 or high < 0.0 else UNDECIDED

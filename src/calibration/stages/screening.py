@@ -129,7 +129,7 @@ def _aliased(factors, runs):
 
 
 def aliasing(runs: pd.DataFrame, codes: list[str]) -> dict[str, Any]:
-    """What the runs of a screening do not tell apart, for JSON.
+    """Return what the runs of a screening do not tell apart, for JSON.
 
     aliases: {code: {pair: share}} of the interactions that each main effect carries; vif: the
     largest variance inflation; lack_of_fit: what the main effects leave beyond the scatter of

@@ -214,8 +214,8 @@ def together(
 
 
 def verdict_of(found: Mapping[str, Any]) -> str:
-    """Whether heaps and readings are shown to be equivalent within the margin, or to differ by more
-    than it; undecided where neither."""
+    """Return whether heaps and readings are shown to be equivalent within the margin, or to differ
+    by more than it; undecided where neither."""
     return verdict(found["equivalence_low"], found["equivalence_high"], found["margin"])
 
 

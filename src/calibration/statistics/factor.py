@@ -42,7 +42,7 @@ class Factor:
         return (natural - self.centre) / self.half_range
 
     def value(self, level: Any) -> Any:
-        """What a run spec has at a natural level."""
+        """Return what a run spec has at a natural level."""
         return level
 
     @property

@@ -67,7 +67,7 @@ def _tolerance(target):
 
 
 def _merit(surface, rule, point):
-    """What the chosen point has least of: a function of points (n, factors)."""
+    """Return what the chosen point has least of: a function of points (n, factors)."""
     if rule == "smallest_prediction_variance":
         return lambda x: surface.standard_error(x) ** 2
     centre = np.zeros(len(surface.codes)) if rule == "closest_to_centre" else np.asarray(point)

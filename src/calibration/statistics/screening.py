@@ -94,8 +94,8 @@ def screen(
 
 
 def tells_apart(design: pd.DataFrame) -> bool:
-    """Whether the main effects of all columns of a design's coded levels can be told apart, and
-    from the mean."""
+    """Return whether the main effects of all columns of a design's coded levels can be told apart,
+    and from the mean."""
     levels = design.to_numpy(float)
     try:
         check_rank(np.column_stack([np.ones(len(levels)), levels]), ["Intercept", *design])

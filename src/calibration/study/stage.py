@@ -99,7 +99,7 @@ class Stage:
     also_made_by: Callable[[Any], tuple[str, ...]] | None = None
 
     def of(self, config: Config) -> bool:
-        """Whether a study makes it of its own accord."""
+        """Return whether a study makes it of its own accord."""
         own = self.chain and not (self.searches and config.by_atlas)
         return own or self.name in config.supplements
 
@@ -121,8 +121,8 @@ class Stage:
 
     @property
     def supplement(self) -> bool:
-        """Whether it stands in the annex of the printed page: it is no step of the calibration, nor
-        a verdict on it."""
+        """Return whether it stands in the annex of the printed page: it is no step of the
+        calibration, nor a verdict on it."""
         return self.place >= BESIDE
 
 

@@ -56,8 +56,8 @@ def found(folder: str | Path, metric: str) -> str:
 
 
 def sentences_of(stage: Stage, summary: Mapping[str, Any] | None, response: Response) -> list[str]:
-    """What a stage says of its summary (a mapping, or None), which of its runs it left out, and
-    what its runs say themselves."""
+    """Return what a stage says of its summary (a mapping, or None), which of its runs it left out,
+    and what its runs say themselves."""
     if not summary:
         return []
     texts = stage.sentences(summary, response) if stage.sentences else []

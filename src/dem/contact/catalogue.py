@@ -59,7 +59,8 @@ def completed(named: Mapping[str, str]) -> dict[str, str]:
 
 
 def _has_room_for_torsion(found):
-    """Whether the default torsion goes with a choice, {slot: name}, whose names may be unknown."""
+    """Return whether the default torsion goes with a choice, {slot: name}, whose names may be
+    unknown."""
     torsion = LAWS["torsion"][DEFAULTS["torsion"]]
     chosen = [LAWS[slot][name] for slot, name in found.items() if name in LAWS[slot]]
     refused = {name for one in chosen for name in one.not_with.get("torsion", ())}

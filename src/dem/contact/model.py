@@ -40,8 +40,8 @@ INERTIA = 0.4  # of a solid sphere, in m r^2
 
 @law
 def is_active(codes, p, overlap, r_eff, grain, radius_before):
-    """Whether a contact transmits force: it touches, or a neck or bridge made by an earlier touch
-    still holds.
+    """Return whether a contact transmits force: it touches, or a neck or bridge made by an earlier
+    touch still holds.
 
     grain: radius [m] of the sphere on a wall, harmonic mean radius of two spheres.
     """
@@ -139,7 +139,8 @@ def pair_overlap(separation, r_i, r_j):
 
 @law
 def pair_is_active(codes, p, overlap, r_i, r_j, radius_before):
-    """Whether two spheres act on each other, or did at the last step and must now forget it."""
+    """Return whether two spheres act on each other, or did at the last step and must now forget
+    it."""
     r_eff = r_i * r_j / (r_i + r_j)
     touching = is_active(codes, p, overlap, r_eff, 2.0 * r_eff, radius_before)
     return touching | (radius_before > 0.0) | (radius_before < 0.0)

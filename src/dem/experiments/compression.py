@@ -222,7 +222,7 @@ class _Press:
 
 
 def _curve(heights, stresses, seat):
-    """What the loading curve says; strain from the height at the seating stress on."""
+    """Return what the loading curve says; strain from the height at the seating stress on."""
     first = int(np.argmax(stresses >= seat))
     strain = (heights[first] - heights) / heights[first]
     upper = (stresses > UPPER * stresses[-1]) & (strain > 0.0)

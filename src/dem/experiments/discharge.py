@@ -144,7 +144,8 @@ def _volume(silo, height):
 
 
 def is_arched(sim: "Simulation", silo: "Silo", spec: "RunSpec") -> bool:
-    """Whether grains stand over the orifice: what hangs there would fall if no arch held it."""
+    """Return whether grains stand over the orifice: what hangs there would fall if no arch held
+    it."""
     if not sim.n:
         return False
     position = sim.position

@@ -220,7 +220,7 @@ class Source:
 
     @property
     def exhausted(self) -> bool:
-        """Whether all grains are made."""
+        """Return whether all grains are made."""
         return self.made == len(self.radii)
 
     def free_sites(self, sim: "Simulation") -> np.ndarray:
@@ -360,7 +360,7 @@ def pour(spec: "RunSpec", context: "RunContext") -> "tuple[Simulation, Rig, int,
 
 
 def _holds_back(spec, sim, rig):
-    """Whether more grains than MOST_LEFT are in the funnel."""
+    """Return whether more grains than MOST_LEFT are in the funnel."""
     return grains_above(sim, rig.left_height) > MOST_LEFT * spec.particles.count
 
 

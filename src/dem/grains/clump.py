@@ -49,8 +49,8 @@ class Shape(NamedTuple):
 
 
 def fault(spheres: Sequence[tuple[float, float, float, float]]) -> tuple[int, Any, str] | None:
-    """What is wrong with spheres [(x, y, z, radius)] [mm]: (index, value, what is allowed); None
-    where nothing is."""
+    """Return what is wrong with spheres [(x, y, z, radius)] [mm]: (index, value, what is allowed);
+    None where nothing is."""
     if len(spheres) > MAX_SPHERES:
         return MAX_SPHERES, f"{len(spheres)} spheres", f"1 to {MAX_SPHERES} spheres"
     return _wrong_size(spheres) or _wrong_place(spheres)

@@ -32,7 +32,7 @@ def sealed(data: dict[str, Any]) -> dict[str, Any]:
 
 
 def is_sealed(data: object) -> bool:
-    """Whether a mapping carries the checksum of its content."""
+    """Return whether a mapping carries the checksum of its content."""
     return isinstance(data, dict) and data.get("checksum") == _checksum(data)
 
 

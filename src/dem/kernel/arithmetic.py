@@ -45,5 +45,5 @@ def widen(x: Any) -> Any:
 
 
 def any_lane(condition: Any) -> Any:
-    """Whether the condition holds for any contact of the vector."""
+    """Return whether the condition holds for any contact of the vector."""
     return condition

@@ -342,8 +342,9 @@ def gather_rows(typingctx, rows, index, start):
 
 
 def _pair_rows(builder, double, i, j, combine):
-    """What `combine` makes of the position rows of the pairs i, j, four float64 each, as vectors
-    of `WIDTH`, eight pairs at a time in groups of four: one for each of the four numbers."""
+    """Return what `combine` makes of the position rows of the pairs i, j, four float64 each, as
+    vectors of `WIDTH`, eight pairs at a time in groups of four: one for each of the four
+    numbers."""
     four, made = ir.VectorType(ir.DoubleType(), 4), []
     for a, b in zip(i, j, strict=True):
         ra = _load(builder, double, builder.mul(a, _constant(8)), four, 32)

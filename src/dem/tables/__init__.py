@@ -15,7 +15,7 @@ __all__ = ["Table", "named_by", "read_table", "table_of"]
 
 @contextmanager
 def named_by(key: str) -> Iterator[None]:
-    """What is wrong with a table that a run spec names is said with the spec's key."""
+    """Return what is wrong with a table that a run spec names is said with the spec's key."""
     try:
         yield
     except InputError as error:

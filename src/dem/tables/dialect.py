@@ -88,7 +88,7 @@ def _check_single(lines, path):
 
 
 def _counts_up(texts):
-    """Whether numbers count 1, 2, 3 as the rows of a table do."""
+    """Return whether numbers count 1, 2, 3 as the rows of a table do."""
     return texts[0] in ("0", "1") and texts == [str(int(texts[0]) + k) for k in range(len(texts))]
 
 

@@ -35,5 +35,5 @@ def parted(cell: str) -> tuple[str, str]:
 
 
 def words_alone(cells: Iterable[str]) -> bool:
-    """Whether no cell is a number or begins as one does."""
+    """Return whether no cell is a number or begins as one does."""
     return not any(_BEGINS_AS_NUMBER.match(c) for c in cells)

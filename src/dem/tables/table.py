@@ -160,7 +160,7 @@ def _below_title(lines, path):
 
 
 def _is_title(first, second):
-    """Whether a row of one text stands above headings: two words or more, and no number."""
+    """Return whether a row of one text stands above headings: two words or more, and no number."""
     return len(first) == 1 and len(second) > 1 and words_alone(first) and words_alone(second)
 
 

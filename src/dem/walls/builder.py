@@ -131,7 +131,7 @@ class WallSet:
         )
 
     def uses(self, material: str) -> bool:
-        """Whether any body is of this material."""
+        """Return whether any body is of this material."""
         return any(b["material"] == material for b in self.bodies)
 
     @property

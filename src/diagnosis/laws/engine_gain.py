@@ -74,7 +74,7 @@ class Engine:
         coefficient: float,
         readings: Readings,
     ) -> bool:
-        """Whether the engine takes the switch beside the study's own laws."""
+        """Return whether the engine takes the switch beside the study's own laws."""
         levers = {k: float(v[0]) for k, v in readings.levers.items() if np.isfinite(v[0])}
         try:
             parse_spec(switch(self.spec_of(readings.experiment, levers), coefficient))

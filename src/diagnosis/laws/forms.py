@@ -59,8 +59,8 @@ THRESHOLD = Form(
 
 
 def _carried(ratio):
-    """What a mass that each grain carries leaves of a share of the weight, as a function of the
-    logarithm of the size over the middle one; ratio: this mass over that of a middle grain."""
+    """Return what a mass that each grain carries leaves of a share of the weight, as a function of
+    the logarithm of the size over the middle one; ratio: this mass over that of a middle grain."""
     return lambda t: (1.0 + ratio) / (1.0 + ratio * np.exp(-3.0 * t))
 
 

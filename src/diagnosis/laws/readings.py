@@ -233,7 +233,7 @@ def to_log(
 
 
 def _shape(experiment, levers):
-    """What a reading is taken over: a lever, or nothing."""
+    """Return what a reading is taken over: a lever, or nothing."""
     return levers[SHAPE[experiment]] if experiment in SHAPE else 1.0
 
 

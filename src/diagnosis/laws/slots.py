@@ -259,9 +259,9 @@ def scaled(law: FreeLaw, levers: Mapping[str, np.ndarray]) -> tuple[np.ndarray, 
 
 
 def added(space: str, term: np.ndarray, centre: np.ndarray) -> np.ndarray:
-    """What a term adds to the logarithms of readings about `centre`: log, the term itself; linear,
-    it is a share of the reading; angle, a share of the sliding angle. term and centre: (n,) or (k,
-    n)."""
+    """Return what a term adds to the logarithms of readings about `centre`: log, the term itself;
+    linear, it is a share of the reading; angle, a share of the sliding angle. term and centre: (n,)
+    or (k, n)."""
     if space == "log":
         return term
     if space == "linear":

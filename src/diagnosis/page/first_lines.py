@@ -136,7 +136,7 @@ def _named(verdict):
 
 
 def _description(name):
-    """What a mechanism of the catalogue does; None for one of a study's own folder."""
+    """Return what a mechanism of the catalogue does; None for one of a study's own folder."""
     known = load_catalogue()
     return known[name].description if name in known else None
 
@@ -158,13 +158,13 @@ def _rivals(row):
 
 
 def _row_or_law(verdict):
-    """Whether a law is not told from a row with a line that is at odds with the others."""
+    """Return whether a law is not told from a row with a line that is at odds with the others."""
     rivals = [r for law in verdict.get("laws") or () for r in law.get("rivals") or ()]
     return bool(verdict.get("rows")) and any(r.get("line") for r in rivals)
 
 
 def _zeros(verdict):
-    """Whether a wrong zero of the reading and one of its lever are in question alone."""
+    """Return whether a wrong zero of the reading and one of its lever are in question alone."""
     rows = [r for k in ("laws", "errors") for r in verdict.get(k) or ()]
     first = max(rows, key=lambda r: r.get("evidence", 0.0), default={})
     near = _rivals(first)

@@ -91,7 +91,7 @@ def setting(levers: Mapping[str, float | None]) -> str:
 
 
 def quantity(experiment: str) -> str:
-    """What an experiment measures."""
+    """Return what an experiment measures."""
     return QUANTITIES[experiment].words
 
 
@@ -146,7 +146,7 @@ def place(row: Mapping[str, Any]) -> str:
 
 
 def between(of: str) -> str:
-    """What an error is shared by."""
+    """Return what an error is shared by."""
     if of == "settings":
         return "from setting to setting"
     if of in LEVERS:
@@ -175,7 +175,7 @@ FILTERS = {
 
 @cache
 def environment() -> Environment:
-    """What the templates of this folder are read in."""
+    """Return what the templates of this folder are read in."""
     own = Environment(
         loader=PackageLoader("diagnosis.page", "."),
         undefined=StrictUndefined,

@@ -160,7 +160,7 @@ class Block:
         return Held(term, mean, shape.root[k], prior)
 
     def part(self, key: str) -> np.ndarray:
-        """What a held term adds (n,) to the readings, averaged over the sizes of errors."""
+        """Return what a held term adds (n,) to the readings, averaged over the sizes of errors."""
         h = self.held[key]
         pull = self.precision @ (self.y - self.mean)
         return h.mean + (h.root @ (h.root.T @ pull.T)) @ self.shares()
@@ -210,8 +210,8 @@ class Block:
         return np.take_along_axis(quadratic, value.argmax(0)[None], 0)[0]
 
     def fitted(self) -> np.ndarray:
-        """What the model says (g, n) of the true values behind the readings, at each place of the
-        grid."""
+        """Return what the model says (g, n) of the true values behind the readings, at each place
+        of the grid."""
         return self.mean + (self.smooth @ self.precision @ (self.y - self.mean)[:, None])[..., 0]
 
     def shares(self) -> np.ndarray:

@@ -248,7 +248,7 @@ def _first_suspect(out, measurements, seed, count):
 
 
 def _is_of_few(block, key):
-    """Whether the experiments that show a law have fewer than LEAST_SETTINGS."""
+    """Return whether the experiments that show a law have fewer than LEAST_SETTINGS."""
     return block.terms[key].more.get("settings", len(block.readings.log)) < LEAST_SETTINGS
 
 
@@ -268,7 +268,7 @@ def _rival(measurements, block, rival):
 
 
 def _set_anew(measurements, block, key, near):
-    """What the evidence alone tells from a held term, with a sentence, or None."""
+    """Return what the evidence alone tells from a held term, with a sentence, or None."""
     other = None if block.terms[key].kind == ROW else chosen.set_anew(block, key)
     if other is None or any(r.key == other.key for r in near):
         return None

@@ -26,7 +26,7 @@ MOST_SETTINGS = 30
 
 
 def words_of(term: Term | None) -> str:
-    """What a term says, in a few words; None: what scatters from setting to setting."""
+    """Return what a term says, in a few words; None: what scatters from setting to setting."""
     if term is None:
         return "error from setting to setting"
     if term.kind == LAW:
@@ -110,7 +110,7 @@ def _settings(readings):
 
 
 def _text(block, keys, again):
-    """What to measure, in words."""
+    """Return what to measure, in words."""
     terms = [block.terms[k] for k in keys if k is not None]
     if None in keys:
         return (

@@ -264,9 +264,9 @@ def rivals(block: Block, key: str) -> list[Rival]:
 
 
 def set_anew(block: Block, key: str) -> Rival | None:
-    """What a level that is set anew would tell from a held term, though the evidence may tell the
-    two apart: beside an error of each level the best law of that lever, beside a law of one lever
-    that error."""
+    """Return what a level that is set anew would tell from a held term, though the evidence may
+    tell the two apart: beside an error of each level the best law of that lever, beside a law of
+    one lever that error."""
     own, values = _in_place_of(block, key)
     held = block.terms[key]
     if held.kind == LAW and held.law and len(held.law.needs) == 1:
@@ -290,7 +290,7 @@ def _is_of_levels(term, lever):
 
 
 def _is_law_of(term, lever):
-    """Whether a term is a law of one lever alone."""
+    """Return whether a term is a law of one lever alone."""
     return term.kind == LAW and term.law is not None and term.law.needs == (lever,)
 
 
@@ -327,7 +327,8 @@ def held_in_turn(block: Block, keys: Iterable[str]) -> Block:
 
 
 def _one_by_plan(block, key, other):
-    """Whether a law of one lever with two levels and an error of these levels are compared."""
+    """Return whether a law of one lever with two levels and an error of these levels are
+    compared."""
     law, error = sorted((block.terms[key], block.terms[other]), key=lambda t: t.kind != LAW)
     own = law.law.needs if law.kind == LAW and law.law else ()
     levels = block.readings.of(error.experiment)[0].folds.get(error.of, ())

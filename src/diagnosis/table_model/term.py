@@ -60,7 +60,7 @@ class Term:
 
     @property
     def free(self) -> bool:
-        """Whether it has other shapes than mechanisms of the catalogue."""
+        """Return whether it has other shapes than mechanisms of the catalogue."""
         return any(not s.catalogue for s in self.shapes)
 
 

@@ -101,8 +101,8 @@ def _between(paper, claim):
 
 
 def _lasts(paper, claim):
-    """Whether a printed duration is at least what is needed [s]: to make all grains, to tilt to the
-    largest angle, to fall and rise to the highest rebound."""
+    """Return whether a printed duration is at least what is needed [s]: to make all grains, to tilt
+    to the largest angle, to fall and rise to the highest rebound."""
     if claim.group == "heap":
         needed = paper.value("particle_count") / paper.value("generation_rate")
     elif claim.group == "tilt":

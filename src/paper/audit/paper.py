@@ -170,7 +170,7 @@ class Paper:
         self._texts: dict[str, pd.DataFrame] = {}
 
     def has(self, name: str) -> bool:
-        """Whether the file `name`.csv is there."""
+        """Return whether the file `name`.csv is there."""
         return (self.folder / f"{name}.csv").is_file()
 
     def text(self, name: str, *columns: str) -> pd.DataFrame:
@@ -258,7 +258,7 @@ class Paper:
         return self.scalar(name).value
 
     def miss(self, name: str, measured: str) -> float:
-        """What a single figure is off a measured one [%]."""
+        """Return what a single figure is off a measured one [%]."""
         target = self.value(measured)
         return 100 * abs(self.value(name) - target) / target
 

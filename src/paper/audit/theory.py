@@ -63,7 +63,7 @@ def _restitution(paper, claim):
 
 
 def _identity(paper, claim):
-    """Whether both sides of an equation are equal for spheres of radii R and `ratio` R: the
+    """Return whether both sides of an equation are equal for spheres of radii R and `ratio` R: the
     effective mass and radius, and Eq. 9 in the dimensionless quantities of Eq. 12."""
     radius, density, stiffness, damping, speed = 1e-3, 1210.0, 800.0, 0.01, 1.7
     ratio, one = np.array([0.5, 1.0, 2.0, 4.0]), np.ones(4)

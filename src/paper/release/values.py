@@ -110,8 +110,8 @@ def together(kept: Path) -> list[dict[str, Any]]:
 
 
 def softening(table: pd.DataFrame) -> str:
-    """What softening the grains to 3 MPa changes at full scale, in sentences, of the table of the
-    study of the numerics: at each point, and over all of them with Welch's 95 % interval."""
+    """Return what softening the grains to 3 MPa changes at full scale, in sentences, of the table
+    of the study of the numerics: at each point, and over all of them with Welch's 95 % interval."""
     stiff = table[table["variant"] == STIFFER].set_index("point")
     soft = table[table["variant"] == stiff["against"].iloc[0]].set_index("point").loc[stiff.index]
     parts = np.concatenate([t["sd"] ** 2 / t["n"] for t in (stiff, soft)]) / len(stiff) ** 2

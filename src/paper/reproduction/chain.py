@@ -105,7 +105,7 @@ def own_half(runs: pd.DataFrame | None) -> pd.DataFrame | None:
 
 
 def _alike(runs, first):
-    """Whether both tables ran the same rows."""
+    """Return whether both tables ran the same rows."""
     there = set(CODES) <= set(runs) & set(first) and len(runs) == len(first)
     return there and np.allclose(runs[CODES], first[CODES])
 

@@ -19,7 +19,7 @@ class Study(Results):
     def place(
         self, item: str, ident: str, quantity: str, unit: str = "1", headline: bool = False
     ) -> Place:
-        """What a row about this study is about, see `Place`."""
+        """Return what a row about this study is about, see `Place`."""
         return Place(item, ident, quantity, unit, self.name, headline)
 
     def region_runs(self) -> pd.DataFrame | None:

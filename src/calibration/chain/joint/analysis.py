@@ -338,9 +338,9 @@ def next_tests(
     draws: np.ndarray,
     machine: str | None = None,
 ) -> pd.DataFrame:
-    """What each metric of each test is expected to tell an hour, the best first; of the metrics of
-    `machine` where it is named. tests: {test: metrics}; draws: u (k, d) of the posterior. Raises
-    ConfigError for a table of hours that cannot be read."""
+    """Return what each metric of each test is expected to tell an hour, the best first; of the
+    metrics of `machine` where it is named. tests: {test: metrics}; draws: u (k, d) of the
+    posterior. Raises ConfigError for a table of hours that cannot be read."""
     spread = _reading_sd(measured)
     wanted, candidates = None, []
     for rig, metrics in tests.items():
@@ -402,8 +402,8 @@ def _row(told, factors, measured):
 def predictions(
     config: Config, emulators: Emulators, tests: Mapping[str, Sequence[str]], draws: np.ndarray
 ) -> pd.DataFrame:
-    """What the posterior expects of each metric of each test, and which parameter it owes its
-    spread. tests: {test: metrics}; draws: u (k, d)."""
+    """Return what the posterior expects of each metric of each test, and which parameter it owes
+    its spread. tests: {test: metrics}; draws: u (k, d)."""
     rows = []
     for rig, metrics in tests.items():
         for metric, emulator in emulators.known(rig, metrics).items():

@@ -64,7 +64,7 @@ class Cell(own.Ring):
         return layers / (self.fall_time * count * 2.0 * pair.young * contact)
 
     def force(self, stress_kPa: float) -> float:
-        """What the lid presses with under a normal stress [N]."""
+        """Return what the lid presses with under a normal stress [N]."""
         return 1e3 * stress_kPa * self.area
 
     def stretch(self, path_mm: float) -> int:

@@ -104,7 +104,7 @@ class Agreement:
 
     @property
     def contradicts(self) -> bool:
-        """Whether the targets contradict each other."""
+        """Return whether the targets contradict each other."""
         return self.p < ALPHA
 
 

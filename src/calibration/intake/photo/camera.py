@@ -43,7 +43,7 @@ class View:
 
     @property
     def known(self) -> bool:
-        """Whether a correction was asked for."""
+        """Return whether a correction was asked for."""
         return self.place is not None or self.plumb is not None
 
 
@@ -65,8 +65,8 @@ def view_of(camera: str | None, plumb: str | None, focal: str | None) -> View:
 
 
 def told(option: str, text: str | None, read: Callable[[str], Any], allowed: str) -> Any:
-    """What read(text) gives of an option, None of one that was not given. Raises CalibrationError
-    where that is None, or fails."""
+    """Return what read(text) gives of an option, None of one that was not given. Raises
+    CalibrationError where that is None, or fails."""
     try:
         found = read(text) if text else None
     except (UnitError, ValueError, ZeroDivisionError):

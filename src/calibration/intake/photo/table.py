@@ -82,7 +82,7 @@ def measure_photos(
 
 
 def uncorrected(angles: Sequence[float]) -> str:
-    """What a camera that looks down would do to heaps of these angles [deg], in words."""
+    """Return what a camera that looks down would do to heaps of these angles [deg], in words."""
     mean = sum(angles) / len(angles)
     low = " and ".join(f"{read_low(mean, pitch):.1f}° at {pitch}°" for pitch in (5, 10))
     return (

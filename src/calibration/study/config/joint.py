@@ -66,9 +66,9 @@ def joint_tests(config: Config) -> list[str]:
 
 
 def joint_targets(config: Config) -> list[JointTarget]:
-    """What was measured of the tests of the joint study: the metrics of which the table has a row
-    at their setting, and measured curves. Raises ConfigError for a table that cannot be read, and
-    for a quantity that was measured at settings of no test alone."""
+    """Return what was measured of the tests of the joint study: the metrics of which the table has
+    a row at their setting, and measured curves. Raises ConfigError for a table that cannot be read,
+    and for a quantity that was measured at settings of no test alone."""
     table, found = read_measured(config.measurements), []
     curves: dict[CurvesConfig, list[str]] = {}
     at_none: dict[tuple[str, str], ConfigError | None] = {}
@@ -98,7 +98,7 @@ def joint_targets(config: Config) -> list[JointTarget]:
 
 
 def own_targets(config: Config) -> list[JointTarget]:
-    """What was measured of the metrics of the one test that the chain calibrates on. Raises
+    """Return what was measured of the metrics of the one test that the chain calibrates on. Raises
     ConfigError for a table that cannot be read."""
     doubt = config.tests[config.own].discrepancy
     return [
@@ -170,7 +170,7 @@ def _read_curves(config, target):
 
 
 def _settings(config, names, over):
-    """What a curve runs over, in each of the tests."""
+    """Return what a curve runs over, in each of the tests."""
     return tuple(getattr(spec_of(config, name).geometry, over, None) for name in names)
 
 

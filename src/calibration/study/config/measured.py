@@ -38,7 +38,8 @@ def rows_of(
 
 
 def is_measured(config: Config, target: Target) -> bool:
-    """Whether the table of measurements holds the quantity of a target. Raises ConfigError."""
+    """Return whether the table of measurements holds the quantity of a target. Raises
+    ConfigError."""
     table = read_measured(config.measurements)
     return bool(table.of(config.experiment, without_unit(target.metric)))
 

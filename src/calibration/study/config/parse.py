@@ -79,8 +79,8 @@ def given(config: Config, key: str, stage: str) -> Any:
 
 
 def stands_alone(path: str | Path) -> bool:
-    """Whether a configuration file is a study of its own: one that names its factors is not laid
-    over config.yaml."""
+    """Return whether a configuration file is a study of its own: one that names its factors is not
+    laid over config.yaml."""
     try:
         data, _ = read_mapping(path)
     except SpecError:
@@ -328,7 +328,7 @@ def _parses(data, files, stages):
 
 
 def _told(error):
-    """What a fault says behind its file and line."""
+    """Return what a fault says behind its file and line."""
     key = str(error.key or "").removeprefix("run.")
     value = f" {error.value}" if error.value is not None else ""
     needed = f", where it has to be {error.allowed}" if error.allowed else ""

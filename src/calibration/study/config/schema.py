@@ -504,7 +504,7 @@ class Config(_Part):
 
     @property
     def by_atlas(self) -> bool:
-        """Whether runs of the joint stage correct the atlas."""
+        """Return whether runs of the joint stage correct the atlas."""
         return self.calibrate.by == "atlas"
 
     def run_of(self, name: str) -> dict[str, Any]:

@@ -29,7 +29,7 @@ def with_levels(base: Mapping[str, Any], levels: Mapping[str, float | str]) -> d
 
 
 def states(run: Mapping[str, Any], key: str) -> bool:
-    """Whether a run spec (a mapping) has the dotted key."""
+    """Return whether a run spec (a mapping) has the dotted key."""
     for name in key.split("."):
         if not isinstance(run, dict) or name not in run:
             return False

@@ -43,7 +43,7 @@ def swept_test(config: Config, experiment: str) -> str:
 
 
 def is_swept(config: Config, factors: Sequence[Factor | Choice], experiment: str) -> bool:
-    """Whether a test of an experiment sweeps a factor of the study."""
+    """Return whether a test of an experiment sweeps a factor of the study."""
     name = config.of_experiment(experiment)
     keys = [f.key for f in factors]
     return bool(name and config.tests[name].sweep and SWEPT[experiment] in keys)

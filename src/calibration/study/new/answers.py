@@ -156,7 +156,7 @@ def _with_scatter(entries):
 
 
 def _alone(entry, first):
-    """Whether an entry has a single reading without a spread, at a known load or height."""
+    """Return whether an entry has a single reading without a spread, at a known load or height."""
     known = entry.value(entry.method.under) is not None
     return known and len(entry.values(first)) == 1 and not entry.values("sd")
 

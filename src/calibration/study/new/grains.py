@@ -53,7 +53,8 @@ class Grains:
 
     @property
     def sticky(self) -> bool:
-        """Whether the study needs a law of cohesion: moist grains, and such as stick when dry."""
+        """Return whether the study needs a law of cohesion: moist grains, and such as stick when
+        dry."""
         return bool(self.moist) or self.diameter_mm < FINE_MM
 
     @property
@@ -256,8 +257,8 @@ def _sieved(path):
 
 
 def _passing(table, heading, sieves, retained):
-    """What passes each sieve [%] of what stays on it, in % or in masses. Raises ConfigError for
-    shares that do not make a whole, or none at all."""
+    """Return what passes each sieve [%] of what stays on it, in % or in masses. Raises ConfigError
+    for shares that do not make a whole, or none at all."""
     total, unit = sum(retained), table.units[heading]
     for (line, row), mass in zip(table.rows, retained, strict=True):
         if mass < 0:

@@ -75,7 +75,8 @@ class Laboratory:
 
     @property
     def alone(self) -> bool:
-        """Whether a heap of dry grains is all that was measured: the chain calibrates to it."""
+        """Return whether a heap of dry grains is all that was measured: the chain calibrates to
+        it."""
         return [t.experiment for t in self.tests] == ["heap"] and not self.grains.sticky
 
 
@@ -189,7 +190,7 @@ def _refuse_without_lead(tested, single):
 
 
 def _leads(entry):
-    """Whether a study's chain can be calibrated to a test: its spread is that of several
+    """Return whether a study's chain can be calibrated to a test: its spread is that of several
     readings."""
     read = max((len(entry.values(q.key)) for q in entry.method.readings), default=0)
     return entry.method.leads and max(read, entry.value("n", 1)) > 1

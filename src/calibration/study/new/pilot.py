@@ -185,8 +185,8 @@ def _targets(config, rig, trials):
 
 
 def reach(config: Config, rig: str, metric: str, side: int) -> str:
-    """What is said of ranges that reach a measured value (`side` 0), or of which all lies below it
-    (1) or above (-1)."""
+    """Return what is said of ranges that reach a measured value (`side` 0), or of which all lies
+    below it (1) or above (-1)."""
     plain = not {"elongation", "clump"} & set(config.own_run["particles"])
     heap = config.tests[rig].experiment == "heap"
     return ". ".join(said("reach", side, metric == "angle_of_repose_deg", plain, heap))

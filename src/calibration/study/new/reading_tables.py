@@ -48,7 +48,7 @@ def _pointed(table, line, row):
 
 
 def is_table(word: str) -> bool:
-    """Whether a word of an option names a table."""
+    """Return whether a word of an option names a table."""
     return "=" not in word and Path(word).suffix.lower() in TABLES
 
 

@@ -144,7 +144,7 @@ def _yaml(data, indent=0):
 
 
 def _shared_run(lab):
-    """What all runs share, with the constants of a law of cohesion in the middle of their
+    """Return what all runs share, with the constants of a law of cohesion in the middle of their
     ranges."""
     grain = {
         "density_kg_m3": lab.grains.density_kg_m3, "shear_modulus_Pa": lab.grains.shear_modulus_Pa

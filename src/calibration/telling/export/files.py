@@ -131,7 +131,7 @@ def write_converted(
 
 
 def _validated_heap(study):
-    """What the calibrated model gives, as decks compare with it."""
+    """Return what the calibrated model gives, as decks compare with it."""
     stated = _validated(study)
     kept = {key: stated[key] for key in ("mean", "sd", "runs", "margin", "unit")}
     return {"metric": study.config.target.metric} | kept

@@ -93,7 +93,7 @@ def entries(
 
 
 def _printed(value, names, published):
-    """What is printed for a parameter under one of its names, as a part of its entry."""
+    """Return what is printed for a parameter under one of its names, as a part of its entry."""
     for name in names:
         for label in (name, f"optimum_{name}"):
             if label in published:
@@ -150,7 +150,8 @@ def calibrated_spec(
 
 
 def engine_of(config: Config) -> str:
-    """What made the study's runs: this engine by its fingerprint, or another one by its version."""
+    """Return what made the study's runs: this engine by its fingerprint, or another one by its
+    version."""
     other = config.own_run.get("engine")
     if not other:
         return engine_fingerprint()

@@ -55,8 +55,8 @@ def trial_like(code: str, conversion: Conversion) -> str | None:
 
 
 def _laws(spec, found):
-    """What decides how a deck's heap compares: rolling law, cohesion, and the law that the search
-    chose for other codes."""
+    """Return what decides how a deck's heap compares: rolling law, cohesion, and the law that the
+    search chose for other codes."""
     return spec.laws.rolling, spec.laws.cohesion, found["path"] if found else None
 
 

@@ -110,8 +110,8 @@ POOR = 0.5  # predicted R2 below which a surface predicts little
 
 
 def predicts(results: Results) -> bool:
-    """Whether the response surface of a folder's `Results` predicts more than little; true where it
-    has none, or no measure of it."""
+    """Return whether the response surface of a folder's `Results` predicts more than little; true
+    where it has none, or no measure of it."""
     surface = results.summary("response_surface", "response_surface") or {}
     predicted = surface.get("statistics", {}).get("R2_pred")
     return predicted is None or predicted >= POOR
