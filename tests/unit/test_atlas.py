@@ -188,7 +188,9 @@ def test_few_runs_correct_an_atlas_that_is_off(tmp_path, monkeypatch):
     assert len(own) == len(spread) == 10
     assert near < far
     config.tests["heap"].run["geometry"]["plate_diameter_mm"] = 180.0
-    assert any("counts as 26" in t for t in AtlasEmulators(config, study.factors).counted())
+    config.tests["heap"].run["laws"] = {"rolling": "constant_torque"}
+    said = " ".join(AtlasEmulators(config, study.factors).counted())
+    assert tells(said, "counts as 26", "rolling is constant_torque", "elastic_plastic in the atlas")
 
 
 @pytest.mark.slow

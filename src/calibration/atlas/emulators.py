@@ -178,9 +178,16 @@ class AtlasEmulators:
                 yield f"tests.{test}: {own.meaning} is {value:.3g}; allowed: {allowed}"
 
     def counted(self) -> Iterator[str]:
-        """Sentences on inputs that count as the end that they lie beyond; a vessel does not, whose
-        wall has its share taken off (`_parts`)."""
+        """Sentences on inputs that count as the end that they lie beyond, but for a vessel, whose
+        wall has its share taken off (`_parts`); and on laws that are not the atlas'."""
         for test in self.tests:
+            laws = self._specs[test].laws.model_dump()
+            for slot, own in type(self._specs[test].laws)().model_dump().items():
+                if laws[slot] != own and slot != "cohesion":  # which is an input
+                    yield (
+                        f"{test}: the law of {slot} is {laws[slot]}, and {own} in the atlas: what "
+                        "it tells may differ"
+                    )
             for own, value, end in self._beyond(test):
                 if own.name != "vessel":
                     yield (
