@@ -124,6 +124,17 @@ def test_parameters_that_meet_what_was_measured_are_not_blamed(tmp_path, monkeyp
     assert (found["wrong"]["rows"], found["wrong"]["instead"]) == ([], [])
 
 
+@pytest.mark.parametrize(("angle", "state"), [(30.9, "met"), (31.5, "missed")])
+def test_a_heap_that_is_off_is_met_within_its_margin_alone(tmp_path, monkeypatch, angle, state):
+    """Runs scatter about 30 degrees by 0.5, readings by 0.4 (30 and 20 of them); the margin is 1
+    degree."""
+    measured = MEASURED.replace("30.1,deg,0.8", f"{angle},deg,0.4")
+    found, _ = answered(config_of(tmp_path, monkeypatch, 0.37, measured))
+    heap = rows_of(found)["heap", "angle_of_repose_deg"]
+    assert (heap["state"], heap["p"] < 0.05) == (state, True)
+    assert ("margin of 1 deg" in heap["note"]) == (state == "met")
+
+
 def test_every_measured_row_stands_in_the_answer(tmp_path, monkeypatch):
     """Also one that no test simulates, and one that nobody gives an error of."""
     found, folder = answered(config_of(tmp_path, monkeypatch, 0.37))

@@ -269,9 +269,12 @@ def _judged(config, test, p, count):
     p = min(p * count, 1.0)
     margins = {config.target.metric: config.validation.margin}
     margins |= {t.metric: t.margin for t in config.further_targets if t.margin}
-    within = abs(test.measured - test.predicted) < margins.get(test.metric, 0.0)
-    missed = p < ALPHA and not (within and test.test == config.own)
-    return test.model_copy(update={"p": p, "state": "missed" if missed else "met"})
+    margin = margins.get(test.metric, 0.0) if test.test == config.own else 0.0
+    near = abs(test.measured - test.predicted) < margin
+    found = {"p": p, "state": "missed" if p < ALPHA and not near else "met"}
+    if p < ALPHA and near:
+        found["note"] = f"within its margin of {margin:g} {test.unit}"
+    return test.model_copy(update=found)
 
 
 def _predictions(source):
