@@ -169,12 +169,13 @@ def test_a_lid_of_lammps_falls_as_a_mass_with_a_drag(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("code", ["liggghts", pytest.param("lammps", marks=pytest.mark.long)])
 def test_a_shear_cell_gives_our_stress(tmp_path, code):
-    """The lid presses with what is asked for, and the peak is ours.
+    """The lid presses with what is asked for, and the peak is ours: of six seeds, as single peaks of
+    one code scatter by 14 %.
 
     The steady stress has a stated margin of 15 % and is no part of this test: two seeds gave
     16 % less than ours, and seeds of one code scatter by about 13 %
     (docs/other-codes.md)."""
-    means = both(code, RING, [1, 2], tmp_path)
+    means = both(code, RING, range(1, 7), tmp_path)
     assert means["normal_stress_kPa"][1] == pytest.approx(2.0, rel=0.03)
     for name, margin in (
         ("shear_stress_kPa", 0.2),
