@@ -84,8 +84,9 @@ def _make(name, engine, cores):
             return False
     for study in part.get("keep", ()):
         kept_results.keep(f"results/{study}", KEPT / study, (*kept_results.KEPT, *TABLES))
-        if Path("results/runs").is_dir():  # what its heaps held
-            write_table(funnels(Path("results") / study), KEPT / study / FUNNELS)
+        held = funnels(Path("results") / study)
+        if not held.empty:
+            write_table(held, KEPT / study / FUNNELS)
     for source, target in part.get("copies", {}).items():
         _copy(Path(source), KEPT / target)
     took = round(time.monotonic() - begin, 1)
@@ -98,10 +99,13 @@ def _make(name, engine, cores):
 
 def funnels(study: Path) -> pd.DataFrame:
     """Table of a study's heaps: stage, run_id, angle of repose [°] and the most grains that stood
-    in the funnel at once; empty where a run gave no value. A run of two stages counts once."""
+    in the funnel at once; empty where a run gave no value. A run of two stages counts once. No row
+    where no stage has been planned."""
     designs = {s: study / s / "design.csv" for s in POURED}
     rows = [read_written(p)[["run_id"]].assign(stage=s) for s, p in designs.items() if p.is_file()]
-    table = pd.concat(rows, ignore_index=True)[["stage", "run_id"]].drop_duplicates("run_id")
+    none = pd.DataFrame({"run_id": [], "stage": []})
+    table = pd.concat([none, *rows], ignore_index=True)[["stage", "run_id"]]
+    table = table.drop_duplicates("run_id")
     return table.assign(**{m: read_values(table["run_id"], m) for m in (METRIC, "hold_up")})
 
 
