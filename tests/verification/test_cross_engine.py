@@ -190,8 +190,8 @@ def as_coded(tmp_path_factory):
     torque of LIGGGHTS."""
     folder = tmp_path_factory.mktemp("as_coded")
     command = [sys.executable, "-m", "liggghts.as_coded", folder / "out.json"]
-    own_cache = os.environ | {"NUMBA_CACHE_DIR": str(folder / "numba")}
-    subprocess.run(command, cwd=Path(__file__).parent, env=own_cache, check=True)
+    own = {"NUMBA_CACHE_DIR": str(folder / "numba"), "PYTHONPATH": os.pathsep.join(sys.path)}
+    subprocess.run(command, cwd=Path(__file__).parent, env=os.environ | own, check=True)
     return json.loads((folder / "out.json").read_text())
 
 
