@@ -169,8 +169,8 @@ def test_a_lid_of_lammps_falls_as_a_mass_with_a_drag(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("code", ["liggghts", pytest.param("lammps", marks=pytest.mark.long)])
 def test_a_shear_cell_gives_our_stress(tmp_path, code):
-    """The lid presses with what is asked for, and the peak is ours: of six seeds, as single peaks of
-    one code scatter by 14 %.
+    """The lid presses with what is asked for, and the peak is ours: of six seeds, as single peaks
+    of one code scatter by 14 %.
 
     The steady stress has a stated margin of 15 % and is no part of this test: two seeds gave
     16 % less than ours, and seeds of one code scatter by about 13 %
