@@ -153,7 +153,7 @@ def heap_spec(law, rolling, seed, count=2500, diameter_mm=3.1748):
             "law_parameters": extra,
             "particles": {"count": count, "diameter_mm": diameter_mm},
             "geometry": {"generation_rate_per_s": count},
-            "numerics": {"rest_energy_ratio": 1e-300, "max_time_s": HEAP_TIME},
+            "numerics": {"max_time_s": HEAP_TIME},
         }
     )
 
