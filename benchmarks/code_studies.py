@@ -92,22 +92,18 @@ def compared(study: Path) -> dict[str, Any]:
         table = read_written(study / stage / "runs.csv").dropna(subset=["response"])
         specs += [plan[name] for name in table["run_id"]]
         angles += list(table["response"])
-    levels = [tuple(numbers_of(spec)[f.key] for f in read_factors(FACTORS)) for spec in specs]
+    keys = [f.key for f in read_factors(FACTORS)]
+    levels = [tuple(map(numbers_of(spec).get, keys)) for spec in specs]
     heaps = pd.DataFrame({"theirs": angles, "ours": ours_at(specs, study.parent / "runs")})
     points = heaps.groupby(pd.Series(levels), sort=False).mean()
-    off = (points["theirs"] - points["ours"]).dropna()
-    return differences(off.to_numpy(), apart(study)) | {"without_value": len(points) - len(off)}
-
-
-def differences(off: np.ndarray, spread: float) -> dict[str, Any]:
-    """The numbers of `compared` of the differences (n,) of heaps that seeds alone set apart by
-    `spread` [deg]."""
+    off, spread = (points["theirs"] - points["ours"]).dropna(), apart(study)
     return {
         "points": len(off),
         "rms": float(np.sqrt(np.mean(off**2))),
         "spread": spread,
         "p": float(stats.chi2.sf(np.sum(off**2) / spread**2, len(off))),
-        "mean": {"difference": float(off.mean()), "se": float(stats.sem(off))},
+        "mean": {"difference": float(off.mean()), "se": float(off.sem())},
+        "without_value": len(points) - len(off),
     }
 
 

@@ -21,6 +21,7 @@ from calibration.study.config.joint import JointTarget, MeasuredMean
 from calibration.study.config.specs import overlay
 from calibration.study.config.tests import spec_of
 from calibration.study.factors import Factor
+from dem.contact.catalogue import DEFAULTS
 from dem.grains.sizes import clump_shape, mean_radius
 from dem.spec import RunSpec
 
@@ -181,12 +182,12 @@ class AtlasEmulators:
         """Sentences on inputs that count as the end that they lie beyond, but for a vessel, whose
         wall has its share taken off (`_parts`); and on laws that are not the atlas'."""
         for test in self.tests:
-            laws = self._specs[test].laws.model_dump()
-            for slot, own in type(self._specs[test].laws)().model_dump().items():
-                if laws[slot] != own and slot != "cohesion":  # which is an input
+            for slot, own in DEFAULTS.items():
+                law = getattr(self._specs[test].laws, slot)
+                if law != own and slot != "cohesion":  # which is an input
                     yield (
-                        f"{test}: the law of {slot} is {laws[slot]}, and {own} in the atlas: what "
-                        "it tells may differ"
+                        f"{test}: the law of {slot} is {law}, and {own} in the atlas: what it "
+                        "tells may differ"
                     )
             for own, value, end in self._beyond(test):
                 if own.name != "vessel":

@@ -9,7 +9,7 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import date
 from pathlib import Path
 
@@ -84,9 +84,8 @@ def _make(name, engine, cores):
             return False
     for study in part.get("keep", ()):
         kept_results.keep(f"results/{study}", KEPT / study, (*kept_results.KEPT, *TABLES))
-        held = funnels(Path("results") / study)
-        if not held.empty:
-            write_table(held, KEPT / study / FUNNELS)
+        if designs := poured(Path("results") / study):
+            write_table(funnels(designs), KEPT / study / FUNNELS)
     for source, target in part.get("copies", {}).items():
         _copy(Path(source), KEPT / target)
     took = round(time.monotonic() - begin, 1)
@@ -97,15 +96,18 @@ def _make(name, engine, cores):
     return True
 
 
-def funnels(study: Path) -> pd.DataFrame:
-    """Table of a study's heaps: stage, run_id, angle of repose [°] and the most grains that stood
-    in the funnel at once; empty where a run gave no value. A run of two stages counts once. No row
-    where no stage has been planned."""
-    designs = {s: study / s / "design.csv" for s in POURED}
-    rows = [read_written(p)[["run_id"]].assign(stage=s) for s, p in designs.items() if p.is_file()]
-    none = pd.DataFrame({"run_id": [], "stage": []})
-    table = pd.concat([none, *rows], ignore_index=True)[["stage", "run_id"]]
-    table = table.drop_duplicates("run_id")
+def poured(study: Path) -> dict[str, Path]:
+    """{stage: its design} of the planned stages of a study that pour heaps."""
+    designs = {stage: study / stage / "design.csv" for stage in POURED}
+    return {stage: path for stage, path in designs.items() if path.is_file()}
+
+
+def funnels(designs: Mapping[str, Path]) -> pd.DataFrame:
+    """Table of heaps of stages {stage: design}: stage, run_id, angle of repose [°] and the most
+    grains that stood in the funnel at once; empty where a run gave no value. A run of two stages
+    counts once."""
+    rows = [read_written(path)[["run_id"]].assign(stage=s) for s, path in designs.items()]
+    table = pd.concat(rows, ignore_index=True)[["stage", "run_id"]].drop_duplicates("run_id")
     return table.assign(**{m: read_values(table["run_id"], m) for m in (METRIC, "hold_up")})
 
 

@@ -94,7 +94,7 @@ def _together(runs):
     return {"heaps": len(runs), "carried": max(map(len, aliases), default=0), "found": there}
 
 
-def together(kept: Path) -> list[dict[str, Any]]:
+def by_all_tests(kept: Path) -> list[dict[str, Any]]:
     """A mapping a factor of the salt: name, levels, interval by the heap `alone`, or None and what
     it is `held` at, interval by `all` tests, and whether these bound it."""
     found = {p["key"]: p for p in read_json(kept / "salt-atlas" / "answer.json")["parameters"]}
