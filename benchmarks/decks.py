@@ -3,16 +3,17 @@ the file. It needs LIGGGHTS, LAMMPS and YADE. Cost: about fifteen minutes of one
 kept in results/trials or the folder that is named, so that a call that was cut off goes on where it
 stopped."""
 
-from __future__ import annotations
-
 import math
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
+import yaml
+
+from calibration.chain.handed_over import NamedFiles
 from calibration.errors import CalibrationError
 from calibration.files import read_json
 from calibration.intake.tables import read_written
@@ -22,46 +23,23 @@ from calibration.telling.export import decks, rolling
 from calibration.telling.export.trials import OWN, TRIALS, trials
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
-from dem.spec import parse_spec
-
-if TYPE_CHECKING:
-    from calibration.chain.handed_over import NamedFiles
-    from dem.spec import RunSpec
+from dem.spec import RunSpec, parse_spec
 
 
 @dataclass(frozen=True)
 class Kind:
-    """One law, or one kind of grain, that is poured in several codes.
-
-    changes: what differs from the run spec of trials.json. converted: whether the codes get the
-    numbers that `export_converted` finds for their own law.
-    """
+    """One law, or one kind of grain, that is poured in several codes, as decks.yaml has it."""
 
     changes: Mapping[str, Any]
-    codes: tuple[str, ...] = (*decks.DECKS, "yade")
+    codes: Sequence[str] = (*decks.DECKS, "yade")
     converted: bool = False
 
 
-TYPE_C, TYPE_A = "elastic_plastic", "constant_torque"
-SIZES = {"by": "mass", "diameters_mm": [5.2, 6.4], "fractions": [0.5, 0.5]}
-STICKY = {
-    "laws": {"rolling": TYPE_C, "cohesion": "sjkr"},
-    "law_parameters": {"cohesion_energy_density_J_m3": 60_000},
-}
 KINDS = {
-    # type C, which all codes have
-    TYPE_C: Kind({"laws": {"rolling": TYPE_C}}),
-    # grains of two sizes, half of the mass each
-    f"{TYPE_C}, sieve curve": Kind({"laws": {"rolling": TYPE_C}, "particles": {"sizes": SIZES}}),
-    # an attraction that of the other codes LIGGGHTS alone has
-    f"{TYPE_C}, sjkr": Kind(STICKY, ("liggghts",)),
-    # type A on the own spin, which no other code has: their decks have type C with the same number
-    TYPE_A: Kind({"laws": {"rolling": TYPE_A}}, decks.DECKS),
-    # the same law, with the numbers that `export_converted` finds
-    f"{TYPE_A}, converted": Kind({"laws": {"rolling": TYPE_A}}, converted=True),
+    name: Kind(**kind)
+    for name, kind in yaml.safe_load(Path(__file__).with_suffix(".yaml").read_text()).items()
 }
-"""What is tried. Of `constant_torque_relative` three of the first five heaps here did not rest
-within the three seconds."""
+SIZES = KINDS["elastic_plastic, sieve curve"].changes["particles"]["sizes"]
 METRIC, MARGIN, UNIT = "radial_angle_deg", 2.0, "deg"
 STATED = {
     "metric": METRIC, "mean": 0.0, "sd": 0.0, "runs": 1, "margin": MARGIN, "unit": UNIT,
@@ -70,13 +48,13 @@ STATED = {
 """What the decks of the trial state of the calibrated model: nothing of it is used."""
 
 
-def poured(name: str, folder: str | Path, seeds: int = decks.SEEDS) -> dict[str, Any]:
+def poured(name: str, folder: str | Path) -> dict[str, Any]:
     """Changes, conversion and {code: profiles of its heaps} of one of KINDS, this engine's heaps
     among them; folder: where the decks and their heaps are kept."""
     kind, place = KINDS[name], Path(folder) / name.replace(", ", "_").replace(" ", "_")
     mapping = overlay(trials()["spec"], kind.changes)
     spec, found = parse_spec(mapping), converted(mapping, place) if kind.converted else None
-    wanted, heaps = range(spec.seed, spec.seed + seeds), {}
+    wanted, heaps = range(spec.seed, spec.seed + decks.SEEDS), {}
     for code in kind.codes:
         deck = deck_in(place, code, spec, found)
         heaps[code] = decks.heaps_there(deck, wanted, 3600.0)
@@ -91,7 +69,7 @@ def converted(mapping: dict[str, Any], folder: Path) -> dict[str, Any]:
     runs = folder / "runs"
 
     def made(name, plan):
-        files = cast("NamedFiles", SimpleNamespace(plan=folder / name / "plan.json"))
+        files = cast(NamedFiles, SimpleNamespace(plan=folder / name / "plan.json"))
         plan(files)
         design = read_written(folder / name / "design.csv")
         found = simulate(read_json(files.plan), runs)

@@ -9,7 +9,7 @@ import pandas as pd
 
 from benchmarks.bulk.cases import CASES, Case
 from benchmarks.bulk.codes import CODES, Outcome
-from benchmarks.speed.__main__ import made_by, read_rows
+from benchmarks.speed.__main__ import made_by, with_rows
 from calibration.files import write_table
 from dem.errors import DemError
 
@@ -56,8 +56,7 @@ def keep(out: Path, case: Case, code: str, outcome: Outcome, table: str = RUNS) 
         "wall_time_s": round(outcome.wall_s, 1),
         "particle_steps_per_s": round(outcome.particle_steps / outcome.processor_s),
     }
-    line = {key: str(value) for key, value in row.items()}
-    rows = pd.concat([read_rows(out / table), pd.DataFrame([line])])
+    rows = with_rows(out / table, [row])
     write_table(rows.drop_duplicates(["case", "code"], keep="last"), out / table)
 
 

@@ -8,52 +8,25 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+import yaml
 
 from dem.contact.registry import ContactParameters, Material
 from dem.errors import DemError
 
-POISSON = 0.2
+PRESCRIBED = yaml.safe_load(Path(__file__).with_name("prescribed.yaml").read_text())
 
 
 def _material(density, young):
-    return Material(density, young / (2.0 * (1.0 + POISSON)), POISSON)
+    poisson = PRESCRIBED["poisson"]
+    return Material(density, young / (2.0 * (1.0 + poisson)), poisson)
 
 
-MATERIALS = {
-    "M1": _material(2500.0, 1.0e9),
-    "M2": _material(2000.0, 0.5e9),
-    "steel": _material(7200.0, 210.0e9),
+MATERIALS = {name: _material(**own) for name, own in PRESCRIBED["materials"].items()}
+CONTACTS: dict[tuple[str, str], ContactParameters] = {
+    tuple(pair.split()): ContactParameters(**own) for pair, own in PRESCRIBED["contacts"].items()
 }
-CONTACTS = {
-    ("M1", "M1"): ContactParameters(0.5, 0.3),
-    ("M1", "M2"): ContactParameters(0.45, 0.2),
-    ("M2", "M2"): ContactParameters(0.4, 0.4),
-    ("M1", "steel"): ContactParameters(0.4, 0.2),
-    ("M2", "steel"): ContactParameters(0.4, 0.2),
-    ("steel", "steel"): ContactParameters(0.6, 0.5),
-}
-"""Restitution and friction of each pair, as the scripts of MercuryDPM and YADE have them."""
-
-COARSE = 2e-3
-"""Radius [m] of M2 in the drum."""
-DRUM_SPIN = 2.0
-"""Speed of the drum [rad/s] about -y: counterclockwise for who looks along +y."""
-INTRUDER = 1e-2, 0.06, 5.0
-"""Radius [m], height of its centre [m] and speed [m/s] of the sphere that falls into a bed."""
-
-
 LOOKS = 200
 """Looks at a case over its prescribed duration."""
-
-
-@dataclass(frozen=True)
-class Group:
-    """Grains of one material: radius (n,) [m], position (n, 3) [m], velocity (3,) [m/s]."""
-
-    material: str
-    radius: np.ndarray
-    position: np.ndarray
-    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -61,36 +34,38 @@ class Case:
     """One case.
 
     name : of the case
-    groups : its grains, numbered through in this order
+    material (n,), radius (n,) [m], position, velocity (n, 3) [m], [m/s] : of its grains, those of
+        a material one after another
     triangles : (t, 3, 3) [m] of the walls, which are of steel
     time_step, duration : [s], as prescribed
     until : time at which a run ends [s], at the duration unless shortened
     watch : (position (n, 3) [m], number of each grain (n,)) -> {column: value}, of the grains
     spin : of the walls about +y [rad/s]
-    box : (half x, half y, bottom) [m] of the box that the triangles stand for, if they do
-    regions : the surfaces that they stand for otherwise, as LAMMPS takes them
+    regions : the surfaces that the triangles stand for, as LAMMPS takes them
     """
 
     name: str
-    groups: tuple[Group, ...]
+    material: np.ndarray
+    radius: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
     triangles: np.ndarray
     time_step: float
     duration: float
     watch: Callable[[np.ndarray, np.ndarray], dict[str, float]]
     spin: float = 0.0
-    box: tuple[float, float, float] | None = None
     regions: tuple[str, ...] = ()
     until: float = math.inf
 
     @property
     def grains(self) -> int:
         """Number of grains at the start."""
-        return sum(len(group.radius) for group in self.groups)
+        return len(self.radius)
 
     @property
     def materials(self) -> list[str]:
         """Names of the materials: those of the grains in order, and steel at the end."""
-        names = dict.fromkeys(group.material for group in self.groups)
+        names = dict.fromkeys(map(str, self.material))
         return [*(name for name in names if name != "steel"), "steel"]
 
     def shortened(self, seconds: float) -> Case:
@@ -98,10 +73,10 @@ class Case:
         return replace(self, until=seconds)
 
     def moved(self, distance: float) -> Case:
-        """The same case with the grains of its last group so far along x [m]."""
-        *others, last = self.groups
-        place = last.position + np.array([distance, 0.0, 0.0])
-        return replace(self, groups=(*others, replace(last, position=place)))
+        """The same case with the grains of its last material so far along x [m]."""
+        along = np.array([distance, 0.0, 0.0])
+        last = self.material[:, None] == self.material[-1]
+        return replace(self, position=np.where(last, self.position + along, self.position))
 
     @property
     def looks(self) -> tuple[int, int]:
@@ -143,29 +118,34 @@ def _given(folder, spheres):
 def penetration(folder: Path) -> Case:
     """A steel sphere falls into a bed of grains of 2 mm in a box."""
     radius, position, triangles = _given(folder / "Penetration", "25KParticles.txt")
-    wide, height, speed = INTRUDER
-    grains = len(radius)
+    given, grains = PRESCRIBED["penetration"], len(radius)
 
     def watch(position, number):
         return {"height_m": float(position[number == grains, 2][0])}
 
     # half widths and bottom of the box within walls that have a thickness
     x, y, z = triangles.reshape(-1, 3).T
-    box = float(np.abs(x).min()), float(np.abs(y).min()), float(np.unique(np.round(z, 9))[1])
-    sphere = Group("steel", np.array([wide]), np.array([[0.0, 0.0, height]]), (0.0, 0.0, -speed))
-    groups = Group("M1", radius, position), sphere
-    return Case("penetration-25K", groups, triangles, 5e-7, 0.1, watch, box=box)
+    wide_x, wide_y, bottom = np.abs(x).min(), np.abs(y).min(), np.unique(np.round(z, 9))[1]
+    box = f"{-wide_x:.9g} {wide_x:.9g} {-wide_y:.9g} {wide_y:.9g} {bottom:.9g} {z.max():.9g}"
+    material = np.append(np.full(grains, "M1"), "steel")
+    radius = np.append(radius, given["radius"])
+    position = np.vstack([position, [0.0, 0.0, given["height"]]])
+    velocity = np.zeros_like(position)
+    velocity[-1, 2] = -given["speed"]
+    return Case(
+        "penetration-25K", material, radius, position, velocity, triangles, given["time_step"],
+        given["duration"], watch, regions=(f"block {box} open 6",),
+    )  # fmt: skip
 
 
 def drum(folder: Path) -> Case:
     """A drum turns grains of two sizes and materials."""
     radius, position, triangles = _given(folder / "Drum", "PartCoordinates.txt")
-    coarse = radius == COARSE
-    groups = (
-        Group("M1", radius[~coarse], position[~coarse]),
-        Group("M2", radius[coarse], position[coarse]),
-    )
-    fine = len(groups[0].radius)
+    given = PRESCRIBED["drum"]
+    order = np.argsort(radius == given["coarse"], kind="stable")
+    radius, position = radius[order], position[order]
+    material = np.where(radius == given["coarse"], "M2", "M1")
+    fine = int((material == "M1").sum())
 
     def watch(position, number):
         x, z = position[:, 0], position[:, 2]
@@ -178,8 +158,10 @@ def drum(folder: Path) -> Case:
 
     corners = triangles.reshape(-1, 3)
     inner = float(np.hypot(corners[:, 0], corners[:, 2])[np.abs(corners[:, 1]) <= 0.03].min())
-    regions = (f"cylinder y 0 0 {inner:.6g} -0.03 0.03",)
-    return Case("drum", groups, triangles, 8e-7, 5.0, watch, spin=-DRUM_SPIN, regions=regions)
+    return Case(
+        "drum", material, radius, position, np.zeros_like(position), triangles, given["time_step"],
+        given["duration"], watch, -given["spin"], (f"cylinder y 0 0 {inner:.6g} -0.03 0.03",),
+    )  # fmt: skip
 
 
 CASES: dict[str, Callable[[Path], Case]] = {"penetration-25K": penetration, "drum": drum}

@@ -5,8 +5,6 @@ All have Hertz's normal force, Mindlin's tangential one with Coulomb's limit, a 
 the prescribed restitution, and no resistance to rolling.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import time
@@ -18,17 +16,19 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.bulk.cases import CONTACTS, MATERIALS, POISSON, Case
+from benchmarks.bulk.cases import CONTACTS, MATERIALS, Case
 from benchmarks.speed.peers import run_program, write_data
 from calibration.engines import lammps, liggghts
 from calibration.engines.program import find
+from calibration.engines.templates import macros
 from dem.constants import GRAVITY
 from dem.contact.registry import Laws, pair_properties
 from dem.precompile import compile_engine
 from dem.simulation import Simulation
 from dem.walls.builder import WallSet
 
-INPUTS = Path(__file__).with_name("inputs")
+WORDS = macros("benchmarks.bulk", "inputs")
+YADE = Path(__file__).parent / "inputs/yade.py"
 LAWS = Laws(rolling="none", torsion="none")
 SKIN, WIDE, WIDE_SKIN = 0.1, 4.0, 0.5
 """Verlet distance of the others over the smallest radius; where the largest radius is more than
@@ -40,7 +40,7 @@ MOVED = {
     for unit, size in (("nm", 1e-9), ("um", 1e-6), ("0.1mm", 1e-4))
     for k in (1, 2, 3, 4)
 }
-"""Name -> how far [m] the last group is from its place: what chance makes of a case."""
+"""Name -> how far [m] the last material is from its place: what chance makes of a case."""
 
 CRUSHED = 0.5
 """Share of its radius to which a grain may be pressed here before the run is stopped as blown up:
@@ -64,17 +64,6 @@ class Outcome:
     wall_s: float
 
 
-def _all(case):
-    """(material (n,), radius (n,), position (n, 3), velocity (n, 3)) of the grains in order."""
-    groups = case.groups
-    return (
-        np.concatenate([np.full(len(g.radius), g.material) for g in groups]),
-        np.concatenate([g.radius for g in groups]),
-        np.concatenate([g.position for g in groups]),
-        np.concatenate([np.broadcast_to(g.velocity, g.position.shape) for g in groups]),
-    )
-
-
 def simulation(case: Case) -> Simulation:
     """The case at its start in this engine."""
     walls = WallSet().body("walls", material="steel", spin=(0.0, case.spin, 0.0))
@@ -84,15 +73,16 @@ def simulation(case: Case) -> Simulation:
         MATERIALS, CONTACTS, laws=LAWS, time_step=case.time_step, walls=walls,
         overlap_limit=CRUSHED,
     )  # fmt: skip
-    for group in case.groups:
+    for name in dict.fromkeys(map(str, case.material)):
+        own = case.material == name
         sim.add_particles(
-            group.position, group.radius, velocity=group.velocity, material=group.material
+            case.position[own], case.radius[own], velocity=case.velocity[own], material=name
         )
     return sim
 
 
 def run_here(case: Case, folder: Path, distance: float = 0.0) -> Outcome:
-    """The case in this engine, with the grains of its last group so far along x [m]."""
+    """The case in this engine, with the grains of its last material so far along x [m]."""
     compile_engine()
     sim = simulation(case.moved(distance))
     between, looks = case.looks
@@ -135,13 +125,12 @@ def _frames(path: Path) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
 def _write_data(case, folder, style):
     """Grains as LIGGGHTS and LAMMPS read them: types are numbered as `case.materials` are. There is
     room around the walls."""
-    material, radius, position, velocity = _all(case)
-    types = [1 + case.materials.index(name) for name in material]
-    density = [MATERIALS[name].density for name in material]
+    types = [1 + case.materials.index(name) for name in case.material]
+    density = [MATERIALS[name].density for name in case.material]
     corners = case.triangles.reshape(-1, 3)
     box = corners.min(axis=0) - 0.01, corners.max(axis=0) + 0.01
-    state = position, velocity, np.zeros_like(velocity)
-    grains = np.column_stack([types, radius, density, *state])
+    state = case.position, case.velocity, np.zeros_like(case.velocity)
+    grains = np.column_stack([types, case.radius, density, *state])
     write_data(folder / "grains.data", style, box, len(case.materials), grains)
 
 
@@ -152,10 +141,9 @@ def _pair(a, b):
 def _numbers(case):
     """Return what the inputs of the others name beside materials and walls."""
     between, looks = case.looks
-    radius = _all(case)[1]
-    skin = WIDE_SKIN if radius.max() > WIDE * radius.min() else SKIN
+    least, most = float(case.radius.min()), float(case.radius.max())
     return {
-        "skin": skin * float(radius.min()),
+        "skin": (WIDE_SKIN if most > WIDE * least else SKIN) * least,
         "gravity": GRAVITY,
         "dt": case.time_step,
         "between": between,
@@ -165,41 +153,13 @@ def _numbers(case):
 
 def run_liggghts(case: Case, folder: Path) -> Outcome:
     """The case in LIGGGHTS, in `folder`. Raises DemError."""
-    names = case.materials
     _write_data(case, folder, "Atoms")
-    _write_stl(case.triangles, folder / "walls.stl")
-
-    def table(of):
-        return f"{len(names)} " + " ".join(f"{of(_pair(a, b)):g}" for a in names for b in names)
-
-    turn = (
-        f"fix turn all move/mesh mesh walls rotate origin 0 0 0 "
-        f"axis 0 {math.copysign(1, case.spin):g} 0 period {2 * math.pi / abs(case.spin):.9g}"
-        if case.spin
-        else ""
-    )
-    (folder / "in.liggghts").write_text(
-        (INPUTS / "liggghts.in").read_text().format(
-            **_numbers(case),
-            young=" ".join(f"{MATERIALS[name].young_modulus:g}" for name in names),
-            poisson=" ".join(f"{POISSON:g}" for _ in names),
-            restitution=table(lambda pair: pair.restitution),
-            friction=table(lambda pair: pair.static_friction),
-            steel=len(names), turn=turn,
-        )
-    )  # fmt: skip
+    (folder / "walls.stl").write_text(WORDS.stl(case.triangles.tolist()))
+    turn_s = 2 * math.pi / abs(case.spin) if case.spin else math.inf
+    text = WORDS.liggghts(case, _numbers(case), MATERIALS, _pair, turn_s)
+    (folder / "in.liggghts").write_text(text)
     command = [*liggghts.launcher(), "liggghts", "-in", "in.liggghts"]
     return _finished(case, folder, "liggghts", command)
-
-
-def _write_stl(triangles, path):
-    """Triangles as an STL file in words."""
-    lines = ["solid walls"]
-    for corners in triangles:
-        lines += ["facet normal 0 0 0", "outer loop"]
-        lines += ["vertex " + " ".join(f"{q:.9g}" for q in corner) for corner in corners]
-        lines += ["endloop", "endfacet"]
-    path.write_text("\n".join([*lines, "endsolid walls", ""]))
 
 
 def _lammps_law(a, b):
@@ -216,32 +176,10 @@ def _lammps_law(a, b):
 
 
 def run_lammps(case: Case, folder: Path) -> Outcome:
-    """The case in LAMMPS, in `folder`, with the surfaces that the triangles stand for. Each
-    material of the grains meets the walls by its own law. Raises DemError."""
-    names = case.materials
+    """The case in LAMMPS, in `folder`, with the surfaces that the triangles stand for. Raises
+    DemError."""
     _write_data(case, folder, "Atoms # sphere")
-    pairs = [
-        f"pair_coeff {i + 1} {k + 1} {_lammps_law(a, b)}"
-        for i, a in enumerate(names)
-        for k, b in enumerate(names)
-        if i <= k
-    ]
-    regions = case.regions
-    if case.box:
-        x, y, bottom = case.box
-        top = float(case.triangles[..., 2].max())
-        regions = (f"block {-x:.9g} {x:.9g} {-y:.9g} {y:.9g} {bottom:.9g} {top:.9g} open 6",)
-    walls = [f"variable turn equal {case.spin:g}*dt*step"]
-    for k, region in enumerate(regions):
-        move = " rotate v_turn 0 0 0 0 1 0" if case.spin else ""
-        walls.append(f"region wall{k} {region}{move}")
-    for i, name in enumerate(names):
-        walls.append(f"group grains{i} type {i + 1}")
-        for k in range(len(regions)):
-            law = f"wall/gran/region granular {_lammps_law(name, 'steel')} region wall{k}"
-            walls.append(f"fix wall{i}_{k} grains{i} {law}")
-    words = _numbers(case) | {"pairs": "\n".join(pairs), "walls": "\n".join(walls)}
-    (folder / "in.lammps").write_text((INPUTS / "lammps.in").read_text().format(**words))
+    (folder / "in.lammps").write_text(WORDS.lammps(case, _numbers(case), _lammps_law))
     command = [find("lmp", lammps.INSTALL), "-in", "in.lammps", "-log", "none"]
     return _finished(case, folder, "lammps", command)
 
@@ -249,9 +187,9 @@ def run_lammps(case: Case, folder: Path) -> Outcome:
 def run_yade(case: Case, folder: Path) -> Outcome:
     """The case in YADE, in `folder`. Raises DemError."""
     names = case.materials
-    material, radius, position, velocity = _all(case)
-    codes = np.array([names.index(name) for name in material])
-    np.savetxt(folder / "grains.txt", np.column_stack([codes, radius, position, velocity]), "%.12g")
+    codes = [names.index(name) for name in case.material]
+    grains = np.column_stack([codes, case.radius, case.position, case.velocity])
+    np.savetxt(folder / "grains.txt", grains, "%.12g")
     np.savetxt(folder / "walls.txt", case.triangles.reshape(-1, 9), "%.12g")
     of = [MATERIALS[name] for name in names]
     numbers = _numbers(case) | {
@@ -261,7 +199,7 @@ def run_yade(case: Case, folder: Path) -> Outcome:
         "spin": case.spin,
     }
     (folder / "case.json").write_text(json.dumps(numbers))
-    (folder / "case.py").write_text((INPUTS / "yade.py").read_text())
+    (folder / "case.py").write_text(YADE.read_text())
     return _finished(case, folder, "yade", ["yade", "-j1", "-n", "-x", "case.py"])
 
 

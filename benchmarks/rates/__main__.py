@@ -8,12 +8,11 @@ from benchmarks.rates import bulk_tables, engine_tables, single_grains
 from benchmarks.rates.strangers import campaign
 
 TRIALS = {
-    "single_grains": single_grains.TRIAL,
-    "strangers": campaign.TRIAL,
-    "strangers_gains": campaign.GAINS,
-    "bulk_tables": bulk_tables.TRIAL,
-    "engine_tables": engine_tables.TRIAL,
-}
+    trial.word: trial
+    for trial in (
+        single_grains.TRIAL, campaign.TRIAL, campaign.GAINS, bulk_tables.TRIAL, engine_tables.TRIAL,
+    )
+}  # fmt: skip
 
 
 def main(words: list[str] | None = None) -> int:

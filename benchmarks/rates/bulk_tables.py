@@ -13,7 +13,7 @@ them.
 import json
 import tempfile
 import zlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Mapping
 from contextlib import chdir
 from dataclasses import dataclass
 from io import StringIO
@@ -25,46 +25,39 @@ from unittest.mock import patch
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+import yaml
 
+from benchmarks.rates import kept_rates
 from benchmarks.rates.foreign_studies import FACTORS, FIXED, MATERIALS
-from benchmarks.rates.kept_rates import KEPT, Trial, counted, f1_score, shares
+from benchmarks.rates.kept_rates import Trial, f1_score, figures
 from calibration.intake.quantities import LEVERS, QUANTITIES, measurable
-from calibration.study.config.parse import parse_config
+from calibration.study.config import numbers_of, parse_config
 from diagnosis import stages
 from diagnosis.declared import WAVES
-from diagnosis.page.words import WITHOUT
 from diagnosis.settings import study_settings
 from diagnosis.setup import Setup
 
 SEEDS = range(640, 660)
 FACTOR_ROWS: list[Any] = [*pd.read_csv(StringIO(FACTORS), sep="\t").itertuples()]
 G, DENSITY = 9.81, MATERIALS["materials"]["particle"]["density_kg_m3"]
-RIGS: dict[str, dict[str, Any]] = {
-    "heap": {
-        "particles": {"count": 400, "diameter_mm": 5.8},
-        "geometry": {"orifice_diameter_mm": 32, "discharge_height_mm": 40},
-    },
-    "discharge": {
-        "particles": {"count": 2600, "diameter_mm": 2.0},
-        "geometry": {"silo_diameter_mm": 32.5, "orifice_diameter_mm": 12.0},
-    },
-    "shear": {
-        "particles": {"count": 2000, "diameter_mm": 2.0},
-        "geometry": {"normal_stress_kPa": 2.0},
-    },
-}
-LEVELS = {
-    "heap": ("particle_diameter_mm", (3.6, 4.2, 5.0, 5.8, 6.4)),
-    "discharge": ("orifice_diameter_mm", (10.4, 10.9, 11.4, 11.9, 12.4, 12.9)),
-    "shear": ("normal_stress_kPa", (0.4, 0.8, 1.5, 3.0, 6.0)),
-}
 REPLICATES = 5
-SCATTER = {"heap": 1.5, "discharge": 0.04, "shear": 0.02}
-"""From seed to seed: degrees, else a share."""
 
-READING = {"heap": 0.4, "discharge": 0.01, "shear": 0.01}
-"""Of the laboratory, in the same."""
 
+@dataclass(frozen=True)
+class Test:
+    """A test as bulk_tables.yaml has it."""
+
+    run: dict[str, Any]
+    lever: str
+    levels: list[float]
+    scatter: float
+    reading: float
+    pull: float
+
+
+GIVEN = yaml.safe_load(Path(__file__).with_suffix(".yaml").read_text())
+TESTS = {kind: Test(**own) for kind, own in GIVEN["tests"].items()}
+EFFECTS: dict[str, dict[str, Any]] = GIVEN["effects"]
 ROUGH = 1.0
 """Amplitude [deg] of what a heap's angle does between two sizes that lie near each other."""
 
@@ -121,9 +114,7 @@ def shear(s: State) -> float:
     return slope * (s.lever + 1e-3 * tensile)
 
 
-FORMS: Mapping[str, Callable[[State], float]] = {
-    "heap": heap, "discharge": discharge, "shear": shear,
-}  # fmt: skip
+FORMS = {form.__name__: form for form in (heap, discharge, shear)}
 
 
 def clogs(kind: str, s: State) -> bool:
@@ -134,24 +125,22 @@ def clogs(kind: str, s: State) -> bool:
 
 def state_of(spec: Mapping[str, Any]) -> State:
     """`State` of a run spec."""
-    kind, more = spec["experiment"], spec.get("law_parameters", {})
-    grains, contacts = spec["particles"], spec["contacts"]
-    place = LEVERS[LEVELS[kind][0]].place
-    assert place is not None  # each of LEVELS is a key of a run spec
-    part, key = place
-    law = spec.get("laws", {}).get("cohesion")
-    pull = {
-        "jkr": 0.75 * more.get("surface_energy_J_m2", 0.0),
-        "liquid_bridge": more.get("surface_tension_N_m", 0.0),
-    }.get(law, 0.0)
-    size = grains["diameter_mm"] * grains.get("scale_factor", 1.0)
+    at = numbers_of(spec)
+    at["particles.diameter_mm"] *= at.get("particles.scale_factor", 1.0)
+    place = LEVERS[TESTS[spec["experiment"]].lever].place
+    assert place is not None  # each is a key of a run spec
+    pulls = {
+        "jkr": 0.75 * at.get("law_parameters.surface_energy_J_m2", 0.0),
+        "liquid_bridge": at.get("law_parameters.surface_tension_N_m", 0.0),
+    }
     return State(
-        contacts["particle_particle"]["rolling_friction"],
-        contacts["particle_particle"]["static_friction"],
-        contacts["particle_wall"]["static_friction"],
-        size, size if key == "diameter_mm" else spec[part][key], pull,
-        grains.get("elongation", 1.0), more.get("rolling_stiffness_factor", 1.0),
-    )  # fmt: skip
+        **{r.name: at[r.key] for r in FACTOR_ROWS},
+        d=at["particles.diameter_mm"],
+        lever=at[".".join(place)],
+        attraction=pulls.get(spec.get("laws", {}).get("cohesion"), 0.0),
+        longer=at.get("particles.elongation", 1.0),
+        stiffer=at.get("law_parameters.rolling_stiffness_factor", 1.0),
+    )
 
 
 def scattered(kind: str, value: float, sd: float, rng: np.random.Generator) -> float:
@@ -167,7 +156,7 @@ def simulated(seed: int, specs: Mapping[str, dict]) -> dict[str, dict[str, float
     for name, spec in specs.items():
         kind, state = spec["experiment"], state_of(spec)
         rng = np.random.default_rng([seed, spec["seed"], zlib.crc32(repr(state).encode())])
-        value = scattered(kind, FORMS[kind](state), SCATTER[kind], rng)
+        value = scattered(kind, FORMS[kind](state), TESTS[kind].scatter, rng)
         key = measurable(kind)[QUANTITIES[kind].name].key
         out[name] = None if clogs(kind, state) else {key: max(value, 1e-3)}
     return out
@@ -190,33 +179,14 @@ class Case:
         return f"{self.kind}, {self.effect}, {self.runs} runs#{self.seed}"
 
 
-EFFECTS = {
-    "nothing": ("heap", "discharge", "shear"),
-    "attraction": ("heap", "discharge", "shear"),
-    "one level off": ("heap", "shear"),
-    "friction over the size": ("heap",),
-}
-RIGHT = {
-    "attraction": {"heap": {"attraction"}, "discharge": {"attraction"},
-                   "shear": {"attraction", "load"}},
-    "friction over the size": {"heap": {"rolling_friction"}},
-}  # fmt: skip
-"""Slots of the law that is right. Over the load alone an attraction is the same formula as a load
-that was not counted."""
-
-NAMES = {"attraction": {"cohesion", "liquid_bridge"}}
-PULL = {"heap": 0.02, "discharge": 0.03, "shear": 0.04}
-"""Attraction [N/m], within the range of the catalogue."""
-
-
 def campaign() -> list[Case]:
     """All cases, seed after seed, so that a part of them is a fair one."""
     return [
         Case(kind, effect, seed, runs)
         for seed in SEEDS
-        for effect, kinds in EFFECTS.items()
-        for kind in kinds
-        for runs in ((60, 80) if effect == "nothing" else (80,))
+        for effect, own in EFFECTS.items()
+        for kind in own["right"]
+        for runs in own["runs"]
     ]
 
 
@@ -233,19 +203,20 @@ def random_of(case: Case) -> np.random.Generator:
 def table_of(case: Case) -> pd.DataFrame:
     """The stranger's table: each reading is a row."""
     rng = random_of(case)
-    lever, levels = LEVELS[case.kind]
+    test = TESTS[case.kind]
+    lever, levels = test.lever, test.levels
     own = coefficients_of(rng)
-    pull = PULL[case.kind] * (case.effect == "attraction")
+    pull = test.pull * (case.effect == "attraction")
     wrong = rng.integers(1, len(levels) - 1)
     quantity, rows = QUANTITIES[case.kind], []
     for k, level in enumerate(levels):
-        d = level if case.kind == "heap" else RIGS[case.kind]["particles"]["diameter_mm"]
+        d = level if case.kind == "heap" else test.run["particles"]["diameter_mm"]
         along = np.log(level / levels[0]) / np.log(levels[-1] / levels[0]) - 0.5
         falls = -0.25 * along * (case.effect == "friction over the size")
         at = own | {"rolling": max(own["rolling"] + falls, 0.01)}
         state = State(**at, d=d, lever=level, attraction=pull)
         true = FORMS[case.kind](state)
-        sd = float(np.hypot(SCATTER[case.kind], READING[case.kind]))
+        sd = float(np.hypot(test.scatter, test.reading))
         if case.effect == "one level off" and k == wrong:
             off = 12.0 * sd / np.sqrt(REPLICATES)
             true = true * (1.0 + off) if quantity.relative else true + off
@@ -261,7 +232,7 @@ def table_of(case: Case) -> pd.DataFrame:
 # --- the diagnosis ------------------------------------------------------------------------------
 
 
-def diagnosed(table: pd.DataFrame, kind: str, runs: int, seed: int = 0) -> dict[str, Any]:
+def diagnosed(table: pd.DataFrame, kind: str, runs: int, seed: int) -> dict[str, Any]:
     """verdict.json of a table, by the stages of the diagnosis in a folder of their own, with closed
     forms for runs; the runs that were made under `made`. seed: of the runs' scatter."""
     figures: Any = SimpleNamespace(save=lambda figure, _: plt.close(figure))
@@ -279,7 +250,7 @@ def diagnosed(table: pd.DataFrame, kind: str, runs: int, seed: int = 0) -> dict[
         Path("factors.tsv").write_text(FACTORS)
         config = parse_config({
             "name": "stranger", "factors": "factors.tsv", "measurements": "table.csv",
-            "tests": {"test": {"experiment": kind, "run": MATERIALS | RIGS[kind]}},
+            "tests": {"test": {"experiment": kind, "run": MATERIALS | TESTS[kind].run}},
             "fixed": FIXED,
             "diagnosis": {"runs": runs},
         })  # fmt: skip
@@ -330,7 +301,8 @@ def judged(case: Case) -> dict[str, Any]:
     claims = said["verdict"] in ("identified", "discovered")
     gain = said.get("gain") or {}
     ends = gain.get("held_out_rmse_difference_interval")
-    right, place = NAMES.get(case.effect, set()), RIGHT.get(case.effect, {}).get(case.kind, set())
+    effect = EFFECTS[case.effect]
+    right, place = set(effect["names"]), effect["right"][case.kind]
     parts = {"base": said["calibration"], "extended": said.get("calibration_extended")}
     found = {part: off_truth(case, own) for part, own in parts.items()}
     return {
@@ -351,50 +323,15 @@ def judged(case: Case) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def told(rows: pd.DataFrame) -> list[str]:
-    """Return lines of Markdown: the rates."""
-    null, off = rows[rows["effect"] == "nothing"], rows[rows["effect"] == "one level off"]
-    out: list[tuple[str, Iterable[int]]] = []
-    for kind in EFFECTS["nothing"]:
-        for runs, own in null[null["kind"] == kind].groupby("runs"):
-            out.append((f"{kind}, nothing, {runs} runs: `adequate`", own["verdict"] == "adequate"))
-    out.append(("nothing: `adequate`", null["verdict"] == "adequate"))
-    claimed = null["verdict"].isin(["identified", "discovered", "ambiguous"])
-    out.append(("nothing: no law, `ambiguous` counted as one", ~claimed))
-    for effect, kinds in EFFECTS.items():
-        for kind in kinds if effect in RIGHT else ():
-            own = rows[(rows["effect"] == effect) & (rows["kind"] == kind)]
-            wrong = ~own["verdict"].isin(WITHOUT)
-            out.append((f"{kind}, {effect}: its place leads", own["leads"]))
-            out.append((f"{kind}, {effect}: something is said to be wrong", wrong))
-    hidden = rows[rows["effect"].isin(list(RIGHT))]
-    sure = (hidden["claimed"] == 1) & (hidden["leads"] == 1) & (hidden["wrong_name"] == 0)
-    out += [
-        ("a law: its place leads", hidden["leads"]),
-        ("a law: something is said to be wrong", ~hidden["verdict"].isin(WITHOUT)),
-        ("a law: its place without a doubt, and no wrong name", sure),
-        ("one level off: no law", ~off["claimed"].astype(bool)),
-        ("one level off: the row is pointed at", off["rows"] > 0),
-        ("a wrong name", rows["wrong_name"]),
-        ("a name with a gain below zero", rows["loses"]),
-        ("more runs than the budget", rows["over_budget"]),
-    ]
+def told(rows: pd.DataFrame) -> str:
+    """Return Markdown: the rates."""
+    laws = [effect for effect, own in EFFECTS.items() if any(own["right"].values())]
+    hidden = rows[rows["effect"].isin(laws)]
     pull = hidden[(hidden["effect"] == "attraction") & hidden["off_extended"].notna()]
-    pull = pull.assign(coefficients=len(FACTOR_ROWS))
-    for part, words in (("base", "without"), ("extended", "with")):
-        hits = counted(pull, f"held_{part}", "coefficients")
-        out.append((f"attraction: nature's coefficient in its 95 % {words} the extension", hits))
-    off = [pull[f"off_{part}"].mean() for part in ("base", "extended")]
+    off = {part: pull[f"off_{part}"].mean() for part in ("base", "extended")}
     f1 = f1_score(int(hidden["hits"].clip(upper=1).sum()), len(hidden), int(rows["placed"].sum()))
-    return [
-        *shares(out),
-        f"| F1 of the places | {f1:.2f} |",
-        "| attraction: coefficients off nature's, in their ranges | "
-        f"{off[0]:.3f} without, {off[1]:.3f} with the extension |",
-    ]
+    asked = figures("bulk_tables", rows.assign(coefficients=len(FACTOR_ROWS)))
+    return kept_rates.told("bulk_tables", asked, f1, off)
 
 
-TRIAL = Trial(
-    "bulk tables", KEPT / "bulk_tables.csv", "bulk", campaign,
-    lambda case: {"case": case.name}, judged, told,
-)  # fmt: skip
+TRIAL = Trial("bulk_tables", "bulk", campaign, judged, told)

@@ -10,7 +10,7 @@ import json
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,31 +18,29 @@ from typing import Any
 import pandas as pd
 import yaml
 
-from benchmarks.rates.foreign_studies import DENSITIES, FACTORS, HEAPS, SHEARS, SILOS, study
-from benchmarks.rates.kept_rates import KEPT, ROOT, Trial
+from benchmarks.rates import kept_rates
+from benchmarks.rates.foreign_studies import FACTORS, STUDIES, TABLES, read, study
+from benchmarks.rates.kept_rates import ROOT, Trial
 from diagnosis.derived import MOST_RUNS
 from diagnosis.verdict import validate
 
-TABLES = Path(__file__).with_name("foreign")
 RUNS = Path(tempfile.gettempdir()) / "engine-tables"
 DEFAULT = MOST_RUNS
 """Runs of this engine: what a study of such rigs has that gives no time."""
 
 NAMED = ("identified", "discovered")
 TOLD = (*NAMED, "ambiguous")
-ATTRACTIONS = ("cohesion", "liquid_bridge")
 
 
 @dataclass(frozen=True)
 class Expected:
-    """What is hidden in a table, and what its diagnosis may say: its verdicts, the slot of the law
-    that leads, and no mechanism beside `names`."""
+    """What is hidden in a table, and what its diagnosis may say, as expected.yaml has it."""
 
     hidden: str
     study: dict[str, Any]
-    verdicts: tuple[str, ...]
-    slots: tuple[str, ...] = ()
-    names: tuple[str, ...] = ()
+    verdicts: Sequence[str]
+    slots: Sequence[str] = ()
+    names: Sequence[str] = ()
 
     def met(self, verdict: dict[str, Any]) -> bool:
         """Return whether the content of verdict.json is so."""
@@ -56,36 +54,9 @@ class Expected:
 
 
 EXPECTED = {
-    "heaps_dry": Expected("nothing", HEAPS, ("adequate",)),
-    "heaps_wet": Expected("attraction", HEAPS, NAMED, ("attraction",), ATTRACTIONS),
-    # of another form than the catalogue's: it may be called by these names, if it shows at all
-    "heaps_sjkr": Expected("attraction", HEAPS, TOLD, ("attraction",), ATTRACTIONS),
-    # the catalogue has the first; a coefficient can take it up, as it acts alike at all sizes
-    "heaps_long": Expected(
-        "long grains", HEAPS, ("adequate", *TOLD), ("grain_shape", "rolling_law"),
-        ("grain_shape", "rolling_law"),
-    ),
-    # what no mechanism of the catalogue is: none may be named
-    "heaps_opened": Expected("another pour", HEAPS, ("adequate", "unexplained", "error")),
-    "heaps_two_sizes": Expected("two sizes", HEAPS, ("adequate", "unexplained", "error")),
-    "heaps_read_low": Expected("a cone read too low", HEAPS, ("error",)),
-    "silo_dry": Expected("nothing", SILOS, ("adequate",)),
-    "silo_cohesive": Expected("attraction", SILOS, NAMED, ("attraction",), ("cohesion",)),
-    "silo_clogged": Expected("attraction", SILOS, TOLD, ("attraction",), ("cohesion",)),
-    "shear_dry": Expected("nothing", SHEARS, ("adequate",)),
-    # over the load alone an attraction is the same formula as a load that was not counted
-    "shear_cohesive": Expected(
-        "attraction", SHEARS, TOLD, ("attraction", "load"), (*ATTRACTIONS, "uncounted_load")
-    ),
-    "shear_falling": Expected(
-        "friction over the load", SHEARS, TOLD, ("friction", "static_friction"),
-        ("stress_dependent_friction",),
-    ),
-    "density_dry": Expected("nothing", DENSITIES, ("adequate",)),
-    "density_cohesive": Expected("attraction", DENSITIES, TOLD, ("attraction",), ("cohesion",)),
-}  # fmt: skip
-"""Written before a run of each table was made."""
-
+    name: Expected(**own | {"study": STUDIES[own["study"]]})
+    for name, own in read("expected.yaml").items()
+}
 CASES = [(name, DEFAULT) for name in EXPECTED]
 """Tables and their budgets."""
 
@@ -125,9 +96,12 @@ def left(verdict: dict[str, Any]) -> float:
     return max(sum(x**2 for x in off) - verdict["lack_of_fit"]["freedom"], 0.0) ** 0.5
 
 
-def row_of(name: str, budget: int, verdict: dict[str, Any]) -> dict[str, Any]:
-    """Return what is kept of a verdict."""
+def judged(case: tuple[str, int]) -> dict[str, Any]:
+    """Return the row of a table and a budget. Tables share their runs."""
+    RUNS.mkdir(exist_ok=True)
+    name, budget = case
     expected = EXPECTED[name]
+    verdict = diagnosed(RUNS, name, expected.study, budget)
     return {
         "case": name, "budget": budget, "hidden": expected.hidden, "verdict": verdict["verdict"],
         "laws": "; ".join(law["slot"] for law in verdict["laws"]),
@@ -139,28 +113,14 @@ def row_of(name: str, budget: int, verdict: dict[str, Any]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def judged(case: tuple[str, int]) -> dict[str, Any]:
-    """Return the row of a table and a budget. Tables share their runs."""
-    RUNS.mkdir(exist_ok=True)
-    name, budget = case
-    return row_of(name, budget, diagnosed(RUNS, name, EXPECTED[name].study, budget))
-
-
-def told(rows: pd.DataFrame) -> Iterator[str]:
-    """Yield lines of Markdown: a row a table."""
-    heads = ("table", "hidden", "left [sd]", "verdict", "place", "names", "p", "runs")
-    heads += ("as expected",)
-    yield f"| {' | '.join(heads)} |"
-    yield "|---" * len(heads) + "|"
-    known = rows.fillna("").set_index(["case", "budget"])
-    for r in known.loc[[case for case in CASES if case in known.index]].itertuples():
-        table = r.Index[0].replace("_", ", ", 1).replace("_", " ")
-        said = (table, r.hidden, f"{r.left:.1f}", f"`{r.verdict}`", r.laws)
-        said += (r.names.replace("_", " "), f"{r.p:.2g}", r.made, "yes" if r.met else "no")
-        yield f"| {' | '.join(map(str, said))} |"
+def told(rows: pd.DataFrame) -> str:
+    """Return Markdown: a row a table."""
+    known = rows.fillna("").set_index(["case", "budget"], drop=False)
+    known = known.loc[[case for case in CASES if case in known.index]]
+    return kept_rates.told("engine_tables", known.to_dict("records"))
 
 
 TRIAL = Trial(
-    "engine tables", KEPT / "engine_tables.csv", "engine tables", lambda: CASES,
-    lambda case: {"case": case[0], "budget": case[1]}, judged, told,
+    "engine_tables", "engine tables", lambda: CASES, judged, told,
+    lambda case: {"case": case[0], "budget": case[1]},
 )  # fmt: skip

@@ -23,12 +23,14 @@ import pandas as pd
 from scipy import stats
 
 from calibration.digests import SOURCES
+from calibration.engines.templates import macros
 from dem.fingerprint import code_of, engine_fingerprint, kernel_fingerprint
 
 ROOT = Path(__file__).parents[2]
 KEPT = ROOT / "results/reference/discovery"
 PAGE = KEPT / "rates.md"
 COMMAND = "python -m benchmarks.rates"
+FIGURES = Path(__file__).with_name("figures.csv")
 DECIDE = {
     "contacts": [f"diagnosis/{name}.py" for name in (
         "table_model/* table_model/terms/* laws/* catalogue/[a-z]* chance collision fit "
@@ -90,10 +92,24 @@ def share(hits: Iterable[Any]) -> tuple[int, int, float, float]:
     return k, n, float(ends.low), float(ends.high)
 
 
-def counted(rows: pd.DataFrame, hits: str, of: str) -> list[int]:
-    """Return the hits that `share` takes, of rows with columns of how many hold and of how many."""
-    held, n = (int(rows[column].fillna(0).sum()) for column in (hits, of))
-    return [1] * held + [0] * (n - held)
+def figures(trial: str, rows: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return what figures.csv asks of the rows of a trial: figure, hits, of, low, high, asked (the
+    share, NaN where none is) and most (whether it is so at most).
+
+    There `among` are the rows that count, all where it is empty, and `hit` what must be true of a
+    row; where there is an `of`, both are columns of how many hold and of how many.
+    """
+    found = []
+    table = pd.read_csv(FIGURES, keep_default_na=False, na_values={"asked": [""]})
+    for f in table[table["trial"] == trial].itertuples():
+        own = rows.query(f.among, engine="python") if f.among else rows
+        hits = own.eval(f.hit, engine="python")
+        if f.of:
+            held, n = (int(column.fillna(0).sum()) for column in (hits, own[f.of]))
+            hits = [1] * held + [0] * (n - held)
+        values = dict(zip(("hits", "of", "low", "high"), share(hits), strict=True))
+        found.append({"figure": f.figure} | values | {"asked": f.asked, "most": bool(f.most)})
+    return found
 
 
 def f1_score(hits: int, true: int, told: int) -> float:
@@ -101,36 +117,36 @@ def f1_score(hits: int, true: int, told: int) -> float:
     return 2.0 * hits / max(true + told, 1)
 
 
-def shares(rows: Iterable[tuple[str, Iterable[Any]]]) -> list[str]:
-    """Return lines of a Markdown table of (words, hits)."""
-    lines = ["| | share (95 % interval) |", "|---|---|"]
-    for words, hits in rows:
-        k, n, low, high = share(hits)
-        told = f"{k} of {n} ({low:.0%} to {high:.0%})" if n else "not run"
-        lines.append(f"| {words} | {told} |")
-    return lines
+def told(trial: str, *values: Any) -> str:
+    """Return the Markdown of a trial, by a macro of told.j2."""
+    return getattr(macros("benchmarks.rates", "told"), trial)(*values)
 
 
 @dataclass(frozen=True)
 class Trial:
     """Cases that are diagnosed one after another, kept as rows of a table, and shown on a page.
 
-    mark : of its place on PAGE, between two comments
-    kept : the table of its rows, which a call goes on from
-    of : the rules that they are of, a key of DECIDE
+    word : for it on the command line
+    of : the rules that its rows are of, a key of DECIDE
     cases : names all cases
-    name : {column: value} by which a kept row is known to be a case's
     judged : makes the row of a case
     told : makes Markdown of rows, below the sentence that dates them
+    name : {column: value} by which a kept row is known to be a case's
+    folder : of the table of its rows, which a call goes on from
     """
 
-    mark: str
-    kept: Path
+    word: str
     of: str
     cases: Callable[[], Sequence[Any]]
-    name: Callable[[Any], dict[str, Any]]
     judged: Callable[[Any], dict[str, Any]]
-    told: Callable[[pd.DataFrame], Iterable[str]]
+    told: Callable[[pd.DataFrame], str]
+    name: Callable[[Any], dict[str, Any]] = lambda case: {"case": case.name}
+    folder: Path = KEPT
+
+    @property
+    def kept(self) -> Path:
+        """The table of its rows."""
+        return self.folder / f"{self.word}.csv"
 
     def run(self, count: int | None = None) -> None:
         """Diagnose the cases, the first `count` of them, that are not kept by the present engine
@@ -161,24 +177,28 @@ class Trial:
         if rows.empty:
             return (
                 "No rates are shown: none is kept that is of the present engine and rules.\n"
-                f"`{COMMAND} {self.mark.replace(' ', '_')} run` makes them.\n"
+                f"`{COMMAND} {self.word} run` makes them.\n"
             )
         dates = " and ".join(sorted(set(rows["date"])))
         by = " and ".join(f"{what} `{digest}`" for what, digest in present(self.of).items())
         count = f"{len(rows)} of the {len(self.cases())} planned cases have been diagnosed"
-        return "\n".join([f"{count}, on {dates}, by\n{by}.\n", *self.told(rows)]) + "\n"
+        return f"{count}, on {dates}, by\n{by}.\n\n{self.told(rows)}"
 
     def kept_table(self) -> str:
         """Return the `table` of what is kept and fresh."""
         return self.table(kept(self.kept, self.of))
 
+    def _marks(self) -> tuple[str, str]:
+        words = self.word.replace("_", " ")
+        return f"<!-- {words} -->\n", f"<!-- end of {words} -->"
+
     def shown(self) -> str:
-        """Return what PAGE has between the comments of the mark."""
-        begin, end = f"<!-- {self.mark} -->\n", f"<!-- end of {self.mark} -->"
+        """Return what PAGE has between the comments of the trial."""
+        begin, end = self._marks()
         return PAGE.read_text().split(begin)[1].split(end)[0]
 
     def show(self) -> None:
         """Write the `kept_table` there."""
-        begin, end = f"<!-- {self.mark} -->\n", f"<!-- end of {self.mark} -->"
+        begin, end = self._marks()
         old, new = (begin + text + end for text in (self.shown(), self.kept_table()))
         PAGE.write_text(PAGE.read_text().replace(old, new))

@@ -7,15 +7,16 @@ the strengths in STRENGTHS: each moves one setting of the plan by ten standard e
 
 import math
 import zlib
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from benchmarks.rates.kept_rates import KEPT, ROOT, Trial, shares
+from benchmarks.rates import kept_rates
+from benchmarks.rates.kept_rates import KEPT, ROOT, Trial, figures
 from benchmarks.rates.simulated import rate_settings, salt_heap
 from calibration.intake.measurements import OUTCOMES, Measurement
 from calibration.intake.quantities import QUANTITIES, Condition
@@ -33,7 +34,11 @@ POINTS, FIRST = 4, 1000
 """Points in the space of the parameters, and the first of them and of the seeds: those below were
 looked at while the method was made."""
 
-KINDS = ("no effect", "mechanism", "removed")
+KINDS = {
+    "no effect": "no effect", "mechanism": "a mechanism", "removed": "taken out of the catalogue",
+}  # fmt: skip
+"""In words."""
+
 VERDICTS = ("adequate", "identified", "discovered", "ambiguous", "error", "unexplained")
 
 NOISE = {"drop": 0.02, "tilt": 0.4}
@@ -46,24 +51,13 @@ REPLICATES = 5
 STEP = {"drop": 0.8, "tilt": 1.25}
 """Time step over that of the diagnosis."""
 
-FILM_S, FAST_FILM_S = 0.04, 0.01  # 25 and 100 frames a second
 PLAN = [
-    # the lower rebounds once more with an ordinary camera: free of charge, and it shows what the
-    # camera does
-    *(
-        ("drop", {"drop_height_mm": h, "particle_diameter_mm": d, "output_interval_s": film})
-        for film, heights in ((FAST_FILM_S, (50.0, 110.0, 250.0)), (FILM_S, (50.0, 110.0)))
-        for d in (1.0, 2.0, 4.0)
-        for h in heights
-    ),
-    *(
-        ("tilt", {"tilt_rate_deg_s": w, "particle_diameter_mm": d})
-        for d in (1.0, 1.6, 2.5, 4.0)
-        for w in (4.0, 20.0)
-    ),
+    (str(row.pop("experiment")), {lever: level for lever, level in row.items() if level == level})
+    for row in pd.read_csv(Path(__file__).with_suffix(".csv")).to_dict("records")
 ]
-"""What a laboratory measures that wants to tell mechanisms apart: each lever at its ends and
-between."""
+"""(experiment, levers): what a laboratory measures that wants to tell mechanisms apart, each lever
+at its ends and between. The lower drops rebound once more with an ordinary camera, of 25 frames a
+second beside 100: free of charge, and it shows what the camera does."""
 
 
 @dataclass(frozen=True)
@@ -80,14 +74,17 @@ class Case:
 def planned() -> list[Case]:
     """Return the nulls, and each mechanism in the catalogue and taken out of it; point after point,
     so that a part of them is a fair one."""
-    own = [Case(KINDS[0], "", FIRST + seed % 8, FIRST + seed) for seed in range(40)]
+    own = [
+        Case("no effect", "", FIRST + seed % 8, FIRST + seed)
+        for seed in range(40)
+        if seed % 8 < POINTS
+    ]
     own += [
         Case(kind, name, FIRST + point, FIRST + 100 + point)
         for name in strengths()
         for point in range(POINTS)
-        for kind in KINDS[1:]
+        for kind in ("mechanism", "removed")
     ]
-    own = [c for c in own if c.point < FIRST + POINTS]
     return sorted(own, key=lambda c: (c.point, c.seed, c.truth, c.case))
 
 
@@ -116,7 +113,7 @@ def measured(truth: str, point: int, seed: int) -> list[Measurement]:
     draw the noise of each condition. A run that gives no value is a row with that outcome.
     """
     rig, catalogue = study()
-    effects = {truth: strengths()[truth]} if truth else {}
+    strength = strengths().get(truth, 0.0)
     rng = np.random.default_rng([point, 20_011])
     values = {f.name: f.natural(float(rng.uniform(-0.6, 0.6))) for f in rig.factors}
     rows = []
@@ -124,9 +121,9 @@ def measured(truth: str, point: int, seed: int) -> list[Measurement]:
         spec = rig.spec(Condition(experiment, levers), 50_000 + 100 * point, values)
         step = STEP[experiment] * parse_spec(spec).numerics.rayleigh_fraction
         spec = overlay(spec, {"numerics": {"rayleigh_fraction": step}})
-        for name, strength in effects.items():
-            if experiment in catalogue[name].experiments and name != "apex_sampling":
-                spec = catalogue[name].apply(spec, strength)
+        by_camera = truth == "apex_sampling"
+        if truth and not by_camera and experiment in catalogue[truth].experiments:
+            spec = catalogue[truth].apply(spec, strength)
         [metrics] = simulate(named([spec])).values()
         if metrics is None:
             rows.append(
@@ -138,10 +135,10 @@ def measured(truth: str, point: int, seed: int) -> list[Measurement]:
             continue
         value = metrics[str(rig.settings.experiments[experiment].metric)]
         # the same whatever else is measured, others for other effects
-        label = repr((experiment, sorted(levers.items()), sorted(effects.items())))
+        effects = [(truth, strength)] if truth else []
+        label = repr((experiment, sorted(levers.items()), effects))
         noise = np.random.default_rng([seed, zlib.crc32(label.encode())])
-        frames = effects.get("apex_sampling", 0.0)
-        rows.append(_read(experiment, levers, value, noise, frames))
+        rows.append(_read(experiment, levers, value, noise, strength if by_camera else 0.0))
     return rows
 
 
@@ -183,36 +180,17 @@ def judged(case: Case) -> dict[str, Any]:
     }
 
 
-def told(rows: pd.DataFrame) -> Iterator[str]:
-    """Yield lines of Markdown: the rates, the verdicts, the mechanisms one by one."""
-    null, full, out = (rows[rows["case"] == k] for k in KINDS)
-    yield from shares(
-        (
-            ("no effect: adequate", null["verdict"] == "adequate"),
-            ("no effect: no law claimed", ~null["verdict"].isin(["identified", "discovered"])),
-            ("a mechanism: slot and state of the law that leads are its own", full["right_law"]),
-            ("a mechanism: identified and right", full["right_name"]),
-            ("a mechanism: identified and wrong", full["wrong_name"]),
-            ("taken out of the catalogue: slot and state are its own", out["right_law"]),
-            ("taken out of the catalogue: identified", out["verdict"] == "identified"),
-        )
+def told(rows: pd.DataFrame) -> str:
+    """Return Markdown: the rates, the verdicts, the mechanisms one by one."""
+    count = pd.crosstab(rows["case"], rows["verdict"])
+    count = count.reindex(index=list(KINDS), columns=list(VERDICTS), fill_value=0)
+    hidden = rows[rows["case"] == "mechanism"].groupby("truth")
+    return kept_rates.told(
+        "single_grains", figures("single_grains", rows), count.rename(index=KINDS), hidden
     )
-    yield from ("", "| | " + " | ".join(VERDICTS) + " |", "|---|" + "---|" * len(VERDICTS))
-    words = ("no effect", "a mechanism", "taken out of the catalogue")
-    for name, group in zip(words, (null, full, out), strict=True):
-        count = [str(int((group["verdict"] == v).sum())) for v in VERDICTS]
-        yield f"| {name} | " + " | ".join(count) + " |"
-    yield from ("", "| hidden | identified and right | slot and state are its own | verdicts |")
-    yield "|---|---|---|---|"
-    for name, own in full.groupby("truth"):
-        verdicts = ", ".join(f"{n} {v}" for v, n in own["verdict"].value_counts().items())
-        yield (
-            f"| {name.replace('_', ' ')} | {own['right_name'].sum()} of {len(own)} "
-            f"| {own['right_law'].sum()} of {len(own)} | {verdicts} |"
-        )
 
 
 TRIAL = Trial(
-    "single grains", KEPT / "single_grains.csv", "contacts", planned,
-    lambda case: {"case": case.case, "truth": case.truth, "seed": case.seed}, judged, told,
+    "single_grains", "contacts", planned, judged, told,
+    lambda case: {"case": case.case, "truth": case.truth, "seed": case.seed},
 )  # fmt: skip

@@ -79,17 +79,13 @@ def _million():
             f"a million grains: not at rest after {sim.steps} steps: energy {energy[-1]:.3g}, "
             f"below {RESTING:g} is rest"
         )
-    return {
-        "case": MILLION,
-        "particles": sim.n,
+    return cases.figures_of(MILLION, sim) | {
         "steps": sim.steps,
         "wall_time_s": spent,
         "particle_steps_per_s": sim.n * sim.steps / spent,
         "contact_pairs_per_particle": len(sim.contacts()[0]) / sim.n,
         "rest_energy_ratio": energy[-1],
         "highest_rest_energy_ratio": max(energy[1:]),
-        "rebuild_share": sim.rebuild_seconds / sim.advance_seconds,
-        "peak_memory_MiB": cases.peak_memory(),
     }
 
 
@@ -181,8 +177,7 @@ def append(path: Path, rows: Sequence[dict[str, Any]]) -> None:
     seen as one. An older history gets the columns that it lacks, empty."""
     commit, dirty = tree()
     stamp = made_by() | {"commit": commit, "dirty_files": dirty}
-    lines = [{key: str(value) for key, value in (stamp | row).items()} for row in rows]
-    table = pd.concat([read_rows(path), pd.DataFrame(lines)])
+    table = with_rows(path, [stamp | row for row in rows])
     write_table(table.reindex(columns=COLUMNS), path)
 
 
@@ -197,9 +192,12 @@ def made_by() -> dict[str, Any]:
     }
 
 
-def read_rows(path: Path) -> pd.DataFrame:
-    """Rows of a CSV file, each cell a text; none where it is not there."""
-    return read_written(path, dtype=str) if path.exists() else pd.DataFrame()
+def with_rows(path: Path, rows: Sequence[dict[str, Any]]) -> pd.DataFrame:
+    """Return the rows of a CSV file, which need not be there, and further ones; each cell a
+    text."""
+    old = read_written(path, dtype=str) if path.exists() else pd.DataFrame()
+    lines = [{key: str(value) for key, value in row.items()} for row in rows]
+    return pd.concat([old, pd.DataFrame(lines)])
 
 
 def show(rows: Sequence[dict[str, Any]]) -> None:

@@ -2,10 +2,12 @@
 
 import resource
 import time
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import yaml
 
 from dem.contact.registry import ContactParameters, Laws, Material
 from dem.experiments import heap
@@ -15,10 +17,6 @@ from dem.walls.builder import WallSet
 
 SALT = Material(1210.0, 1.0e7, 0.25)
 CONTACT = ContactParameters(0.544, 0.5, 0.23)
-HEAP_CONTACTS = {
-    "particle_particle": {"restitution": 0.544, "static_friction": 0.85, "rolling_friction": 0.23},
-    "particle_wall": {"restitution": 0.421, "static_friction": 0.71, "rolling_friction": 0.368},
-}
 TIME_STEP = 7.5e-6
 RADIUS = 1e-3
 PITCH = 2.1 * RADIUS
@@ -59,7 +57,6 @@ def tiled(sim: Simulation, settle: int, across: int) -> tuple[np.ndarray, float]
 
 def bed(
     n: int = 10000,
-    precision: str = "mixed",
     rolling: str = "constant_torque",
     start: tuple[np.ndarray, float] | None = None,
     stir: float = STIR,
@@ -87,7 +84,6 @@ def bed(
         {("salt", "salt"): CONTACT},
         laws=Laws(rolling=rolling),
         time_step=TIME_STEP,
-        precision=precision,
         walls=walls,
         threads=threads,
     )
@@ -103,16 +99,12 @@ def timed_bed() -> dict[str, Any]:
     sim.advance(SETTLE_STEPS)
     rebuilds = sim.rebuilds
     best = block_rates(sim, BLOCKS).max()
-    return {
-        "case": "settled bed",
-        "particles": sim.n,
+    return figures_of("settled bed", sim) | {
         "particle_steps_per_s": best,
         "contact_pairs_per_particle": len(sim.contacts()[0]) / sim.n,
         "candidate_pairs_per_particle": sim.candidate_pairs / sim.n,
         "rebuilds_per_1000_steps": 1000 * (sim.rebuilds - rebuilds) / (BLOCK * BLOCKS),
-        "rebuild_share": sim.rebuild_seconds / max(sim.advance_seconds, 1e-12),
         "kinetic_energy_J": sim.kinetic_energy(),
-        "peak_memory_MiB": peak_memory(),
     }
 
 
@@ -127,15 +119,7 @@ def block_rates(sim: Simulation, blocks: int) -> np.ndarray:
 
 def timed_heap() -> dict[str, Any]:
     """The funnel heap of calibrated salt, from start to rest, without measuring the angle."""
-    spec = parse_spec(
-        {
-            "experiment": "heap",
-            "materials": {"particle": {"density_kg_m3": SALT.density}},
-            "contacts": HEAP_CONTACTS,
-            "particles": {"count": 10000, "diameter_mm": 2e3 * RADIUS},
-            "geometry": {"generation_rate_per_s": 10000},
-        }
-    )
+    spec = parse_spec(yaml.safe_load(Path(__file__).with_name("heap.yaml").read_text()))
     looks: Any = [(0, 0)]
     nothing: Any = lambda *_: None  # noqa: E731
     work: Any = SimpleNamespace(
@@ -146,17 +130,18 @@ def timed_heap() -> dict[str, Any]:
     sim = heap.pour(spec, work)[0]
     steps, grains = np.transpose(looks)
     wall, spent = time.perf_counter() - begin, time.process_time() - spent
-    return {
-        "case": "funnel heap",
-        "particles": sim.n,
+    return figures_of("funnel heap", sim) | {
         "wall_time_s": wall,
         "steps": sim.steps,
         "particle_steps_per_s": (np.diff(steps) * grains[1:]).sum() / spent,
-        "rebuild_share": sim.rebuild_seconds / max(sim.advance_seconds, 1e-12),
-        "peak_memory_MiB": peak_memory(),
     }
 
 
-def peak_memory() -> float:
-    """Largest resident memory of this process so far [MiB]."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+def figures_of(case: str, sim: Simulation) -> dict[str, Any]:
+    """Return what is told of each case: with the largest resident memory of this process so far."""
+    return {
+        "case": case,
+        "particles": sim.n,
+        "rebuild_share": sim.rebuild_seconds / max(sim.advance_seconds, 1e-12),
+        "peak_memory_MiB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+    }

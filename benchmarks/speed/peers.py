@@ -7,8 +7,6 @@ YADE's rolling moment. LAMMPS' own style for Hertz contacts, which has no rollin
 its modular one, and is compared with this engine without rolling.
 """
 
-from __future__ import annotations
-
 import csv
 import re
 import resource
@@ -16,18 +14,16 @@ import subprocess
 import time
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from calibration.engines import EngineError, lammps, liggghts, yade
 from calibration.engines.program import find
+from calibration.engines.templates import macros
 from dem.constants import GRAVITY
 from dem.errors import DemError
-
-if TYPE_CHECKING:
-    from dem.simulation import Simulation
-
+from dem.simulation import Simulation
 
 RELAX, BLOCK = 6000, 3000
 # YADE runs this many times fewer steps: it needs minutes for what the others do in seconds
@@ -68,14 +64,8 @@ def write_data(path: Path, style: str, box: Any, kinds: int, grains: np.ndarray)
     """Write grains as LIGGGHTS and LAMMPS read them: style is the heading of the atoms, box its low
     and its high corner [m], kinds the number of types. Columns of grains (n, 12): type from 1 on,
     radius [m], density [kg/m3], position [m], velocity [m/s] and spin [rad/s]."""
-    atoms, moving = [], []
-    for k, (kind, radius, density, *state) in enumerate(grains.tolist(), start=1):
-        words = [f"{q:.12g}" for q in state]
-        atoms.append(f"{k} {kind:g} {2 * radius:.12g} {density:g} {' '.join(words[:3])}")
-        moving.append(" ".join([str(k), *words[3:]]))
-    edges = [f"{a:.12g} {b:.12g} {c}lo {c}hi" for a, b, c in zip(*box, "xyz", strict=True)]
-    head = ["grains", "", f"{len(atoms)} atoms", f"{kinds} atom types", "", *edges, "", style, ""]
-    path.write_text("\n".join([*head, *atoms, "", "Velocities", "", *moving, ""]))
+    edges = list(zip(*box, "xyz", strict=True))
+    path.write_text(macros("benchmarks.speed", "data").data(style, edges, kinds, grains.tolist()))
 
 
 def run_program(command: list[str], folder: Path, name: str) -> tuple[str, float, float]:

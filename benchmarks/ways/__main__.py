@@ -26,7 +26,7 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from benchmarks.ways.grain_learning import NAME, GrainLearning
+from benchmarks.ways import grain_learning
 from benchmarks.ways.libraries import LIBRARIES
 from benchmarks.ways.truths import ROUGH, TRUTHS, Bench
 from benchmarks.ways.ways import WAYS, answer
@@ -136,8 +136,9 @@ def main(argv: Sequence[str] | None = None) -> None:
         if args.libraries:
             files += _made(args.out, "libraries", seeds, pool.map, LIBRARIES)
     if args.grainlearning:
-        with GrainLearning(args.grainlearning) as process:
-            files += _made(args.out, "grainlearning", seeds, map, {NAME: process.answer})
+        with grain_learning.started(args.grainlearning) as process:
+            ways = {grain_learning.NAME: partial(grain_learning.answer, process)}
+            files += _made(args.out, "grainlearning", seeds, map, ways)
     found = by_response(pd.concat([read_written(p) for p in files]))
     write_table(found, args.out / "summary.csv")
     print(found.to_string(index=False, float_format="%.2f"))

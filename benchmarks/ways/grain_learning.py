@@ -6,20 +6,14 @@ environment. So it runs as a process that asks for the responses of its samples,
     Cheng et al. (2024), J. Open Source Softw. 9(97):6338.
 """
 
-from __future__ import annotations
-
 import json
 import subprocess
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from benchmarks.ways.truths import Bench
 from calibration.statistics.numbers import NORMAL_95
-
-if TYPE_CHECKING:
-    from benchmarks.ways.truths import Bench
-
 
 NAME = "GrainLearning"
 SAMPLES = 11
@@ -28,40 +22,31 @@ ESS = 0.3  # effective sample size that its filter aims at, as in its own exampl
 CLIENT = Path(__file__).with_name("grain_learning_client.py")
 
 
-class GrainLearning:
-    """A process of a Python (path) that has GrainLearning; a context."""
+def started(python: str | Path) -> subprocess.Popen[str]:
+    """Start a Python (path) that has GrainLearning; a context, at whose end it ends."""
+    call = [python, str(CLIENT)]
+    return subprocess.Popen(call, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
-    def __init__(self, python: str | Path) -> None:
-        self.python = python
 
-    def __enter__(self):
-        call = [self.python, str(CLIENT)]
-        self.process = subprocess.Popen(
-            call, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-        )
-        return self
+def answer(
+    process: subprocess.Popen[str], bench: Bench, runs: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+    """Its estimated parameters (3,), the mean of its weighted samples, and low, high (3,): 1.96
+    standard deviations about it, within the region. None where it ends with an error."""
 
-    def __exit__(self, *_):
-        self.process.stdin.close()
-        self.process.stdout.close()
-        self.process.wait()
+    def say(**message):
+        print(json.dumps(message), file=process.stdin, flush=True)
 
-    def answer(self, bench: Bench, runs: int) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-        """Its estimated parameters (3,), the mean of its weighted samples, and low, high (3,): 1.96
-        standard deviations about it, within the region. None where it ends with an error."""
-        self._say(measured=bench.measured, iterations=runs // SAMPLES, samples=SAMPLES, ess=ESS)
-        while "ask" in (told := json.loads(self.process.stdout.readline())):
-            self._say(values=bench.run(_coded(told["ask"])).tolist())
-        if "error" in told:
-            return None
-        samples, weight = _coded(told["samples"]), np.array(told["weight"])
-        mean = weight @ samples
-        reach = NORMAL_95 * np.sqrt(weight @ (samples - mean) ** 2)
-        low, high = np.clip([mean - reach, mean + reach], -1.0, 1.0)
-        return mean, low, high
-
-    def _say(self, **message):
-        print(json.dumps(message), file=self.process.stdin, flush=True)
+    say(measured=bench.measured, iterations=runs // SAMPLES, samples=SAMPLES, ess=ESS)
+    while "ask" in (told := json.loads(process.stdout.readline())):  # type: ignore[union-attr]
+        say(values=bench.run(_coded(told["ask"])).tolist())
+    if "error" in told:
+        return None
+    samples, weight = _coded(told["samples"]), np.array(told["weight"])
+    mean = weight @ samples
+    reach = NORMAL_95 * np.sqrt(weight @ (samples - mean) ** 2)
+    low, high = np.clip([mean - reach, mean + reach], -1.0, 1.0)
+    return mean, low, high
 
 
 def _coded(u):

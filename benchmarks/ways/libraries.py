@@ -5,20 +5,14 @@ simulation-based inference. Nothing else needs them; docs/evidence.md has their 
     sbi: Boelts et al. (2025), J. Open Source Softw. 10(108):7754.
 """
 
-from __future__ import annotations
-
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.stats import qmc
 
+from benchmarks.ways.truths import Bench
 from benchmarks.ways.ways import CODES, CUBE, intervals
 from calibration.errors import CalibrationError
-
-if TYPE_CHECKING:
-    from benchmarks.ways.truths import Bench
-
 
 STARTED = 16  # space-filling runs, as many as the project's ways begin with
 FEWEST = 11  # of a round of simulation-based inference

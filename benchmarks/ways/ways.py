@@ -5,14 +5,11 @@ Runs are coded points (n, 3) and their responses (n,) [deg]. An answer is a poin
 is had on a grid, which leaves the sampler's noise out.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pandas as pd
 from scipy.stats import qmc
 
+from benchmarks.ways.truths import Bench
 from calibration.errors import CalibrationError
 from calibration.inference.gaussian_process import GaussianProcess
 from calibration.inference.joint.likelihood import Response
@@ -21,10 +18,6 @@ from calibration.statistics.numbers import NORMAL_95
 from calibration.statistics.optimise import solve
 from calibration.statistics.surface import fit_surface, parameter_interval
 from calibration.study.factors import Factor
-
-if TYPE_CHECKING:
-    from benchmarks.ways.truths import Bench
-
 
 CODES = ["A", "B", "C"]
 FACTORS = [Factor(c, c, c, -1.0, 1.0) for c in CODES]

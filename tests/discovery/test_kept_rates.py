@@ -62,15 +62,15 @@ def test_a_trial_goes_on_and_leaves_rows_of_other_rules_out(tmp_path):
         asked.append(case)
         return {"case": f"c{case}", "hit": case % 2}
 
-    cases, path = [1, 2, 3], tmp_path / "kept.csv"
+    cases, path = [1, 2, 3], tmp_path / "odd.csv"
     trial = kept_rates.Trial(
-        "odd", path, "bulk", lambda: cases, lambda c: {"case": f"c{c}"}, judged,
-        lambda rows: kept_rates.shares([("odd", rows["hit"])]),
+        "odd", "bulk", lambda: cases, judged, lambda rows: f"{kept_rates.share(rows['hit'])}",
+        lambda c: {"case": f"c{c}"}, tmp_path,
     )  # fmt: skip
     trial.run(2)
     trial.run()
     assert asked == [1, 2, 3]
-    assert "| odd | 2 of 3 (21% to 94%) |" in trial.kept_table()  # Wilson's interval
+    assert "\n(2, 3, 0.207" in trial.kept_table()  # Wilson's interval
     path.write_text(path.read_text().replace(kept_rates.present("bulk")["rules"], "0" * 12, 1))
     trial.run()
     assert asked == [1, 2, 3, 1]

@@ -13,6 +13,7 @@ import pandas as pd
 import pytest
 from scipy import stats
 
+from benchmarks.rates.kept_rates import figures
 from benchmarks.rates.strangers import cases, nature, score
 from benchmarks.rates.strangers.campaign import diagnosed
 
@@ -210,7 +211,7 @@ def test_every_kind_once():
     # no test goes by the speed of a machine; the campaign takes the seconds
     rows = pd.DataFrame([of(case)[0] for case in cases.MIDDLE]).assign(seconds=0.0)
     rows["strength"] = rows["strength"].replace(15.0, 10.0)
-    rates = score.rates(rows).dropna(subset=["asked"])
+    rates = pd.DataFrame(figures("strangers", rows)).dropna(subset=["asked"])
     assert rates["of"].sum() > 100
     for r in rates[rates["of"] > 0].itertuples():
         side = "greater" if r.most else "less"

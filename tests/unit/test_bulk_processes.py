@@ -89,11 +89,10 @@ def test_a_moved_start_moves_the_sphere_alone(files):
 
 def test_the_drum_counts_each_material_in_both_zones(files):
     case = CASES["drum"](files)
-    position = np.concatenate([group.position for group in case.groups])
-    assert case.watch(position, np.arange(4)) == {
+    assert case.watch(case.position, np.arange(4)) == {
         "upper_M1": 1, "upper_M2": 1, "lower_M1": 0, "lower_M2": 1,
     }  # fmt: skip
-    assert [group.material for group in case.groups] == ["M1", "M2"]
+    assert list(case.material) == ["M1", "M1", "M2", "M2"]
 
 
 def test_a_file_that_is_not_there_is_named(files, capsys):
@@ -139,8 +138,7 @@ def test_another_code_has_the_same_fall_and_the_same_bounces(files, code):
     codes.CODES[code](case, files)
     *_, (_, number, position) = codes._frames(files / "looks.dump")
     theirs = position[np.argsort(number)]
-    start = np.concatenate([group.position for group in case.groups])
-    assert np.abs(ours - start)[:-1, 2].min() > 1e-4
+    assert np.abs(ours - case.position)[:-1, 2].min() > 1e-4
     apart = np.abs(theirs - ours).max(axis=1)
     assert np.quantile(apart, 0.97) < 2e-6
     assert apart.max() < 2e-5  # YADE pushes a grain sideways that meets the edge of two triangles

@@ -12,8 +12,6 @@ from diagnosis.catalogue import load_catalogue
 from diagnosis.measurements import read_all
 from diagnosis.rig import Rig
 
-ROOT = Path(__file__).parents[3]
-
 
 @cache
 def study():

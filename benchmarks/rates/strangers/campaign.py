@@ -1,12 +1,12 @@
 """The trials of strangers' tables: all of them, and 24 of which the engine is asked as well."""
 
 import traceback
-from collections.abc import Iterator
 from typing import Any
 
 import pandas as pd
 
-from benchmarks.rates.kept_rates import KEPT, Trial, f1_score, kept
+from benchmarks.rates import kept_rates
+from benchmarks.rates.kept_rates import Trial, f1_score, figures, kept
 from benchmarks.rates.strangers import ask, cases, score
 
 MOST_GAINS = 24
@@ -50,30 +50,17 @@ def with_gains(case: cases.Case) -> dict[str, Any]:
     return row
 
 
-def told(rows: pd.DataFrame, gains: pd.DataFrame | None = None) -> Iterator[str]:
-    """Yield lines of Markdown: the rates, of a name that loses those of `gains`, of which the
-    engine was asked; the kept ones unless given."""
-    gains = kept(GAINS.kept) if gains is None else gains
-    yield from ("| | share (95 % interval) | asked |", "|---|---|---|")
-    rates = score.rates(rows).set_index("figure", drop=False)
+def told(rows: pd.DataFrame) -> str:
+    """Return Markdown: the rates, of a name that loses those of the kept GAINS."""
+    gains = kept(GAINS.kept)
+    shown = figures("strangers", rows)
     if len(gains):
-        rates.loc[score.LOSES] = score.rates(gains).set_index("figure", drop=False).loc[score.LOSES]
-    for r in rates.itertuples():
-        asked = "" if pd.isna(r.asked) else f"{'at most ' * r.most}{r.asked:.0%}"
-        share = f"{r.hits} of {r.of} ({r.low:.0%} to {r.high:.0%})" if r.of else "not drawn"
-        yield f"| {r.figure} | {share} | {asked} |"
+        loses = "a name with a gain below zero"
+        by_engine = {f["figure"]: f for f in figures("strangers", gains)}
+        shown = [by_engine[loses] if f["figure"] == loses else f for f in shown]
     f1 = f1_score(*(int(rows[column].sum()) for column in ("hits", "true", "placed")))
-    yield f"| F1 of the places | {f1:.2f} | |"
+    return kept_rates.told("strangers", shown, f1)
 
 
-def _named(case):
-    return {"case": case.name}
-
-
-TRIAL = Trial(
-    "strangers", KEPT / "strangers.csv", "contacts", cases.campaign, _named,
-    lambda case: diagnosed(case)[0], told,
-)  # fmt: skip
-GAINS = Trial(
-    "strangers gains", KEPT / "strangers_gains.csv", "contacts", of_gains, _named, with_gains, told
-)
+TRIAL = Trial("strangers", "contacts", cases.campaign, lambda case: diagnosed(case)[0], told)
+GAINS = Trial("strangers_gains", "contacts", of_gains, with_gains, told)

@@ -10,9 +10,12 @@ import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
+import yaml
 
 from benchmarks.rates.strangers import nature, plans
 
@@ -23,16 +26,10 @@ setting."""
 MOST = 4.0
 """Times the usual noise: no laboratory reads worse than that."""
 
-QUANTITY = {
-    "drop": ("rebound_height", "mm"),
-    "tilt": ("sliding_angle", "deg"),
-    "shear": ("shear_stress", "kPa"),
+PROPORTIONAL = {
+    name: own["proportional"] for name, own in plans.EXPERIMENTS.items() if "proportional" in own
 }
-PROPORTIONAL = {"drop": "drop_height_mm", "shear": "normal_stress_kPa"}
 """Lever that a reading goes with at a constant coefficient."""
-
-PLANS = {"2": (2, 4), "3": (3, 3), "4": (4, 4), "5": (5, 4), "2x2": (2, 2), "close": ("close", 5)}
-"""How many heights or rates, and how many sizes."""
 
 
 @dataclass(frozen=True)
@@ -143,9 +140,18 @@ def singles(experiment, x, true, rng, scale=1.0, read=None):
     )
 
 
+WRITTEN: dict[str, Callable[..., pd.DataFrame]] = {
+    "means": means,
+    "means_with_tails": partial(means, tails=True),
+    "singles": singles,
+}
+"""What a laboratory writes down."""
+
+
 def _rows(experiment, x, values):
-    quantity, unit = QUANTITY[experiment]
-    head = {"experiment": experiment, "quantity": quantity, "value": values, "unit": unit}
+    own = plans.EXPERIMENTS[experiment]
+    head = {"experiment": experiment, "quantity": own["quantity"], "value": values}
+    head |= {"unit": own["unit"]}
     return pd.DataFrame(head | dict(x))
 
 
@@ -157,12 +163,6 @@ def constant(experiment, rng):
 # --- laws -------------------------------------------------------------------------------------
 
 
-def drawing(function):
-    """A function of (rng, strength, how) as one of how, which gives a function of rng and
-    strength."""
-    return lambda *how, **named: lambda rng, strength: function(rng, strength, *how, **named)
-
-
 def noise_for(laws, experiment, x, c, strength):
     """Scale of the usual noise at which the weakest of the laws of an experiment, each alone, is so
     strong; MOST at most, and the law is then stronger than asked."""
@@ -171,14 +171,15 @@ def noise_for(laws, experiment, x, c, strength):
     return min(min(alone) / strength, MOST) if alone else 1.0
 
 
-@drawing
-def with_laws(rng, strength, *names, beside=(), plan="4", column=None, uneven=False, written=means):
-    """A table with these laws.
+def with_laws(
+    rng, strength, laws=(), beside=(), plan="4", column=None, uneven=False, written="means"
+):
+    """A table with these laws of `nature.BY_NAME`; without one, a null.
 
     beside: further experiments, without one. column: a further column without any effect. uneven:
-    each setting is read half as well, as well or twice as well as usual.
+    each setting is read half as well, as well or twice as well as usual. written: of WRITTEN.
     """
-    laws = tuple(nature.BY_NAME[n] for n in names)
+    laws = tuple(nature.BY_NAME[name] for name in laws)
     strong = tuple((law, law.k * rng.uniform(0.85, 1.15) if "v^" not in law.name else law.k)
                    for law in laws)  # fmt: skip
     parts, noise, constants = [], {}, {}
@@ -186,13 +187,13 @@ def with_laws(rng, strength, *names, beside=(), plan="4", column=None, uneven=Fa
         states = {s for law in laws if law.experiment == experiment
                   for _, place in law.places for s in place}  # fmt: skip
         further = next((c for c in plans.FURTHER if c in states), column)
-        x = plans.levers(experiment, PLANS[plan], rng, further, "interval" in states)
+        x = plans.levers(experiment, plan, rng, further, "interval" in states)
         c = constant(experiment, rng)
         noise[experiment] = noise_for(strong, experiment, x, c, strength)
         constants[experiment] = c
         true = nature.value(strong, experiment, x, c)
         scale = rng.choice([0.5, 1.0, 2.0], len(true)) if uneven else noise[experiment]
-        parts.append(written(experiment, x, true, rng, scale))
+        parts.append(WRITTEN[written](experiment, x, true, rng, scale))
     table = pd.concat(parts, ignore_index=True)
     return Drawn(table, laws, (), constants, noise, strong)
 
@@ -201,7 +202,7 @@ def with_laws(rng, strength, *names, beside=(), plan="4", column=None, uneven=Fa
 
 
 def _plain(experiment, plan, rng, shuffle=False):
-    x = plans.levers(experiment, PLANS[plan], rng)
+    x = plans.levers(experiment, plan, rng)
     if shuffle:  # the rows in the order in which they were measured
         order = rng.permutation(len(x["particle_diameter_mm"]))
         x = {k: v[order] for k, v in x.items()}
@@ -223,26 +224,20 @@ def grown(experiment, x, true, pattern, strength):
     return true + error * pattern * k
 
 
-@drawing
-def patterned(rng, strength, experiment, of, pattern, plan="4", other=None, shuffle=False):
-    """Readings of a plan have errors in common: pattern(n, x, rng) gives them in standard errors
-    (n,), and further columns. of: what the fault is of. shuffle: the plan is measured in random
-    order."""
-    x, true = _plain(experiment, plan, rng, shuffle)
-    errors, columns = pattern(len(true), x, rng)
+def patterned(rng, strength, experiment, plain, errors, of, columns=None, **beside):
+    """Readings of a plan (`_plain`) have errors (n,) in common, in standard errors, and further
+    columns. of: what the fault is of."""
+    x, true = plain
     table = means(experiment, x, grown(experiment, x, true, errors, strength), rng)
-    return _faulty(table.assign(**columns), experiment, of, other=other, plan=plan, rng=rng)
+    return _faulty(table.assign(**columns or {}), experiment, of, rng=rng, **beside)
 
 
-def shared_by_level(experiment, of, plan="4", other=None):
-    """All readings at a level of a lever share an error: a camera set up anew for each height, a
-    lot of grains for each size, a plate cleaned for each rate."""
-
-    def pattern(n, x, rng):
-        level = np.unique(x[of], return_inverse=True)[1]
-        return _uneven(level.max() + 1, rng)[level], {}
-
-    return patterned(experiment, of, pattern, plan, other)
+def shared_by_level(rng, strength, experiment, of, plan="4", other=None):
+    """All readings at a level of a lever share an error."""
+    plain = _plain(experiment, plan, rng)
+    level = np.unique(plain[0][of], return_inverse=True)[1]
+    errors = _uneven(level.max() + 1, rng)[level]
+    return patterned(rng, strength, experiment, plain, errors, of, other=other, plan=plan)
 
 
 def _uneven(n, rng):
@@ -253,50 +248,49 @@ def _uneven(n, rng):
     return rng.uniform(0.6, 1.4, n) * (-1.0) ** np.arange(n) * rng.choice([-1.0, 1.0])
 
 
-def shared_by_column(experiment, column, count, declared):
-    """Readings of a batch, or of an instrument, share an error; the column tells which, or is not
-    there."""
-
-    def pattern(n, x, rng):
-        group = rng.permutation(np.arange(n) % count)
-        words = group + 1 if column == "batch" else np.array(["video", "sound"])[group]
-        return _uneven(count, rng)[group], {column: words} if declared else {}
-
+def shared_by_column(rng, strength, experiment, of, count, told=True):
+    """Readings of a batch, or of an instrument, share an error; the column `of` tells which, or is
+    not there."""
+    plain = _plain(experiment, "4", rng)
+    group = rng.permutation(np.arange(len(plain[1])) % count)
+    words = group + 1 if of == "batch" else np.array(["video", "sound"])[group]
+    errors = _uneven(count, rng)[group]
     # an undeclared batch in random order is nothing but scatter from setting to setting
-    return patterned(experiment, column if declared else "settings", pattern)
+    of, columns = (of, {of: words}) if told else ("settings", {})
+    return patterned(rng, strength, experiment, plain, errors, of, columns)
 
 
-def scatter(experiment):
+def scatter(rng, strength, experiment):
     """Each setting has an error of its own."""
-    return patterned(experiment, "settings", lambda n, x, rng: (rng.standard_normal(n), {}))
+    plain = _plain(experiment, "4", rng)
+    errors = rng.standard_normal(len(plain[1]))
+    return patterned(rng, strength, experiment, plain, errors, "settings")
 
 
-def drift(experiment, shuffle=True):
-    """The plate wears in the order of the rows; the plan is measured in random order, or level by
-    level."""
-    return patterned(
-        experiment, "order", lambda n, *_: (-np.linspace(0.0, 1.0, n), {}), shuffle=shuffle
-    )
+def drift(rng, strength, experiment, shuffle=False):
+    """The plate wears in the order of the rows; the plan is measured level by level, or in random
+    order."""
+    plain = _plain(experiment, "4", rng, shuffle)
+    errors = -np.linspace(0.0, 1.0, len(plain[1]))
+    return patterned(rng, strength, experiment, plain, errors, "order")
 
 
-@drawing
-def one_row(rng, strength, experiment, plan="4", other=None, written=means):
+def one_row(rng, strength, experiment, plan="4", other=None, written="means"):
     """One row is off by so many standard errors; of single readings, by so many standard deviations
     of a reading."""
     x, true = _plain(experiment, plan, rng)
-    table = written(experiment, x, true, rng)
+    table = WRITTEN[written](experiment, x, true, rng)
     row = int(rng.integers(len(table)))
     spread = sigma(experiment, true)[row * len(true) // len(table)]
-    error = spread / np.sqrt(REPLICATES) if written is means else spread
+    error = spread / np.sqrt(REPLICATES) if written == "means" else spread
     table.loc[row, "value"] += strength * error * rng.choice([-1.0, 1.0])
     return _faulty(table, experiment, "row", (row + 2,), other=other, plan=plan, rng=rng)
 
 
-@drawing
 def mislabelled(rng, strength):
     """Three of 20 rows at three sizes and three neighbouring heights stand under each other's
     label, none above the height that it stands under. The strength does not count."""
-    x = plans.levers("drop", PLANS["close"], rng)
+    x = plans.levers("drop", "close", rng)
     table = means("drop", x, nature.value((), "drop", x, float(rng.uniform(0.5, 0.7))), rng)
     heights = np.unique(x["drop_height_mm"])
     sizes = rng.permutation(np.unique(x["particle_diameter_mm"]))[:3]
@@ -310,7 +304,6 @@ def mislabelled(rng, strength):
     return _faulty(table, "drop", "row", tuple(sorted(r + 2 for r in rows)))
 
 
-@drawing
 def wrong_level(rng, strength, share, level=2):
     """All drops of one level fell from a height that was so many times the one that stands in the
     table (120 mm that were 132). The noise makes it as strong as asked."""
@@ -322,14 +315,14 @@ def wrong_level(rng, strength, share, level=2):
     return _faulty(means("drop", x, off, rng, scale), "drop", "drop_height_mm", lines)
 
 
-@drawing
-def coarse(rng, strength, to_mm, every_reading, written=means):
+def coarse(rng, strength, to_mm, every_reading, written="means"):
     """Rebounds are read to so many mm: each reading, or the mean that is written down."""
 
     def read(values):
         return np.maximum(np.round(values / to_mm), 1.0) * to_mm
 
-    table = written("drop", *_plain("drop", "5", rng), rng, read=read if every_reading else None)
+    eye = read if every_reading else None
+    table = WRITTEN[written]("drop", *_plain("drop", "5", rng), rng, read=eye)
     if "sd" in table:  # five equal readings do not have a spread of nothing
         table["sd"] = np.maximum(table["sd"], to_mm / np.sqrt(12.0) * every_reading)
     if not every_reading:
@@ -337,15 +330,6 @@ def coarse(rng, strength, to_mm, every_reading, written=means):
     return _faulty(table, "drop", "resolution")
 
 
-# --- nulls --------------------------------------------------------------------------------------
-
-
-def null(*experiments, **how):
-    """Constant coefficients and noise alone; how: as of `with_laws`."""
-    return with_laws(beside=experiments, **how)
-
-
-@drawing
 def named_batches(rng, strength, column, count):
     """Batches or instruments that are told and share nothing."""
     table = means("drop", *_plain("drop", "4", rng), rng)
@@ -353,176 +337,57 @@ def named_batches(rng, strength, column, count):
     return Drawn(table)
 
 
-KINDS: dict[str, Kind] = {}
+# --- the kinds and the campaign -----------------------------------------------------------------
 
 
-def _add(group, draw_of):
-    KINDS.update({name: Kind(group, draw) for name, draw in draw_of.items()})
+DRAWS: dict[str, Callable[..., Drawn]] = {
+    draw.__name__: draw
+    for draw in (
+        with_laws, shared_by_level, shared_by_column, scatter, drift, one_row, mislabelled,
+        wrong_level, coarse, named_batches,
+    )
+}  # fmt: skip
 
 
-_add("law", {
-    **{name: with_laws(name) for name in (
-        "fifth root of speed", "sticking speed", "film of liquid", "air",
-        "pull of the plate, drops", "wrong zero of the rebound", "top of the grain is read",
-        "apex between two frames", "wear by impacts", "friction over log of the rate",
-        "friction over the load", "pull of the plate, slides", "lid that was not weighed",
-    )},
-    **{name: with_laws(name, plan="3") for name in (
-        "rises with speed", "rebound 14 % lower at 4 mm", "humidity, drops", "temperature, drops",
-        "friction rises with size", "humidity, slides",
-    )},
-    **{name: with_laws(name, plan="5") for name in (
-        "yielding above a speed", "film on the grains below 2 mm", "wear of large grains alone",
-        "seen after a slip", "pull, and an added mass", "friction falls with the load",
-    )},
-    "v^-0.1, 4 levels": with_laws("v^-0.1"),
-    "v^-0.2, 5 levels": with_laws("v^-0.2", plan="5"),
-    "v^-0.25, 4 levels": with_laws("v^-0.25"),
-    "v^-0.3, 3 levels": with_laws("v^-0.3", plan="3"),
-    "v^-0.45, 4 levels": with_laws("v^-0.45"),
-    "v^-0.6, 3 levels": with_laws("v^-0.6", plan="3"),
-    "v^-0.6, 4 levels": with_laws("v^-0.6"),
-    "v^-0.25, single readings": with_laws("v^-0.25", plan="3", written=singles),
-    "v^-0.25 and constant slides": with_laws("v^-0.25", beside=["tilt"]),
-    "power of size, 3 levels": with_laws("power of size", plan="3"),
-    "rebound 14 % lower at 4 mm and constant slides":
-        with_laws("rebound 14 % lower at 4 mm", plan="3", beside=["tilt"]),
-    "late hand, 4 levels": with_laws("late hand"),
-    "friction over the load, 3 levels": with_laws("friction over the load", plan="3"),
-    "late hand and constant drops": with_laws("late hand", beside=["drop"]),
-    "cohesion, 5 loads": with_laws("cohesion", plan="5"),
-    "cohesion, 3 loads": with_laws("cohesion", plan="3"),
-})  # fmt: skip
-_add("two laws", {
-    "v^-0.25 and late hand": with_laws("v^-0.25", "late hand"),
-    "v^-0.3 and friction over the load": with_laws("v^-0.3", "friction over the load"),
-    "power of size and late hand": with_laws("power of size", "late hand"),
-    "air and friction over the load": with_laws("air", "friction over the load", plan="5"),
-    "fifth root of speed and friction rises with size":
-        with_laws("fifth root of speed", "friction rises with size"),
-    "v^-0.25 and power of size": with_laws("v^-0.25", "power of size"),
-    "late hand and friction over the load": with_laws("late hand", "friction over the load"),
-    "humidity and late hand": with_laws("humidity, drops", "late hand"),
-    "v^-0.25 and cohesion": with_laws("v^-0.25", "cohesion", plan="5"),
-})  # fmt: skip
-_add("two-level law", {
-    "v^-0.25, 2 heights": with_laws("v^-0.25", plan="2"),
-    "late hand, 2 rates": with_laws("late hand", plan="2"),
-})  # fmt: skip
-_add("row", {
-    "one row, drops": one_row("drop"),
-    "one row, slides": one_row("tilt"),
-    "one row of 9, drops": one_row("drop", "3"),
-    "one row, both": one_row("drop", other="tilt"),
-    "one single reading": one_row("drop", "3", written=singles),
-    "three rows mislabelled": mislabelled(),
-})  # fmt: skip
-_add("level", {
-    "132 mm for 120": wrong_level(1.1),
-    "an end that was 12 % higher": wrong_level(1.12, level=4),
-    "the first height 10 % lower": wrong_level(0.9, level=0),
-})  # fmt: skip
-_add("fault", {
-    "camera set up for each height": shared_by_level("drop", "drop_height_mm", "5"),
-    "camera set up for each of 4 heights": shared_by_level("drop", "drop_height_mm", "4", "tilt"),
-    "a lot for each size": shared_by_level("drop", "particle_diameter_mm", "4"),
-    "plate cleaned for each rate": shared_by_level("tilt", "tilt_rate_deg_s", "5"),
-    "undeclared batches": shared_by_column("drop", "batch", 4, False),
-    "undeclared instruments": shared_by_column("drop", "instrument", 2, False),
-    "error from setting to setting": scatter("drop"),
-    "error from slide to slide": scatter("tilt"),
-    "wear in random order": drift("drop"),
-    "wear in random order, slides": drift("tilt"),
-    "wear in the order of the heights": drift("drop", shuffle=False),
-    "means written to 5 mm": coarse(5.0, False),
-    "readings to 5 mm": coarse(5.0, True),
-    "single readings to 5 mm": coarse(5.0, True, singles),
-})  # fmt: skip
-_add("two-level error", {
-    "error between two tilt rates": shared_by_level("tilt", "tilt_rate_deg_s", "2"),
-    "error between two tilt rates, with drops":
-        shared_by_level("tilt", "tilt_rate_deg_s", "2", "drop"),
-    "error between two heights": shared_by_level("drop", "drop_height_mm", "2"),
-})  # fmt: skip
-_add("declared", {
-    "declared batches": shared_by_column("drop", "batch", 4, True),
-    "declared batches, slides": shared_by_column("tilt", "batch", 4, True),
-    "two instruments": shared_by_column("drop", "instrument", 2, True),
-})  # fmt: skip
-_add("null", {
-    "plain drops": null("drop"),
-    "plain slides": null("tilt"),
-    "plain both": null("drop", "tilt"),
-    "plain drops, 3 levels": null("drop", plan="3"),
-    "plain both, 3 levels": null("drop", "tilt", plan="3"),
-    "plain drops, single readings": null("drop", plan="3", written=singles),
-    "plain shear": null("shear", plan="5"),
-    "plain of all three": null("drop", "tilt", "shear"),
-    "humidity without effect": null("drop", plan="3", column="humidity_percent"),
-    "impacts without effect": null("drop", column="impact_number"),
-    "heavy tails": null("drop", written=partial(means, tails=True)),
-    "uneven noise": null("drop", uneven=True),
-    "uneven noise, slides": null("tilt", plan="5", uneven=True),
-    "batches that share nothing": named_batches("batch", 4),
-    "instruments that agree": named_batches("instrument", 2),
-})  # fmt: skip
-_add("two-level null", {
-    "two heights, four sizes": null("drop", plan="2"),
-    "two rates, four sizes": null("tilt", plan="2"),
-    "two of everything": null("drop", "tilt", plan="2x2"),
-    "two levels of both": null("drop", "tilt", plan="2"),
-    "two loads beside drops": null("shear", "drop", plan="2"),
-})  # fmt: skip
+def _read(name):
+    return yaml.safe_load(Path(__file__).with_name(name).read_text())
 
+
+def _kind(group, name, draw="with_laws", **how):
+    own = {"laws": [name]} if name in nature.BY_NAME else {}
+    return Kind(group, partial(DRAWS[draw], **own, **how))
+
+
+KINDS: dict[str, Kind] = {
+    name: _kind(group, name, **how)
+    for group, kinds in _read("kinds.yaml").items()
+    for name, how in kinds.items()
+}
+PLANNED: dict[str, Any] = _read("campaign.yaml")
 FIRST_SEED = 1500
 """Seeds from here on were drawn for the campaign alone."""
 
+ROUNDS = 4
+
 
 def campaign() -> list[Case]:
-    """Every case, fixed beforehand; each prefix is a fair sample of what the figures count.
-
-    Laws at ten standard errors (two seeds), at five and twenty (one); rows at 15; faults at five
-    and ten; nulls with twelve seeds, those of two levels with 32, so that a rate of 5 % shows.
-    """
-    asked = {
-        "law": [(10.0, 0), (10.0, 1), (20.0, 2), (5.0, 3)],
-        "two laws": [(10.0, 0), (10.0, 1), (20.0, 2), (5.0, 3)],
-        "two-level law": [(10.0, 0), (20.0, 1)],
-        "row": [(15.0, 0), (15.0, 1), (15.0, 2), (15.0, 3)],
-        "level": [(10.0, 0), (10.0, 1), (20.0, 2), (10.0, 3)],
-        "fault": [(10.0, 0), (5.0, 1), (10.0, 2)],
-        "two-level error": [(10.0, 0), (5.0, 1), (10.0, 2), (5.0, 3)],
-        "declared": [(10.0, 0), (5.0, 1), (10.0, 2)],
-        "null": [(0.0, s) for s in range(12)],
-        "two-level null": [(0.0, s) for s in range(32)],
-    }
-    rounds = 4
-    each = {group: -(-len(of) // rounds) for group, of in asked.items()}
+    """Every case, fixed beforehand; each of the rounds has a like share of every group, in an order
+    that mixes the groups, so that a part of them is a fair sample."""
+    nulls = {group: [(0, seed) for seed in range(n)] for group, n in PLANNED["nulls"].items()}
+    asked = PLANNED["campaign"] | nulls
+    each = {group: -(-len(of) // ROUNDS) for group, of in asked.items()}
     all_of = [
-        (k // each[kind.group], Case(name, size, FIRST_SEED + seed))
+        (k // each[kind.group], Case(name, float(size), FIRST_SEED + seed))
         for name, kind in KINDS.items()
         for k, (size, seed) in enumerate(asked[kind.group])
     ]
-    # each round has a like share of every group, in an order that mixes the groups
     return [c for _, c in sorted(all_of, key=lambda c: (c[0], zlib.crc32(c[1].name.encode())))]
 
 
 FIXED = tuple(
-    Case(kind, size, 100)
-    for size, kinds in {
-        20.0: ("v^-0.6, 3 levels", "v^-0.25 and late hand", "humidity, drops", "air",
-               "late hand, 4 levels", "seen after a slip", "rises with speed",
-               "late hand, 2 rates"),
-        15.0: ("one row, drops",),
-        10.0: ("v^-0.6, 4 levels", "rebound 14 % lower at 4 mm", "132 mm for 120",
-               "camera set up for each height", "error between two tilt rates",
-               "wear in random order", "means written to 5 mm", "error from setting to setting",
-               "declared batches"),
-        0.0: ("plain both, 3 levels", "two rates, four sizes"),
-    }.items()
-    for kind in kinds
-)  # fmt: skip
-"""The default tests' cases, chosen with their seed before any verdict of theirs was seen."""
+    Case(kind, float(size), 100) for size, kinds in PLANNED["tests"].items() for kind in kinds
+)
+"""The default tests' cases."""
 
 MIDDLE = tuple(
     Case(kind, 0.0 if "null" in KINDS[kind].group else 15.0, 200)

@@ -1,33 +1,12 @@
-"""Marks of one verdict, and the rates of many with their intervals.
+"""Marks of one verdict, as marks.yaml has them; the rates of many are in figures.csv."""
 
-What counts:
-- leading place: experiment, slot and state of the first law are those of the stranger's law, also
-  where the verdict is `ambiguous`. Of a lever with two levels a law and a shared error are one
-  thing: there the place may stand anywhere among laws and rivals.
-- two laws: the places of both stand among `laws`.
-- named: a name of the first law is this effect's, where the catalogue has it.
-- true, placed, hits: laws, those that were placed, and the laws whose place is among them.
-- causes, alone: laws of single contacts that the catalogue has, and those of them that stand with
-  one name, their own. Of a shear test names are told by emulators alone (`bulk_tables`).
-- adequate wrongly: `adequate` where the stated misfit has p < 0.01, or where an analysis of
-  variance of the table, made here, has p < 0.001.
-- wrong name: the verdict is `identified` with a name that is not this effect's, or of no effect.
-- a law claimed: the verdict is `identified` or `discovered`. A table without a law must claim none;
-  one with nothing wrong, or with errors that it declares, must not be `ambiguous` either.
-- pointed at: half of the faulty rows at least stand in `rows`, and no more good ones than faulty
-  ones; of a level, also an error of its lever.
-- fault found: an error of this lever, batch, instrument, order, ... stands in `errors` or in
-  rivals.
-- band: the true curve of a coefficient lies within the first law's band over all of it.
-- limits: where no law acts on an experiment, a limit of a free law there does not exclude zero.
-"""
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import yaml
 from scipy import stats
 
-from benchmarks.rates.kept_rates import counted
-from benchmarks.rates.kept_rates import share as rate
 from benchmarks.rates.strangers import nature
 from benchmarks.rates.strangers.cases import PROPORTIONAL, Case, Drawn
 from diagnosis.laws.known import COEFFICIENT
@@ -40,16 +19,9 @@ LEVER = {
     "interval": "output_interval_s",
 }
 """State of a law: the lever that sets it; a speed is that of a fall from its height."""
-MARKS = (
-    "verdict laws names errors rows misfit_p own_p leads true placed hits named causes alone both "
-    "claimed silent adequate_wrongly wrong_name name_loses pointed fault limits limits_held band"
-).split()
-"""Columns of a row, of the marks those that are not asked too."""
+MARKS = [*yaml.safe_load(Path(__file__).with_name("marks.yaml").read_text())]
 CLAIMS = ("identified", "discovered")
 CLEAN = ("null", "two-level null", "declared")
-
-
-# --- marks --------------------------------------------------------------------------------------
 
 
 def place(law):
@@ -205,63 +177,6 @@ def limits(drawn, said):
             if (e.get("experiment") or slots.get(e["slot"])) not in acting:
                 held.append((ends[0] or 0.0) <= 0.0 <= (ends[1] or 0.0))
     return len(held), int(np.sum(held))
-
-
-# --- rates --------------------------------------------------------------------------------------
-
-
-LOSES = "a name with a gain below zero"
-WITH_LAWS = ("law", "two laws", "two-level law")
-ALL_NULLS = ("null", "two-level null", "declared", "fault", "two-level error")
-FIGURES = (
-    # words; groups of the kept table that count, all where none is named; the mark; the share
-    # asked; whether at most; the strength that counts
-    ("leading place right", WITH_LAWS, "leads", 0.85, False, 10.0),
-    ("both of two laws", ("two laws",), "both", 0.70, False, 10.0),
-    ("adequate at a misfit", (), "adequate_wrongly", 0.0, True, None),
-    ("wrong name", (), "wrong_name", 0.03, True, None),
-    ("two-level nulls: a law claimed", ("two-level null", "two-level error"), "claimed", 0.05, True,
-     None),
-    ("nulls of every kind: no law", ALL_NULLS, "silent", 0.95, False, None),
-    (LOSES, (), "name_loses", 0.0, True, None),
-    ("a faulty row or level pointed at", ("row", "level"), "pointed", 0.80, False, None),
-    ("the laboratory's error told", ("fault", "two-level error"), "fault", np.nan, False, 10.0),
-    *((f"leading place right at {size:g} standard errors", WITH_LAWS, "leads", np.nan, False, size)
-      for size in (5.0, 20.0)),
-    *((f"no law: {group}", (group,), "silent", np.nan, False, None) for group in ALL_NULLS),
-)  # fmt: skip
-
-
-def rates(rows: pd.DataFrame) -> pd.DataFrame:
-    """One line a figure: words, hits, of, share, low, high, asked, holds; the limits at the end."""
-    lines = []
-    for words, groups, mark, asked, most, strength in FIGURES:
-        own = rows[rows["group"].isin(groups)] if groups else rows
-        own = own if strength is None else own[own["strength"] == strength]
-        lines.append(_line(words, own[mark], asked, most))
-    alone, strong = (counted(r, "alone", "causes") for r in (rows, rows[rows["strength"] >= 10.0]))
-    known = rows[rows["named"].notna()]
-    told = known["verdict"] == "identified"
-    lines += [
-        _line("limits hold", counted(rows, "limits_held", "limits"), 0.9),
-        _line("causes of the catalogue with that name alone", alone, 0.8),
-        _line("the same from 10 standard errors on", strong, np.nan),
-        _line("a mechanism of the catalogue among the names", known["named"], np.nan),
-        _line("of these tables identified", told, np.nan),
-        _line("identified and right", known[told]["named"], np.nan),
-        _line("the true curve in its band", rows["band"], 0.9),
-        _line("within two minutes", rows["seconds"] <= 120.0, 1.0),
-        _line("ended without a verdict", rows["verdict"] == "failed", 0.0, True),
-    ]
-    return pd.DataFrame(lines)
-
-
-def _line(words, hits, asked, most=False):
-    k, n, low, high = rate(hits)
-    share = k / n if n else np.nan
-    holds = "" if np.isnan(asked) or not n else (share <= asked if most else share >= asked)
-    return {"figure": words, "hits": k, "of": n, "share": share, "low": low, "high": high,
-            "asked": asked, "most": most, "holds": holds}  # fmt: skip
 
 
 def missed(rows: pd.DataFrame) -> pd.DataFrame:
