@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -23,11 +23,12 @@ from dem.units import behind, unit_of, without_unit
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from matplotlib.figure import Figure as Drawing
+    from matplotlib.figure import Figure
     from mpl_toolkits.mplot3d import Axes3D
 
     from calibration.statistics.factor import Factor
 
+Drawing: TypeAlias = "Figure"
 
 OF_A_PAIR = re.compile(
     r"(?P<one>[^_]+)_(?P<other>[^_]+)_"

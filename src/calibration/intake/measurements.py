@@ -5,8 +5,6 @@ deviation, under the levers that were set. If a test gave no value, the row says
 Every fault is reported with its line and column.
 """
 
-from __future__ import annotations
-
 import difflib
 import math
 from collections import Counter

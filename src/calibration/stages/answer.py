@@ -1,8 +1,6 @@
 """The stage `answer`: every measured row is simulated at the parameters that the study hands out,
 whichever way they were found, and answer.json says how it compares."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Steepest ascent: the region to look at closely."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import pandas as pd

@@ -4,8 +4,6 @@ Each is a sweep of one parameter, a quadratic fit, its inverse for the measured 
 confirm it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial

@@ -6,8 +6,6 @@ and points that are added where the posterior is wide. The computing is `calibra
 which loads what samples a posterior: the functions here import it when they are called.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from typing import Any

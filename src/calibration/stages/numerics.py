@@ -1,8 +1,6 @@
 """What the numerical choices cost: the same points with other resolutions, time steps, moduli and
 rolling laws."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any

@@ -1,8 +1,6 @@
 """Optimum: the candidate of the response surface alone, and the optimum with the runs there
 added."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations

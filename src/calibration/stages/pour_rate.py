@@ -4,8 +4,6 @@ The same heap is poured at each rate, and out of a funnel that is filled and the
 rate that the orifice passes, the funnel can pack in some runs and not in others.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

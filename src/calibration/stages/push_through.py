@@ -5,8 +5,6 @@ times. The scatter of its metrics from draw to draw is what the freedom of the p
 there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

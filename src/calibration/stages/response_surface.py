@@ -1,7 +1,5 @@
 """Response surface: a quadratic model of the region."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations

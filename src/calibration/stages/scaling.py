@@ -10,8 +10,6 @@ of its difference lies within the margin that does not matter. It is changed if 
 out zero and part of it lies beyond the margin. Otherwise it is undecided.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from itertools import product

@@ -1,7 +1,5 @@
 """Screening: which factors matter."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any

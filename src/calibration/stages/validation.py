@@ -1,7 +1,5 @@
 """Validation: replicates at the parameters handed out, against the measurement."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 
