@@ -1,9 +1,17 @@
-"""Errors at the border: what was wrong, where, and what is allowed."""
+"""Errors at the border: what was wrong, where, and what is allowed.
+
+What comes from outside ends in a value or in one kind of error, `ConfigError`. A file's size and
+kind are looked at before it is opened (`dem.tables.limits`). Libraries that decode what others
+wrote (pictures, sound) raise errors of a dozen kinds for a damaged file: `decoding` makes one of
+them. It stands about a library's call alone, never about our own code.
+"""
 
 from __future__ import annotations
 
 import errno
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dem.errors import DemError, InputError
@@ -87,3 +95,31 @@ class RankDeficientError(CalibrationError):
     def __init__(self, terms: Sequence[str]):
         self.terms = terms
         super().__init__(f"the design cannot tell these terms apart: {', '.join(terms)}")
+
+
+@contextmanager
+def in_study() -> Iterator[None]:
+    """An InputError of the engine's readers becomes a ConfigError."""
+    try:
+        yield
+    except ConfigError:
+        raise
+    except InputError as error:
+        raise ConfigError(**vars(error)) from None
+
+
+@contextmanager
+def decoding(path: str | Path, what: str) -> Iterator[None]:
+    """Whatever a library raises for a damaged file becomes a ConfigError: the file, what was wrong,
+    and `what` is allowed."""
+    try:
+        yield
+    except (CalibrationError, InputError):
+        raise
+    except Exception as error:
+        said = (str(error).splitlines() or [""])[0][:200] or type(error).__name__
+        where = f" ({said})" if str(path) not in said else ""
+        reason = f"cannot be read, or is damaged{where}"
+        if isinstance(error, OSError) and error.strerror:  # rights, a broken disk
+            reason = f"cannot be read ({error.strerror})"
+        raise ConfigError(reason, path=path, allowed=what) from None

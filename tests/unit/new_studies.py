@@ -56,7 +56,7 @@ def piloted(monkeypatch, metrics_of):
         targets = dict.fromkeys(experiments()[spec.experiment].targets, 1.0)
         return {"metrics": targets | {"in_funnel": 0} | metrics_of(spec)}
 
-    ranges = "calibration.interface.ranges.ranges_by_atlas"
+    ranges = "calibration.interface.estimate.ranges_by_atlas"
     monkeypatch.setattr(ranges, lambda config, factors: (factors, [], []))
     monkeypatch.setattr("dem.precompile.compile_engine", made.clear)
     monkeypatch.setattr("dem.run.run", run)

@@ -11,7 +11,8 @@ import yaml
 
 from calibration import engines
 from calibration.errors import CalibrationError
-from calibration.runs.batches import (
+from calibration.runs.plans import run_id
+from calibration.runs.runner import (
     batch_count,
     pack_runs,
     run_batch,
@@ -19,7 +20,6 @@ from calibration.runs.batches import (
     runs_per_job,
     unpack_runs,
 )
-from calibration.runs.plans import run_id
 from calibration.runs.store import RunStore
 from calibration.runs.verify import lost_runs, short_batches
 from calibration.study.config import parse_config

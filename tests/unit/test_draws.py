@@ -8,10 +8,10 @@ import pytest
 import statsmodels.formula.api as smf
 
 from calibration.interface.cli import main
-from calibration.runs.draws import difference, mixtures
+from calibration.runs.all_runs import difference, mixtures
 from calibration.runs.plans import run_id
 from calibration.study.stage import load_stages
-from calibration.telling.report.runs import runs_section
+from calibration.telling.report.build import runs_section
 from dem import results
 from dem.io.files import write_json
 from dem.results import write_result

@@ -9,8 +9,7 @@ import zlib
 
 from refusals import book
 
-from calibration.errors import ConfigError
-from calibration.intake.guard import decoding
+from calibration.errors import ConfigError, decoding
 from calibration.intake.photo import measure_photo
 from calibration.intake.tables import read_table
 from calibration.study.config.as_data import data_of

@@ -13,8 +13,8 @@ from calibration.interface.commands import main
 from calibration.study.config.joint import joint_targets
 from calibration.study.factors import read_factors
 from calibration.study.new.grains import mean_diameter, sieve_curve
-from calibration.study.new.heap import Heap
 from calibration.study.new.laboratory import factors_of, materials
+from calibration.study.new.methods.heaps import Heap
 from calibration.study.new.pilot import one_run
 from calibration.study.new.study import study_name
 from calibration.telling.start_and_end import opening

@@ -10,7 +10,7 @@ from new_studies import begun, piloted
 from calibration.atlas.emulators import AtlasEmulators, cut_to_atlas, poured_as_atlas
 from calibration.errors import CalibrationError
 from calibration.interface.commands import main
-from calibration.interface.ranges import LEAST, ranges_by_atlas
+from calibration.interface.estimate import LEAST, ranges_by_atlas
 from calibration.statistics.screening_design import screening_design
 from calibration.study.factors import read_factors
 from facts import refused, tells
@@ -102,7 +102,7 @@ def test_a_new_study_has_the_ranges_of_the_atlas(here, monkeypatch, capsys):
         return cut, ["narrower"], ["heap"]
 
     seen = piloted(monkeypatch, lambda spec: {ANGLE: 20.0})
-    monkeypatch.setattr("calibration.interface.ranges.ranges_by_atlas", half)
+    monkeypatch.setattr("calibration.interface.estimate.ranges_by_atlas", half)
     assert main(["new", "peas", "--measured", "26", "27", *HEAP]) == 0
     factors = {f.name: f for f in read_factors("peas/factors.tsv")}
     friction = factors["grain_grain_static_friction"]

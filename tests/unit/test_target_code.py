@@ -13,7 +13,7 @@ from calibration.engines.conversion import Conversion
 from calibration.study.config import overlay
 from calibration.telling.export import trials
 from calibration.telling.export.decks import Deck, heaps_there, write_decks
-from calibration.telling.export.heap_comparison import READERS, margins_of, profile, rows_of
+from calibration.telling.export.trials import READERS, margins_of, profile, rows_of
 from dem.errors import InputError
 from dem.spec import parse_spec
 from facts import tells

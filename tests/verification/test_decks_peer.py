@@ -26,7 +26,7 @@ from calibration.telling.export.decks import (
     heaps_there,
     write_decks,
 )
-from calibration.telling.export.heap_comparison import rows_of
+from calibration.telling.export.trials import rows_of
 from dem.grains.sizes import number_fractions
 from dem.spec import parse_spec
 from other_codes import entry_or_skip

@@ -5,7 +5,7 @@ plans them (plan.json: {name of a run: spec}); each is kept under the hash of it
 from math import ceil
 
 from calibration.study.cost import memory_mb
-from calibration.runs.batches import batch_count
+from calibration.runs.runner import batch_count
 from calibration.runs.plans import planned_spec, read_plan
 from calibration.runs.store import RunStore
 from calibration.runs.verify import lost_runs, short_batches

@@ -4,7 +4,7 @@ since snakemake fetches the inputs of jobs alone and a start reads plans and run
 
 from snakemake.io import get_flag_value
 
-from calibration.runs.batches import unpack_runs
+from calibration.runs.runner import unpack_runs
 from calibration.runs.records import FOLDER
 
 STORED = workflow.storage_settings.default_storage_provider is not None

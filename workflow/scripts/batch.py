@@ -1,8 +1,7 @@
 import sys
 
 from calibration.chain.jobs import logged, work_for
-from calibration.runs.batches import pack_runs, run_batch, run_told_batch
-from calibration.runs.runner import report_sometimes
+from calibration.runs.runner import pack_runs, report_sometimes, run_batch, run_told_batch
 from calibration.runs.store import RunStore
 from dem.kernel.threads import use_threads
 

@@ -13,9 +13,8 @@ import pandas as pd
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from calibration.errors import CalibrationError
+from calibration.errors import CalibrationError, in_study
 from calibration.files import write_table
-from calibration.intake.guard import in_study
 from dem.grains.clump import MAX_RATIO, MAX_SPHERES, fault, shape_of
 from dem.io.grain_tables import COLUMNS
 from dem.io.stl import read_stl

@@ -17,7 +17,6 @@ from statistics import fmean, stdev
 import pandas as pd
 
 from calibration.errors import ConfigError
-from calibration.intake.numbers_with_units import AT_ITS_WORD
 from calibration.intake.quantities import (
     LEVERS,
     QUANTITIES,
@@ -26,7 +25,7 @@ from calibration.intake.quantities import (
     levers_of,
     measurable,
 )
-from calibration.intake.tables import read_table
+from calibration.intake.tables import AT_ITS_WORD, read_table
 from dem.units import UnitError, has_unit, in_ascii, in_unit, question, unit_of
 
 NEEDED = ("experiment", "quantity", "value", "unit")

@@ -18,9 +18,8 @@ from scipy.io import wavfile
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import find_peaks
 
-from calibration.errors import CalibrationError, ConfigError
+from calibration.errors import CalibrationError, ConfigError, decoding, in_study
 from calibration.files import write_table
-from calibration.intake.guard import decoding, in_study
 from calibration.intake.measurements import readings_table
 from calibration.intake.quantities import LEVERS
 from dem.constants import GRAVITY

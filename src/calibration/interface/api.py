@@ -21,9 +21,8 @@ import pandas as pd
 
 from calibration.chain import study
 from calibration.engines.templates import macros
-from calibration.errors import CalibrationError, ConfigError
+from calibration.errors import CalibrationError, ConfigError, in_study
 from calibration.figures import response_of
-from calibration.intake.guard import in_study
 from calibration.runs.snakemake_command import LOGGER, call, snakemake_command
 from calibration.statistics.validate import Stated
 from calibration.study.config import overlay, stands_alone

@@ -102,7 +102,7 @@ def _check_settings(arguments):
 
 
 def _verify(args):
-    from calibration.runs.draws import mixtures  # loads pandas and scipy
+    from calibration.runs.all_runs import mixtures  # loads pandas and scipy
     from calibration.runs.verify import checked_runs, faults_of, hold, repair
 
     if not args.results.is_dir():

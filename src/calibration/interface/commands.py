@@ -67,7 +67,7 @@ def _new(args):
 def _tried(laboratory):
     """Narrow the ranges of a study that is written by the atlas, then try its rigs; those that gave
     no value."""
-    from calibration.interface.ranges import ranges_by_atlas  # loads the sampler
+    from calibration.interface.estimate import ranges_by_atlas  # loads the sampler
     from calibration.runs.progress import progress
     from calibration.study.new.pilot import config_of, heard, try_study
     from calibration.study.new.study import write_settings

@@ -10,8 +10,7 @@ from pathlib import Path
 from pydantic import BaseModel
 
 from calibration.errors import ConfigError
-from calibration.intake.numbers_with_units import plausible_number
-from calibration.intake.tables import read_table
+from calibration.intake.tables import plausible_number, read_table
 from calibration.statistics.factor import Choice, Factor
 from dem.spec import GEOMETRY, RunSpec
 

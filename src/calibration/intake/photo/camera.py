@@ -17,9 +17,8 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from calibration.errors import CalibrationError
-from calibration.intake.guard import decoding
-from calibration.intake.numbers_with_units import said_number
+from calibration.errors import CalibrationError, decoding
+from calibration.intake.tables import said_number
 from dem.units import UnitError, in_unit
 
 FULL_FRAME_MM = math.hypot(36.0, 24.0)

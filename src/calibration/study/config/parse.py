@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from calibration import engines
 from calibration.errors import CONFIGURATION, ConfigError, at_key, first_fault
 from calibration.intake.measurements import read_measured
-from calibration.intake.numbers_with_units import check_plausible, in_key_units
+from calibration.intake.tables import check_plausible, in_key_units
 from calibration.study.config.joint import check_joint
 from calibration.study.config.measured import NotComparableError, goals, is_measured, read_target
 from calibration.study.config.schema import COARSER, Config, named_section_of, section_of

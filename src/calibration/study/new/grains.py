@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from calibration.errors import ConfigError
-from calibration.intake.numbers_with_units import plausible_number
-from calibration.intake.tables import read_table
+from calibration.intake.tables import plausible_number, read_table
 from calibration.study.new.methods.declare import refusal
 from calibration.study.new.reading_tables import with_points
 from dem.grains.clump import MAX_SPHERES, shape_of

@@ -112,7 +112,7 @@ def _measured_photographs(words):
     paths = [Path(word) for word in words if Path(word).suffix.lower() in PICTURES]
     if not paths:
         return words
-    from calibration.intake.photo.table import read_photos, uncorrected  # brings image libraries
+    from calibration.intake.photo.measure import read_photos, uncorrected  # brings image libraries
 
     photos, said = read_photos(paths)
     angles = [round(photo.angle_deg, 3) for photo in photos]

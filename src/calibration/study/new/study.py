@@ -16,9 +16,9 @@ from calibration.files import write_table, write_text
 from calibration.study.config import Config, parse_config, point_spec
 from calibration.study.cost import run_seconds
 from calibration.study.factors import COLUMNS, Factor
-from calibration.study.new.heap import STEEL
 from calibration.study.new.laboratory import CLUMP, Laboratory
 from calibration.study.new.methods.declare import refusal
+from calibration.study.new.methods.heaps import STEEL
 from dem.contact.catalogue import DEFAULTS
 from dem.errors import DemError
 

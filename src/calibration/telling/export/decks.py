@@ -30,9 +30,8 @@ from calibration.engines.conversion import Conversion, granulate, left_out
 from calibration.engines.templates import macros
 from calibration.files import DamagedError, read_json, write_text
 from calibration.study.config import overlay
-from calibration.telling.export.heap_comparison import READERS, profile, rows_of
 from calibration.telling.export.parameters import to_yaml
-from calibration.telling.export.trials import told
+from calibration.telling.export.trials import READERS, profile, rows_of, told
 from dem.errors import DemError, InputError, MeasureError
 from dem.experiments.heap import Rig
 from dem.fingerprint import engine_fingerprint

@@ -14,8 +14,8 @@ from calibration.telling.answer.schema import answer_of
 from calibration.telling.answer.words import head
 from calibration.telling.export import by_hand, mercurydpm
 from calibration.telling.export.decks import scatter_of_one, write_decks
-from calibration.telling.export.heap_comparison import profile
 from calibration.telling.export.parameters import engine_of, known_parameters, to_yaml
+from calibration.telling.export.trials import profile
 from dem.errors import DemError
 from dem.render import read_run
 from dem.render.image import plate_of

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from calibration.errors import CalibrationError
-from calibration.intake.numbers_with_units import said_number
+from calibration.intake.tables import said_number
 from dem.units import UNITS, UnitError, behind, has_unit, in_ascii, question, unit_of, without_unit
 
 LARGEST = 1e6
