@@ -1,8 +1,11 @@
-"""The schema of a study's configuration: every key with its unit, range, default and meaning."""
+"""The schema of a study's configuration: every key with its unit, range and default. What each of
+them means stands in `keys.yaml`."""
 
+from importlib.resources import files
 from types import UnionType
 from typing import Annotated, Any, Literal, get_args, get_origin
 
+import yaml
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from calibration.statistics.goals import RULES
@@ -11,10 +14,19 @@ from dem.experiments import experiments
 from dem.units import converted
 
 Positive = Annotated[float, Field(gt=0)]
+MEANINGS = yaml.safe_load(
+    files("calibration.study.config").joinpath("keys.yaml").read_text("utf-8")
+)
 
 
 class _Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_: Any) -> None:
+        for key, meaning in MEANINGS.get(cls.__name__, {}).items():
+            cls.model_fields[key].description = meaning
+        cls.model_rebuild(force=True)
 
 
 INHERITED = ("experiment", "run", "fixed", "discrepancy")
@@ -104,17 +116,9 @@ METRICS = {name: e.targets for name, e in experiments().items()}
 class Response(_Part):
     """What is asked of a metric of the test that the chain calibrates on."""
 
-    low: float | None = Field(
-        None, description="desirability 0 here; needed where there are several metrics"
-    )
-    high: float | None = Field(
-        None, description="desirability 0 here; needed where there are several metrics"
-    )
-    margin: Positive | None = Field(
-        None,
-        description="difference that does not matter, of a further metric; of the first one "
-        "`validation` has it",
-    )
+    low: float | None = None
+    high: float | None = None
+    margin: Positive | None = None
 
 
 class Target(Response):
@@ -126,130 +130,69 @@ class Target(Response):
 class ScreeningConfig(_Part):
     """Screening of all factors."""
 
-    alpha: float = Field(0.05, gt=0, lt=1, description="factors with p below this are significant")
-    replicates: int = Field(1, ge=1, le=20, description="how often the whole design is run")
-    kind: Literal["resolution_iv", "plackett_burman"] = Field(
-        "resolution_iv",
-        description="design: two levels of resolution IV, or Plackett-Burman's fewer runs, whose "
-        "main effects are mixed with two-factor interactions",
-    )
-    centre_runs: int = Field(
-        3,
-        ge=0,
-        le=20,
-        description="runs at the centre of a generated design, whose scatter the effects are "
-        "judged against; none in a Plackett-Burman design",
-    )
-    foldover: bool = Field(
-        False,
-        description="also run the design with all signs changed, which parts main effects from "
-        "interactions",
-    )
-    runs: int | None = Field(
-        None,
-        ge=4,
-        description="runs of a Plackett-Burman design; twelve, or as many as the factors need",
-    )
-    design: str | None = Field(
-        None, description="table of coded levels in place of a generated design"
-    )
-    go_on: list[str] | None = Field(
-        None,
-        description="names of factors that go on whatever the screening says, to follow another's "
-        "choice",
-    )
-    at_least: int = Field(
-        3,
-        ge=1,
-        description="fewest factors that go on; filled up from the configured path, then by size",
-    )
-    at_most: int = Field(3, ge=1, le=7, description="most factors that go on")
+    alpha: float = Field(0.05, gt=0, lt=1)
+    replicates: int = Field(1, ge=1, le=20)
+    kind: Literal["resolution_iv", "plackett_burman"] = "resolution_iv"
+    centre_runs: int = Field(3, ge=0, le=20)
+    foldover: bool = False
+    runs: int | None = Field(None, ge=4)
+    design: str | None = None
+    go_on: list[str] | None = None
+    at_least: int = Field(3, ge=1)
+    at_most: int = Field(3, ge=1, le=7)
 
 
 class AscentConfig(_Part):
     """Steepest ascent."""
 
-    steps: int = Field(5, ge=2, le=50, description="points on the path")
-    rule: Literal["configured", "effects"] = Field(
-        "configured",
-        description="path from start and step where given for all factors that went on, else from "
-        "the effects on the first target",
-    )
-    start: dict[str, float] = Field({}, description="factor name: natural level of the first point")
-    step: dict[str, float] = Field({}, description="factor name: natural step")
+    steps: int = Field(5, ge=2, le=50)
+    rule: Literal["configured", "effects"] = "configured"
+    start: dict[str, float] = {}
+    step: dict[str, float] = {}
 
 
 class SurfaceConfig(_Part):
     """Box-Behnken response surface around the ascent's best point."""
 
-    centre: dict[str, float] = Field(
-        {}, description="factor name: natural level of the centre in place of the ascent's"
-    )
-    half_width: dict[str, Positive] = Field(
-        {}, description="factor name: natural distance from the centre to +1"
-    )
-    centre_runs: int = Field(5, ge=2, le=20, description="replicates of the centre")
-    replicates: int = Field(1, ge=1, le=20, description="how often the whole design is run")
+    centre: dict[str, float] = {}
+    half_width: dict[str, Positive] = {}
+    centre_runs: int = Field(5, ge=2, le=20)
+    replicates: int = Field(1, ge=1, le=20)
 
 
 class OptimiseConfig(_Part):
     """Choice of a point among those that meet the target."""
 
-    rule: Literal[RULES] = Field(  # type: ignore[valid-type]
-        "closest_to_centre", description="which point of the solution set is chosen"
-    )
-    candidate_runs: int = Field(
-        10,
-        ge=0,
-        le=100,
-        description="runs at the surface's optimum that are added before it is solved again; with "
-        "`candidate_half_width` the first of them, two or more; with 0 the optimum of the surface "
-        "goes to the validation as it is",
-    )
-    candidate_half_width: Positive | None = Field(
-        None,
-        description="half of the 95 % interval of these runs' mean, in the target's unit: as many "
-        "runs are added as the first ones' scatter asks for (Stein's rule); without it no more",
-    )
-    candidate_at_most: int = Field(
-        100, ge=2, le=1000, description="most of these runs, however wide their interval is then"
-    )
-    point: dict[str, float] = Field(
-        {},
-        description="factor name: natural level, for the rule closest_to_point; the region's "
-        "centre where not named",
-    )
+    rule: Literal[RULES] = "closest_to_centre"  # type: ignore[valid-type]
+    candidate_runs: int = Field(10, ge=0, le=100)
+    candidate_half_width: Positive | None = None
+    candidate_at_most: int = Field(100, ge=2, le=1000)
+    point: dict[str, float] = {}
 
 
 class ValidationConfig(_Part):
     """Replicate runs at the optimum."""
 
-    groups: int = Field(5, ge=1, le=50, description="groups of replicates")
-    replicates: int = Field(5, ge=1, le=50, description="replicates in a group")
-    margin: float = Field(
-        1.0, gt=0, description="difference that does not matter, in the target's unit"
-    )
-    alpha: float = Field(0.05, gt=0, lt=1, description="level of the tests")
+    groups: int = Field(5, ge=1, le=50)
+    replicates: int = Field(5, ge=1, le=50)
+    margin: float = Field(1.0, gt=0)
+    alpha: float = Field(0.05, gt=0, lt=1)
 
 
 class SweepConfig(_Part):
     """One factor swept over a test; the level that gives the measured value is read off."""
 
-    levels: list[Positive] = Field(min_length=3, description="levels of the factor")
-    confirmations: int = Field(5, ge=1, le=50, description="runs at the inverse; none of a shear")
-    normal_stresses_kPa: list[Positive] = Field(
-        [], description="loads of a shear test, three or more; of no other test"
-    )
-    replicates: int = Field(
-        3, ge=1, le=50, description="runs at each load and friction of a shear test"
-    )
+    levels: list[Positive] = Field(min_length=3)
+    confirmations: int = Field(5, ge=1, le=50)
+    normal_stresses_kPa: list[Positive] = []
+    replicates: int = Field(3, ge=1, le=50)
 
 
 class CurvesConfig(_Part):
     """Measured curves, of which coefficients are compared in place of a metric."""
 
-    table: str = Field(description="CSV table: curve, x, y")
-    shape: str = Field(description="what is read of these curves")
+    table: str
+    shape: str
 
 
 class TestConfig(_Part):
@@ -257,157 +200,88 @@ class TestConfig(_Part):
 
     __test__ = False  # pytest takes the name for one of its own
 
-    experiment: Literal[tuple(METRICS)] = Field(description="virtual experiment that stands for it")  # type: ignore[valid-type]
-    like: str | None = Field(
-        None, description="another test that it is but for what it states itself"
-    )
-    run: dict = Field(
-        {}, description="grains, geometry and numerics: what it has beyond the shared `run`"
-    )
-    fixed: dict[str, float] = Field(
-        {},
-        description="factor name: its level in this test, whatever it is in the others, as of side "
-        "walls that are smooth",
-    )
-    metrics: list[str] = Field(
-        [],
-        description="metrics that are predicted and could be measured next; the experiment's main "
-        "one and those that were measured unless given",
-    )
-    sweep: SweepConfig | None = Field(
-        None, description="levels of the stage of its experiment: tilt, drop or shear"
-    )
-    curves: CurvesConfig | None = Field(
-        None, description="measured curves; tests with the same one differ in what it runs over"
-    )
-    diagnosis: dict = Field(
-        {},
-        description="how the diagnosis simulates tests of this experiment: levers, parameters, "
-        "mechanisms, and a `run` that is laid over the test's; what it does not say follows",
-    )
-    discrepancy: dict[str, Annotated[float, Field(ge=0)]] = Field(
-        {},
-        description="metric, or shape of the curves: standard deviation by which the model itself "
-        "may be wrong, in its unit",
-    )
+    experiment: Literal[tuple(METRICS)]  # type: ignore[valid-type]
+    like: str | None = None
+    run: dict = {}
+    fixed: dict[str, float] = {}
+    metrics: list[str] = []
+    sweep: SweepConfig | None = None
+    curves: CurvesConfig | None = None
+    diagnosis: dict = {}
+    discrepancy: dict[str, Annotated[float, Field(ge=0)]] = {}
 
 
 class ScalingConfig(_Part):
     """Heap and drop enlarged by two rules: which of them keeps the responses."""
 
-    factors: list[Positive] = Field(
-        [1.0, 2.0, 4.0], min_length=2, description="length factors; the first is compared with"
-    )
-    seeds: int = Field(6, ge=2, le=100, description="heaps at each scale, beside two drops")
-    margin_deg: Positive = Field(2.0, description="change of the angle that does not matter")
-    margin_restitution: Positive = Field(
-        0.02, description="change of the restitution that does not matter"
-    )
-    point: dict[str, float] = Field({}, description="factor name: level in all these runs")
-    cohesion: dict = Field(
-        description="law and constants that the cohesive runs have at the first scale"
-    )
-    heap: dict = Field({}, description="grains, rig and numerics of the heap at scale 1")
-    drop: dict = Field({}, description="grains, rig and numerics of the drop at scale 1")
+    factors: list[Positive] = Field([1.0, 2.0, 4.0], min_length=2)
+    seeds: int = Field(6, ge=2, le=100)
+    margin_deg: Positive = 2.0
+    margin_restitution: Positive = 0.02
+    point: dict[str, float] = {}
+    cohesion: dict
+    heap: dict = {}
+    drop: dict = {}
 
 
 class PriorConfig(_Part):
     """What was known of a factor before the tests, and who says so: a normal distribution, cut to
     the region."""
 
-    mean: float = Field(description="natural level")
-    sd: Positive = Field(description="standard deviation, in the factor's unit")
-    source: str = Field(min_length=1, description="where it comes from")
+    mean: float
+    sd: Positive
+    source: str = Field(min_length=1)
 
 
 class PosteriorConfig(_Part):
     """The parameters as a distribution, of one test (`posterior`) or of all (`joint`)."""
 
-    draws: int = Field(1000, ge=50, le=10000, description="draws that are kept in the table")
-    priors: dict[str, PriorConfig] = Field(
-        {}, description="factor name: what is known of it; uniform over its levels where not named"
-    )
-    readings: int = Field(5, ge=2, description="readings that the next test would take")
-    hours: dict[str, Positive] = Field(
-        {}, description="test: hours in the laboratory for so many readings; assumed unless given"
-    )
+    draws: int = Field(1000, ge=50, le=10000)
+    priors: dict[str, PriorConfig] = {}
+    readings: int = Field(5, ge=2)
+    hours: dict[str, Positive] = {}
 
 
 class PourRateConfig(_Part):
     """Heaps at the optimum, poured at other rates."""
 
-    rates_per_s: list[Positive] = Field(
-        min_length=2, description="grains that are made in a second, one rate after the other"
-    )
-    heaps: int = Field(6, ge=2, le=100, description="heaps at each rate")
-    opened: dict | None = Field(
-        None,
-        description="geometry of a funnel that is filled and then opened, beside these rates; "
-        "without it no such heap",
-    )
+    rates_per_s: list[Positive] = Field(min_length=2)
+    heaps: int = Field(6, ge=2, le=100)
+    opened: dict | None = None
 
 
 class PredictConfig(_Part):
     """Tests and machines that are simulated with draws of a posterior."""
 
-    tests: list[str] = Field(
-        [], description="names in `tests`; all but the one that the chain is calibrated on"
-    )
-    draws: int = Field(20, ge=3, le=300, description="draws of the posterior")
-    replicates: int = Field(
-        2, ge=1, le=20, description="runs with each draw; two tell the seeds' scatter apart"
-    )
+    tests: list[str] = []
+    draws: int = Field(20, ge=3, le=300)
+    replicates: int = Field(2, ge=1, le=20)
 
 
 class JointConfig(_Part):
     """One posterior over all tests that were measured."""
 
-    tests: list[str] = Field([], description="names in `tests` that it runs; all unless given")
-    factors: list[str] = Field(
-        [], description="factors that are free; all whose levels are numbers unless given"
-    )
-    runs: int = Field(60, ge=8, le=900, description="points of the common design of all tests")
-    repeated: int = Field(
-        16, ge=0, le=500, description="of these, points that are run twice, which tells the scatter"
-    )
-    second_wave: int = Field(
-        20, ge=0, le=500, description="points added where the first runs leave the posterior wide"
-    )
-    machine: str | None = Field(
-        None, description="test whose metrics are to be predicted, in place of the parameters"
-    )
+    tests: list[str] = []
+    factors: list[str] = []
+    runs: int = Field(60, ge=8, le=900)
+    repeated: int = Field(16, ge=0, le=500)
+    second_wave: int = Field(20, ge=0, le=500)
+    machine: str | None = None
 
 
 class CalibrateConfig(_Part):
     """Which parameters the study hands out."""
 
-    by: Literal["chain", "joint", "atlas"] | None = Field(
-        None,
-        description="chain: those of the surface, of one test; joint: those of all tests "
-        "together; atlas: the same, and `joint.runs` stand where the atlas expects the answer and "
-        "correct it. Unless given joint where the report waits for the stage `joint`",
-    )
-    test: str | None = Field(
-        None, description="test that the chain calibrates on; the first one unless given"
-    )
-    to: dict[str, Response] = Field(
-        {},
-        description="metric of that test: what is asked of it; the experiment's main metric unless "
-        "given. Of several the optimum is the most desirable point",
-    )
+    by: Literal["chain", "joint", "atlas"] | None = None
+    test: str | None = None
+    to: dict[str, Response] = {}
 
 
 class PublishedConfig(_Part):
     """Values printed elsewhere, which calibrated.yaml sets beside this study's."""
 
-    tables: dict[str, str | None] = Field(
-        {},
-        description="CSV table (name or parameter, value, unit): where it is printed, "
-        "for rows that do not say so in `where`",
-    )
-    names: dict[str, str] = Field(
-        {}, description="key of the run spec: its name in the tables; factors have their own"
-    )
+    tables: dict[str, str | None] = {}
+    names: dict[str, str] = {}
 
 
 class Config(_Part):
@@ -420,67 +294,33 @@ class Config(_Part):
     def _in_key_units(cls, data):
         return alike(coarsened(converted(data))) if isinstance(data, dict) else data
 
-    name: str = Field(
-        pattern=r"^[A-Za-z0-9_-]+$",
-        description="folder of the study's results: letters, digits, _ and - alone",
-    )
-    results: str = Field(
-        "results",
-        pattern=r"^[^{}*?<>|\s]([^{}*?<>|]*[^{}*?<>|\s/])?$",
-        description="folder of all studies' results, with the runs that they share: a path without "
-        "{}*?<>| and without blanks at its ends",
-    )
-    seed: int = Field(1, ge=0, lt=2**31, description="first seed; replicates count on from it")
-    factors: str = Field(description="table of factors")
-    engine: str | dict = Field(
-        "dem",
-        description="what makes the runs: dem, liggghts, lammps, yade, or a mapping with name and "
-        "settings of it, of command or of table",
-    )
-    measurements: str = Field(
-        description="table of all that was measured: experiment, quantity, value, unit, levers ..."
-    )
-    supplements: list[str] = Field(
-        [], description="stages that the report waits for beside the chain: tilt, drop, shear ..."
-    )
-    fixed: dict[str, float | str] = Field(
-        {}, description="factor name: level while it is not varied, a word for a choice"
-    )
-    fixed_from: Literal["config", "bench"] = Field(
-        "config", description="bench: what tilt, drop and shear found replaces the levels in fixed"
-    )
-    run: dict = Field({}, description="run spec that all tests share: materials and laws")
-    tests: dict[str, TestConfig] = Field(
-        min_length=1, description="name: a test of the laboratory or a machine, as it is simulated"
-    )
-    resolution: Literal["full", *COARSER] = Field(  # type: ignore[valid-type]
-        "full",
-        description="quick and test pour fewer, larger grains of the same volume, under a name of "
-        "their own",
-    )
-    runs_per_job: int | None = Field(
-        None,
-        ge=1,
-        le=100_000,
-        description="runs that one process makes after another; unless given, so many that "
-        "starting it costs little beside them",
-    )
+    name: str = Field(pattern=r"^[A-Za-z0-9_-]+$")
+    results: str = Field("results", pattern=r"^[^{}*?<>|\s]([^{}*?<>|]*[^{}*?<>|\s/])?$")
+    seed: int = Field(1, ge=0, lt=2**31)
+    factors: str
+    engine: str | dict = "dem"
+    measurements: str
+    supplements: list[str] = []
+    fixed: dict[str, float | str] = {}
+    fixed_from: Literal["config", "bench"] = "config"
+    run: dict = {}
+    tests: dict[str, TestConfig] = Field(min_length=1)
+    resolution: Literal["full", *COARSER] = "full"  # type: ignore[valid-type]
+    runs_per_job: int | None = Field(None, ge=1, le=100_000)
     screening: ScreeningConfig = ScreeningConfig()
     ascent: AscentConfig = AscentConfig()
     response_surface: SurfaceConfig = SurfaceConfig()
     optimise: OptimiseConfig = OptimiseConfig()
-    scaling: ScalingConfig | None = Field(None, description="the stage `scaling` needs it")
+    scaling: ScalingConfig | None = None
     validation: ValidationConfig = ValidationConfig()
     posterior: PosteriorConfig = PosteriorConfig()
-    pour_rate: PourRateConfig | None = Field(None, description="the stage `pour_rate` needs it")
+    pour_rate: PourRateConfig | None = None
     predict: PredictConfig = PredictConfig()
     joint: JointConfig = JointConfig()
     calibrate: CalibrateConfig = CalibrateConfig()
     published: PublishedConfig = PublishedConfig()
-    numerics: str | None = Field(
-        None, description="YAML file of points and variants; the stage `numerics` needs it"
-    )
-    diagnosis: dict = Field({}, description="budget, seed and error rates of the diagnosis")
+    numerics: str | None = None
+    diagnosis: dict = {}
 
     @property
     def runs(self) -> str:
