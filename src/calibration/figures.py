@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from calibration.files import replacing
 from calibration.statistics.numbers import fixed
+from dem.io.files import replace_file
 from dem.units import behind, unit_of, without_unit
 
 if TYPE_CHECKING:
@@ -189,9 +189,10 @@ def panels(
 
 def save(figure: Drawing, path: str | Path) -> None:
     """Write a figure to `path` (.svg or .png) and close it."""
-    with replacing(path) as partial, styled() as plt:
-        metadata = {"Date": None} if partial.suffix == ".svg" else None
-        figure.savefig(partial, dpi=150, metadata=metadata)
+    kind = str(path).rpartition(".")[2]
+    how: dict[str, Any] = {"format": kind, "metadata": {"Date": None} if kind == "svg" else None}
+    with styled() as plt:
+        replace_file(path, lambda stream: figure.savefig(stream, dpi=150, **how))
         plt.close(figure)
 
 

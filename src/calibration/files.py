@@ -1,15 +1,16 @@
-"""Writing files so that nothing half written is ever found under their name."""
+"""Files of a study: texts and tables written so that nothing half written is ever found under their
+name, and records read."""
 
 import json
 import os
 import re
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dem.errors import InputError
+from dem.io.files import replace_file
 from dem.tables.limits import check_file
 
 if TYPE_CHECKING:  # pandas takes a while to load, and most of who write a file need none of it
@@ -18,37 +19,10 @@ if TYPE_CHECKING:  # pandas takes a while to load, and most of who write a file 
 ABANDONED = 3600.0  # seconds
 BLANKS = " \t\n\v\f\xa0\ufeff"
 PARTIAL = re.compile(r"\.partial\..*|\..*\.partial")
-"""What `replacing` writes to, and what the engine's writers write to."""
+"""What `dem.io.files.replace_file` and `dem.render` write to."""
 
 FORMULA = ("=", "+", "-", "@", "\uff1d", "\uff0b", "\uff0d", "\uff20")
 """What a formula of a spreadsheet begins with, in its wide forms too."""
-
-
-@contextmanager
-def replacing(path: str | Path) -> Iterator[Path]:
-    """A path beside `path`, of the same suffix, to write to. It takes the place of `path` when the
-    block is done."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".partial.{os.getpid()}.{path.name}")
-    try:
-        yield partial
-        _kept(partial)
-        os.replace(partial, path)
-        _kept(path.parent)
-    finally:
-        partial.unlink(missing_ok=True)
-
-
-def _kept(path):
-    """Wait until a file or a folder's list of names is on the disk: a power cut would leave an
-    empty file under the name. A file system that cannot do it (some of networks) goes without."""
-    with suppress(OSError):
-        number = os.open(path, os.O_RDONLY)
-        try:
-            os.fsync(number)
-        finally:
-            os.close(number)
 
 
 def sweep_abandoned(folder: str | Path) -> None:
@@ -94,8 +68,7 @@ def set_aside(path: Path, folder: Path | None = None) -> None:
 
 def write_text(text: str, path: str | Path) -> None:
     """Write a text file."""
-    with replacing(path) as partial:
-        partial.write_text(text, encoding="utf-8")
+    replace_file(path, lambda stream: stream.write(text.encode()))
 
 
 def write_table(table: "pd.DataFrame", path: str | Path) -> None:

@@ -18,11 +18,11 @@ import pandas as pd
 import scipy
 
 from calibration.engines.templates import macros
-from calibration.files import replacing
 from calibration.runs.plans import read_plan
 from calibration.runs.store import RunStore
 from calibration.study.config import numbers_of
 from dem.errors import ResultError
+from dem.io.files import replace_file
 from dem.results import OTHER
 from dem.spec import canonical, parse_spec
 from dem.units import in_ascii, unit_of
@@ -84,12 +84,16 @@ def runs_table(study: Any, runs: Sequence[tuple[str, list[str], dict[str, Any]]]
 def write_netcdf(table: pd.DataFrame, path: str | Path, about: Mapping[str, str]) -> None:
     """Write a table as netCDF 3 with the dimension `run`: numbers as float64 with their unit, words
     as characters. about: {name: text} of the file as a whole."""
-    with replacing(path) as partial, scipy.io.netcdf_file(partial, "w", version=2) as file:
-        for name, text in about.items():
-            setattr(file, name, text)
-        file.createDimension("run", len(table))
-        for column in table:
-            _write_column(file, column, table[column])
+
+    def write(stream):
+        with scipy.io.netcdf_file(stream.name, "w", version=2) as file:
+            for name, text in about.items():
+                setattr(file, name, text)
+            file.createDimension("run", len(table))
+            for column in table:
+                _write_column(file, column, table[column])
+
+    replace_file(path, write)
 
 
 def _write_column(file, name, values):

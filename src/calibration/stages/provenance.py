@@ -9,6 +9,7 @@ import mimetypes
 import shutil
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,12 +18,12 @@ import yaml
 from calibration.chain.handed_over import NamedFiles
 from calibration.chain.study import Study, each_file
 from calibration.errors import CalibrationError
-from calibration.files import replacing, write_text
+from calibration.files import write_text
 from calibration.runs.all_runs import CRATE, finished, runs_table, write_netcdf
 from calibration.study.stage import Stage
 from calibration.telling.export.parameters import to_yaml
 from calibration.telling.report.carried import PACKAGE, program
-from dem.io.files import write_json
+from dem.io.files import replace_file, write_json
 
 SHOWN = (".csv", ".json", ".html", ".yaml")
 """Kinds of results that the crate holds; figures are in the report."""
@@ -53,8 +54,8 @@ def provenance(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     kept = sorted(path for path in made if path.suffix in SHOWN)
     results = {f"results/{path.relative_to(top).as_posix()}": path for path in kept}
     for place, path in (copied | results).items():
-        with replacing(folder / place) as partial:
-            shutil.copyfile(path, partial)
+        with open(path, "rb") as kept:
+            replace_file(folder / place, partial(shutil.copyfileobj, kept))
     configuration = yaml.safe_load((study.folder / CONFIGURATION).read_text("utf-8"))
     write_text(to_yaml(configuration | tables), folder / STUDY)
     files = [STUDY, *copied], [*results, Path(output.runs).name]

@@ -20,12 +20,13 @@ from PIL import Image, ImageDraw, ImageFont, ImageOps
 from scipy import ndimage
 
 from calibration.errors import CalibrationError, ConfigError, decoding, in_study
-from calibration.files import replacing, write_table
+from calibration.files import write_table
 from calibration.intake.measurements import readings_table
 from calibration.intake.photo.camera import View, camera_of, read_low, told, view_of
 from calibration.intake.tables import said_number, summary
 from dem.errors import InputError
 from dem.io.checked import digest_of
+from dem.io.files import replace_file
 from dem.measure.heap import LOWER, UPPER, fit_flank
 from dem.tables.limits import MOST_PIXELS, check_file
 
@@ -428,5 +429,4 @@ def draw_fit(photo: HeapPhoto, out: str | Path) -> None:
     for line, angle in zip(photo.flanks, (photo.left_deg, photo.right_deg), strict=True):
         draw.line(line, fill=FLANK, width=width)
         draw.text(line[0], f"{angle:.1f}°", font=font, fill=FLANK, anchor="mb")
-    with replacing(out) as partial:
-        image.save(partial)
+    replace_file(out, lambda stream: image.save(stream, "PNG"))

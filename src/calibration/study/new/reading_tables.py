@@ -15,12 +15,13 @@ from itertools import groupby
 from pathlib import Path
 
 from calibration.errors import CalibrationError, ConfigError
-from calibration.files import replacing, write_text
+from calibration.files import write_text
 from calibration.intake.measurements import Measurement, read_measured
 from calibration.intake.tables import Table, read_table
 from calibration.study.new.answers import Faults, Raw, entries_of, read_entries, separate, with_unit
 from calibration.study.new.methods import Method, Question, methods
 from calibration.study.new.methods.declare import fault, refusal
+from dem.io.files import replace_file
 from dem.tables.dialect import plain
 from dem.units import in_ascii, unit_of, without_unit
 
@@ -200,8 +201,7 @@ def write_empty(path: Path) -> str:
         for column, width in zip("ABCDEF", (16, 12, 24, 10, 70, 30), strict=True):
             book.active.column_dimensions[column].width = width
         book.active.freeze_panes = "D2"
-        with replacing(path) as partial:
-            book.save(partial)
+        replace_file(path, book.save)
     return (
         f"wrote {path}, a row a question. Fill in the column {VALUE} of the tests that you made, "
         f"then: dem new FOLDER --from {path}"
