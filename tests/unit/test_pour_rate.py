@@ -11,7 +11,7 @@ from calibration.chain.study import Study
 from calibration.errors import CalibrationError
 from calibration.figures import ANGLE
 from calibration.runs.plans import read_plan
-from calibration.stages.pour_rate import STAGES
+from calibration.stages.numerics import STAGES
 from facts import refused, tells
 from made_up import HEAP, answer, made_up
 from small_heap import RUN

@@ -12,7 +12,7 @@ from calibration.intake.measurements import read_measured
 from calibration.intake.shear_tester import STEADY, read_points
 from calibration.interface.commands import main
 from calibration.runs.plans import read_plan
-from calibration.stages.shear import SlopeCurve, measured_locus, plan_shear, yield_locus
+from calibration.stages.bench_tests import SlopeCurve, measured_locus, plan_shear, yield_locus
 from calibration.study.config import parse_config
 from facts import tells
 from stage_files import PlanFiles

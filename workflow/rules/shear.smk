@@ -8,7 +8,7 @@ checkpoint plan_shear:
     output:
         **planned("shear"),
     params:
-        function="calibration.stages.shear:plan_shear",
+        function="calibration.stages.bench_tests:plan_shear",
         reads=[*PLANNING, *TESTS],
     message:
         "plan the shear test"
@@ -27,7 +27,7 @@ rule shear:
         runs=f"{STUDY}/shear/runs.csv",
         figure=page("shear/yield_locus.svg", "7 Bench tests", "shear_yield_locus"),
     params:
-        function="calibration.stages.shear:shear",
+        function="calibration.stages.bench_tests:shear",
         reads=["factors", "fixed", *TESTS, "measurements"],
     message:
         "shear test: yield locus"

@@ -1,17 +1,26 @@
-"""Tilted plane and drop as virtual bench tests.
+"""Virtual bench tests: tilted plane, drop and direct shear.
 
-Each is a sweep of one parameter, a quadratic fit, its inverse for the measured value, and runs that
-confirm it.
+Tilted plane and drop are each a sweep of one parameter, a quadratic fit, its inverse for the
+measured value, and runs that confirm it.
+
+The direct shear gives yield loci at several particle frictions. The slope of a yield locus is
+sometimes taken for the friction between two particles. The slope is a property of the bulk:
+particle friction, rolling resistance and dilation make it. So the particle friction is swept here,
+as the tilt test sweeps it, and the friction whose locus has the measured slope is read off with its
+interval.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+import scipy
+from numpy.typing import ArrayLike
 
 from calibration import figures
 from calibration.chain.handed_over import NamedFiles
@@ -19,15 +28,238 @@ from calibration.chain.study import Study
 from calibration.errors import CalibrationError, ConfigError
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
-from calibration.runs.plans import read_metric, write_plan
+from calibration.runs.plans import read_metric, together, write_plan
 from calibration.stages import worded
-from calibration.study.config import point_spec, read_swept
-from calibration.study.config.tests import SWEPT, is_swept, sweep_of, swept_test
+from calibration.statistics.numbers import fixed
+from calibration.study.config import Config, overlay, point_spec, read_swept
+from calibration.study.config.tests import SHEAR, SWEPT, is_swept, sweep_of, swept_test
 from calibration.study.factors import factor_of
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json
 from dem.spec import parse_spec
 from dem.units import in_ascii, unit_of
+
+METRICS = {"peak": "shear_stress_kPa", "steady": "steady_shear_stress_kPa"}
+MEASURE = "peak"  # the bench reads the peak of each shear after pre-shear
+GRID = 1001
+LOAD = "normal_stress_kPa"
+DIGITS = 12
+"""Decimals of a measured line: points that were written down from a printed one give it back."""
+
+
+def measured_locus(config: Config) -> tuple[float, float]:
+    """(slope, intercept [kPa]) of the least-squares line through the measured shear stresses.
+    Raises ConfigError for fewer than two loads."""
+    found = read_swept(config, swept_test(config, "shear"), METRICS[MEASURE], (LOAD,))
+    loads = [m.levers[LOAD] for m in found]
+    if len(set(loads)) < 2:
+        raise ConfigError(
+            "has one load, through which no yield locus can be drawn", path=config.measurements,
+            line=found[0].line, column=LOAD, value=loads[0],
+            allowed="shear stresses at two normal stresses or more",
+        )  # fmt: skip
+    line = scipy.stats.linregress(loads, [m.value for m in found])
+    return round(float(line.slope), DIGITS), round(float(line.intercept), DIGITS)
+
+
+def plan_shear(study: Study, source: NamedFiles, output: NamedFiles) -> None:
+    """Plan replicates at each particle friction and normal stress; each cell of the design has its
+    own seeds."""
+    first_seed, parts = study.config.seed, []
+    for cell in _cells(study.config, study.factors):
+        table, specs = study.plan(cell.design, cell.experiment, cell.run, first_seed)
+        stress = cell.run["geometry"][LOAD]
+        parts.append((table.assign(normal_stress_kPa=stress), specs))
+        first_seed += len(cell.design)
+    write_plan(output.plan, *together(parts))
+
+
+def _cells(config, factors):
+    """`Points` of each particle friction and normal stress. Raises ConfigError for a study without
+    the test."""
+    name, section = swept_test(config, "shear"), sweep_of(config, "shear")
+    base, factor = config.run_of(name), factor_of(factors, SWEPT[SHEAR]).name
+    held = {n: v for n, v in config.tests[name].fixed.items() if n != factor}
+    for level, stress in product(section.levels, section.normal_stresses_kPa):
+        run = overlay(base, {"geometry": {LOAD: stress}})
+        rows = pd.DataFrame({"replicate": range(1, section.replicates + 1), factor: level})
+        yield Points(f"tests.{name}.sweep", rows.assign(**held), "shear", run)
+
+
+def yield_locus(normal: np.ndarray | pd.Series, shear: np.ndarray | pd.Series) -> dict[str, Any]:
+    """Straight line shear = slope * normal + intercept through stresses (n,) [kPa], with intervals
+    and the p of a zero intercept, for JSON."""
+    fit = scipy.stats.linregress(normal, shear)
+    t = scipy.stats.t.ppf(0.975, len(normal) - 2)
+    zero = 2 * scipy.stats.t.sf(abs(fit.intercept / fit.intercept_stderr), len(normal) - 2)
+    return {
+        "slope": float(fit.slope),
+        "slope_interval": [float(fit.slope - t * fit.stderr), float(fit.slope + t * fit.stderr)],
+        "intercept_kPa": float(fit.intercept),
+        "intercept_interval_kPa": [
+            float(fit.intercept - t * fit.intercept_stderr),
+            float(fit.intercept + t * fit.intercept_stderr),
+        ],
+        "p_zero_intercept": float(zero),
+        "R2": float(fit.rvalue**2),
+    }
+
+
+@dataclass(frozen=True)
+class SlopeCurve:
+    """Slope of the yield locus as a quadratic of the particle friction, fitted to all runs at once.
+
+    shear = normal (b0 + b1 mu + b2 mu2) + c0 + c1 mu, each run weighted by 1/normal: the scatter of
+    a shear stress grows with its load.
+    """
+
+    coefficients: np.ndarray
+    covariance: np.ndarray
+    t: float
+    low: float
+    high: float
+
+    @classmethod
+    def fit(cls, friction: ArrayLike, normal: ArrayLike, shear: ArrayLike) -> "SlopeCurve":
+        """Fit runs (n,) of particle friction [-], normal and shear stress [kPa]."""
+        mu, sigma, tau = (np.asarray(a, float) for a in (friction, normal, shear))
+        model = np.column_stack([np.ones_like(mu), mu, mu**2, 1.0 / sigma, mu / sigma])
+        response = tau / sigma
+        coefficients, *_ = np.linalg.lstsq(model, response, rcond=None)
+        left = response - model @ coefficients
+        freedom = len(mu) - model.shape[1]
+        covariance = float(left @ left) / freedom * np.linalg.inv(model.T @ model)
+        return cls(
+            coefficients, covariance, float(scipy.stats.t.ppf(0.975, freedom)), mu.min(), mu.max()
+        )
+
+    def at(self, friction: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        """Slope and half width of its interval at frictions (m,)."""
+        mu = np.asarray(friction, float)
+        model = np.stack([np.ones_like(mu), mu, mu**2], axis=-1)
+        variance = np.einsum("...i,ij,...j->...", model, self.covariance[:3, :3], model)
+        return model @ self.coefficients[:3], self.t * np.sqrt(variance)
+
+    def inverse(self, slope: float) -> tuple[float, list[float]] | tuple[None, None]:
+        """(friction, interval) within the swept range that give the slope; (None, None) where none
+        does.
+
+        The interval holds every friction whose slope's interval covers `slope` (Fieller's
+        construction). The friction is where the curve first has the slope, or comes nearest to it
+        without leaving its own interval.
+        """
+        mu = np.linspace(self.low, self.high, GRID)
+        value, half = self.at(mu)
+        covered = mu[np.abs(value - slope) <= half]
+        crossing = np.flatnonzero(np.diff(np.sign(value - slope)) != 0)
+        if len(crossing):
+            k = crossing[0]
+            friction = mu[k] + (slope - value[k]) / (value[k + 1] - value[k]) * (mu[k + 1] - mu[k])
+        elif len(covered):
+            friction = mu[np.argmin(np.abs(value - slope))]
+        else:
+            return None, None
+        ends = [*covered, friction]
+        return float(friction), [float(min(ends)), float(max(ends))]
+
+
+def shear(study: Study, source: NamedFiles, output: NamedFiles) -> None:
+    """Yield loci at each friction, the slope over the friction, and what follows for the
+    friction."""
+    config, runs = study.config, read_written(source.design)
+    measured, factor = measured_locus(config), factor_of(study.factors, SWEPT[SHEAR]).name
+    for name, metric in METRICS.items():
+        runs[f"{name}_kPa"] = read_metric(runs["run_id"], metric)
+    loci = [
+        {"particle_friction": float(level)}
+        | {n: yield_locus(g["normal_stress_kPa"], g[f"{n}_kPa"]) for n in METRICS}
+        for level, g in runs.groupby(factor)
+    ]
+    curves = {
+        n: SlopeCurve.fit(runs[factor], runs["normal_stress_kPa"], runs[f"{n}_kPa"])
+        for n in METRICS
+    }
+    used = config.fixed.get(factor)
+    judged = {n: _judge(curve, used, measured[0]) for n, curve in curves.items()}
+    write_table(runs, output.runs)
+    drawn = runs.rename(columns={factor: "particle_friction"})
+    figures.save(yield_loci(drawn, loci, curves, MEASURE, measured), output.figure)
+    write_json(
+        output.summary,
+        {
+            "factor": factor,
+            "measure": MEASURE,
+            "measured": {"slope": measured[0], "intercept_kPa": measured[1]},
+            "inverse": judged[MEASURE]["inverse"],
+            "loci": loci,
+            **judged,
+            "sentence": worded("locus")(judged[MEASURE], measured[0])[0],
+        },
+    )
+
+
+def _judge(curve, used, measured):
+    """The slope at the friction in use (the highest swept unless given), the friction for the
+    measured slope, and whether the slope can be taken for the friction."""
+    used = curve.high if used is None else used
+    slope, half = (float(x) for x in curve.at(used))
+    friction, interval = curve.inverse(measured)
+    return {
+        "particle_friction": used,
+        "slope": slope,
+        "slope_interval": [slope - half, slope + half],
+        "inverse": friction,
+        "inverse_interval": interval,
+        "swept": [curve.low, curve.high],
+        "bulk_slope_equals_particle_friction": bool(abs(slope - used) <= half),
+        "measured_slope_within_interval": bool(abs(slope - measured) <= half),
+    }
+
+
+def yield_loci(
+    runs: pd.DataFrame,
+    loci: Sequence[Mapping[str, Any]],
+    curves: Mapping[str, Any],
+    measure: str,
+    measured: tuple[float, float],
+) -> figures.Drawing:
+    """Yield loci at each particle friction, and the slope over the friction with its interval,
+    beside the measured.
+
+    runs: columns particle_friction, normal_stress_kPa and, for each measure, <measure>_kPa;
+    measured: slope and intercept [kPa].
+    """
+    figure, (left, right) = figures.subplots(1, 2, (9.6, 4.2))
+    end = 1.05 * runs["normal_stress_kPa"].max()
+    x = np.array([0.0, end])
+    for locus in loci:
+        friction, line = locus["particle_friction"], locus[measure]
+        points = runs[runs["particle_friction"] == friction]
+        text = f"µ {friction:g}: {fixed(line['slope'], 2)} x {fixed(line['intercept_kPa'], 2, '+')}"
+        (drawn,) = left.plot(x, line["slope"] * x + line["intercept_kPa"], label=text)
+        left.scatter(
+            points["normal_stress_kPa"], points[f"{measure}_kPa"], color=drawn.get_color(), s=18
+        )
+    slope, intercept = measured
+    text = f"measured: {slope:g} x {intercept:+g}"
+    left.plot(x, slope * x + intercept, color="black", ls="--", label=text)
+    left.set(
+        xlabel="normal stress [kPa]",
+        ylabel=f"{measure} shear stress [kPa]",
+        xlim=(0, None),
+        ylim=(0, None),
+    )
+    left.legend(frameon=False, fontsize=8)
+    for (name, curve), colour in zip(curves.items(), (figures.BLUE, figures.GREEN), strict=True):
+        mu = np.linspace(curve.low, curve.high, 101)
+        value, half = curve.at(mu)
+        right.plot(mu, value, color=colour, label=name)
+        right.fill_between(mu, value - half, value + half, color=colour, alpha=0.15, lw=0)
+    right.axhline(slope, color="black", ls="--", lw=1, label=f"measured {slope:g}")
+    right.plot(mu, mu, color=figures.GREY, ls=":", label="slope = particle friction")
+    right.set(xlabel="particle friction", ylabel="slope of the yield locus")
+    right.legend(frameon=False, fontsize=8)
+    return figure
 
 
 @dataclass(frozen=True)
@@ -81,7 +313,9 @@ def _levels(config, factors, test):
 
 def _ahead(test, config, factors):
     """The levels of a test's sweep, none of a study without it."""
-    return _levels(config, factors, test) if is_swept(config, factors, test) else []
+    if not is_swept(config, factors, test):
+        return []
+    return [*(_cells(config, factors) if test == SHEAR else _levels(config, factors, test))]
 
 
 def inverse_of(coefficients: np.ndarray, target: float, low: float, high: float) -> float:
@@ -214,6 +448,15 @@ def sweep_figure(
 
 
 STAGES = (
+    Stage(
+        name="shear",
+        title="Bench test: direct shear",
+        place=7.3,
+        plans=(Plan("shear", partial(_ahead, SHEAR), 2),),
+        figures=(Figure("yield_locus", ("runs.csv", "shear.json")),),
+        tables=(("runs", "Runs"),),
+        sentences=lambda summary, response: [summary["sentence"]],
+    ),
     *(
         Stage(
             name=test,

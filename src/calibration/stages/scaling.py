@@ -119,18 +119,16 @@ def plan_scaling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
 
 
 def _cases(config):
-    """(`Points` at scale 1, rule, scale) of each case that is run."""
+    """(`Points` at scale 1, rule, scale) of each case that is run; none of a study that does not
+    ask for them."""
     section = config.scaling
+    if section is None:
+        return
     for kind, rule, cohesive, h in product(EXPERIMENTS, RULES, (False, True), section.factors):
         rows = pd.DataFrame([section.point] * (section.seeds if kind == "heap" else DROPS))
         rows = rows.assign(rule=rule, cohesive=cohesive, scale=h)
         run = base_run(config, kind, cohesive)
         yield Points(f"scaling.{kind}", rows, kind, run), rule, h
-
-
-def _ahead(config, factors):
-    """The runs of all cases as they are at scale 1, none of a study that does not ask for them."""
-    return [case for case, _, _ in _cases(config)] if config.scaling else []
 
 
 OVERLAP = 0.01  # of the radius
@@ -438,7 +436,7 @@ STAGES = (
         name="scaling",
         title="Scaling of the particles",
         place=7.5,
-        plans=(Plan("scaling", _ahead, 4),),
+        plans=(Plan("scaling", lambda config, _: [case for case, *_ in _cases(config)], 4),),
         figures=(Figure("scaling"),),
         tables=(("scaling", "Scaling"),),
         about="What coarser particles change, and which rule keeps what.",

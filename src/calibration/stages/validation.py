@@ -44,11 +44,6 @@ def _replicates(config, levels):
     return [Points("optimise.point", pd.DataFrame(rows), config.experiment, config.own_run)]
 
 
-def _ahead(config, factors):
-    """The replicates, near the point that the configuration names."""
-    return _replicates(config, config.optimise.point)
-
-
 def validation(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Compare the replicates with the measurement, and with the further ones where there are
     any."""
@@ -130,7 +125,7 @@ STAGES = (
         title="Validation",
         place=5,
         chain=True,
-        plans=(Plan("validation", ahead=_ahead),),
+        plans=(Plan("validation", lambda config, _: _replicates(config, config.optimise.point)),),
         figures=(Figure("validation", ("runs.csv", "validation.json")),),
         tables=(("runs", "Replicates"),),
         sentences=worded("validation"),
