@@ -18,25 +18,23 @@ from calibration.files import set_aside
 from calibration.interface.cli import main
 from calibration.runs import store as store_module
 from calibration.runs.plans import read_metric, read_plan, run_id, write_plan
-from calibration.runs.records import (
+from calibration.runs.simulated import simulate, untested
+from calibration.runs.store import RunStore
+from calibration.runs.verify import (
     FOLDER,
     altered,
     changed_inputs,
+    faults_of,
+    hold,
+    is_held,
+    lost_runs,
     made_again,
+    plan_faults,
     read_record,
     record,
     recorded,
     refuse_others,
     refuse_outside,
-)
-from calibration.runs.simulated import simulate, untested
-from calibration.runs.store import RunStore
-from calibration.runs.verify import (
-    faults_of,
-    hold,
-    is_held,
-    lost_runs,
-    plan_faults,
     repair,
     set_faults_aside,
     untrusted,

@@ -13,7 +13,7 @@ from calibration.chain.jobs import leave_record
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError
 from calibration.runs.plans import read_plan
-from calibration.runs.records import altered
+from calibration.runs.verify import altered
 from calibration.study.config import parse_config
 from calibration.study.stage import load_stages
 from calibration.telling.report import build

@@ -19,7 +19,7 @@ from calibration.study.config.tests import predicted, swept_test
 from calibration.errors import REFUSALS, in_words
 from calibration.intake.started_code import refuse_unasked
 from calibration.digests import digest
-from calibration.runs.records import made_again, refuse_outside
+from calibration.runs.verify import made_again, refuse_outside
 from calibration.runs.verify import plan_faults
 from calibration.study.stage import load_stages
 from calibration.chain.study import Study
@@ -149,7 +149,7 @@ def made_from(each):
 
 def again(each):
     """Input function without files: a rule's files are made again where they are not as its record
-    says, see `calibration.runs.records`. It answers a fault of snakemake that no documented means
+    says, see `calibration.runs.verify`. It answers a fault of snakemake that no documented means
     mends: files of which .snakemake has no record count as current, whatever has changed.
     """
 

@@ -5,7 +5,7 @@ since snakemake fetches the inputs of jobs alone and a start reads plans and run
 from snakemake.io import get_flag_value
 
 from calibration.runs.runner import unpack_runs
-from calibration.runs.records import FOLDER
+from calibration.runs.verify import FOLDER
 
 STORED = workflow.storage_settings.default_storage_provider is not None
 # jobs inherit it, and write no records of files that another machine may have made

@@ -12,8 +12,8 @@ from calibration.chain.handed_over import Job
 from calibration.chain.study import Study, each_file
 from calibration.errors import CalibrationError, in_words, of_the_machine
 from calibration.intake.started_code import permit
-from calibration.runs.records import FOLDER, record
 from calibration.runs.store import keep_runs_in
+from calibration.runs.verify import FOLDER, record
 from calibration.study.config import Config, with_engine
 from calibration.study.stage import resolve
 from dem.errors import DemError
@@ -69,7 +69,7 @@ def run_task(job: Job) -> None:
 
 
 def leave_record(job: Job, study: Study) -> None:
-    """Write down what a job has left, see `calibration.runs.records`; not in a storage, whose local
+    """Write down what a job has left, see `calibration.runs.verify`; not in a storage, whose local
     copies another machine may have made."""
     if "RESULTS_ARE_STORED" not in os.environ:  # set by workflow/rules/storage.smk
         own = Path(study.config.results).resolve()

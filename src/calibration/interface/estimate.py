@@ -28,7 +28,7 @@ from calibration.study.config.tests import spec_of
 from calibration.study.factors import Factor, read_factors
 from calibration.study.new.answers import Entry
 from calibration.study.new.laboratory import Laboratory
-from calibration.study.new.pilot import reach
+from calibration.study.new.study import reach
 from calibration.study.simulated_tests import WITH_SIZE
 from dem.experiments import experiments
 from dem.units import behind, unit_of, without_unit

@@ -219,8 +219,7 @@ def begin(config: Config, store: RunStore, dry_run: bool) -> None:
     """
     # what only the start of a campaign needs takes a second to load
     from calibration.runs.feasibility import check_ahead, cost_ahead
-    from calibration.runs.records import refuse_others
-    from calibration.runs.verify import is_held, set_faults_aside, untrusted
+    from calibration.runs.verify import is_held, refuse_others, set_faults_aside, untrusted
 
     check_ahead(config)
     refuse_others(Path(config.results, config.name))

@@ -24,9 +24,9 @@ from calibration.study.new.grains import (
     volume_mm3,
 )
 from calibration.study.new.methods import Entry, LaboratoryTest, function_of
+from calibration.study.new.methods.contacts import EXPERIMENT as SLID_ON_A_WALL
 from calibration.study.new.methods.declare import refusal, said
 from calibration.study.new.methods.heaps import FEWEST, MOST, QUICK_WIDER, RAYLEIGH, steady_fraction
-from calibration.study.new.methods.shear import EXPERIMENT as SLID_ON_A_WALL
 from dem.advice import bed_pressure
 from dem.constants import GRAVITY
 from dem.contact.registry import Material
