@@ -267,15 +267,6 @@ def numerics_figure(
 
 STAGES = (
     Stage(
-        name="pour_rate",
-        title="How fast the grains arrive",
-        place=7.5,
-        plans=(Plan("pour_rate", lambda config, _: _rigs(config, {}) if config.pour_rate else []),),
-        figures=(Figure("pour_rate", ("rates.csv", "runs.csv")),),
-        tables=(("rates", "Rates and rigs"),),
-        sentences=worded("pour_rate", reach_of_any=_reach_of_any),
-    ),
-    Stage(
         name="numerics",
         title="What the numerical choices cost",
         place=11,
@@ -285,5 +276,14 @@ STAGES = (
         about="Difference that resolution, time step, stiffness and rolling law make, with its 95 "
         "% interval: a choice whose interval holds zero, or that stays within the spread from "
         "seed to seed, does not matter here.",
+    ),
+    Stage(
+        name="pour_rate",
+        title="How fast the grains arrive",
+        place=7.5,
+        plans=(Plan("pour_rate", lambda config, _: _rigs(config, {}) if config.pour_rate else []),),
+        figures=(Figure("pour_rate", ("rates.csv", "runs.csv")),),
+        tables=(("rates", "Rates and rigs"),),
+        sentences=worded("pour_rate", reach_of_any=_reach_of_any),
     ),
 )

@@ -380,18 +380,6 @@ def pareto(
 
 STAGES = (
     Stage(
-        name="ascent",
-        title="Steepest ascent",
-        place=2,
-        chain=True,
-        searches=True,
-        plans=(Plan("ascent", ahead=_path_ahead),),
-        figures=(Figure("path", ("runs.csv",)),),
-        tables=(("runs", "Path and results"),),
-        sentences=worded("ascent"),
-        pictured="ascent",
-    ),
-    Stage(
         name="screening",
         title="Screening",
         place=1,
@@ -406,5 +394,17 @@ STAGES = (
         ),
         sentences=worded("screening"),
         pictured="screening",
+    ),
+    Stage(
+        name="ascent",
+        title="Steepest ascent",
+        place=2,
+        chain=True,
+        searches=True,
+        plans=(Plan("ascent", ahead=_path_ahead),),
+        figures=(Figure("path", ("runs.csv",)),),
+        tables=(("runs", "Path and results"),),
+        sentences=worded("ascent"),
+        pictured="ascent",
     ),
 )
