@@ -7,11 +7,13 @@ matplotlib, which takes a second to load, is loaded when the first one is drawn.
 
 from __future__ import annotations
 
+import csv
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
+from importlib.resources import files
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -35,6 +37,14 @@ OF_A_PAIR = re.compile(
     r"(?P<what>restitution|static_friction|rolling_friction|surface_energy|cohesion_energy_density)"
 )
 POISSON = re.compile(r"((?P<of>[^_]+)_)?poisson_ratio")
+WORDS: dict[str, dict[str, str]] = {}
+"""{of what: {name in the code: what a reader calls it}}, from `names.csv`; of metrics those whose
+own names, written apart, would name no quantity."""
+_TABLE = files("calibration").joinpath("names.csv").read_text("utf-8")
+for _row in csv.DictReader(_TABLE.splitlines()):
+    WORDS.setdefault(_row["of"], {})[_row["key"]] = _row["words"]
+PLACES = WORDS["place"]
+"""Part of a run spec -> what a reader calls it."""
 
 
 def label(name: str) -> str:
@@ -46,18 +56,6 @@ def label(name: str) -> str:
     if poisson:
         return "Poisson's ratio" + (f" of {poisson['of']}" if poisson["of"] else "")
     return name.replace("_", " ")
-
-
-PLACES = {
-    "contacts.particle_particle": "grain on grain",
-    "contacts.particle_wall": "grain on wall",
-    "materials.particle": "grain",
-    "materials.wall": "wall",
-    "particles": "grains",
-    "laws": "law",
-    "law_parameters": "law's constant",
-}
-"""Part of a run spec -> what a reader calls it."""
 
 
 def parameter_words(key: str) -> str:
@@ -92,20 +90,6 @@ class Response:
         return f"{fixed(x, 2)}°" if self.unit == "°" else f"{x:.4g}{self.unit}"
 
 
-NAMES = {
-    "arched": "arch over the orifice",
-    "beverloo_constant": "Beverloo constant",
-    "froude_number": "Froude number",
-    "hausner_ratio": "Hausner ratio",
-    "hold_up": "most grains in the funnel",
-    "in_funnel": "grains left in the funnel",
-    "on_plate": "grains on the plate",
-    "share_in_funnel": "share left in the funnel",
-    "spilled": "grains spilled",
-    "steps_per_contact": "time steps in a contact",
-    "strain_at_load": "strain under the load",
-}
-"""Metrics whose own names, written apart, would name no quantity: what people call them."""
 SCATTER = "_sd"
 
 
@@ -114,7 +98,7 @@ def response_of(metric: str) -> Response:
     name that people give it."""
     bare = without_unit(metric)
     own = bare.removesuffix(SCATTER)
-    name = NAMES.get(own, label(without_unit(own)))
+    name = WORDS["metric"].get(own, label(without_unit(own)))
     return Response(f"scatter of the {name}" if own != bare else name, behind(unit_of(metric)))
 
 

@@ -13,7 +13,7 @@ import scipy
 from calibration import engines, figures
 from calibration.chain.handed_over import NamedFiles
 from calibration.chain.study import Study
-from calibration.figures import label, response_of
+from calibration.figures import WORDS, label, response_of
 from calibration.files import read_json, write_table
 from calibration.intake.measurements import Measurement, read_measured
 from calibration.intake.quantities import measurable
@@ -56,16 +56,6 @@ of the mean to 1.3 standard deviations of a heap (95 %)."""
 ALPHA = 0.05
 """Chance, over all judged rows, at which one that is right is said to be missed."""
 PARTS = ("contacts.", "materials.", "law_parameters.", "laws.", "particles.")
-SYMBOLS = {
-    "restitution": "e",
-    "static_friction": "µs",
-    "rolling_friction": "µr",
-    "density_kg_m3": "ρ",
-    "shear_modulus_Pa": "G",
-    "poisson_ratio": "ν",
-    "surface_energy_J_m2": "γ",
-}
-"""Last part of a key -> the field's symbol."""
 PURE = "1"
 """Unit of a pure number in calibrated.yaml."""
 
@@ -328,7 +318,7 @@ def _parameters(study, source, levels):
         Parameter(
             key=key,
             name=label(free[key]) if key in free else words.name_of(key),
-            symbol=SYMBOLS.get(key.rpartition(".")[2]),
+            symbol=WORDS["symbol"].get(key.rpartition(".")[2]),
             value=entry["value"],
             unit=entry.get("unit", "").removeprefix(PURE),
             **known.get(free.get(key), NOT_KNOWN),

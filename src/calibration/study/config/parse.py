@@ -15,7 +15,7 @@ from calibration.intake.measurements import read_measured
 from calibration.intake.tables import check_plausible, in_key_units
 from calibration.study.config.joint import check_joint
 from calibration.study.config.measured import NotComparableError, goals, is_measured, read_target
-from calibration.study.config.schema import COARSER, Config, named_section_of, section_of
+from calibration.study.config.schema import COARSER, MEANINGS, Config, named_section_of, section_of
 from calibration.study.config.specs import point_spec, states
 from calibration.study.config.tests import check_tests, key_in
 from calibration.study.factors import Choice, read_factors, refuse_choices
@@ -23,22 +23,6 @@ from dem.errors import InputError, SpecError
 from dem.experiments.mesh import check_meshes_of
 from dem.io.mapping import read_mapping
 from dem.spec import parse_spec
-
-REPLACED = {
-    "experiment": "tests: { NAME: { experiment: ... } }",
-    "target": "the metric in calibrate: { test: TEST, to: { METRIC: {} } }; the main metric of the "
-    "first test needs no such line",
-    "further_targets": "further metrics in calibrate: { to: { METRIC: { low, high, margin } } }",
-    "bench": "its levels in tests: { NAME: { experiment: tilt, run: ..., sweep: { levels: ... } "
-    "} }",
-    "rigs": "the same names in `tests`, each with what it has beyond `run`",
-    "targets": "nothing: each test of which the table of measurements has a row is a target; "
-    "`error` stands there in the column sd, `discrepancy` and `curves` with the test",
-    "diagnosis.experiments": "`diagnosis` with a test: tests: { NAME: { diagnosis: ... } }",
-    "diagnosis.settings": "the file's keys in `diagnosis`, its experiments with their tests",
-    "push_through": "the machine in `tests`, and its name in predict: { tests: [NAME] }",
-}
-"""Keys that described tests before there was one list, and what to write in their place."""
 
 
 def parse_config(
@@ -120,7 +104,7 @@ def _place(key, value, files):
 
 
 def _parse(data):
-    for key, instead in REPLACED.items():
+    for key, instead in MEANINGS["replaced"].items():
         if states(data, key):
             raise at_key(key, "is a key no more", allowed=instead)
     check_plausible(data)

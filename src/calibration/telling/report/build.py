@@ -12,7 +12,7 @@ from typing import Any
 import pandas as pd
 
 from calibration.chain.study import Results
-from calibration.figures import Response, label, response_of
+from calibration.figures import WORDS, Response, label, response_of
 from calibration.files import csv_text, write_text
 from calibration.intake.tables import read_written
 from calibration.runs.all_runs import mixtures
@@ -35,18 +35,6 @@ from calibration.telling.report.embed import (
 from calibration.telling.report.sheet import sheet, viewer
 from dem.errors import ResultError
 
-EVERY = "Every parameter with its unit, source and interval"
-CARRIED = {
-    "edem.md": "EDEM: the model to type in, in the Creator's order",
-    "rocky.md": "Rocky: the model to type in",
-    "liggghts.in": "LIGGGHTS: commands to include",
-    "lammps.in": "LAMMPS: commands to include",
-    "yade.py": "YADE: a script to execute",
-    "mercurydpm.cpp": "MercuryDPM: lines for a driver code",
-    "dem.yaml": "This engine: a heap at the calibrated point",
-    "study.yaml": "This workflow: the whole study's configuration",
-}
-"""File of exports/ -> what it is for."""
 NOT_CONVERTED_MARK = "NOT CONVERTED: rolling friction"
 
 
@@ -96,10 +84,10 @@ def _exports(study):
     any is not converted, and of each what it is, its text for copying and its download. A block
     with converted rolling friction takes the place of the one without."""
     folder = study / "exports"
-    named = {study / "calibrated.yaml": EVERY}
-    for name, text in CARRIED.items():
-        converted = folder / "converted" / name
-        named[converted if converted.is_file() else folder / name] = text
+    named = {}
+    for name, text in WORDS["file"].items():
+        places = study / name, folder / "converted" / name, folder / name
+        named[next((place for place in places if place.is_file()), folder / name)] = text
     files = [
         {
             **download(p),
