@@ -1,7 +1,6 @@
-"""What the figures of all stages share: names and units as a reader sees them, the look, panels of
-pairs of factors, and how a figure is written.
+"""What the figures of all stages share: names and units as a reader sees them, panels of pairs of
+factors, and how a figure is written. Their look stands in `figures.mplstyle`.
 
-The figures keep their own white ground, so that they read the same on light and dark pages.
 matplotlib, which takes a second to load, is loaded when the first one is drawn.
 """
 
@@ -108,24 +107,6 @@ ANGLE = response_of("angle_of_repose_deg")
 BLUE, ORANGE, GREY, GREEN = "#2f6db5", "#d1711f", "#8a8f98", "#2e8b57"
 
 
-STYLE = {
-    "figure.facecolor": "white",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.alpha": 0.25,
-    "font.size": 10,
-    "axes.titlesize": 11,
-    "svg.fonttype": "none",
-    "svg.hashsalt": "granular-calibration",
-}
-LINES = {
-    "color": [BLUE, ORANGE, GREEN, "#7b4fa3", "#b5363f", "#5b7a1f", GREY],
-    "linestyle": ["-", "--", "-.", ":", "-", "--", "-."],
-}
-
-
 @cache
 def _pyplot():
     import matplotlib
@@ -139,11 +120,8 @@ def _pyplot():
 @contextmanager
 def styled() -> Iterator[Any]:
     """Draw in the style of all figures, by `matplotlib.pyplot`, which is given."""
-    import matplotlib
-
     plt = _pyplot()
-    cycle = {"axes.prop_cycle": matplotlib.cycler(**LINES)}  # type: ignore[attr-defined]
-    with plt.rc_context(STYLE | cycle):  # type: ignore[arg-type]  # names of matplotlib
+    with plt.style.context("calibration.figures"):
         yield plt
 
 
