@@ -108,15 +108,9 @@ def strongest(screenings: Sequence["Screening"]) -> "Screening":
     screenings: `Screening` of each response over the same codes. The effects of the result are the
     t values, which compare across units; p is that of the response chosen.
     """
-    tables = [s.table.set_index("code") for s in screenings]
-    t = np.array([table["t"] for table in tables])
-    pick = t.argmax(axis=0)
-    codes = list(tables[0].index)
-    rows = [
-        {"code": c, "effect": float(t[k, n]), "p": float(tables[k].loc[c, "p"])}
-        for n, (c, k) in enumerate(zip(codes, pick, strict=True))
-    ]
-    return replace(screenings[0], table=pd.DataFrame(rows))
+    every = pd.concat([s.table for s in screenings], ignore_index=True)
+    best = every.loc[every.groupby("code", sort=False)["t"].idxmax()].reset_index(drop=True)
+    return replace(screenings[0], table=best.assign(effect=best["t"])[["code", "effect", "p"]])
 
 
 def judge(runs: pd.DataFrame, config: Config) -> pd.DataFrame:

@@ -203,7 +203,7 @@ def difference(
     whole = np.isfinite(values)
     labels = np.unique([str(p) for p in points], return_inverse=True)[1][whole]
     y, x = values[whole], second[whole].astype(float)
-    y, x = y - _mean_of(labels, y), x - _mean_of(labels, x)
+    y, x = (v - pd.Series(v).groupby(labels).transform("mean").to_numpy() for v in (y, x))
     moment, freedom = float(np.sum(x * x)), len(y) - len(set(labels.tolist())) - 1
     if moment < 1e-12 or freedom < 1:
         return None
@@ -214,9 +214,3 @@ def difference(
     half = float(scipy.stats.t.ppf(0.975, freedom)) * error
     p = float(2.0 * scipy.stats.t.sf(abs(slope) / error, freedom))
     return -slope, -slope - half, -slope + half, p
-
-
-def _mean_of(labels, values):
-    """(n,) mean of the values of the same label."""
-    sums, counts = np.bincount(labels, values), np.bincount(labels)
-    return (sums / np.maximum(counts, 1))[labels]

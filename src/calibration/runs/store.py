@@ -63,20 +63,12 @@ class RunStore:
 
     def current(self, name: str) -> dict[str, Any] | None:
         """Content of a run's result where it can be trusted and is of this engine, else None."""
-        try:
-            result = self.result(name)
-        except ResultError:
-            return None
-        return result if is_current(result["engine"]) else None
+        return _of_this_engine(self.result, name)
 
     def failure(self, name: str) -> dict[str, Any] | None:
         """Content of a run's failed.json where it can be trusted and is of this engine, else
         None."""
-        try:
-            failure = self.kept_failure(name)
-        except ResultError:
-            return None
-        return failure if is_current(failure["engine"]) else None
+        return _of_this_engine(self.kept_failure, name)
 
     def kept_failure(self, name: str) -> dict[str, Any]:
         """Content of a run's failed.json, of whatever engine. Raises ResultError."""
@@ -157,6 +149,14 @@ class RunStore:
                 continue
             if _is_entry(entry):
                 self._known[entry["run"]] = entry
+
+
+def _of_this_engine(read, name):
+    try:
+        found = read(name)
+    except ResultError:
+        return None
+    return found if is_current(found["engine"]) else None
 
 
 def _whole(read, folder, **keys):

@@ -147,13 +147,8 @@ def by_joint(
 def _expected(predictions):
     """Return what a run of each rig is expected to give, of predictions.csv."""
     return [
-        {
-            "rig": row["rig"],
-            "metric": row["metric"],
-            "unit": in_ascii(unit_of(row["metric"])),
-            "mean": row["mean"],
-            "a_run_95": [row["run_low"], row["run_high"]],
-        }
+        {"rig": row["rig"], "metric": row["metric"], "unit": in_ascii(unit_of(row["metric"]))}
+        | {"mean": row["mean"], "a_run_95": [row["run_low"], row["run_high"]]}
         for row in predictions.to_dict("records")
     ]
 

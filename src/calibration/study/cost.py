@@ -72,10 +72,6 @@ def _of_heap(spec):
     return None if rate is None else 0.5 * spec.particles.count / rate + REST_S
 
 
-def _of_drops(spec):
-    return 2.0 * _fall(spec.geometry.drop_height_mm)  # the rebound takes no longer than the fall
-
-
 def _of_lifted_cylinder(spec):
     g = spec.geometry
     depth = _depth_mm(spec, g.cylinder_diameter_mm)
@@ -97,10 +93,6 @@ def _of_shear(spec):
     g = spec.geometry
     path = g.preshear_displacement_mm + g.shear_displacement_mm
     return REST_S + path / g.shear_speed_mm_s
-
-
-def _of_wall_friction(spec):
-    return REST_S + spec.geometry.slide_mm / spec.geometry.slide_speed_mm_s
 
 
 def _of_discharge(spec):
@@ -128,7 +120,10 @@ def _fall(height_mm):
 OfRun = Callable[[RunSpec], Any]
 LASTS: dict[tuple[str, ...], tuple[OfRun, OfRun]] = {
     ("generation_rate_per_s",): (_of_heap, _spheres),
-    ("drop_height_mm", "drops"): (_of_drops, lambda spec: spec.geometry.drops),
+    ("drop_height_mm", "drops"): (
+        # the rebound takes no longer than the fall
+        lambda spec: 2.0 * _fall(spec.geometry.drop_height_mm), lambda spec: spec.geometry.drops,
+    ),
     ("cylinder_diameter_mm", "lift_speed_mm_s"): (_of_lifted_cylinder, _spheres),
     ("vessel_diameter_mm", "taps"): (_of_bulk_density, _spheres),
     ("orifice_diameter_mm", "silo_diameter_mm"): (_of_discharge, _spheres),
@@ -136,7 +131,9 @@ LASTS: dict[tuple[str, ...], tuple[OfRun, OfRun]] = {
     ("preshear_displacement_mm", "shear_displacement_mm", "shear_speed_mm_s"): (
         _of_shear, _spheres,
     ),
-    ("slide_mm", "slide_speed_mm_s"): (_of_wall_friction, _spheres),
+    ("slide_mm", "slide_speed_mm_s"): (
+        lambda spec: REST_S + spec.geometry.slide_mm / spec.geometry.slide_speed_mm_s, _spheres,
+    ),
 }  # fmt: skip
 """{what a geometry asks for: (simulated time [s] of a run in which all of its grains move, or None;
 spheres that move)}. So an experiment of one's own that asks for the same has an estimate too."""

@@ -24,20 +24,10 @@ NAME = r"[^\W\d_][\w .()-]*"
 WORD = r"(?!nan$|inf$)[a-z][a-z_]*"
 """A word of a run spec, such as the name of a law."""
 
-RESERVED = {
-    "run",
-    "replicate",
-    "group",
-    "path",
-    "fold",
-    "seed",
-    "experiment",
-    "run_id",
-    "response",
-    "response_sd",
-    "relative_error",
-    "desirability",
-}
+RESERVED = set(
+    "run replicate group path fold seed experiment run_id response response_sd relative_error "
+    "desirability".split()
+)
 
 
 def refuse_choices(factors: Iterable[Factor], where: str) -> None:

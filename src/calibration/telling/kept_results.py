@@ -81,17 +81,8 @@ def closing(study: Study) -> list[str]:
     return [*said, *([f"report: {report}"] if report.is_file() else [])]
 
 
-KEPT = (
-    "*.json",
-    "effects.csv",
-    "anova.csv",
-    "runs.csv",
-    "coefficients.csv",
-    "numerics.csv",
-    "scaling.csv",
-    "parameters.csv",
-    "next.csv",
-)
+TABLES = "effects anova runs coefficients numerics scaling parameters next"
+KEPT = ("*.json", *(f"{name}.csv" for name in TABLES.split()))
 NOT_KEPT = ("logs", FOLDER)
 BEGIN, END = "<!-- found: begin -->", "<!-- found: end -->"
 

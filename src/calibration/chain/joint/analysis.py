@@ -295,26 +295,21 @@ def _reach(factor, experiment, border):
 
 
 def _as_table(parameters):
-    rows = [
-        {"parameter": name, "mean": p["mean"], "sd": p["sd"], "left": p["left"]}
-        | {"low": p["interval"][0], "high": p["interval"][1], "bounded": p["bounded"]}
-        | {"border": p["border"], "reach": p["reach"]}
+    table = pd.DataFrame(
+        {"parameter": name, "low": p["interval"][0], "high": p["interval"][1]} | p
         for name, p in parameters.items()
-    ]
-    return pd.DataFrame(rows)
+    )
+    return table[["parameter", *"mean sd left low high bounded border reach".split()]]
 
 
 def _targets(whole, apart):
     """A row a coefficient: what was measured, its error, what is predicted, pull and p by all
     targets and by all others."""
-    rows, named = [], {r.name: r for r in whole.responses}
-    for pull in apart:
-        k = pull["coefficient"]
-        error = float(np.sqrt(named[pull["response"]].covariance[k, k]))
-        row = {key: pull[key] for key in ("rig", "metric", "measured")} | {"error": error}
-        shown = ("predicted", "sd", "pull", "p", "pull_others", "p_others")
-        rows.append(row | {key: pull[key] for key in shown})
-    return pd.DataFrame(rows)
+    named = {r.name: r.covariance for r in whole.responses}
+    variance = [named[p["response"]][p["coefficient"], p["coefficient"]] for p in apart]
+    table = pd.DataFrame(apart).assign(error=np.sqrt(variance))
+    shown = "rig metric measured error predicted sd pull p pull_others p_others"
+    return table.reindex(columns=shown.split())
 
 
 def _without_value(emulators, measured):

@@ -54,18 +54,15 @@ def answer(study: Path, response: Response) -> dict[str, Any] | None:
 def _block(answered):
     """Rows {heading: text} of every parameter, those of the contacts first."""
     rows = []
-    for place, words_of in PLACES.items():
+    for place, where in PLACES.items():
         for p in (p for p in answered.parameters if p.key.startswith(f"{place}.")):
-            rows.append(
-                {
-                    "where": words_of,
-                    "parameter": label(without_unit(p.key.rpartition(".")[2])),
-                    "value": words.number(p),
-                    "unit": p.unit,
-                    "how it is known": _known(p),
-                }
-            )
+            name = label(without_unit(p.key.rpartition(".")[2]))
+            rows.append(_row(where, name, words.number(p), p.unit, _known(p)))
     return rows
+
+
+def _row(*texts):
+    return dict(zip(("where", "parameter", "value", "unit", "how it is known"), texts, strict=True))
 
 
 def _known(parameter):
@@ -82,15 +79,7 @@ def _time_step(study):
     except DemError:
         return []
     fraction = f"{spec.numerics.rayleigh_fraction:g} of the Rayleigh time of the smallest grain"
-    return [
-        {
-            "where": "simulator",
-            "parameter": "time step",
-            "value": f"{time_step_of(spec):.4g}",
-            "unit": "s",
-            "how it is known": fraction,
-        }
-    ]
+    return [_row("simulator", "time step", f"{time_step_of(spec):.4g}", "s", fraction)]
 
 
 def _solution(study, optimum):

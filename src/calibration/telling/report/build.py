@@ -89,13 +89,8 @@ def _exports(study):
         places = study / name, folder / "converted" / name, folder / name
         named[next((place for place in places if place.is_file()), folder / name)] = text
     files = [
-        {
-            **download(p),
-            "file": p.name,
-            "path": p.relative_to(study),
-            "about": text,
-            "text": p.read_text(),
-        }
+        download(p)
+        | {"file": p.name, "path": p.relative_to(study), "about": text, "text": p.read_text()}
         for p, text in named.items()
         if p.is_file()
     ]
