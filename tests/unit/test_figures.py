@@ -73,7 +73,7 @@ def overlapping(figure):
 
 
 def test_half_normal_names_what_goes_on(screening):
-    figure = half_normal(screening.table, significant(screening, 0.05))
+    figure = half_normal(screening.table, significant(screening, 0.05), figures.ANGLE)
     texts = [t.get_text() for t in figure.axes[0].texts]
     assert [tells(t, "rolling friction") for t in texts if t.startswith("G ")] == [True]
     assert "A" in texts
@@ -83,7 +83,9 @@ def test_half_normal_names_what_goes_on(screening):
 
 
 def test_pareto_is_sorted_with_its_limits(screening):
-    figure = pareto(screening.table, screening.t_limit, screening.bonferroni_limit, 0.01)
+    figure = pareto(
+        screening.table, screening.t_limit, screening.bonferroni_limit, 0.01, figures.ANGLE
+    )
     ax = figure.axes[0]
     widths = [bar.get_width() for bar in ax.patches]
     assert widths == sorted(widths)
@@ -97,7 +99,7 @@ def test_pareto_is_sorted_with_its_limits(screening):
 
 def test_contours_draw_the_solution_set_through_the_chosen_point(surface, region):
     solution = solve(surface, 45.27)
-    figure = contours(surface, region, solution)
+    figure = contours(surface, region, solution, figures.ANGLE)
     panels = [a for a in figure.axes if a.get_xlabel()]
     assert len(panels) == 3
     for ax, (i, j) in zip(panels, ((0, 1), (0, 2), (1, 2)), strict=True):
@@ -109,7 +111,9 @@ def test_contours_draw_the_solution_set_through_the_chosen_point(surface, region
 
 def test_validation_shows_every_value():
     simulated, measured = simulated_angles(), measured_angles().ravel()
-    figure = validation_figure(simulated, measured, compare(simulated, measured, margin=1.0))
+    figure = validation_figure(
+        simulated, measured, compare(simulated, measured, margin=1.0), figures.ANGLE
+    )
     drawn = [c.get_offsets() for c in figure.axes[0].collections if len(c.get_offsets()) > 1]
     assert sum(len(d) for d in drawn) == 50
     assert not overlapping(figure)
@@ -118,7 +122,7 @@ def test_validation_shows_every_value():
 def test_saving_is_reproducible_keeps_text_and_leaves_no_partial_file(tmp_path, surface):
     paths = [tmp_path / "deep" / f"{n}.svg" for n in "ab"]
     for path in paths:
-        figures.save(predicted_actual(surface), path)
+        figures.save(predicted_actual(surface, figures.ANGLE), path)
     assert paths[0].read_bytes() == paths[1].read_bytes()
     assert "predicted by" in paths[0].read_text()
     assert sorted(p.name for p in paths[0].parent.iterdir()) == ["a.svg", "b.svg"]

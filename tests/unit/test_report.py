@@ -107,8 +107,8 @@ def make_study(tmp_path, root):
     effects = pd.DataFrame({"code": ["A", "B"], "effect": [1.0, -3.0]})
     effects.to_csv(folder / "screening" / "effects.csv", index=False)
     table = effects.assign(name=["a_b", "c_d"], half_normal_score=[0.3, 1.1])
-    figures.save(half_normal(table, ["B"]), folder / "screening" / "half_normal.svg")
-    figures.save(pareto(table, 2.0, 2.5), folder / "screening" / "pareto.svg")
+    figures.save(half_normal(table, ["B"], figures.ANGLE), folder / "screening" / "half_normal.svg")
+    figures.save(pareto(table, 2.0, 2.5, 0.05, figures.ANGLE), folder / "screening" / "pareto.svg")
     names = [make_run(tmp_path, 3 + k, 0.012 + 0.006 * k) for k in range(3)]
     for k, name in enumerate(names):
         picture = folder / "heaps" / "screening" / f"{name}.webp"
@@ -137,7 +137,7 @@ def make_study(tmp_path, root):
     write(folder / "reproduction" / "reproduction.csv", "printed,paper,ours\nR2,0.98,0.979\n")
     write(folder / "scaling" / "scaling.json", {"exponent": 1.5})
     write(folder / "scaling" / "scaling.csv", "scale,angle\n1,45\n")
-    figures.save(pareto(table, 2.0, 2.5), folder / "scaling" / "scaling.svg")
+    figures.save(pareto(table, 2.0, 2.5, 0.05, figures.ANGLE), folder / "scaling" / "scaling.svg")
     write(folder / "audit" / "audit.csv", "claim,verdict\nfirst,agrees\nsecond,disagrees\n")
     write(folder / "calibrated.yaml", "c_d: 0.25\n")
     write(folder / "exports" / "liggghts.in", 'fix m1 all property/global "c" <1> 0.25\n')

@@ -84,7 +84,7 @@ def test_no_figure_of_another_metric_speaks_of_degrees():
     groups, measured = 40 + noise[:6].reshape(2, 3), 40 + noise[6:12]
     drawn = [
         half_normal(effects, ["B"], response),
-        pareto(effects, 2.0, 2.5, response=response),
+        pareto(effects, 2.0, 2.5, 0.05, response),
         ascent_path(path, region, 40.0, 2, response),
         predicted_actual(surface, response),
         residual_panel(surface, response),

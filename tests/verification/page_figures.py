@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from calibration.figures import BLUE, GREY, ORANGE, save, styled
+from calibration.figures import ANGLE, BLUE, GREY, ORANGE, save, styled
 from calibration.stages.numerics import numerics_figure
 
 FOLDER = Path(__file__).parents[2] / "docs" / "verification"
@@ -102,5 +102,5 @@ OF_TOPIC = {
 
 def numerics(table):
     """Differences between numerical choices with their intervals; returns the caption."""
-    _keep(numerics_figure(table), "numerics")
+    _keep(numerics_figure(table, ANGLE), "numerics")
     return "Angle of repose of each variant less that of the variant it is compared with."

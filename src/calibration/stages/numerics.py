@@ -18,6 +18,7 @@ from calibration import figures
 from calibration.chain.handed_over import NamedFiles
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError, ConfigError, first_fault
+from calibration.figures import Drawing, Response
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_plan, read_values, together, write_plan
@@ -109,12 +110,8 @@ def _row(rig, heaps):
 
 
 def pour_rate_figure(
-    runs: pd.DataFrame,
-    table: pd.DataFrame,
-    capacity: float,
-    fed: float,
-    response: figures.Response = figures.ANGLE,
-) -> figures.Drawing:
+    runs: pd.DataFrame, table: pd.DataFrame, capacity: float, fed: float, response: Response
+) -> Drawing:
     """Single heaps and the mean of each rate with its interval; the rate that the orifice passes,
     and the opened funnel as a band.
 
@@ -244,9 +241,7 @@ def numerics(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     figures.save(numerics_figure(table, figures.response_of(metric)), output.figure)
 
 
-def numerics_figure(
-    table: pd.DataFrame, response: figures.Response = figures.ANGLE
-) -> figures.Drawing:
+def numerics_figure(table: pd.DataFrame, response: Response) -> Drawing:
     """Difference that each numerical choice makes at each point, with its interval; table as of
     `compare_variants`."""
     compared = table[table["difference"].notna()]

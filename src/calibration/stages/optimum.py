@@ -13,7 +13,7 @@ from calibration import figures
 from calibration.chain.handed_over import NamedFiles
 from calibration.chain.responses import columns, with_responses, with_value
 from calibration.chain.study import Study, read_region
-from calibration.figures import plane
+from calibration.figures import Drawing, Response, plane
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
@@ -262,11 +262,8 @@ LINES = ("#d1711f", "#2f6db5", "#7b4fa3", "#b5363f", "#5b7a1f")  # of the target
 
 
 def contours(
-    surface: Surface,
-    region: Sequence[Factor],
-    solution: Solution,
-    response: figures.Response = figures.ANGLE,
-) -> figures.Drawing:
+    surface: Surface, region: Sequence[Factor], solution: Solution, response: Response
+) -> Drawing:
     """Contours through the chosen point with the solution set drawn in."""
 
     def draw(ax, pair):
@@ -293,7 +290,7 @@ def _mark(ax, region, pair, chosen):
 
 def desirability_contours(
     surfaces: Sequence[Surface], goals: Sequence[Goal], region: Sequence[Factor], found: Compromise
-) -> figures.Drawing:
+) -> Drawing:
     """Overall desirability over each pair of factors, with the others at the chosen point. A line
     shows where a response meets its target. surfaces and goals have the same order; found:
     `Compromise`. Returns a matplotlib Figure."""

@@ -12,7 +12,7 @@ from calibration.chain.handed_over import NamedFiles
 from calibration.chain.responses import naming_left_out, told, with_responses, with_value
 from calibration.chain.study import Study, further_files, read_region
 from calibration.errors import CalibrationError
-from calibration.figures import label_3d, plane
+from calibration.figures import Drawing, Response, label_3d, plane
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import plan, write_plan
@@ -163,9 +163,7 @@ def _description(surface, region):
     }
 
 
-def predicted_actual(
-    surface: Surface, response: figures.Response = figures.ANGLE
-) -> figures.Drawing:
+def predicted_actual(surface: Surface, response: Response) -> Drawing:
     """Predicted against simulated response."""
     figure, ax = figures.subplots(size=(4.2, 4.0))
     d = surface.diagnostics
@@ -184,7 +182,7 @@ def predicted_actual(
     return figure
 
 
-def residual_panel(surface: Surface, response: figures.Response = figures.ANGLE) -> figures.Drawing:
+def residual_panel(surface: Surface, response: Response) -> Drawing:
     """Normal plot of residuals, residuals against prediction and run, and Cook's distance."""
     d = surface.diagnostics
     figure, ax = figures.subplots(2, 2, size=(7.2, 5.8))
@@ -208,9 +206,7 @@ def residual_panel(surface: Surface, response: figures.Response = figures.ANGLE)
     return figure
 
 
-def perturbation(
-    surface: Surface, region: Sequence[Factor], response: figures.Response = figures.ANGLE
-) -> figures.Drawing:
+def perturbation(surface: Surface, region: Sequence[Factor], response: Response) -> Drawing:
     """Response along each factor with the others at the centre."""
     figure, ax = figures.subplots()
     x = np.linspace(-1, 1, 81)
@@ -223,9 +219,7 @@ def perturbation(
     return figure
 
 
-def surfaces(
-    surface: Surface, region: Sequence[Factor], response: figures.Response = figures.ANGLE
-) -> figures.Drawing:
+def surfaces(surface: Surface, region: Sequence[Factor], response: Response) -> Drawing:
     """Response surfaces of all pairs of factors, the others at the centre."""
 
     def draw(ax, pair):

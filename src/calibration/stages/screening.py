@@ -20,6 +20,7 @@ from calibration.chain.responses import (
     with_value,
 )
 from calibration.chain.study import Study, further_files
+from calibration.figures import Drawing, Response
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
@@ -106,12 +107,8 @@ def ascent(study: Study, source: NamedFiles, output: NamedFiles) -> None:
 
 
 def ascent_path(
-    runs: pd.DataFrame,
-    factors: Sequence[Factor],
-    target: float,
-    best: int,
-    response: figures.Response = figures.ANGLE,
-) -> figures.Drawing:
+    runs: pd.DataFrame, factors: Sequence[Factor], target: float, best: int, response: Response
+) -> Drawing:
     """Response along the path with the target."""
     figure, ax = figures.subplots()
     ax.errorbar(
@@ -312,9 +309,7 @@ def _write_further(result, names, target, alpha, path, figure):
     figures.save(pareto(effects, *limits, figures.response_of(target.metric)), figure)
 
 
-def half_normal(
-    table: pd.DataFrame, chosen: Sequence[str], response: figures.Response = figures.ANGLE
-) -> figures.Drawing:
+def half_normal(table: pd.DataFrame, chosen: Sequence[str], response: Response) -> Drawing:
     """Half-normal plot of absolute effects; `chosen` codes stand out."""
     figure, ax = figures.subplots()
     size, score = table["effect"].abs(), table["half_normal_score"]
@@ -339,12 +334,8 @@ def half_normal(
 
 
 def pareto(
-    table: pd.DataFrame,
-    t_limit: float,
-    bonferroni_limit: float,
-    alpha: float = 0.05,
-    response: figures.Response = figures.ANGLE,
-) -> figures.Drawing:
+    table: pd.DataFrame, t_limit: float, bonferroni_limit: float, alpha: float, response: Response
+) -> Drawing:
     """Pareto chart of absolute effects with the limits of significance at level alpha."""
     from matplotlib.patches import Patch
 

@@ -7,6 +7,7 @@ from calibration import figures
 from calibration.chain.handed_over import NamedFiles
 from calibration.chain.responses import naming_left_out, told, with_responses, with_value
 from calibration.chain.study import Study
+from calibration.figures import Drawing, Response
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
@@ -83,11 +84,8 @@ def _compare(groups, config, target, margin, figure):
 
 
 def validation_figure(
-    groups: np.ndarray,
-    measured: np.ndarray | Stated,
-    result: Comparison,
-    response: figures.Response = figures.ANGLE,
-) -> figures.Drawing:
+    groups: np.ndarray, measured: np.ndarray | Stated, result: Comparison, response: Response
+) -> Drawing:
     """Replicates by group beside the measurement, with means and the equivalence margin. measured:
     readings (n,), or a `Stated` mean, which is drawn with its standard deviation."""
     figure, ax = figures.subplots()
