@@ -6,6 +6,7 @@ import json
 import math
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -738,7 +739,10 @@ def test_a_clump_of_a_file_is_the_study_s_own(mapping, tmp_path):
     rows = "x_mm,y_mm,z_mm,radius_mm\n-1,0,0,1\n1,0,0,1\n"
     (tmp_path / "clump.csv").write_text(rows)
     run = overlay(mapping, {"particles": {"clump": {"file": str(tmp_path / "clump.csv")}}})
-    found = sources.entries(parse_spec(run), run, {}, {}, {}, {})
+    published = SimpleNamespace(tables={}, names={})
+    config = SimpleNamespace(own_run=run, fixed={}, published=published)
+    study = SimpleNamespace(config=config, factors=[], bench_levels=dict)
+    found = sources.known_parameters(study, parse_spec(run), {})
     assert found["particles.clump.x_mm"]["value"] == [-1.0, 1.0]
     assert found["particles.clump.x_mm"]["source"] == sources.SPEC
     assert found["particles.elongation"]["source"] == sources.DEFAULT

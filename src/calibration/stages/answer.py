@@ -182,20 +182,19 @@ def _compared(study, source, design):
     tests = tests_of(config)
     for n, row in enumerate(_rows(study)):
         test, metric = test_of(tests, row), measurable(row.experiment)[row.quantity].key
-        if row.outcome or test is None:
-            note = f"no test of the configuration is a {row.experiment}"
-            if row.outcome:
-                note = f"the laboratory's test ended with {label(row.outcome)}"
-            rows.append(_row(row, row.experiment, metric, np.array([]), note))
+        values, why, name = np.array([]), "", test.name if test else row.experiment
+        if row.outcome:
+            why, name = f"the laboratory's test ended with {label(row.outcome)}", row.experiment
+        elif test is None:
+            why = f"no test of the configuration is a {row.experiment}"
         elif _validated(study, row, test):
             column = "response" if metric == config.target.metric else metric
             values = validated[column].dropna().to_numpy(float)
-            rows.append(_row(row, test.name, metric, values, ""))
         else:
             names = design.loc[design["row"] == n, "run_id"] if "row" in design else []
             values, why = _values(names, metric)
             why = why or _refused(at_setting(test, row))
-            rows.append(_row(row, test.name, metric, values, why))
+        rows.append(_row(row, name, metric, values, why))
     count = sum(p is not None for _, p in rows)
     return [_judged(config, t, p, count) for t, p in rows]
 

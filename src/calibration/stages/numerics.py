@@ -23,6 +23,7 @@ from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_plan, read_values, together, write_plan
 from calibration.stages import worded
+from calibration.statistics.validate import mean_interval
 from calibration.study.config import overlay, point_spec
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.experiments.heap import capacity
@@ -93,9 +94,7 @@ def _row(rig, heaps):
     values = heaps["response"].dropna()
     if len(values) < 2:
         return None
-    sd = float(values.std(ddof=1))
-    reach = float(scipy.stats.t.ppf(0.5 + 0.5 * LEVEL, len(values) - 1) * sd / np.sqrt(len(values)))
-    mean = float(values.mean())
+    mean, reach = mean_interval(values, len(values))
     return {
         "rig": rig,
         "rate_per_s": np.nan if rig == OPENED else float(rig),
@@ -104,7 +103,7 @@ def _row(rig, heaps):
         "mean": mean,
         "low": mean - reach,
         "high": mean + reach,
-        "sd": sd,
+        "sd": float(values.std(ddof=1)),
         "hold_up": float(heaps["hold_up"].mean()),
     }
 

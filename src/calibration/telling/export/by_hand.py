@@ -22,6 +22,7 @@ from typing import Any
 
 from calibration.engines.conversion import Conversion, Granulate, dispensed
 from calibration.engines.templates import macros
+from calibration.telling.export.parameters import leaves
 from dem.constants import GRAVITY
 from dem.contact.catalogue import LAWS
 from dem.experiments.heap import Rig
@@ -81,13 +82,10 @@ def _classes(particles):
     return list(zip(low, high, particles.sizes.fractions, strict=True))
 
 
-def _keys(part: Part, prefix: str = "") -> Iterator[tuple]:
-    """Rows of the keys of a section of the run spec, with what they mean."""
-    for name, field in type(part).model_fields.items():
-        value = getattr(part, name)
-        if isinstance(value, Part):
-            yield from _keys(value, f"{prefix}{name}.")
-        elif value is not None:
-            words = f"{field.description or name} (`{prefix}{name}`)"
-            number = value if isinstance(value, int | float) else str(value)
-            yield words, number, "" if isinstance(number, str) else in_ascii(unit_of(name))
+def _keys(geometry: Part) -> Iterator[tuple]:
+    """Rows of the keys of a rig, with what they mean."""
+    for key, value, note in leaves(geometry, None, "geometry"):
+        if value is not None:
+            name, number = key.partition(".")[2], isinstance(value, int | float)
+            words = f"{note or name.rpartition('.')[2]} (`{name}`)"
+            yield words, value if number else str(value), in_ascii(unit_of(key)) if number else ""

@@ -1,6 +1,6 @@
 """calibrated.yaml: every parameter of the calibrated model with its unit and where it came from."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -60,22 +60,16 @@ def published_values(tables: Mapping[str, str | None]) -> dict[str, tuple[float,
     return values
 
 
-def entries(
-    spec: RunSpec,
-    run: Mapping[str, Any],
-    calibrated: Mapping[str, dict[str, Any]],
-    fixed: Mapping[str, dict[str, Any]],
-    published: Mapping[str, tuple[float, str | None]],
-    names: Mapping[str, str],
+def known_parameters(
+    study: Study, spec: RunSpec, calibrated: Mapping[str, dict[str, Any]]
 ) -> dict[str, dict[str, Any]]:
-    """{key: {value, unit, description, source, ...}} of everything in a `RunSpec` that is not None.
-
-    run: the configuration's own run spec (a mapping), to tell what it gives from the engine's
-    defaults. published: `published_values`; names: {key: its name there}.
-    """
-    out = {}
+    """{key: {value, unit, description, source, ...}} of everything in a `RunSpec` of a study that
+    is not None; calibrated: entries of the factors that were calibrated."""
+    config, bench, out = study.config, study.bench_levels(), {}
+    factors = {f.key: f.name for f in study.factors}
+    published, run = published_values(config.published.tables), config.own_run
     for part in PARTS:
-        for key, value, note in _leaves(getattr(spec, part), RunSpec.model_fields[part], part):
+        for key, value, note in leaves(getattr(spec, part), RunSpec.model_fields[part], part):
             if value is None:
                 continue
             entry = {"value": value}
@@ -84,10 +78,16 @@ def entries(
             if note:
                 entry["description"] = note
             in_file = f"{key.rpartition('.')[0]}.file"  # of a clump
-            source = SPEC if states(run, key) or states(run, in_file) else DEFAULT
-            entry |= {"source": source} | (calibrated.get(key) or fixed.get(key) or {})
+            own, name = states(run, key) or states(run, in_file), factors.get(key)
+            entry["source"] = SPEC if own else DEFAULT
+            if key in calibrated:
+                entry |= calibrated[key]
+            elif name:
+                fixed = {"source": "bench test" if name in bench else FIXED}
+                entry |= (fixed if name in config.fixed else {}) | {"factor": name}
             if entry["source"] != "calibrated":
-                entry |= _printed(value, (entry.get("factor"), names.get(key)), published)
+                names = entry.get("factor"), config.published.names.get(key)
+                entry |= _printed(value, names, published)
             out[key] = entry
     return out
 
@@ -103,14 +103,14 @@ def _printed(value, names, published):
     return {}
 
 
-def _leaves(part, field, prefix):
+def leaves(part: Any, field: Any, prefix: str) -> Iterator[tuple[str, Any, str | None]]:
     """(dotted key, value, description) of every number and word below a part of the spec."""
     fields = getattr(type(part), "model_fields", None)
     if fields is None:
         yield prefix, part, field.description
         return
     for name, below in fields.items():
-        yield from _leaves(getattr(part, name), below, f"{prefix}.{name}")
+        yield from leaves(getattr(part, name), below, f"{prefix}.{name}")
 
 
 class _Dumper(yaml.SafeDumper):
@@ -156,15 +156,3 @@ def engine_of(config: Config) -> str:
     if not other:
         return engine_fingerprint()
     return " ".join([other["name"], str(other["identity"].get("version", ""))]).strip()
-
-
-def known_parameters(
-    study: Study, spec: RunSpec, calibrated: Mapping[str, dict[str, Any]]
-) -> dict[str, dict[str, Any]]:
-    """`entries` of a run spec of a study; calibrated: those of the factors that were calibrated."""
-    config, bench, fixed = study.config, study.bench_levels(), {}
-    for f in study.factors:
-        source = {"source": "bench test" if f.name in bench else FIXED}
-        fixed[f.key] = (source if f.name in config.fixed else {}) | {"factor": f.name}
-    published = published_values(config.published.tables)
-    return entries(spec, config.own_run, calibrated, fixed, published, config.published.names)
