@@ -4,8 +4,6 @@ The workflow hands one to each stage, narrowed to the sections of the configurat
 declares; in Python `Study("wheat")` opens one from its folder.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from functools import cached_property
 from pathlib import Path
@@ -47,7 +45,7 @@ class Sections:
             raise UndeclaredError(f"the stage reads {key}, but declares {', '.join(self._names)}")
         return getattr(self._config, key)
 
-    def model_copy(self, update: Mapping[str, Any]) -> Sections:
+    def model_copy(self, update: Mapping[str, Any]) -> "Sections":
         """A copy with some sections changed."""
         return Sections(self._config.model_copy(update=update), self._names)
 
@@ -84,7 +82,7 @@ class Study(Results):
         super().__init__(folder or f"{config.results}/{config.name}")
         self.config, self.seeds = config, seeds
 
-    def with_bench(self, files: Iterable[str | Path]) -> Study:
+    def with_bench(self, files: Iterable[str | Path]) -> "Study":
         """This study with the levels that the bench tests found, files of them, in place of its
         own."""
         config = self.config
@@ -93,7 +91,7 @@ class Study(Results):
             config = config.model_copy(update={"fixed": config.fixed | found})
         return Study(config, self.folder)
 
-    def reading(self, sections: Iterable[str], seeds: int | None = None) -> Study:
+    def reading(self, sections: Iterable[str], seeds: int | None = None) -> "Study":
         """This study for a stage that declares these sections of the configuration and these
         seeds."""
         return Study(Sections(self.config, sections), self.folder, seeds)  # type: ignore[arg-type]  # answers as one

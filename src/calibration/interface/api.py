@@ -4,8 +4,6 @@ The paths in a configuration count from one folder, the study's root. A study fi
 notebook may lie anywhere.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import AbstractContextManager, chdir, nullcontext
 from dataclasses import dataclass
@@ -100,7 +98,7 @@ class Study(study.Study):
 
     def run(
         self, stage: str, cores: int = 2, progress: Callable[[str], object] | None = print
-    ) -> StageResults:
+    ) -> "StageResults":
         """Make a stage, and what it needs and is missing; returns its `StageResults`.
 
         cores: jobs at the same time; progress: takes a line for each step, None for none. Raises
@@ -114,7 +112,7 @@ class Study(study.Study):
             raise CalibrationError(f"{self.name}: {stage} failed\n{said}")
         return self.results(stage)
 
-    def plot(self, stage: str, name: str | None = None) -> Figures:
+    def plot(self, stage: str, name: str | None = None) -> "Figures":
         """The figures of a stage, as a notebook shows them; name: of one, `pareto`.
 
         Raises CalibrationError where there is none.
@@ -132,7 +130,7 @@ class Study(study.Study):
             )
         return Figures(chosen)
 
-    def results(self, stage: str) -> StageResults:
+    def results(self, stage: str) -> "StageResults":
         """Return what a stage has left, see `StageResults`."""
         return StageResults(self, stage)
 

@@ -4,9 +4,12 @@ stick."""
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib.resources import files
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
+
+import yaml
 
 from calibration.errors import ConfigError
 from calibration.intake.tables import plausible_number, read_table
@@ -170,30 +173,19 @@ def mean_axes(
     return means[0], means[1], means[2], (sum(volumes) / number) ** (1.0 / 3.0)
 
 
-SIEVE_HEADINGS = {
-    "diameter_mm": {"diameter", "size", "sieve", "durchmesser", "siebweite", "maschenweite",
-                    "korngröße", "korngrösse", "diamètre", "diametre", "maille", "taille"},
-    "passing_percent": {"passing", "siebdurchgang", "durchgang", "passant", "tamisat"},
-    "mass_percent": {"mass", "masse", "massenanteil", "masseanteil", "anteil", "fraction massique"},
-    "retained": {"retained", "rückstand", "rueckstand", "siebrückstand", "rest", "refus",
-                 "refus partiel"},
-}  # fmt: skip
-"""Column -> what laboratories call it, in small letters; the unit has to stand behind it."""
-SIEVE_UNITS = {"passing_percent": ("%",), "mass_percent": ("%",), "retained": ("%", "g", "kg")}
-
-
 def _sieve_columns(table):
     """{column as it is here: its heading in the table}. Raises CalibrationError for two headings
     that mean one column, or a heading without the unit that it needs."""
-    found = {}
+    text = files("calibration.study.new").joinpath("sieves.yaml").read_text("utf-8")
+    found, columns = {}, yaml.safe_load(text)
     for heading in table.header:
-        known = (c for c, names in SIEVE_HEADINGS.items() if heading.lower() in names)
-        column = heading if heading in SIEVE_HEADINGS else next(known, None)
+        known = (c for c, own in columns.items() if heading.lower() in own["names"])
+        column = heading if heading in columns else next(known, None)
         where = {"path": table.path, "line": table.header_line, "column": heading}
         if column in found:
             raise ConfigError(f"means the same as {found[column]}", **where, allowed="one of them")
         if column and heading != column:
-            unit, needed = table.units.get(heading), SIEVE_UNITS.get(column)
+            unit, needed = table.units.get(heading), columns[column].get("units")
             if not unit or (needed and unit not in needed):
                 allowed = (
                     f"{heading} in {' or '.join(needed or ('mm',))}, as {heading} "

@@ -6,8 +6,6 @@ flatter with the same numbers. Who wants the numbers that LAMMPS or LIGGGHTS ask
 it (`engine`).
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math
@@ -150,7 +148,7 @@ class Deck:
     expected: Mapping[str, Any]
 
     @classmethod
-    def read(cls, folder: str | Path) -> Deck:
+    def read(cls, folder: str | Path) -> "Deck":
         """The deck in a folder. Raises InputError where there is none."""
         folder = Path(folder)
         path = folder / "expected.json"
