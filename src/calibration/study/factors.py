@@ -3,9 +3,10 @@ spec's own keys."""
 
 import math
 import re
-import typing
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from types import UnionType
+from typing import Any, get_args
 
 from pydantic import BaseModel
 
@@ -111,7 +112,8 @@ def physical_range(key: str, experiment: str) -> tuple[float, float]:
     if names[0] == "geometry":
         model, names = GEOMETRY[experiment], names[1:]
     for name in names[:-1]:
-        model = _model_of(model, name)
+        info = model.model_fields.get(name) if model else None
+        model = section_of(info.annotation) if info else None
     info = model.model_fields.get(names[-1]) if model else None
     low, high = -math.inf, math.inf
     for limit in info.metadata if info else ():
@@ -126,13 +128,11 @@ def physical_range(key: str, experiment: str) -> tuple[float, float]:
     return low, high
 
 
-def _model_of(model, name):
-    """The model of a field, or None where it holds none."""
-    info = model.model_fields.get(name) if model else None
-    if info is None:
-        return None
-    kinds = [info.annotation, *typing.get_args(info.annotation)]
-    return next((k for k in kinds if isinstance(k, type) and issubclass(k, BaseModel)), None)
+def section_of(annotation: Any) -> type[BaseModel] | None:
+    """The schema of a nested section, also where it may be left out; None for any other key."""
+    parts = get_args(annotation) if isinstance(annotation, UnionType) else (annotation,)
+    found = (p for p in parts if isinstance(p, type) and issubclass(p, BaseModel))
+    return next(found, None)
 
 
 def inside(centre: float, half: float, low: float, high: float) -> tuple[float, float]:

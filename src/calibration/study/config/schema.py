@@ -2,7 +2,6 @@
 them means stands in `keys.yaml`."""
 
 from importlib.resources import files
-from types import UnionType
 from typing import Annotated, Any, Literal, get_args, get_origin
 
 import yaml
@@ -10,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from calibration.statistics.goals import RULES
 from calibration.study.config.specs import overlay
+from calibration.study.factors import section_of
 from dem.experiments import experiments
 from dem.units import converted
 
@@ -91,13 +91,6 @@ def _as_the_other(tests, own):
     if not isinstance(other, dict):
         return own
     return overlay({key: other[key] for key in INHERITED if key in other}, own)
-
-
-def section_of(annotation: Any) -> type[BaseModel] | None:
-    """The schema of a nested section, also where it may be left out; None for any other key."""
-    parts = get_args(annotation) if isinstance(annotation, UnionType) else (annotation,)
-    found = (p for p in parts if isinstance(p, type) and issubclass(p, BaseModel))
-    return next(found, None)
 
 
 def named_section_of(annotation: Any) -> type[BaseModel] | None:
