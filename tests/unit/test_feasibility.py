@@ -16,6 +16,7 @@ from calibration.runs.feasibility import chance_to_empty, check_ahead, cost_ahea
 from calibration.runs.plans import plan
 from calibration.stages.numerics import plan_numerics
 from calibration.statistics.design import box_behnken, steepest_path
+from calibration.study import cost
 from calibration.study.config import given, overlay, parse_config
 from calibration.study.config.tests import swept_test
 from calibration.study.factors import read_factors
@@ -28,7 +29,7 @@ DATA = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
 @pytest.fixture(autouse=True)
 def project(monkeypatch):
     monkeypatch.chdir(ROOT)
-    monkeypatch.setattr(feasibility, "machine_memory_mb", lambda: 8000.0)
+    monkeypatch.setattr(cost, "machine_memory_mb", lambda: 8000.0)
 
 
 def without_nulls(data):
@@ -167,7 +168,7 @@ def test_more_grains_than_the_machine_holds_are_told_first(monkeypatch):
         allowed="about 2583333 grains",
     ):
         check_ahead(many)
-    monkeypatch.setattr(feasibility, "machine_memory_mb", lambda: 200e3)
+    monkeypatch.setattr(cost, "machine_memory_mb", lambda: 200e3)
     check_ahead(many)
     assert tells(cost_ahead(many), "15250 MB")
     assert re.search(r"\d h \d+ min", cost_ahead(many))

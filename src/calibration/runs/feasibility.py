@@ -10,16 +10,9 @@ from math import exp, prod
 
 from calibration import engines
 from calibration.errors import CalibrationError, ConfigError
+from calibration.study import cost
 from calibration.study.config import Config, measured, point_spec, states
 from calibration.study.config.tests import key_in
-from calibration.study.cost import (
-    BASE_MB,
-    MB_PER_GRAIN,
-    duration,
-    machine_memory_mb,
-    memory_mb,
-    seconds_of,
-)
 from calibration.study.factors import read_factors
 from calibration.study.stage import load_stages
 from dem.errors import DemError, SpecError
@@ -63,14 +56,14 @@ def check_ahead(config: Config) -> None:
         _check_flow(where, parsed, partial(key_in, config, name))
         _check_files(where, parsed, partial(key_in, config, name), tried)
     assert first is not None  # every study has runs
-    needed, there = memory_mb(first.particles.count), machine_memory_mb()
+    needed, there = cost.memory_mb(first.particles.count), cost.machine_memory_mb()
     if needed > there:
         raise ConfigError(
             f"a run needs about {needed / 1000:.1f} GB of memory; this machine has "
             f"{there / 1000:.1f} GB",
             key=key_in(config, config.own, "particles.count"),
             value=first.particles.count,
-            allowed=f"about {(there - BASE_MB) / MB_PER_GRAIN:.0f} grains",
+            allowed=f"about {(there - cost.BASE_MB) / cost.MB_PER_GRAIN:.0f} grains",
         )
 
 
@@ -139,9 +132,9 @@ def cost_ahead(config: Config) -> str:
     spec = parse_spec(point_spec(config.own_run, config.experiment, {}, config.seed))
     count = spec.particles.count
     grains = "1 grain" if count == 1 else f"{count:,} grains"
-    seconds = seconds_of(spec)
-    time = "" if seconds is None else f" and about {duration(max(1.0, seconds))} of one core"
-    return f"a run of {grains} takes about {memory_mb(count):.0f} MB of memory{time}"
+    seconds = cost.seconds_of(spec)
+    time = "" if seconds is None else f" and about {cost.duration(max(1.0, seconds))} of one core"
+    return f"a run of {grains} takes about {cost.memory_mb(count):.0f} MB of memory{time}"
 
 
 def _check_files(where, spec, key, tried):

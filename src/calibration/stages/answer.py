@@ -27,17 +27,7 @@ from calibration.study.config.joint import handed_out_by
 from calibration.study.factors import Choice
 from calibration.study.simulated_tests import SimulatedTest, at_setting, test_of, tests_of
 from calibration.study.stage import Figure, Plan, Stage
-from calibration.telling.answer import words
-from calibration.telling.answer.schema import (
-    Answer,
-    Beside,
-    Instead,
-    Next,
-    Parameter,
-    Runs,
-    Test,
-    Wrong,
-)
+from calibration.telling.answer import schema, words
 from calibration.telling.export.parameters import (
     DEFAULT,
     calibrated_spec,
@@ -154,7 +144,7 @@ def answer(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     tests = [*_compared(study, source, design), *_predictions(source)]
     instead = [*_instead(study, source, design, levels)]
     beside = _beside(source, levels) if by == "chain" else []
-    found = Answer(
+    found = schema.Answer(
         study=config.name,
         engine=engine_of(config),
         by=by,
@@ -239,7 +229,7 @@ def _row(row, name, metric, values, why):
     note = why
     if mean is not None and error is None:
         note = "a single reading without a standard deviation: nobody can judge it"
-    return Test(
+    return schema.Test(
         test=name, metric=metric, setting=dict(row.levers), unit=in_ascii(unit_of(metric)),
         measured=None if row.outcome else row.value, error=error, n=row.n, predicted=mean,
         predicted_sd=own,
@@ -269,7 +259,7 @@ def _predictions(source):
     for file in source.machines:
         for row in read_json(file)["metrics"]:
             if row["measured"] is None and row["low"] is not None:
-                yield Test(
+                yield schema.Test(
                     test=row["machine"], metric=row["metric"], setting={},
                     unit=in_ascii(unit_of(row["metric"])), measured=None, error=None, n=None,
                     predicted=row["mean"], predicted_sd=None,
@@ -289,7 +279,7 @@ def _instead(study, source, design, levels):
             found = scipy.stats.ttest_ind(values, validated, equal_var=False)
             low, high = found.confidence_interval(1 - ALPHA)
             change, ends = float(values.mean() - validated.mean()), (float(low), float(high))
-        yield Instead(
+        yield schema.Instead(
             parameter=name, handed_out=float(whole[name]), found=level, test=test, metric=metric,
             change=change, change_95=ends, runs=len(values),
         )  # fmt: skip
@@ -300,7 +290,7 @@ def _beside(source, levels):
     file = _only(source.joint)
     known = read_json(file)["parameters"] if file else {}
     return [
-        Beside(parameter=name, handed_out=level, all_tests_95=tuple(known[name]["interval"]),
+        schema.Beside(parameter=name, handed_out=level, all_tests_95=tuple(known[name]["interval"]),
                inside=known[name]["interval"][0] <= level <= known[name]["interval"][1])
         for name, level in levels.items() if name in known
     ]  # fmt: skip
@@ -314,7 +304,7 @@ def _parameters(study, source, levels):
     entries = known_parameters(study, parse_spec(mapping), calibrated)
     known = _intervals(study, source)
     return [
-        Parameter(
+        schema.Parameter(
             key=key,
             name=label(free[key]) if key in free else words.name_of(key),
             symbol=WORDS["symbol"].get(key.rpartition(".")[2]),
@@ -385,7 +375,9 @@ def _wrong(study, source, tests, instead, beside):
     )  # fmt: skip
     rows = [words.title(t) for t in missed]
     sentence = " ".join(said or words.said("nothing_wrong", tests))
-    return Wrong(verdict=verdict, p=p, laws=laws, rows=rows, instead=instead, sentence=sentence)
+    return schema.Wrong(
+        verdict=verdict, p=p, laws=laws, rows=rows, instead=instead, sentence=sentence
+    )
 
 
 def _origin(study, name):
@@ -406,7 +398,7 @@ def _next(source, by):
     if not found["next_test"]:
         return None
     best, name, share = tells_most(found)
-    return Next(
+    return schema.Next(
         test=best["rig"], metric=best["metric"], readings=found["readings"],
         hours=best["hours"], parameter=name, left=share,
     )  # fmt: skip
@@ -422,7 +414,7 @@ def _runs(source):
             seconds += store.result(name)["numerics"].get("wall_time_s", 0.0)
         except ResultError:
             failed += 1
-    return Runs(made=len(names) - failed, failed=failed, seconds=round(seconds, 1))
+    return schema.Runs(made=len(names) - failed, failed=failed, seconds=round(seconds, 1))
 
 
 SHADE = 2.0

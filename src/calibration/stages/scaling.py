@@ -27,14 +27,7 @@ from calibration.files import write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_metric, read_values, together, write_plan
 from calibration.stages import worded
-from calibration.statistics.dimensions import (
-    HELD_IN,
-    PAPER_RULE,
-    RULES,
-    Rule,
-    ScalingError,
-    factors,
-)
+from calibration.statistics import dimensions
 from calibration.statistics.numbers import fixed
 from calibration.study.config import Config, given, overlay, point_spec
 from calibration.study.stage import Figure, Plan, Points, Stage
@@ -54,10 +47,12 @@ NOT_SCALED = ("output", "seed")  # what is written, not what is simulated
 def quantity_of(key: str) -> str | None:
     """Quantity of `calibration.statistics.dimensions` that a run spec's key holds, by its unit;
     None for a number without one."""
-    return HELD_IN.get(unit_of(key))  # type: ignore[arg-type]
+    return dimensions.HELD_IN.get(unit_of(key))  # type: ignore[arg-type]
 
 
-def enlarged(run: Mapping[str, Any], experiment: str, rule: Rule, h: float) -> dict[str, Any]:
+def enlarged(
+    run: Mapping[str, Any], experiment: str, rule: dimensions.Rule, h: float
+) -> dict[str, Any]:
     """The run spec `run` (a mapping without experiment and seed), defaults put in, enlarged h times
     by `rule`.
 
@@ -65,7 +60,7 @@ def enlarged(run: Mapping[str, Any], experiment: str, rule: Rule, h: float) -> d
     as `dem.spec.parse_spec` does.
     """
     spec = parse_spec(point_spec(run, experiment, {}, 1)).model_dump(mode="json")
-    factor = factors(rule.held, h)
+    factor = dimensions.factors(rule.held, h)
     return {
         section: value if section in NOT_SCALED else _scaled(value, factor)
         for section, value in spec.items()
@@ -77,9 +72,11 @@ def _scaled(part, factor, key=""):
     if isinstance(part, dict):
         return {k: _scaled(v, factor, k) for k, v in part.items()}
     if key.endswith("_stl") and part is not None:
-        raise ScalingError(f"{key}: a mesh cannot be enlarged here; use the analytic rig")
+        raise dimensions.ScalingError(
+            f"{key}: a mesh cannot be enlarged here; use the analytic rig"
+        )
     if key.endswith("_curve_low") and part is not None:
-        raise ScalingError(
+        raise dimensions.ScalingError(
             f"{key}: the states of a curve, whose unit its powers make, cannot be enlarged here; "
             "use a law with a constant coefficient"
         )
@@ -113,7 +110,7 @@ def plan_scaling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     given(study.config, "scaling", "scaling")
     parts = []
     for case, rule, h in _cases(study.config):
-        run = enlarged(case.run, case.experiment, RULES[rule], h)
+        run = enlarged(case.run, case.experiment, dimensions.RULES[rule], h)
         parts.append(study.plan(case.design, case.experiment, run))
     write_plan(output.plan, *together(parts))
 
@@ -124,7 +121,9 @@ def _cases(config):
     section = config.scaling
     if section is None:
         return
-    for kind, rule, cohesive, h in product(EXPERIMENTS, RULES, (False, True), section.factors):
+    for kind, rule, cohesive, h in product(
+        EXPERIMENTS, dimensions.RULES, (False, True), section.factors
+    ):
         rows = pd.DataFrame([section.point] * (section.seeds if kind == "heap" else DROPS))
         rows = rows.assign(rule=rule, cohesive=cohesive, scale=h)
         run = base_run(config, kind, cohesive)
@@ -311,7 +310,7 @@ def response_statements(runs: pd.DataFrame, margins: Mapping[str, float]) -> lis
         out.append(
             Statement(  # type: ignore[call-arg]
                 f"{experiment}.{rule}.{'cohesive' if cohesive else 'plain'}",
-                "1.2.1, conclusion 4" if rule == PAPER_RULE.name else "(gravity kept)",
+                "1.2.1, conclusion 4" if rule == dimensions.PAPER_RULE.name else "(gravity kept)",
                 f"The {response[0]} does not change with the scale, {how}, under the {rule} rule",
                 0.0,
                 *(ends or (None, None, None)),
@@ -342,7 +341,7 @@ def drop_statements(design: pd.DataFrame) -> list[Statement]:
     """The exponents of impact speed and restitution over the scale, by a line through the
     logarithms of all drops."""
     drops = design[(design["experiment"] == "drop") & ~design["cohesive"]]
-    drops, out = drops[drops["rule"] == PAPER_RULE.name], []
+    drops, out = drops[drops["rule"] == dimensions.PAPER_RULE.name], []
     for claim in ("section122.velocity", "section122.restitution"):
         values = read_metric(drops["run_id"], POWERS[claim][-1])
         slope = log_slope(drops["scale"], values)
@@ -385,10 +384,10 @@ def scaling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     base = base_run(config, "drop", False)
     measured = {
         rule.name: measured_exponents({h: enlarged(base, "drop", rule, h) for h in section.factors})  # type: ignore[union-attr]
-        for rule in RULES.values()
+        for rule in dimensions.RULES.values()
     }
     statements = [
-        *exponent_statements(measured[PAPER_RULE.name]),
+        *exponent_statements(measured[dimensions.PAPER_RULE.name]),
         *drop_statements(design),
         *response_statements(design.assign(response=response), margins),
     ]

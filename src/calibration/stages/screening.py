@@ -8,17 +8,8 @@ import numpy as np
 import pandas as pd
 
 from calibration import figures
+from calibration.chain import responses
 from calibration.chain.handed_over import NamedFiles
-from calibration.chain.responses import (
-    columns,
-    judge,
-    naming_left_out,
-    nearest,
-    strongest,
-    told,
-    with_responses,
-    with_value,
-)
 from calibration.chain.study import Study, further_files
 from calibration.figures import Drawing, Response
 from calibration.files import read_json, write_table
@@ -82,11 +73,11 @@ def ascent(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     centre."""
     config = study.config
     factors = read_factors(config.factors)
-    every = with_responses(read_written(source.design), config)
-    with naming_left_out(every):
-        runs = judge(with_value(every, "response"), config)
+    every = responses.with_responses(read_written(source.design), config)
+    with responses.naming_left_out(every):
+        runs = responses.judge(responses.with_value(every, "response"), config)
     target = float(read_target(config).mean())
-    best = nearest(runs)
+    best = responses.nearest(runs)
     used = [f for f in factors if f.name in runs]
     write_table(runs, output.runs)
     response = figures.response_of(config.target.metric)
@@ -101,7 +92,7 @@ def ascent(study: Study, source: NamedFiles, output: NamedFiles) -> None:
             "path": str(best["path"]),
             "responses": [float(v) for v in runs["response"]],
             "centre_named": sorted(config.response_surface.centre),
-            **told(every),
+            **responses.told(every),
         },
     )
 
@@ -162,12 +153,12 @@ def screening(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """
     config = study.config
     factors = read_factors(config.factors)
-    every = with_responses(read_written(source.design), config)
+    every = responses.with_responses(read_written(source.design), config)
     rules = config.screening
     runs = _deciding(config, factors, every)
     screened = _screened(config, factors, runs)
     result = screened["response"]
-    deciding = strongest(list(screened.values())) if config.further_targets else result
+    deciding = responses.strongest(list(screened.values())) if config.further_targets else result
     codes, reasons = _going_on(config, factors, deciding)
     names = {f.code: f.name for f in factors}
     table = result.table.assign(name=result.table["code"].map(names))
@@ -190,22 +181,22 @@ def screening(study: Study, source: NamedFiles, output: NamedFiles) -> None:
         )
         if config.further_targets
         else None,
-        "aliased": _aliased(factors, with_value(runs, "response")),
+        "aliased": _aliased(factors, responses.with_value(runs, "response")),
         "method": result.method,
         **aliasing(runs, [f.code for f in factors]),
         "alpha": rules.alpha,
-        **told(every),
+        **responses.told(every),
     }
     if rules.foldover and rules.design and runs is every:
-        summary["halves"] = {"runs": len(with_value(every, "response"))}
+        summary["halves"] = {"runs": len(responses.with_value(every, "response"))}
     elif rules.foldover:
         both = _screened(config, factors, every)["response"]
         summary["with_foldover"] = {
             **_numbers(both, names),
             "significant": [names[c] for c in significant(both, rules.alpha, at_least=0)],
             "method": both.method,
-            "runs": len(with_value(every, "response")),
-            "aliased": _aliased(factors, with_value(every, "response")),
+            "runs": len(responses.with_value(every, "response")),
+            "aliased": _aliased(factors, responses.with_value(every, "response")),
             **aliasing(every, [f.code for f in factors]),
         }
     write_json(output.summary, summary)
@@ -218,7 +209,9 @@ def _deciding(config, factors, every):
     if not (rules.foldover and rules.design):
         return every
     own = every[every["fold"] == 1]
-    apart = all(tells_apart(with_value(own, name)[codes]) for name in columns(config))
+    apart = all(
+        tells_apart(responses.with_value(own, name)[codes]) for name in responses.columns(config)
+    )
     return own if apart else every
 
 
@@ -237,7 +230,7 @@ def aliasing(runs: pd.DataFrame, codes: list[str]) -> dict[str, Any]:
     largest variance inflation; lack_of_fit: what the main effects leave beyond the scatter of
     repeated runs, and the interactions that take most of it, None without repeats.
     """
-    here = with_value(runs, "response")
+    here = responses.with_value(runs, "response")
     result = screen(here, codes, here["response"])
     anova = result.anova.set_index("source")
     found = {
@@ -265,9 +258,9 @@ def aliasing(runs: pd.DataFrame, codes: list[str]) -> dict[str, Any]:
 def _screened(config, factors, runs):
     """{column: Screening} of each response over the runs that have one."""
     codes, found = [f.code for f in factors], {}
-    for column in columns(config):
-        with naming_left_out(runs, column):
-            here = with_value(runs, column)
+    for column in responses.columns(config):
+        with responses.naming_left_out(runs, column):
+            here = responses.with_value(runs, column)
             found[column] = screen(here, codes, here[column], config.screening.alpha)
     return found
 

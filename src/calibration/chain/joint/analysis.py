@@ -15,14 +15,7 @@ from calibration.atlas.emulators import AtlasEmulators
 from calibration.errors import CalibrationError
 from calibration.inference.chance_of_no_value import Chance
 from calibration.inference.gaussian_process import GaussianProcess
-from calibration.inference.joint.critique import (
-    ALPHA,
-    agreement,
-    borders,
-    misspecification,
-    pulls,
-    thinned,
-)
+from calibration.inference.joint import critique
 from calibration.inference.joint.likelihood import Cloud, Joint, Response
 from calibration.inference.joint.next_test import Candidate, rank
 from calibration.inference.joint.shares import pushed, shares
@@ -193,7 +186,7 @@ def analysed(
     parameters = _parameters(factors, config.experiment, posterior, whole.prior)
     criticism = _criticism(config, whole, measured, posterior.draws)
     following = next_tests(config, emulators, measured, tests, posterior.draws, machine)
-    coded = 2.0 * thinned(posterior.draws, config.posterior.draws).T - 1.0
+    coded = 2.0 * critique.thinned(posterior.draws, config.posterior.draws).T - 1.0
     natural = {f.name: f.natural(levels) for f, levels in zip(factors, coded, strict=True)}
     tables = {
         "draws": pd.DataFrame(natural),
@@ -245,17 +238,17 @@ def _criticism(config, whole, measured, draws):
     seed = config.seed
     cloud = Cloud.of(whole, seed=seed)
     read = {target.name: mean for target, mean in measured.items()}
-    agreed = agreement(whole, draws, seed, cloud)
+    agreed = critique.agreement(whole, draws, seed, cloud)
     return {
         "targets": [
             {"rig": read[p.response].tests[p.coefficient]}
             | {"metric": read[p.response].metrics[p.coefficient]}
             | asdict(p)
-            | {"agrees": p.p_others >= ALPHA}
-            for p in pulls(whole, draws, seed, cloud)
+            | {"agrees": p.p_others >= critique.ALPHA}
+            for p in critique.pulls(whole, draws, seed, cloud)
         ],
         "agreement": asdict(agreed) | {"contradicts": agreed.contradicts},
-        "misspecification_p": misspecification(whole, seed=seed),
+        "misspecification_p": critique.misspecification(whole, seed=seed),
     }
 
 
@@ -267,7 +260,7 @@ def _parameters(factors, experiment, posterior, prior):
     low, high = posterior.interval(LEVEL)
     low, high = np.where(low > INSIDE, low, 0.0), np.where(high < 1.0 - INSIDE, high, 1.0)
     before = prior.draw(PRIOR_DRAWS, np.random.default_rng(1)).std(axis=0)
-    pressed, found = borders(posterior.draws, prior), {}
+    pressed, found = critique.borders(posterior.draws, prior), {}
     for k, f in enumerate(factors):
         u = posterior.draws[:, k]
         own = next((b for b in pressed if b.parameter == k), None)

@@ -7,20 +7,7 @@ from calibration.study.config.schema import METRICS, Config, section_of
 from calibration.study.config.specs import numbers_of, overlay, point_spec, states, with_levels
 
 __all__ = [
-    "METRICS",
-    "Config",
-    "given",
-    "goals",
-    "numbers_of",
-    "overlay",
-    "parse_config",
-    "point_spec",
-    "read_back",
-    "read_swept",
-    "read_target",
-    "section_of",
-    "stands_alone",
-    "states",
-    "with_engine",
+    "METRICS", "Config", "given", "goals", "numbers_of", "overlay", "parse_config", "point_spec",
+    "read_back", "read_swept", "read_target", "section_of", "stands_alone", "states", "with_engine",
     "with_levels",
-]
+]  # fmt: skip

@@ -20,18 +20,9 @@ from calibration.runs.store import RunStore
 from calibration.study.stage import Stage
 from calibration.telling.answer.words import said
 from calibration.telling.kept_results import sentences_of
+from calibration.telling.report import embed
 from calibration.telling.report.answer import answer, findings, profiler
 from calibration.telling.report.carried import citation, workbook
-from calibration.telling.report.embed import (
-    caption,
-    download,
-    downloads_of,
-    figure,
-    filled,
-    html_of,
-    packed,
-    table,
-)
 from calibration.telling.report.sheet import sheet, viewer
 from dem.errors import ResultError
 
@@ -55,8 +46,8 @@ def build(
     parts = [part for part in (*parts, runs_section(study, stages)) if part]
     exports = _exports(study)
     said, found = answer(study, response), findings(study, response)
-    carry = [packed(f"{study.name}.xlsx", workbook(study.name, said, found))] if said else []
-    page = filled(
+    carry = [embed.packed(f"{study.name}.xlsx", workbook(study.name, said, found))] if said else []
+    page = embed.filled(
         "page.html.j2",
         name=study.name,
         answer=said,
@@ -68,7 +59,7 @@ def build(
         sheet=sheet(study, stages, response, metric),
         parts=parts,
         exports=exports,
-        files=json.dumps(downloads_of(carry, parts, exports)),
+        files=json.dumps(embed.downloads_of(carry, parts, exports)),
     )
     write_text(page, out)
     absent = [] if said else [f"{study / 'answer'}: answer.json missing; the page is without"]
@@ -89,7 +80,7 @@ def _exports(study):
         places = study / name, folder / "converted" / name, folder / name
         named[next((place for place in places if place.is_file()), folder / name)] = text
     files = [
-        download(p)
+        embed.download(p)
         | {"file": p.name, "path": p.relative_to(study), "about": text, "text": p.read_text()}
         for p, text in named.items()
         if p.is_file()
@@ -134,7 +125,9 @@ def _left(study, stage):
 def _listed(study, stage, response):
     """The section of a stage that says its outcome in sentences."""
     folder, (figures, tables) = study / stage.name, _left(study, stage)
-    drawn = [figure(p, _named(stage.name, p), [folder / d for d in f.numbers]) for p, f in figures]
+    drawn = [
+        embed.figure(p, _named(stage.name, p), [folder / d for d in f.numbers]) for p, f in figures
+    ]
     drawn += _further(folder, [f.name for f in stage.figures])
     summary = Results(study).summary(stage.name)
     return {
@@ -142,7 +135,7 @@ def _listed(study, stage, response):
         "title": stage.title,
         "texts": sentences_of(stage, summary, response),
         "figures": drawn,
-        "tables": [table(path, title) for path, title in tables],
+        "tables": [embed.table(path, title) for path, title in tables],
     }
 
 
@@ -153,9 +146,9 @@ def _further(folder, listed):
     for path in sorted(p for p in folder.glob("*.svg") if p.stem not in listed):
         base = next((n for n in listed if path.stem.startswith(f"{n}_")), None)
         metric = path.stem.removeprefix(f"{base}_")
-        text = f"{response_of(metric).name.capitalize()}: {caption(base or folder.name)}"
+        text = f"{response_of(metric).name.capitalize()}: {embed.caption(base or folder.name)}"
         data = sorted(p for p in folder.glob(f"*{metric}*") if p.suffix != ".svg")
-        figures.append(figure(path, text, [*data, folder / "runs.csv"]))
+        figures.append(embed.figure(path, text, [*data, folder / "runs.csv"]))
     return figures
 
 
@@ -167,12 +160,13 @@ def beside(study: Path, stage: Stage) -> dict[str, Any]:
         "key": key,
         "title": stage.title,
         "texts": [stage.about, *_counts(paths)],
-        "figures": [figure(p, _named(key, p), [*paths, *summary]) for p, _ in figures],
+        "figures": [embed.figure(p, _named(key, p), [*paths, *summary]) for p, _ in figures],
         "tables": [
-            table(p, title, ("verdict", "disagrees"), ALL_ROWS, stage.unshown) | {"open": True}
+            embed.table(p, title, ("verdict", "disagrees"), ALL_ROWS, stage.unshown)
+            | {"open": True}
             for p, title in tables
         ],
-        "downloads": [] if figures else [download(p) for p in summary],
+        "downloads": [] if figures else [embed.download(p) for p in summary],
     }
 
 
@@ -197,7 +191,11 @@ def _verb(word, n):
 def _named(key, path):
     """Caption of a figure: the file of workflow/report that bears the stage's name and its own, or
     its own, or its name in plain words."""
-    return caption(f"{key}_{path.stem}") or caption(path.stem) or label(path.stem).capitalize()
+    return (
+        embed.caption(f"{key}_{path.stem}")
+        or embed.caption(path.stem)
+        or label(path.stem).capitalize()
+    )
 
 
 def diagnosis(study: Path) -> dict[str, Any] | None:
@@ -207,7 +205,7 @@ def diagnosis(study: Path) -> dict[str, Any] | None:
     if not verdict:
         return None
     figures = [
-        figure(p, _named("diagnosis", p), [folder / "verdict.json"])
+        embed.figure(p, _named("diagnosis", p), [folder / "verdict.json"])
         for p in sorted(folder.glob("*.svg"))
     ]
     return {
@@ -215,8 +213,10 @@ def diagnosis(study: Path) -> dict[str, Any] | None:
         "title": "What the calibrated model gets wrong",
         "texts": said("whole_diagnosis", verdict),
         "figures": figures,
-        "tables": [table(p, label(p.stem).capitalize()) for p in sorted(folder.glob("*.csv"))],
-        "downloads": [download(folder / "verdict.json")],
+        "tables": [
+            embed.table(p, label(p.stem).capitalize()) for p in sorted(folder.glob("*.csv"))
+        ],
+        "downloads": [embed.download(folder / "verdict.json")],
     }
 
 
@@ -278,11 +278,11 @@ def runs_section(study: Path, stages: Mapping[str, Stage]) -> dict[str, Any] | N
         "tables": [
             {
                 "title": "Runs by stage",
-                "html": html_of(pd.DataFrame(rows)),
+                "html": embed.html_of(pd.DataFrame(rows)),
                 "rows": len(rows),
                 "shown": len(rows),
                 "open": True,
-                "download": packed("runs.csv", csv_text(runs).encode()),
+                "download": embed.packed("runs.csv", csv_text(runs).encode()),
             }
         ],
     }

@@ -7,14 +7,8 @@ import math
 import numpy as np
 
 from calibration.study.new.grains import Grains
-from calibration.study.new.methods.declare import (
-    Entry,
-    LaboratoryTest,
-    refusal,
-    rows_of,
-    said,
-    simulated,
-)
+from calibration.study.new.methods import Entry, LaboratoryTest
+from calibration.study.new.methods.declare import refusal, rows_of, said, simulated
 from dem.units import has_unit
 
 RESTITUTION = "contacts.particle_wall.restitution"

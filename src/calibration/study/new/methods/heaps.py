@@ -7,15 +7,8 @@ from dataclasses import dataclass, replace
 
 from calibration.study.config.schema import COARSER
 from calibration.study.new.grains import Grains, filling, short, volume_mm3
-from calibration.study.new.methods.declare import (
-    Entry,
-    LaboratoryTest,
-    fault,
-    refusal,
-    rows_of,
-    said,
-    simulated,
-)
+from calibration.study.new.methods import Entry, LaboratoryTest
+from calibration.study.new.methods.declare import fault, refusal, rows_of, said, simulated
 from dem.advice import bed_pressure, pressed_step
 from dem.constants import GRAVITY
 from dem.contact.registry import ContactParameters, Laws, Material

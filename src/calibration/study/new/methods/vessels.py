@@ -7,16 +7,8 @@ from statistics import fmean
 from typing import Any
 
 from calibration.study.new.grains import Grains, filling
-from calibration.study.new.methods.declare import (
-    Answer,
-    Entry,
-    LaboratoryTest,
-    fault,
-    refusal,
-    rows_of,
-    said,
-    simulated,
-)
+from calibration.study.new.methods import Answer, Entry, LaboratoryTest
+from calibration.study.new.methods.declare import fault, refusal, rows_of, said, simulated
 from dem.experiments.discharge import LEAST_WALL
 from dem.flow import C_BEVERLOO, FREE_FLOW_RATIO, beverloo
 
