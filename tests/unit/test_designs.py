@@ -76,7 +76,7 @@ def _screened(monkeypatch, folder, response):
     names = "runs effects anova half_normal pareto summary"
     output = SimpleNamespace(further={}, **{n: folder / f"{n}.svg" for n in names.split()})
     monkeypatch.setattr(
-        "calibration.stages.screening.with_responses",
+        "calibration.chain.responses.with_responses",
         lambda table, _: table.assign(response=response(table)),
     )
     monkeypatch.setattr("calibration.chain.responses.reason_without", lambda name: "it clogged")
