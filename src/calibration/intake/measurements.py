@@ -17,14 +17,7 @@ from statistics import fmean, stdev
 import pandas as pd
 
 from calibration.errors import ConfigError
-from calibration.intake.quantities import (
-    LEVERS,
-    QUANTITIES,
-    Condition,
-    having,
-    levers_of,
-    measurable,
-)
+from calibration.intake import quantities
 from calibration.intake.tables import AT_ITS_WORD, read_table
 from dem.units import UnitError, has_unit, in_ascii, in_unit, question, unit_of
 
@@ -40,7 +33,7 @@ OUTCOMES = ("clogged", "arched", "no_heap", "did_not_slide")
 """What a test can end with in place of a value."""
 
 FURTHER = ("test", "replicate", "role", "lever_sd", "outcome")
-COLUMNS = (*NEEDED, *SPREAD, *LEVERS, *SHARED, *FURTHER, "note")
+COLUMNS = (*NEEDED, *SPREAD, *quantities.LEVERS, *SHARED, *FURTHER, "note")
 MOST_SPREAD = 1e9
 ALIKE_SD = 1e-9
 """Spread of readings that are all alike, as a share of their mean."""
@@ -87,7 +80,7 @@ class Measurement:
     def proportional(self) -> str | None:
         """The lever that the reading goes with: the needed one, where the quantity is a share of
         it; else None."""
-        return getattr(QUANTITIES[self.experiment].scale, "lever", None)
+        return getattr(quantities.QUANTITIES[self.experiment].scale, "lever", None)
 
     @property
     def lever_error(self) -> float:
@@ -95,9 +88,9 @@ class Measurement:
         return self.lever_sd * self.value / self.levers[self.proportional] if self.lever_sd else 0.0
 
     @property
-    def condition(self) -> Condition:
+    def condition(self) -> quantities.Condition:
         """The `Condition` that it was measured at."""
-        return Condition(self.experiment, self.levers)
+        return quantities.Condition(self.experiment, self.levers)
 
     @property
     def shared(self) -> tuple:
@@ -316,14 +309,16 @@ class _Row:
 def _measurement(row):
     """`Measurement` of a `_Row`, or None where it has faults."""
     kind = row.get("experiment")
-    if kind not in QUANTITIES:
-        row.fault("experiment", "is no experiment", value=kind, allowed=", ".join(QUANTITIES))
+    if kind not in quantities.QUANTITIES:
+        row.fault(
+            "experiment", "is no experiment", value=kind, allowed=", ".join(quantities.QUANTITIES)
+        )
         return None
-    known, name = measurable(kind), row.get("quantity")
+    known, name = quantities.measurable(kind), row.get("quantity")
     if name not in known:
         reason, allowed = f"does not go with {kind}", ", ".join(known)
         row.fault("quantity", reason, value=name, allowed=allowed)
-    q = known.get(name, known[QUANTITIES[kind].name])
+    q = known.get(name, known[quantities.QUANTITIES[kind].name])
     unit = _unit(row, q)
     text = {c: row.get(c) for c in ("note", *SHARED, "replicate", "test")}
     chosen = _chosen(row)
@@ -391,14 +386,14 @@ def _lever_sd(row, kind):
     """Standard deviation of the lever that the quantity is a share of; 0 where none is given."""
     if not row.get("lever_sd"):
         return 0.0
-    lever = getattr(QUANTITIES[kind].scale, "lever", None)
-    if lever is None or row.get("quantity") != QUANTITIES[kind].name:
-        known = [k for k, q in QUANTITIES.items() if hasattr(q.scale, "lever")]
+    lever = getattr(quantities.QUANTITIES[kind].scale, "lever", None)
+    if lever is None or row.get("quantity") != quantities.QUANTITIES[kind].name:
+        known = [k for k, q in quantities.QUANTITIES.items() if hasattr(q.scale, "lever")]
         allowed = f"empty, or a row of {', '.join(known)}"
         reason = f"is not known for {kind}"
         row.fault("lever_sd", reason, value=row.get("lever_sd"), allowed=allowed)
         return 0.0
-    return row.number("lever_sd", 0.0, levers_of(kind)[lever].most, unit_of(lever))
+    return row.number("lever_sd", 0.0, quantities.levers_of(kind)[lever].most, unit_of(lever))
 
 
 def _unit(row, quantity):
@@ -425,14 +420,14 @@ def _scale(stated, unit):
 
 def _levers(row, kind):
     """{lever: value} of the levers that are set."""
-    levers, own = {}, levers_of(kind)
-    for name in LEVERS:
+    levers, own = {}, quantities.levers_of(kind)
+    for name in quantities.LEVERS:
         text = row.get(name)
         if not text:
             if name in own and own[name].needed:
                 row.fault(name, f"is needed for {kind}")
         elif name not in own:
-            allowed = f"empty, or a row of {', '.join(having(name))}"
+            allowed = f"empty, or a row of {', '.join(quantities.having(name))}"
             row.fault(name, f"is no lever of {kind}", value=text, allowed=allowed)
         else:
             levers[name] = row.number(name, own[name].least, own[name].most, unit_of(name))

@@ -28,12 +28,7 @@ from calibration.study.factors import Choice
 from calibration.study.simulated_tests import SimulatedTest, at_setting, test_of, tests_of
 from calibration.study.stage import Figure, Plan, Stage
 from calibration.telling.answer import schema, words
-from calibration.telling.export.parameters import (
-    DEFAULT,
-    calibrated_spec,
-    engine_of,
-    known_parameters,
-)
+from calibration.telling.export import parameters
 from dem.errors import DemError, ResultError
 from dem.io.files import write_json
 from dem.spec import parse_spec
@@ -146,7 +141,7 @@ def answer(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     beside = _beside(source, levels) if by == "chain" else []
     found = schema.Answer(
         study=config.name,
-        engine=engine_of(config),
+        engine=parameters.engine_of(config),
         by=by,
         parameters=_parameters(study, source, levels),
         tests=tests,
@@ -298,10 +293,10 @@ def _beside(source, levels):
 
 def _parameters(study, source, levels):
     """`Parameter` of every key of the model that is handed out."""
-    mapping = calibrated_spec(study.config, study.factors, levels)
+    mapping = parameters.calibrated_spec(study.config, study.factors, levels)
     free = {f.key: f.name for f in study.factors if f.name in levels}
     calibrated = {key: {"source": "calibrated", "factor": name} for key, name in free.items()}
-    entries = known_parameters(study, parse_spec(mapping), calibrated)
+    entries = parameters.known_parameters(study, parse_spec(mapping), calibrated)
     known = _intervals(study, source)
     return [
         schema.Parameter(
@@ -329,7 +324,7 @@ def _source(entry):
         return "measured"
     if entry.get("paper", "").endswith(": the same"):
         return "published"
-    return "default" if entry["source"] == DEFAULT else "fixed"
+    return "default" if entry["source"] == parameters.DEFAULT else "fixed"
 
 
 def _intervals(study, source):
@@ -383,8 +378,8 @@ def _wrong(study, source, tests, instead, beside):
 def _origin(study, name):
     """Where the level of a factor that was not calibrated comes from, in words."""
     [factor] = [f for f in study.factors if f.name == name]
-    spec = parse_spec(calibrated_spec(study.config, study.factors, {}))
-    entry = known_parameters(study, spec, {})[factor.key]
+    spec = parse_spec(parameters.calibrated_spec(study.config, study.factors, {}))
+    entry = parameters.known_parameters(study, spec, {})[factor.key]
     where, _, printed = entry.get("paper", "").partition(": ")
     return f"as printed, {where}" if printed == "the same" else entry["source"]
 
