@@ -31,8 +31,8 @@ def main(words: list[str] | None = None) -> int:
     named = {", ".join(map(str, trial.name(case).values())): case for case in trial.cases()}
     if args.what == "run":
         trial.run()
-    elif args.what == "table":
-        trial.show()
+    elif args.what == "table":  # the gains stand in the strangers' table
+        (campaign.TRIAL if trial is campaign.GAINS else trial).show()
     elif args.what == "list":
         print(*named, sep="\n")
     elif args.case not in named:

@@ -11,7 +11,7 @@ from calibration.chain.study import Study
 from calibration.errors import CalibrationError
 from calibration.figures import ANGLE
 from calibration.runs.plans import read_plan
-from calibration.stages.numerics import STAGES
+from calibration.stages.pour_rate import STAGES
 from facts import refused, tells
 from made_up import HEAP, answer, made_up
 from small_heap import RUN
@@ -64,7 +64,7 @@ def test_the_angle_over_the_rate_is_told(tmp_path, monkeypatch):
     # 100 grains of 2 mm make a rate in grams
     grain = found["grain_g"]
     assert rows["1000"]["rate_g_s"] == pytest.approx(1000 * grain)
-    said = STAGES[1].sentences(found, ANGLE)
+    said = STAGES[0].sentences(found, ANGLE)
     most = re.search(r"differs by up to \+([\d.]+)°", said[0])[1]
     assert float(most) == pytest.approx(3.0, abs=0.4)
     mean = f"{rows['opened']['mean']:.2f}"
@@ -83,7 +83,7 @@ def test_a_rate_without_heaps_is_left_out_and_none_is_an_error(tmp_path, monkeyp
 
     found, _ = poured(config, slow)
     assert [row["rig"] for row in found["rigs"]] == ["500"]
-    assert len(STAGES[1].sentences(found, ANGLE)) == 1
+    assert len(STAGES[0].sentences(found, ANGLE)) == 1
     (tmp_path / "other").mkdir()
     config = config_of(tmp_path / "other", monkeypatch, {"rates_per_s": [500, 1000], "heaps": 2})
     with refused(CalibrationError, "rate", "two heaps"):

@@ -8,6 +8,7 @@ from matplotlib.text import Text
 
 from calibration import figures
 from calibration.figures import response_of
+from calibration.stages.ascent import ascent_path
 from calibration.stages.optimum import contours
 from calibration.stages.response_surface import (
     perturbation,
@@ -15,7 +16,7 @@ from calibration.stages.response_surface import (
     residual_panel,
     surfaces,
 )
-from calibration.stages.screening import ascent_path, half_normal, pareto
+from calibration.stages.screening import half_normal, pareto
 from calibration.stages.validation import validation_figure
 from calibration.statistics.design import box_behnken
 from calibration.statistics.numbers import difference_of, fixed, signed, spread

@@ -9,7 +9,7 @@ checkpoint plan_ascent:
     output:
         **planned("ascent"),
     params:
-        function="calibration.stages.screening:plan_ascent",
+        function="calibration.stages.ascent:plan_ascent",
         reads=[*PLANNING, "ascent"],
         seeds=1,
     message:
@@ -29,7 +29,7 @@ rule ascent:
         summary=f"{STUDY}/ascent/ascent.json",
         path=page("ascent/path.svg", "2 Steepest ascent", "ascent_path"),
     params:
-        function="calibration.stages.screening:ascent",
+        function="calibration.stages.ascent:ascent",
         reads=[*RESPONSES, "factors", "response_surface"],
     message:
         "steepest ascent: the region's centre"

@@ -10,7 +10,7 @@ checkpoint plan_pour_rate:
     output:
         **planned("pour_rate"),
     params:
-        function="calibration.stages.numerics:plan_pour_rate",
+        function="calibration.stages.pour_rate:plan_pour_rate",
         reads=[*PLANNING, "pour_rate"],
         seeds=6,
     message:
@@ -29,7 +29,7 @@ rule pour_rate:
         runs=f"{STUDY}/pour_rate/runs.csv",
         figure=page("pour_rate/pour_rate.svg", "7 Pour rate"),
     params:
-        function="calibration.stages.numerics:pour_rate",
+        function="calibration.stages.pour_rate:pour_rate",
         reads=["target", "experiment", "own_run", "pour_rate"],
     message:
         "the response over the pour rate"
