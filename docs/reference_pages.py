@@ -270,7 +270,7 @@ def atlas():
     for title, inputs in (shared | {r.title: r.inputs for r in RIGS.values()}).items():
         text += f"\n## Inputs of {title}\n\n| input | from | to | reason |\n|---|---|---|---|\n"
         text += "".join(f"| {i.meaning} | {i.low:g} | {i.high:g} | {i.reason} |\n" for i in inputs)
-    return text + atlas_left_out() + atlas_laboratories() + atlas_salt()
+    return text + atlas_left_out() + atlas_laboratories() + atlas_published() + atlas_salt()
 
 
 ATLAS = ROOT / "results/reference/atlas"
@@ -304,20 +304,26 @@ what runs ask for by which the process was not trained.
 
 def atlas_laboratories():
     """What it keeps of made-up laboratories."""
-    heads, rows = ["laboratories", "of", "held", "reading", "error, median", "mean"], []
+    heads, rows = ["laboratories", "of", "held", "ranges", "reading", "error, median", "mean"], []
     for kind, own in pd.read_csv(ATLAS / "account.csv").groupby("kind", sort=False):
-        held = own["held"].dropna().astype(bool)
-        first = [kind, f"{own['seed'].nunique()}", f"{held.sum()} of {len(held)}"]
+        held, ranges = (own[c].dropna().astype(bool) for c in ("held", "range_held"))
+        first = [kind, f"{own['seed'].nunique()}"]
+        first += [f"{of.sum()} of {len(of)}" for of in (held, ranges)]
         for metric, of in own[own["error"].notna()].groupby("of"):
             error, pull = of["error"], (of["error"] / of["sd"]).std()
-            told = [label(metric), f"{error.abs().median():.2g}", f"{error.mean():+.2g}"]
+            told = [
+                label(without_unit(metric)),
+                f"{error.abs().median():.2g}",
+                f"{error.mean():+.2g}",
+            ]
             rows.append([*first, *told, f"{pull:.2f}"])
             first = [""] * len(first)
     return f"""
 ## Made-up laboratories
 
-`held`: intervals of 90 % that hold the truth. Readings: median error of the mean that is told at
-the true parameters, its mean, and its scatter over the error that is stated.
+`held`: intervals of 90 % that hold the truth. `ranges`: those that `dem new` narrows, and hold it.
+Readings: median error of the mean that is told at the true parameters, its mean, and its scatter
+over the error that is stated.
 
 {rows_of([*heads, "over stated"], rows)}"""
 
@@ -334,8 +340,8 @@ def atlas_published():
 ## Published materials
 
 The studies in `examples/` that begin from published values; `met`: whether parameters within the
-published ranges meet all readings of a material. Sand and pellets lie on plates wider than the
-atlas', where heaps stand steeper than it tells, and fill a vessel more than spheres of one size do.
+published ranges meet all readings of a material. Sand packs denser than spheres of one size, and
+pellets stand steeper.
 
 {rows_of(["material", "reading", "unit", "measured", "told", "met"], rows)}"""
 

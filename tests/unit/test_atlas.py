@@ -187,10 +187,10 @@ def test_few_runs_correct_an_atlas_that_is_off(tmp_path, monkeypatch):
     near, far = (np.abs(atlas.mean(x)[0] - 30.0).mean() for x in (np.column_stack(u), spread))
     assert len(own) == len(spread) == 10
     assert near < far
-    config.tests["heap"].run["geometry"]["plate_diameter_mm"] = 180.0
+    config.tests["heap"].run["geometry"]["plate_diameter_mm"] = 360.0
     config.tests["heap"].run["laws"] = {"rolling": "constant_torque"}
     said = " ".join(AtlasEmulators(config, study.factors).counted())
-    assert tells(said, "counts as 26", "rolling is constant_torque", "elastic_plastic in the atlas")
+    assert tells(said, "counts as 50", "rolling is constant_torque", "elastic_plastic in the atlas")
 
 
 @pytest.mark.slow

@@ -28,7 +28,7 @@ RUNS = {"heap": 2000, "cylinder": 1500, "density": 1500, "drum": 1500, "silo": 4
 """Runs of one part, which is made at once, and of each test when all are made."""
 DIGITS = 4
 TRAINED = 300, 0.75
-"""Runs at most, the first of the design that have a value, and share of them, by which lengths are
+"""Runs at most, evenly out of those that have a value, and share of them, by which lengths are
 trained: the likelihood takes the cube of their number, and the others tell what the trained process
 is worth."""
 KEPT = files("calibration.atlas") / "kept"
@@ -134,10 +134,11 @@ def keep(name: str, parts: Sequence[Path], out: Path) -> None:
 def _trained(x, y):
     """`Trained` of a reading y (n,) at inputs x (n, D)."""
     most, share = TRAINED
-    first = min(most, int(share * len(y)))
-    known = GaussianProcess().fit(x[:first], y[:first]).known
+    count = min(most, int(share * len(y)))
+    own = np.linspace(0, len(y) - 1, count).astype(int)
+    known = GaussianProcess().fit(x[own], y[own]).known
     error, sd = GaussianProcess().fit(x, y, known).left_out()
-    rest = (error / sd)[first:]
+    rest = np.delete(error / sd, own)
     return Trained(process=known, wider=max(1.0, float(np.sqrt(np.mean(rest**2)))))
 
 

@@ -42,25 +42,26 @@ from dem.io.files import write_json
 
 def plan_joint_first(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan one space-filling design over the free factors (scrambled Sobol points) for every rig,
-    the first `joint.repeated` points twice where runs of the rig scatter; by the atlas `joint.runs`
-    points spread over what it makes of the measured tests."""
+    the first `joint.repeated` points twice where runs of the rig scatter. By the atlas `joint.runs`
+    points of a test that it has are spread over what it makes of the measured tests; what runs of
+    others say far from there, nothing else would."""
     config, factors, parts = study.config, free_factors(study), []
-    spread = _by_atlas(config, factors) if config.by_atlas else None
+    tests, spread = _by_atlas(config, factors) if config.by_atlas else ((), None)
     for rig in joint_tests(config):
-        points = first_points(config, rig, len(factors)) if spread is None else spread
+        points = spread if rig in tests else first_points(config, rig, len(factors))
         parts.append(_planned(study, rig, factors, points, 0))
     write_plan(output.plan, *_numbered(parts))
 
 
 def _by_atlas(config, factors):
-    """Points (n, d) of the first runs where the atlas expects the answer."""
+    """(tests that the atlas has, points (n, d) where it expects the answer)."""
     from calibration.atlas.emulators import AtlasEmulators
     from calibration.chain.joint.analysis import joint_of
 
     atlas = AtlasEmulators(config, factors)
     told = atlas.told(measured_of(config, joint_targets(config)))
     draws = joint_of(config, atlas, told).posterior(config.seed).draws  # type: ignore[arg-type]  # as Emulators
-    return _spread(draws, config.joint.runs, config.seed)
+    return atlas.tests, _spread(draws, config.joint.runs, config.seed)
 
 
 def _emulators(config, factors, design):
