@@ -155,6 +155,11 @@ def _grains(volume):
     return round(filling(volume, 1.0))
 
 
+def grains_of_cone(plate: float) -> float:
+    """Grains of a cone of 35° on a plate, which is in diameters."""
+    return filling(math.pi / 24.0 * CONE_SLOPE * plate**3, 1.0)
+
+
 def relative_length(elongation: float) -> float:
     """Length of a grain, in diameters of the sphere of its volume."""
     return float(elongation * sphere_radius(1.0, elongation))
@@ -172,7 +177,7 @@ def _depth(count, wide):
 def _heap(at, mm):
     plate = at["plate"]
     orifice = at["orifice"] * _length(at)
-    count = _grains(at["filling"] * math.pi / 24.0 * CONE_SLOPE * plate**3)
+    count = round(at["filling"] * grains_of_cone(plate))
     d = 1e-3 * mm
     rate = at["feed"] * solid_rate(orifice * d, _length(at) * d) / (math.pi / 6.0 * d**3)
     geometry = {
@@ -192,12 +197,11 @@ def _heap(at, mm):
 
 def _read_heap(spec, d, length):
     g, plate = spec.geometry, spec.geometry.plate_diameter_mm / d
-    cone = math.pi / 24.0 * CONE_SLOPE * plate**3
     passes = solid_rate(1e-3 * g.orifice_diameter_mm, 1e-3 * length * d)
     rate = g.generation_rate_per_s * math.pi / 6.0 * (1e-3 * d) ** 3
     return {
         "plate": plate,
-        "filling": spec.particles.count / _grains(cone),
+        "filling": spec.particles.count / grains_of_cone(plate),
         "height": g.discharge_height_mm / (0.5 * g.plate_diameter_mm),
         "orifice": g.orifice_diameter_mm / (length * d),
         "feed": 1.0 if g.feed == "opened" else rate / passes,

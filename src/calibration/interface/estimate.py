@@ -15,7 +15,7 @@ import yaml
 from scipy.special import expit
 
 from calibration.atlas.emulators import AtlasEmulators, cut_to_atlas, diameter_mm, poured_as_atlas
-from calibration.atlas.rigs import RIGS
+from calibration.atlas.rigs import RIGS, grains_of_cone
 from calibration.chain.joint.analysis import INSIDE, analysed, joint_of, metrics_of, tails
 from calibration.errors import CalibrationError
 from calibration.figures import response_of
@@ -33,8 +33,8 @@ from calibration.study.simulated_tests import WITH_SIZE
 from dem.experiments import experiments
 from dem.units import behind, unit_of, without_unit
 
-GRAINS = 2000
-"""Grains of a test at most, as `dem new --grains` has it: the atlas has heaps of no more."""
+GRAINS = round(grains_of_cone(RIGS["heap"].inputs[0].high))
+"""Grains of a test at most, as `dem new --grains` has it: a cone on the atlas' widest plate."""
 
 
 @dataclass(frozen=True)
