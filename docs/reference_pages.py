@@ -17,6 +17,7 @@ from functools import partial
 from pathlib import Path
 
 import pandas as pd
+import yaml
 from mkdocs.structure.files import File
 
 from calibration.atlas.rigs import GRAIN, RIGS
@@ -318,8 +319,12 @@ def atlas_laboratories():
             ]
             rows.append([*first, *told, f"{pull:.2f}"])
             first = [""] * len(first)
+    planned = yaml.safe_load((ROOT / "benchmarks/atlas.yaml").read_text()).items()
+    every = ", ".join(f"{kind} {own['count']}" for kind, own in planned)
     return f"""
 ## Made-up laboratories
+
+Planned: {every}. Those below are judged by the present runs.
 
 `held`: intervals of 90 % that hold the truth. `ranges`: those that `dem new` narrows, and hold it.
 Readings: median error of the mean that is told at the true parameters, its mean, and its scatter
