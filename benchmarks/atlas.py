@@ -83,10 +83,8 @@ def drawn(kind: str, tests: Sequence[str], rng: np.random.Generator) -> dict[str
         specs[name] = RIGS[name].spec(material | plain | rig | own.get("rig", {}), 1)
         particles = specs[name]["particles"]
         particles |= own.get("particles", {})
-        if kind == "two sizes":
-            wide = particles.pop("diameter_mm")
-            sizes = [round(0.7 * wide, 3), round(1.3 * wide, 3)]
-            particles["sizes"] = {"diameters_mm": sizes, "fractions": [0.4, 0.6]}
+        if "sizes" in particles:
+            del particles["diameter_mm"]
         if "engine" in own:
             specs[name]["engine"] = engines.entry_of(own["engine"])
     return specs

@@ -209,10 +209,9 @@ class AtlasEmulators:
         at = inputs_of(rig, spec)
         base = np.array([np.clip(i.coded(at[i.name]), 0.0, 1.0) for i in rig.all_inputs])
         moved = list(self._moved(test))
-        columns = [c for _, c, _, _, _ in moved]
         diameter, density = 1e-3 * diameter_mm(spec), spec.materials.particle.density_kg_m3
         near = [
-            (w, nearest(rig.name, m, base, columns), trained(rig.name)[m]["wider"])
+            (w, nearest(rig.name, m, base, [k[1] for k in moved]), trained(rig.name)[m]["wider"])
             for w, m in _parts(rig, spec, at, metric)
         ]
         return Response(near, base, moved, UNITS[rig.readings[metric]](diameter, density))
@@ -294,8 +293,7 @@ def _parts(rig, spec, at, metric):
     if metric != "poured_density_kg_m3":
         return [(1.0, metric)]
     length = relative_length(at["elongation"]) * diameter_mm(spec)
-    widest = next(i.high for i in rig.inputs if i.name == "vessel")
-    share = min(at["vessel"], widest) * length / spec.geometry.vessel_diameter_mm
+    share = min(at["vessel"], rig.input("vessel").high) * length / spec.geometry.vessel_diameter_mm
     return [(share, metric)] + ([(1.0 - share, "poured_solid_fraction")] if share < 1.0 else [])
 
 
@@ -303,7 +301,7 @@ def poured_as_atlas(config: Config) -> tuple[Config, list[str]]:
     """(configuration whose heaps are poured of as many grains as the atlas has, sentences on those
     that were of more or fewer): a laboratory pours what its plate takes, and the rest rolls off."""
     tests, said, rig = dict(config.tests), [], RIGS["heap"]
-    own = next(i for i in rig.inputs if i.name == "filling")
+    own = rig.input("filling")
     for name in (n for n, t in tests.items() if t.experiment == rig.experiment):
         spec = spec_of(config, name)
         share, count = inputs_of(rig, spec)["filling"], spec.particles.count

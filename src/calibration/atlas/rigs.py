@@ -112,6 +112,10 @@ class Rig:
         """Of the rig alone."""
         return tuple(_INPUTS[self.name])
 
+    def input(self, name: str) -> Input:
+        """The rig's input of a name."""
+        return next(i for i in self.inputs if i.name == name)
+
     @property
     def all_inputs(self) -> tuple[Input, ...]:
         """Of the grain and of the rig."""

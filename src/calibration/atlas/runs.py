@@ -122,17 +122,15 @@ def keep(name: str, parts: Sequence[Path], out: Path) -> None:
     table, before, rig = read_parts(parts), kept(name), RIGS[name]
     own = (before["engine"] == engine_fingerprint()) & ~before["run"].isin(table["run"])
     table = pd.concat([before[own], table]).sort_values("run")
-    found = {}
-    for metric in rig.readings:
-        y = table[metric].to_numpy(float)
-        has = np.isfinite(y)
-        found[metric] = _trained(coded(rig, table)[has], y[has])
+    x = coded(rig, table)
+    found = {metric: _trained(x, table[metric].to_numpy(float)) for metric in rig.readings}
     write_table(table[columns(rig)], out / f"{name}.csv")
     write_json(out / f"{name}.json", found)
 
 
 def _trained(x, y):
-    """`Trained` of a reading y (n,) at inputs x (n, D)."""
+    """`Trained` of a reading y (n,) at inputs x (n, D); nan where a run gave none."""
+    x, y = x[np.isfinite(y)], y[np.isfinite(y)]
     most, share = TRAINED
     count = min(most, int(share * len(y)))
     own = np.linspace(0, len(y) - 1, count).astype(int)

@@ -33,7 +33,7 @@ from calibration.study.simulated_tests import WITH_SIZE
 from dem.experiments import experiments
 from dem.units import behind, unit_of, without_unit
 
-GRAINS = round(grains_of_cone(RIGS["heap"].inputs[0].high))
+GRAINS = round(grains_of_cone(RIGS["heap"].input("plate").high))
 """Grains of a test at most, as `dem new --grains` has it: a cone on the atlas' widest plate."""
 
 
