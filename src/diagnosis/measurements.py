@@ -1,12 +1,17 @@
 """The measured conditions that the diagnosis takes from a study's table."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+
+import numpy as np
+import pandas as pd
 
 from calibration.errors import ConfigError
 from calibration.intake.measurements import ROLES, Measurement, raise_faults, read_measured
 from calibration.intake.quantities import QUANTITIES
+from diagnosis.reading_errors import doubt, spread_unit
+from diagnosis.shared_errors import LABELS
 from diagnosis.table_model.single_readings import one_by_one, set_aside
 
 CONTACTS = ("drop", "tilt")
@@ -56,7 +61,7 @@ def read_all(path: str | Path) -> Measured:
     rows = read_measured(path, apart=True).conditions
     rows = [m for m in rows if m.quantity == QUANTITIES[m.experiment].name]
     valued = [r for r in rows if not r.outcome]
-    _need_spread(valued, path)
+    valued = _with_spread(valued, path)
     kept, aside = set_aside([r for r in valued if r.role == ROLES[0]])
     fitted, singly = one_by_one(kept)
     out = Measured(
@@ -70,20 +75,48 @@ def read_all(path: str | Path) -> Measured:
     return out
 
 
-def _need_spread(measurements, path):
-    """Raise ConfigError for the readings that are alone."""
+def _with_spread(measurements, path):
+    """The measurements, a reading that is alone in its condition with the spread that the others of
+    its experiment tell. Raises ConfigError for those of which none tells it."""
+    told = {m.experiment: None for m in measurements if m.sd is None}
+    for kind in told:
+        told[kind] = _common_spread([m for m in measurements if m.experiment == kind])
     faults = [
         ConfigError(
-            "is the only one of its condition, whose spread cannot be known",
+            "is the only one of its condition, and no other reading tells its spread",
             path=path,
             line=m.line,
             column="replicate" if m.replicate else "sd",
-            allowed="two readings or more, or one row with sd and n",
+            allowed="two readings or more of a condition, or of settings in several batches or "
+            "by several instruments, or one row with sd and n",
         )
         for m in measurements
-        if m.sd is None
+        if m.sd is None and told[m.experiment] is None
     ]
     raise_faults(faults)
+    return [
+        m if m.sd is not None else replace(m, sd=told[m.experiment] * unit, lines=(m.line,))
+        for m, unit in zip(measurements, spread_unit(measurements), strict=True)
+    ]
+
+
+def _common_spread(own):
+    """Standard deviation of a reading of an experiment in `spread_unit`, its doubt with it; None
+    where nothing tells it. Replicates tell it, and single readings of a setting in several batches
+    or by several instruments, beside a level of each setting and what each of these adds."""
+    unit = spread_unit(own)
+    freedom = sum(m.n - 1 for m in own if m.sd is not None)
+    squares = sum((m.n - 1) * (m.sd / u) ** 2 for m, u in zip(own, unit, strict=True) if m.sd)
+    single = [i for i, m in enumerate(own) if m.sd is None]
+    y = np.array([np.log(own[i].value) if unit[i] != 1.0 else own[i].value for i in single])
+    added = pd.DataFrame(
+        [{"setting": str(own[i].levers)} | {n: getattr(own[i], n) for n in LABELS} for i in single]
+    )
+    levels = pd.get_dummies(added).to_numpy(float)
+    level, _, rank, _ = np.linalg.lstsq(levels, y)
+    freedom += len(y) - rank
+    squares += ((y - levels @ level) ** 2).sum()
+    return float(doubt(freedom) * np.sqrt(squares / freedom)) if freedom > 0 else None
 
 
 def _enough(measurements, path):

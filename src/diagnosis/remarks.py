@@ -34,7 +34,8 @@ def remarks(
 
 class _Kind:
     """An experiment's measurements, levels of its levers, rows whose batch or instrument is alone,
-    columns that differ within a setting, and what its readings go with."""
+    readings that are alone in their condition, columns that differ within a setting, and what its
+    readings go with."""
 
     def __init__(self, kind, own, goes_with):
         self.kind, self.own, self.goes_with = kind, own, goes_with
@@ -43,6 +44,7 @@ class _Kind:
         self.two = [name for name, levels in count.items() if levels == 2]
         self.alone = [(name, m) for name in ("batch", "instrument") for m in own if getattr(m, name)
                       and sum(getattr(o, name) == getattr(m, name) for o in own) == 1]  # fmt: skip
+        self.lone = [m for m in own if len(m.readings) == 1 and not goes_with]
         self.pooled = {name: [m for m in own if name in m.pooled]
                        for name in dict.fromkeys(n for m in own for n in m.pooled)}  # fmt: skip
 

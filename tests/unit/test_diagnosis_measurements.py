@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import t as student
 
 from calibration.errors import ConfigError
 from calibration.intake.measurements import read_measured
@@ -86,6 +87,35 @@ def test_replicates_as_rows_are_one_condition(tmp_path):
     assert (two.value, two.n, two.batch, two.line) == (30.5, 2, "two", 9)
 
 
+def test_a_reading_that_is_alone_takes_the_spread_of_the_others(tmp_path):
+    """Means of five with a spread of 10 % tell that of the one reading beside them."""
+    means = drops(*[(str(h / 5), str(h / 50), "5", str(h)) + ("",) * 5 for h in (100, 200, 300)])
+    lone = drops(("30", "", "", "150", "a", "", "", "", ""))
+    found = read_all(write(tmp_path, means + lone, FULL))
+    one = found.fitted[-1]
+    assert (one.n, one.line) == (1, 6)
+    assert one.sd == pytest.approx(3.0 * student.ppf(0.975, 12) / 1.96, rel=1e-4)
+    assert tells(remarks(found)[0], "Line 6")
+
+
+def test_a_reading_a_day_of_each_setting_tells_the_spread(tmp_path):
+    """An additive table of settings and days, with one interaction c of known sum of squares: the
+    analysis of variance of two ways without replicates (Fisher 1935)."""
+    header = "experiment,quantity,value,unit,tilt_rate_deg_s,batch"
+    rows = [
+        f"tilt,sliding_angle,{30 + rate + 2 * day + sign * 0.4},deg,{rate},day {day}"
+        for rate, signs in ((2, (1, -1)), (5, (-1, 1)), (9, (0, 0)))
+        for day, sign in enumerate(signs)
+    ]
+    found = read_all(write(tmp_path, rows, header)).fitted
+    assert [m.n for m in found] == [1] * 6
+    spread = np.sqrt(4 * 0.4**2 / 2)  # four readings are off by 0.4, two degrees of freedom
+    wide = student.ppf(0.975, 2) / 1.96
+    assert [m.sd for m in found] == pytest.approx([spread * wide] * 6, rel=1e-4)
+    with refused(ConfigError, "line 3", "column sd", "batches"):
+        read_all(write(tmp_path, [r for r in rows if "day 0" in r], header))
+
+
 def test_held_out_rows_and_tests_without_a_value_are_apart(tmp_path):
     rows = drops(
         ("20", "1", "5", "150", "", "hold out", "", "", ""),
@@ -108,7 +138,6 @@ def test_an_uncertain_height_widens_the_error_of_its_rebound(tmp_path):
 
 
 FURTHER_FAULTS = [
-    (("20", "", "", "150", "a", "", "", "", ""), "replicate", "spread cannot be known"),
     (("20", "1", "", "150", "a", "", "", "", ""), "sd", "no meaning beside replicate"),
     (("20", "1", "5", "150", "", "spare", "", "", ""), "role", "calibrate, hold out"),
     (("20", "1", "5", "150", "", "", "", "lost", ""), "outcome", "clogged, arched"),

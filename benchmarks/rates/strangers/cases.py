@@ -140,10 +140,20 @@ def singles(experiment, x, true, rng, scale=1.0, read=None):
     )
 
 
+def a_reading_a_day(experiment, x, true, rng, scale=1.0):
+    """Rows that are single readings, one of each setting on each of five declared days; what a day
+    adds has twice the spread of a reading."""
+    table = singles(experiment, x, true, rng, scale).rename(columns={"replicate": "batch"})
+    off = 2.0 * rng.standard_normal(REPLICATES)[table["batch"] - 1]
+    added = off * sigma(experiment, np.repeat(true, REPLICATES), scale)
+    return table.assign(value=table["value"] + added)
+
+
 WRITTEN: dict[str, Callable[..., pd.DataFrame]] = {
     "means": means,
     "means_with_tails": partial(means, tails=True),
     "singles": singles,
+    "a_reading_a_day": a_reading_a_day,
 }
 """What a laboratory writes down."""
 

@@ -59,25 +59,31 @@ def own_misfit(table: pd.DataFrame) -> float:
 def _variance_ratio(experiment, rows):
     scale = rows[PROPORTIONAL[experiment]] if experiment in PROPORTIONAL else 1.0
     y = (rows["value"] / scale).to_numpy(float)
-    own = [c for c in ("batch", "instrument") if c in rows and rows[c].notna().any()]
-    if "replicate" in rows:
-        keys = [c for c in LEVER.values() if c in rows]
-        sets = rows.assign(y=y).groupby(keys, dropna=False)["y"]
-        within, freedom, m = sets.var(ddof=1).mean(), (sets.size() - 1).sum(), sets.size().iloc[0]
-        y, design = sets.mean().to_numpy(), np.ones((sets.ngroups, 1))
-        own = []
-    else:
-        m = int(rows["n"].iloc[0])
-        within = float(((rows["sd"] / scale) ** 2).mean())
-        freedom = len(rows) * (m - 1)
-        design = np.ones((len(rows), 1))
-    for column in own:
+    design = np.ones((len(rows), 1))
+    for column in (c for c in ("batch", "instrument") if c in rows and rows[c].notna().any()):
         design = np.hstack([design, pd.get_dummies(rows[column], dtype=float).to_numpy()[:, 1:]])
-    miss = y - design @ np.linalg.lstsq(design, y, rcond=None)[0]
-    left = len(y) - np.linalg.matrix_rank(design)
+    left, freedom = _left(y, design)
+    if "n" in rows:
+        m = int(rows["n"].iloc[0])
+        within_freedom = len(rows) * (m - 1)
+        within = within_freedom * float(((rows["sd"] / scale) ** 2).mean()) / m
+    else:  # single readings, beside a level of each setting
+        keys = [c for c in LEVER.values() if c in rows]
+        settings = rows.groupby(keys, dropna=False).ngroup()
+        within, within_freedom = _left(
+            y, np.hstack([design, pd.get_dummies(settings, dtype=float)])
+        )
+        left, freedom = left - within, freedom - within_freedom
     if within <= 0.0:
         return 0.0
-    return float(stats.f.sf((miss**2).sum() / left / (within / m), left, freedom))
+    ratio = (left / freedom) / (within / within_freedom)
+    return float(stats.f.sf(ratio, freedom, within_freedom))
+
+
+def _left(y, design):
+    """(sum of squares, degrees of freedom) that a design leaves."""
+    miss = y - design @ np.linalg.lstsq(design, y, rcond=None)[0]
+    return float((miss**2).sum()), len(y) - np.linalg.matrix_rank(design)
 
 
 def marks(case: Case, drawn: Drawn, said: dict) -> dict:
