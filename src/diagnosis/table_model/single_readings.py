@@ -1,8 +1,9 @@
 """Single readings that contradict the other readings of their own condition.
 
 Where a table holds each reading, one that is far off widens the spread of its condition and hides
-there. Distances from the condition's median are compared with the usual one of the experiment
-(median absolute deviation: Hampel 1974, J. Am. Stat. Assoc. 69:383).
+there. So the worst reading of each condition is compared with the mean and the spread of its
+others, and with what all conditions say of that spread (the deletion residual: Cook and Weisberg
+1982, Residuals and Influence in Regression, 2.2.2). Its chance is simulated.
 """
 
 from collections.abc import Sequence
@@ -15,7 +16,7 @@ import numpy as np
 from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import QUANTITIES
 from diagnosis.chance import share_above
-from diagnosis.reading_errors import spread_unit
+from diagnosis.reading_errors import spread_unit, stated_sd
 
 WITHIN = 0.01
 """Chance of how readings go with something within their settings, over all that is looked at, below
@@ -24,8 +25,12 @@ which they are taken one by one."""
 LEAST_WITHIN = 8  # readings beyond one a setting, for that to be looked at
 PERMUTATIONS = 1999
 LEAST = 4  # readings of a condition
-FAR = 7.0  # usual standard deviations
-TO_NORMAL = 1.4826  # of the median absolute deviation of a normal law
+FAR = 4.0  # standard deviations: nearer, no chance is below OUT
+OUT = 0.001
+"""Chance of a reading so far off, over all conditions of an experiment, below which it is left
+out."""
+
+DRAWS = 9999
 
 
 def one_by_one(
@@ -90,27 +95,49 @@ def _singles(m, spread):
 
 
 def set_aside(
-    measurements: Sequence[Measurement],
+    measurements: Sequence[Measurement], seed: int = 0
 ) -> tuple[list[Measurement], list[dict[str, Any]]]:
     """The measurements without such readings, and rows of verdict.json that point at them."""
     kept, rows = list(measurements), []
     for kind in dict.fromkeys(m.experiment for m in measurements):
-        own = [i for i, m in enumerate(measurements)
-               if m.experiment == kind and len(m.readings) >= LEAST]  # fmt: skip
-        if len(own) < 2:
+        at = [i for i, m in enumerate(measurements)
+              if m.experiment == kind and len(m.readings) >= LEAST]  # fmt: skip
+        own = [measurements[i] for i in at]
+        unit = spread_unit(own)
+        readings = [np.array([m.readings]) / u for m, u in zip(own, unit, strict=True)]
+        steps = [d for r in readings for d in np.diff(np.sort(r[0])) if d > 0.0]
+        if len(own) < 2 or not steps:
             continue
-        unit = spread_unit([measurements[i] for i in own])
-        off = [(np.array(measurements[i].readings) - np.median(measurements[i].readings)) / u
-               for i, u in zip(own, unit, strict=True)]  # fmt: skip
-        # the median of few readings lies too near to them
-        shrunk = [o * np.sqrt(len(o) / (len(o) - 1.0)) for o in off]
-        usual = TO_NORMAL * float(np.median(np.abs(np.concatenate(shrunk))))
-        for i, distance in zip(own, shrunk, strict=True):
-            worst = int(np.argmax(np.abs(distance)))
-            if usual > 0.0 and abs(distance[worst]) > FAR * usual:
-                kept[i] = _without(measurements[i], worst)
-                rows.append(_row(measurements[i], worst, distance[worst] / usual))
+        places, [distance] = _worst(own, readings, min(steps))
+        if np.abs(distance).max() < FAR:
+            continue
+        rest = [_without(m, place[0]) for m, place in zip(own, places, strict=True)]
+        rng, spread = np.random.default_rng([seed, 37]), stated_sd(rest) / unit
+        drawn = [s * rng.standard_normal((DRAWS, m.n)) for m, s in zip(own, spread, strict=True)]
+        null = np.abs(_worst(own, drawn)[1]).max(1)
+        for i, m, without, place, far in zip(at, own, rest, places, distance, strict=True):
+            if share_above(null, abs(far)) < OUT:
+                kept[i] = without
+                rows.append(_row(m, place[0], far))
     return kept, rows
+
+
+def _worst(own, readings, step=0.0):
+    """(k,) places (draws,) of the reading of each condition that lies farthest from its median, and
+    (draws, k) how many standard deviations that is from the mean of the others; readings: [(draws,
+    n)] of each condition, in `spread_unit`, which were read in steps of `step`."""
+    places, off, spread = [], [], []
+    for r in readings:
+        r = r - np.median(r, axis=1, keepdims=True)
+        place, n = np.abs(r).argmax(1), r.shape[1] - 1
+        rest = r[np.arange(r.shape[1]) != place[:, None]].reshape(len(r), n)
+        worst = np.take_along_axis(r, place[:, None], 1)[:, 0]
+        places.append(place)
+        off.append((worst - rest.mean(1)) / np.sqrt(1.0 + 1.0 / n))
+        spread.append(np.maximum(rest.std(1, ddof=1), step / np.sqrt(12.0)))
+    unit, fewer = spread_unit(own), [replace(m, n=m.n - 1) for m in own]
+    told = stated_sd(fewer, np.array(spread).T * unit) / unit
+    return places, np.array(off).T / told
 
 
 def _without(m, place):
