@@ -32,22 +32,21 @@ PAGE = KEPT / "rates.md"
 COMMAND = "python -m benchmarks.rates"
 FIGURES = Path(__file__).with_name("figures.csv")
 DECIDE = {
-    "contacts": [f"diagnosis/{name}.py" for name in (
-        "table_model/* table_model/terms/* laws/* catalogue/[a-z]* chance collision fit "
-        "measurements reading_errors rules shared_errors"
-    ).split()],
-    "bulk": ["calibration/inference/chance_of_no_value.py", *(f"diagnosis/{name}.py" for name in (
-        "table_model/* table_model/terms/* laws/* catalogue/* bulk chance derived design emulator "
-        "emulator_waves extend failures fit lever_laws measurements model reading_errors response "
-        "rig rules scale shared_errors verdict"
+    "contacts": ["diagnosis/mechanisms.csv", *(f"diagnosis/{name}.py" for name in (
+        "table_model/* laws/* catalogue chance collision fit measurements reading_errors rules"
     ).split())],
+    "bulk": ["calibration/inference/chance_of_no_value.py", "diagnosis/mechanisms.csv", *(
+        f"diagnosis/{name}.py" for name in (
+            "table_model/* laws/* bulk catalogue chance derived design emulator emulator_waves "
+            "extend fit lever_laws measurements model reading_errors response rig rules verdict"
+        ).split())],
 }  # fmt: skip
 DECIDE["engine tables"] = DECIDE["bulk"]
 """Files that decide what is said of single contacts before the engine's gains, of bulk tests, and
 of bulk tests whose runs an engine made."""
 
-TOLD = {"next_setting.py", "engine_gain.py", "in_engine.py"}
-"""Of these, what is only proposed or run afterwards."""
+TOLD = {"engine_gain.py"}
+"""Of these, what is only run afterwards."""
 
 
 @cache
@@ -63,7 +62,8 @@ def present(of: str = "contacts") -> dict[str, str]:
 def rules(sources: Path = SOURCES, of: str = "contacts") -> str:
     """Digest of the rules, a key of DECIDE, in a folder of the packages."""
     files = sorted({f for p in DECIDE[of] for f in sources.glob(p)})
-    text = "\n".join(code_of(f.read_text()) for f in files if f.name not in TOLD)
+    texts = {f: f.read_text() for f in files if f.name not in TOLD}
+    text = "\n".join(code_of(t) if f.suffix == ".py" else t for f, t in texts.items())
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 

@@ -15,12 +15,11 @@ from calibration.intake.quantities import Condition
 from calibration.statistics.numbers import NORMAL_95
 from calibration.study.factors import Factor
 from dem.spec import parse_spec
-from diagnosis import prediction_test, time_step
+from diagnosis import extend
 from diagnosis.catalogue import Mechanism
 from diagnosis.collision import rebounds, sliding_angles
 from diagnosis.fit import data_of
-from diagnosis.laws.engine_gain import Engine, compared, keys_of, together
-from diagnosis.laws.in_engine import not_run
+from diagnosis.laws.engine_gain import Engine, compared, keys_of, not_run, together
 from diagnosis.laws.known import COEFFICIENT, known_curves, with_coefficient
 from diagnosis.laws.readings import FREE, IN_AIR, from_log, readings_of
 from diagnosis.power import power
@@ -95,7 +94,7 @@ def with_engine(
         verdict["gain"] = together(parts)
     verdict = by_runs(without_names(verdict), OF_CONTACTS)
     verdict["exclusion"] = limits(found, catalogue)
-    verdict["test"] = prediction_test.of_contacts(verdict, measurements, found, engine, held_out)
+    verdict["test"] = held_out.of_contacts(verdict, measurements, found, engine, held_out)
     return verdict
 
 
@@ -156,9 +155,9 @@ def base(
 
 
 def half_step(measurements: list[Measurement], rig: Rig) -> list[dict[str, Any]]:
-    """Rows of `diagnosis.time_step.row_of`: the integrated contacts at half their time step."""
+    """Rows of `diagnosis.extend.time_step_row`: the integrated contacts at half their time step."""
     out = []
-    for i in time_step.middles(measurements):
+    for i in extend.middles(measurements):
         m = measurements[i]
         log, _ = _level([m], m.experiment)
         name, low, high = COEFFICIENT[m.experiment]
@@ -167,7 +166,7 @@ def half_step(measurements: list[Measurement], rig: Rig) -> list[dict[str, Any]]
         spec = with_coefficient(spec, name, np.clip(value, low, high))
         full, half = (integrated(spec, m, finer) for finer in (1.0, 2.0))
         error = m.sd / np.sqrt(m.n)
-        out.append(time_step.row_of(m, full, half, 0.0, float(error)))
+        out.append(extend.time_step_row(m, full, half, 0.0, float(error)))
     return out
 
 

@@ -270,7 +270,7 @@ def _strong(points, strength):
     a run says little of what it adds. As they are where that is at no end."""
     if strength.log and strength.off is None:
         return points  # it is nowhere off
-    off = strength.coded(strength.low if strength.off is None else strength.off)
+    off = strength.weakest
     if min(abs(off), abs(off - 1.0)) > 1e-9:
         return points
     out = points.copy()

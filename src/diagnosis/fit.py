@@ -11,7 +11,7 @@ Tests that end without a value are binomial beside the Gaussian readings: Fisher
 Gauss-Newton. A test that is left out has the odds that the mode and the leverage leave it without
 its own share (Laplace with a cavity: Vehtari and others 2016, J. Mach. Learn. Res. 17:103).
 
-Readings of a batch or an instrument share an error (`diagnosis.shared_errors`). It is integrated
+Readings of a batch or an instrument share an error (`diagnosis.reading_errors`). It is integrated
 out: the readings then have a covariance, and a setting is left out of that (Rasmussen and Williams
 2006, Gaussian Processes for Machine Learning, 5.4.2). How large it is is chosen at the start of a
 descent, as the spread is.
@@ -25,10 +25,9 @@ from scipy.special import expit, logsumexp, xlogy
 
 from calibration.inference.chance_of_no_value import log_likelihood
 from calibration.intake.measurements import Measurement
-from diagnosis.failures import Outcomes, outcomes_of
+from diagnosis.emulator import Outcomes, outcomes_of
 from diagnosis.model import Emulated, Model
-from diagnosis.reading_errors import spread_unit, stated_sd
-from diagnosis.shared_errors import Shared, shared_of
+from diagnosis.reading_errors import Shared, shared_of, spread_unit, stated_sd
 
 STARTS = (0.2, 0.7)
 DESCENTS = 2
@@ -369,7 +368,7 @@ def held_out(mean: np.ndarray, variance: np.ndarray, data: Data) -> np.ndarray:
 
 
 def data_of(measurements: Sequence[Measurement], tests: Outcomes | None = None) -> Data:
-    """`Data` of one set of measurements, and of `diagnosis.failures.Outcomes` beside them."""
+    """`Data` of one set of measurements, and of `diagnosis.emulator.Outcomes` beside them."""
     n = np.array([m.n for m in measurements], float)
     value = np.array([m.value for m in measurements])
     lever = np.array([m.lever_error for m in measurements])

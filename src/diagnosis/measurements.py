@@ -10,8 +10,7 @@ import pandas as pd
 from calibration.errors import ConfigError
 from calibration.intake.measurements import ROLES, Measurement, raise_faults, read_measured
 from calibration.intake.quantities import QUANTITIES
-from diagnosis.reading_errors import doubt, spread_unit
-from diagnosis.shared_errors import LABELS
+from diagnosis.reading_errors import LABELS, doubt, spread_unit
 from diagnosis.table_model.single_readings import one_by_one, set_aside
 
 CONTACTS = ("drop", "tilt")

@@ -10,7 +10,7 @@ from calibration.errors import CalibrationError
 from calibration.study.factors import Factor
 from diagnosis.catalogue import Mechanism
 from diagnosis.design import WIDENED, factor_share, inputs_of
-from diagnosis.scale import scale_of
+from diagnosis.emulator import scale_of
 from diagnosis.settings import BASE, Settings, lever_values
 
 STEP = 1e-3  # of a coded strength and, relative, of a value: for derivatives of readings

@@ -1,5 +1,10 @@
-"""The one further measurement that would tell the candidate models apart best, by expected
-information."""
+"""The one further measurement that would tell what is in question apart best, by the mutual
+information between candidate and reading: among models of emulators, or among terms of the model of
+a table.
+
+Of a table each rival is put in the model. A reading that has no weight is put at a setting that has
+not been measured, within twice the plan's range, and the model says what it expects there.
+"""
 
 import itertools
 from collections.abc import Mapping, Sequence
@@ -8,10 +13,15 @@ from typing import Any
 import numpy as np
 
 from calibration.intake.measurements import Measurement
-from calibration.intake.quantities import levers_of
+from calibration.intake.quantities import LEVERS, levers_of
 from diagnosis.fit import Fit
+from diagnosis.laws.readings import from_log, with_setting
 from diagnosis.model import Emulated
+from diagnosis.page.words import place
 from diagnosis.settings import Settings, lever_values
+from diagnosis.table_model.block import Block
+from diagnosis.table_model.selection import blocks_of, held_in_turn
+from diagnosis.table_model.term import ERROR, LAW, Term
 
 SAMPLES = 2000
 FRAME_INTERVALS_S = (0.005, 0.03)
@@ -112,3 +122,117 @@ def information(
         mixture = np.einsum("m,msk->sk", weight, density)
         out += w * np.log2(density[i] / np.maximum(mixture, 1e-300)).mean(0)
     return out
+
+
+BEYOND = 2.0  # of the plan's range, in either direction
+DECIMALS = 3  # significant, of a lever that is proposed
+MOST = 4  # rivals
+MOST_SETTINGS = 30
+
+
+def words_of(term: Term | None) -> str:
+    """Return what a term says, in a few words; None: what scatters from setting to setting."""
+    if term is None:
+        return "error from setting to setting"
+    if term.kind == LAW:
+        return place(dict(zip(("slot", "state"), term.place, strict=True)))
+    lever = LEVERS[term.of].words if term.of in LEVERS else term.of
+    return {
+        "levels": f"an error of each {lever} that was set",
+        "one level": f"one {lever} that was set wrongly",
+        "zero": f"a wrong zero of the {lever}",
+        "exchanged": f"two exchanged levels of the {lever}",
+    }.get(term.what, term.of or "a single row")
+
+
+def propose_setting(
+    block: Block, key: str, others: Sequence[str | None], again: str = ""
+) -> dict[str, Any] | None:
+    """{experiment, levers, information_bits, predictions, text} for a held term and the keys of
+    others that are not told from it, None for errors from setting to setting; None where none of
+    them says what it expects elsewhere. again: the level in question, the middle one unless
+    given."""
+    told = {k: block.terms.get(k) for k in (key, *others)}
+    keys = [k for k, t in told.items() if t is None or (t.kind in (LAW, ERROR) and t.free)][:MOST]
+    if len(keys) < 2:
+        return None
+    readings = block.readings
+    settings = _settings(readings)
+    error = float(np.median(readings.error))
+    means, sds = np.empty((len(keys), len(settings))), np.empty((len(keys), len(settings)))
+    for j, (levers, covariates) in enumerate(settings):
+        [wider] = blocks_of([with_setting(readings, levers, covariates)], None).values()
+        for i, rival in enumerate(keys):
+            means[i, j], sds[i, j] = _expected(wider, block, key, rival)
+    sds = np.hypot(sds, error)
+    weight = np.full(len(keys), 1.0 / len(keys))
+    bits = information(means, sds, weight, np.random.default_rng(0))
+    best = int(np.argmax(bits))
+    levers, covariates = settings[best]
+    predictions = {}
+    for i, rival in enumerate(keys):
+        logs = means[i, best] + sds[i, best] * np.array([0.0, -1.0, 1.0])
+        value, low, high = from_log(readings.experiment, logs, levers).tolist()
+        predictions[words_of(told[rival])] = {"value": value, "sd": 0.5 * (high - low)}
+    return {
+        "experiment": readings.experiment,
+        "levers": levers | covariates,
+        "information_bits": float(bits[best]),
+        "predictions": predictions,
+        "text": _text(block, keys, again),
+    }
+
+
+def _expected(wider, block, key, rival):
+    """Mean and sd of the logarithm at the last setting, by a rival in the place of a term; None as
+    the rival: by nothing in its place."""
+    others = (k for k in block.held if k != key)
+    mean, variance = held_in_turn(wider, (*others, rival)).expected()
+    return mean[-1], np.sqrt(variance[-1])
+
+
+def _settings(readings):
+    """[({lever: value}, {covariate: value})] between levels, at the ends and beyond; levers that do
+    not vary at their median."""
+    along = {}
+    for name, value in readings.levers.items():
+        known = np.unique(value[np.isfinite(value)])
+        if name not in readings.folds or known[0] <= 0.0:
+            along[name] = [float(np.median(known))] if len(known) else []
+            continue
+        between = np.sqrt(known[1:] * known[:-1])
+        wide = between[np.argsort(-np.diff(np.log(known)), kind="stable")][:2]
+        ladder = (known[0] / BEYOND, known[0], *np.sort(wide), known[-1], known[-1] * BEYOND)
+        inside = [v for v in ladder if LEVERS[name].least <= v <= LEVERS[name].most]
+        along[name] = [float(f"{v:.{DECIMALS}g}") for v in inside]
+    along = {n: v for n, v in along.items() if v}
+    plain = [(dict(zip(along, at, strict=True)), {}) for at in itertools.product(*along.values())]
+    plain = plain[:: max(len(plain) // MOST_SETTINGS, 1)]
+    middle = {n: v[len(v) // 2] for n, v in along.items()}
+    for name, value in readings.covariates.items():
+        plain += [(middle, {name: float(v)}) for v in (value.min(), value.max())]
+    return plain
+
+
+def _text(block, keys, again):
+    """Return what to measure, in words."""
+    terms = [block.terms[k] for k in keys if k is not None]
+    if None in keys:
+        return (
+            "Measure at further settings, between those of the table and beyond: a law says what "
+            "is read there, an error from setting to setting comes out anew."
+        )
+    errors = [t for t in terms if t.kind == ERROR and t.of in LEVERS]
+    if not errors:
+        return ""
+    lever = errors[0].of
+    known = np.unique(block.readings.levers[lever])
+    known = known[np.isfinite(known) & (known > 0.0)]
+    words, unit = LEVERS[lever].words, LEVERS[lever].unit
+    between = [f"{np.sqrt(a * b):.{DECIMALS}g}" for a, b in itertools.pairwise(known)]
+    again = again or f"{known[len(known) // 2]:g}"
+    return (
+        f"Set the {words} up anew at {again} {unit} and measure again: an error of the set-up "
+        f"comes out anew, a law does not. Add a {words} of {' and '.join(between[:2])} {unit}: a "
+        "law says what is read there."
+    ).replace("  ", " ")

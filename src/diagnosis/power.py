@@ -21,7 +21,7 @@ from diagnosis.laws.known import Known
 from diagnosis.laws.readings import IN_AIR, Readings, readings_of
 from diagnosis.laws.slots import added, coordinates, scaled
 from diagnosis.page.words import environment
-from diagnosis.table_model.curve import told_in, unit_of
+from diagnosis.table_model.law import told_in, unit_of
 from diagnosis.table_model.selection import SPENT, blocks_of, evidences
 from diagnosis.table_model.term import LAW
 
@@ -141,8 +141,7 @@ def _effects(block, catalogue):
     for term in block.terms.values():
         for shape in (s for s in term.shapes if s.name in catalogue):
             strength = catalogue[shape.name].strength
-            off = strength.coded(strength.low if strength.off is None else strength.off)
-            order = largest_first(-np.abs(shape.label - off))
+            order = largest_first(-np.abs(shape.label - strength.weakest))
             natural = np.array([strength.natural(c) for c in shape.label[order]])
             curves = shape.mean[order]
             if block.ground is None:

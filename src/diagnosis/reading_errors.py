@@ -1,4 +1,5 @@
-"""The error of a reading, from its own replicates and what the others of its experiment say.
+"""The error of a reading, from its own replicates and what the others of its experiment say; and
+the errors that readings of one batch or one instrument share.
 
 Few replicates tell their spread poorly. What the experiment's other settings say of it counts as
 much as the spreads show that it does: they follow a law, about which each has its own as scaled
@@ -6,9 +7,18 @@ inverse chi-square with d degrees of freedom (Smyth 2004, Stat. Appl. Genet. Mol
 is integrated out, from spreads that have little to do with one another to ones that are alike. The
 law is constant, or a power of a lever where the slope stands out of what chance makes of it. The
 doubt of the degrees of freedom that stand behind a spread widens it as Student's t is wider than
-the normal law."""
+the normal law.
 
-from collections.abc import Sequence
+A batch (a lot of grains, a day) shifts all its readings of an experiment alike, and so does an
+instrument. The shift is normal; its standard deviation is one of a grid, none among them, with a
+half Cauchy prior. `diagnosis.fit` weighs the grid by the likelihood of the readings with all
+parameters integrated out (REML: Patterson and Thompson 1971, Biometrika 58:545).
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
 
 import numpy as np
 from scipy.special import betaln, gammaln, polygamma, psi
@@ -144,3 +154,92 @@ def doubt(freedom: np.ndarray) -> np.ndarray:
     """Factor (...) on a spread of so many degrees of freedom (...) by which Student's 95 % are the
     normal law's."""
     return t.ppf(0.5 + 0.5 * 0.95, freedom) / NORMAL_95
+
+
+LABELS = ("batch", "instrument")
+"""Columns of a table that say what readings share beside their levers."""
+
+TIMES = (1.5, 4.0, 10.0)
+"""Standard deviations of a shared error that are tried, in units of the median error of a setting;
+and none."""
+
+USUAL = 2.0  # scale of their prior, in the same unit
+
+
+@dataclass(frozen=True)
+class Shared:
+    """Grid of the shared errors of n readings: covariance (g, n, n) in their units, log prior (g,),
+    and the standard deviations {(experiment, label): (g,)} of each, in its experiment's unit or as
+    a share of the reading."""
+
+    covariance: np.ndarray
+    prior: np.ndarray
+    sds: dict
+
+    def only(self, place: int) -> "Shared":
+        """The same with the sizes at `place` alone."""
+        one = slice(place, place + 1)
+        sds = {k: v[one] for k, v in self.sds.items()}
+        return Shared(self.covariance[one], self.prior[one], sds)
+
+    def at(self, place: int) -> dict[tuple[str, str], float]:
+        """{(experiment, label): standard deviation} of those that are not zero."""
+        return {k: float(v[place]) for k, v in self.sds.items() if v[place] > 0.0}
+
+
+def shared_of(
+    measurements: Sequence[Measurement], error: np.ndarray, unit: np.ndarray
+) -> Shared | None:
+    """`Shared` of measurements whose standard errors are `error` (n,) and whose spreads are
+    compared in `unit` (n,), or None where no column tells readings of an experiment apart."""
+    kinds = {}
+    for kind in dict.fromkeys(m.experiment for m in measurements):
+        own = [i for i, m in enumerate(measurements) if m.experiment == kind]
+        for name in LABELS:
+            if len({getattr(measurements[i], name) for i in own}) > 1:
+                kinds[kind, name] = float(np.median((error / unit)[own]))
+    if not kinds:
+        return None
+    choices = sizes_of(kinds, TIMES)
+    prior = np.array([-sum(np.log1p((t / USUAL) ** 2) for t in c.values()) for c in choices])
+    sds = {k: np.array([size * c.get(k, 0.0) for c in choices]) for k, size in kinds.items()}
+    each = [{k: v[g] for k, v in sds.items()} for g in range(len(choices))]
+    return Shared(np.array([covariance_of(measurements, unit, s) for s in each]), prior, sds)
+
+
+def sizes_of(names: Iterable[Any], sizes: Sequence[float], most: int = 2) -> list[dict[Any, float]]:
+    """[{name: size}] of the sizes that are tried of errors: none, and each of at most so many of
+    the names at once."""
+    choices = [{}]  # type: ignore[var-annotated]
+    for count in range(1, most + 1):
+        for chosen in combinations(names, count):
+            for own in np.array(np.meshgrid(*[sizes] * count)).reshape(count, -1).T:
+                choices.append(dict(zip(chosen, own, strict=True)))
+    return choices
+
+
+def covariance_of(
+    measurements: Sequence[Measurement], unit: np.ndarray, sds: Mapping[tuple[str, str], float]
+) -> np.ndarray:
+    """(n, n) covariance of the errors that measurements share, of standard deviations `sds`
+    {(experiment, label): in `unit` (n,)}. A row without a label shares nothing."""
+    n = len(measurements)
+    out = np.zeros((n, n))
+    for (kind, name), sd in sds.items():
+        labels = [getattr(m, name) if m.experiment == kind else "" for m in measurements]
+        same = np.array([[a == b != "" for b in labels] for a in labels])
+        out += same * np.outer(sd * unit, sd * unit)
+    return out
+
+
+def scatter(sds: Mapping[tuple[str, str], float]) -> list[dict[str, Any]]:
+    """[{experiment, of, sd, unit}] of `Shared.at`, as verdict.json has them."""
+    return [
+        {
+            "experiment": kind,
+            "of": name,
+            "sd": sd,
+            "unit": "share" if QUANTITIES[kind].relative else QUANTITIES[kind].unit,
+        }
+        for (kind, name), sd in sds.items()
+    ]

@@ -11,11 +11,10 @@ from typing import Any
 
 from calibration.figures import label
 from diagnosis.catalogue import Mechanism
-from diagnosis.extend import FIT
+from diagnosis.extend import FIT, SURE
 from diagnosis.measurements import LEAST_SETTINGS
 from diagnosis.page.words import in_unit, quantity
 from diagnosis.settings import BASE
-from diagnosis.time_step import SURE
 
 NAMED = ("identified", "discovered", "ambiguous")
 """Verdicts that name a law."""

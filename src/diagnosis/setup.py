@@ -12,8 +12,7 @@ from calibration.runs.simulated import simulate, untested
 from calibration.study.factors import Factor, read_factors
 from diagnosis.catalogue import Mechanism
 from diagnosis.derived import completed
-from diagnosis.emulator import train
-from diagnosis.failures import as_tests, train_failures
+from diagnosis.emulator import as_tests, train, train_failures
 from diagnosis.lever_laws import lever_laws, with_laws
 from diagnosis.measurements import Measured, alone, read_all
 from diagnosis.model import Emulated

@@ -13,23 +13,13 @@ from calibration.files import read_json, write_table, write_text
 from calibration.runs.simulated import simulate
 from calibration.telling.report.plain import write_page
 from dem.io.files import write_json
-from diagnosis import (
-    contacts,
-    emulator_waves,
-    figures,
-    held_out,
-    power,
-    remarks,
-    time_step,
-    verdict,
-)
+from diagnosis import contacts, emulator_waves, extend, figures, held_out, power, verdict
 from diagnosis.bulk import Bulk
 from diagnosis.derived import WRITTEN, announced, as_file, seconds_of_kinds
 from diagnosis.design import plan, trained
+from diagnosis.emulator import as_tests
 from diagnosis.extend import LEAST_RUNS, extension_plan, gain, real_values, within
-from diagnosis.failures import as_tests
-from diagnosis.page.first_lines import first_lines
-from diagnosis.page.markdown import page
+from diagnosis.page.markdown import first_lines, page
 from diagnosis.rules import OF_SIMULATED, by_runs, with_untried
 from diagnosis.settings import study_settings, with_gain_runs
 from diagnosis.setup import Setup
@@ -108,14 +98,14 @@ def name_causes(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
         "left": emulator_waves.left(bulk),
         "run_seconds": seconds_of_kinds(setup.rig, setup.tested),
     }
-    told["outcomes"] = remarks.of_outcomes(bulk, names)
+    told["outcomes"] = verdict.of_outcomes(bulk, names)
     told = with_untried(told, errors, emulated.catalogue)
     shown = {"before": (), **({"after": names} if names else {})}
     fits = {label: (own, bulk.fit(own)[1]) for label, own in shown.items()}
     told["held_out"] = held_out.by_emulators(
         emulated, measurements, table.held_out, fits, bulk.data
     )
-    told["remarks"] = remarks.remarks(table, {r["experiment"] for r in told["outcomes"]}, errors)
+    told["remarks"] = verdict.remarks(table, {r["experiment"] for r in told["outcomes"]}, errors)
     models = {"before": bulk.base, "after": bulk.fit(names)[0]} if names else {}
     budget = settings.runs - trained(setup.rig, setup.catalogue, setup.emulated_kinds)  # type: ignore[operator]  # `derived` fills it in
     budget -= sum(wave["runs"] for wave in told["refinement"]["waves"])
@@ -124,7 +114,7 @@ def name_causes(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     rig = replace(setup.rig, settings=with_gain_runs(settings, each))
     rows, specs = extension_plan(rig, models, measurements, bulk.data, places=places)
     rig = replace(rig, settings=with_gain_runs(settings, LEAST_RUNS))
-    steps, more = time_step.plan(rig, bulk.base, bulk.fitted.theta[0], measurements)
+    steps, more = extend.time_step_plan(rig, bulk.base, bulk.fitted.theta[0], measurements)
     write_json(output.findings, told)
     write_json(output.extension, {"mechanisms": list(names), "rows": rows, "steps": steps})
     write_json(output.plan, specs | more)
@@ -147,7 +137,7 @@ def _diagnose_contacts(setup, output):
     told["time_step"] = contacts.half_step(measurements, setup.rig)
     defaults = contacts.defaults_of(settings, setup.kinds)
     told["held_out"] = held_out.by_contacts(measurements, table.held_out, found, defaults)
-    told["remarks"] = remarks.remarks(table)
+    told["remarks"] = verdict.remarks(table)
     write_json(output.findings, told)
     named = told["causes"] if told["verdict"] == "identified" else []
     write_json(output.extension, {"mechanisms": named, "rows": [], "steps": []})
@@ -164,7 +154,9 @@ def conclude(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     specs = read_json(source.plan)
     metrics = as_tests(settings, specs, simulate(specs))
     if extension["steps"]:
-        told["time_step"] = time_step.check(settings, measurements, extension["steps"], metrics)
+        told["time_step"] = extend.time_step_check(
+            settings, measurements, extension["steps"], metrics
+        )
     rows = extension["rows"]
     if rows:
         values = real_values(settings, setup.catalogue, measurements, rows, metrics)

@@ -10,11 +10,10 @@ from calibration.intake.measurements import Measurement
 from diagnosis import held_out
 from diagnosis.catalogue import Strength, load_catalogue
 from diagnosis.design import MultipliedLever, inputs_of
-from diagnosis.emulator import Moved
+from diagnosis.emulator import Moved, scale_of
 from diagnosis.fit import Data, data_of, fit
 from diagnosis.model import Emulated
 from diagnosis.response import Response
-from diagnosis.scale import scale_of
 from diagnosis.settings import BASE, parameters_of
 
 SETTINGS = rate_settings()

@@ -9,7 +9,7 @@ from calibration.intake.measurements import Measurement
 from diagnosis.laws.readings import readings_of
 from diagnosis.power import POWER, power
 from diagnosis.table_model.found import discover
-from diagnosis.table_model.limits import slope_limits
+from diagnosis.table_model.law import slope_limits
 from diagnosis.table_model.selection import blocks_of
 
 HEIGHTS, SIZES = (50.0, 80.0, 120.0, 180.0, 250.0), (1.5, 2.0, 3.0, 4.0)

@@ -4,7 +4,7 @@ import pytest
 
 from calibration.intake.measurements import Measurement
 from diagnosis.laws.readings import readings_of
-from diagnosis.table_model.next_setting import propose
+from diagnosis.next_measurement import propose_setting
 from diagnosis.table_model.selection import blocks_of, with_terms
 
 HEIGHTS, SIZES = (50.0, 75.0, 110.0, 165.0, 250.0), (1.5, 2.0, 3.0)
@@ -26,7 +26,7 @@ def block():
 
 
 def test_a_law_and_an_error_of_each_level_ask_for_a_level_that_is_new(block):
-    found = propose(block, LAW, ["drop:levels of drop_height_mm"])
+    found = propose_setting(block, LAW, ["drop:levels of drop_height_mm"])
     height = found["levers"]["drop_height_mm"]
     assert height not in HEIGHTS
     law = found["predictions"].pop("restitution of speed")
@@ -41,7 +41,7 @@ def test_a_law_and_an_error_of_each_level_ask_for_a_level_that_is_new(block):
 
 @pytest.mark.slow
 def test_laws_of_other_states_ask_for_what_parts_their_levers(block):
-    found = propose(block, LAW, ["drop:restitution(speed, size)"])
+    found = propose_setting(block, LAW, ["drop:restitution(speed, size)"])
     laws = ("restitution of speed", "restitution of speed and size")
     assert set(found["predictions"]) == set(laws)
     assert found["information_bits"] > 0.1

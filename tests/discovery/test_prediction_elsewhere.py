@@ -7,12 +7,12 @@ import pytest
 from benchmarks.rates.simulated import salt_settings
 from benchmarks.rates.strangers.ask import study
 from calibration.intake.measurements import Measurement
-from diagnosis import held_out, remarks
+from diagnosis import held_out, verdict
 from diagnosis.catalogue import Mechanism, Strength
 from diagnosis.contacts import defaults_of, discovered, of_found, with_engine
 from diagnosis.laws.known import with_coefficient
 from diagnosis.measurements import Measured
-from diagnosis.page.first_lines import said as line_of
+from diagnosis.page.markdown import said as line_of
 from diagnosis.table_model.found import discover
 from facts import tells
 
@@ -131,9 +131,9 @@ def test_remarks_name_what_rows_cannot_tell():
     fitted.append(drop(100.0, 2.0, line=5, batch="late"))
     fitted.append(Measurement("tilt", 35.0, 0.4, 5, {"tilt_rate_deg_s": 5.0}, line=6))
     lost = Measurement("heap", np.nan, np.nan, 3, {}, line=7, outcome="no_heap")
-    two, alone, single, gone = remarks.remarks(Measured(fitted, [], [lost]))
+    two, alone, single, gone = verdict.remarks(Measured(fitted, [], [lost]))
     assert tells(two, "3, 4, 5", "rebound", "two levels", "drop height")
     assert tells(alone, "5", "batch late")
     assert tells(single, "6", "sliding angle", "single level")
     assert tells(gone, "7", "heap", "no fit")
-    assert remarks.remarks(Measured(fitted, [], [lost]), ["heap"]) == [two, alone, single]
+    assert verdict.remarks(Measured(fitted, [], [lost]), ["heap"]) == [two, alone, single]

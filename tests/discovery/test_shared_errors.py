@@ -19,9 +19,9 @@ from diagnosis.extend import gain, held_out_fits
 from diagnosis.fit import data_of, fit
 from diagnosis.model import Emulated
 from diagnosis.page.markdown import page
+from diagnosis.reading_errors import covariance_of, scatter
 from diagnosis.response import Response
 from diagnosis.settings import BASE, parameters_of
-from diagnosis.shared_errors import covariance_of, scatter
 from diagnosis.table_model.term import LAW
 from diagnosis.verdict import findings, validate
 

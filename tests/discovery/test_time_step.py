@@ -19,7 +19,7 @@ from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import Condition
 from calibration.runs.simulated import simulate
 from dem.spec import parse_spec
-from diagnosis import time_step
+from diagnosis import extend
 from diagnosis.rig import Rig
 
 BASE = {"contacts": {"particle_wall": {"restitution": 0.35}}}
@@ -47,8 +47,8 @@ def test_a_step_that_moves_a_rebound_by_more_than_its_error_is_told(
     own = settings(fraction)
     model = types.SimpleNamespace(factors=[], mechanisms=[])
     measured = rebounds(error)
-    rows, specs = time_step.plan(Rig(own, BASE), model, [], measured)
-    [row] = time_step.check(own, measured, rows, simulate(specs, tmp_path))
+    rows, specs = extend.time_step_plan(Rig(own, BASE), model, [], measured)
+    [row] = extend.time_step_check(own, measured, rows, simulate(specs, tmp_path))
     assert row["levers"] == {"drop_height_mm": 20}
     assert row["matters"] is matters
     assert row["half"] == pytest.approx(row["value"] + row["change"])
@@ -58,20 +58,20 @@ def test_a_step_that_moves_a_rebound_by_more_than_its_error_is_told(
 def test_half_the_step_is_half_of_either_kind():
     spec = Rig(settings(0.04), BASE).spec(Condition("drop", {"drop_height_mm": 20.0}), 1)
     fixed = spec | {"numerics": {"time_step_s": 1e-6}}
-    assert time_step.halved(spec)["numerics"]["rayleigh_fraction"] == 0.02
-    assert parse_spec(time_step.halved(fixed)).numerics.time_step_s == 5e-7
+    assert extend.halved(spec)["numerics"]["rayleigh_fraction"] == 0.02
+    assert parse_spec(extend.halved(fixed)).numerics.time_step_s == 5e-7
 
 
 def test_each_experiment_is_checked_at_its_middle_value():
     tilts = [Measurement("tilt", v, 0.5, 5, {}) for v in (30.0, 40.0, 35.0)]
-    assert time_step.middles([*rebounds(0.01), *tilts]) == [1, 5]
+    assert extend.middles([*rebounds(0.01), *tilts]) == [1, 5]
 
 
 def test_two_runs_at_each_step_seldom_move_the_answer_by_chance():
     """The scatter of two runs each is known poorly: by a normal law a sixth of them would."""
     rng = np.random.default_rng(6)
     heap = Measurement("heap", 30.0, 0.1, 5, {})
-    moved = [time_step._row(heap, 30.0 + rng.standard_normal((2, 2)), 0.05) for _ in range(500)]
+    moved = [extend._row(heap, 30.0 + rng.standard_normal((2, 2)), 0.05) for _ in range(500)]
     assert 0.01 < np.mean([row["matters"] for row in moved]) < 0.07
 
 

@@ -8,8 +8,7 @@ from types import SimpleNamespace
 from benchmarks.rates.simulated import salt_heap, salt_settings
 from diagnosis import stages
 from diagnosis.design import plan
-from diagnosis.emulator import train
-from diagnosis.failures import train_failures
+from diagnosis.emulator import train, train_failures
 from diagnosis.model import Emulated
 from diagnosis.rig import Rig
 from diagnosis.settings import catalogue_of, parameters_of

@@ -24,9 +24,8 @@ from diagnosis import emulator_waves, extend
 from diagnosis.bulk import Bulk
 from diagnosis.derived import MOST_RUNS, RUNS, completed
 from diagnosis.design import BASE, ENOUGH, LEARN, TRAIN, factor_share, inputs_of, plan, possible
-from diagnosis.emulator import train
+from diagnosis.emulator import as_tests, train
 from diagnosis.extend import within
-from diagnosis.failures import as_tests
 from diagnosis.lever_laws import lever_laws, with_laws
 from diagnosis.model import Emulated
 from diagnosis.page.words import place

@@ -17,8 +17,8 @@ from calibration.inference.chance_of_no_value import Chance, log_likelihood
 from calibration.intake.measurements import Measurement
 from diagnosis import emulator_waves, setup, stages
 from diagnosis.bulk import Bulk
+from diagnosis.emulator import train_failures
 from diagnosis.extend import extension_plan
-from diagnosis.failures import train_failures
 from diagnosis.fit import Data, held_out
 from diagnosis.rig import Rig
 from diagnosis.settings import BASE, catalogue_of, parameters_of

@@ -11,7 +11,7 @@ from calibration.errors import ConfigError
 from calibration.intake.measurements import read_measured
 from diagnosis.fit import data_of
 from diagnosis.measurements import read_all, read_measurements
-from diagnosis.remarks import remarks
+from diagnosis.verdict import remarks
 from facts import refused, tells
 
 HEADER = "experiment,quantity,value,unit,sd,n,drop_height_mm,tilt_rate_deg_s,output_interval_s,note"

@@ -7,8 +7,7 @@ from diagnosis_cases import residual
 
 from calibration.figures import parameter_words
 from diagnosis.extend import FIT
-from diagnosis.page.first_lines import first_lines
-from diagnosis.page.markdown import page
+from diagnosis.page.markdown import first_lines, page
 from diagnosis.rules import OF_SIMULATED, by_runs
 from facts import tells
 from frozen import FROZEN

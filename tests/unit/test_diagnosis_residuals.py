@@ -8,7 +8,7 @@ import pytest
 from diagnosis_cases import bench, residual
 
 from calibration.intake.measurements import Measurement
-from diagnosis import discrepancy, figures
+from diagnosis import figures, residuals
 from diagnosis.bulk import Bulk
 from diagnosis.extend import gain, run_scatter
 from diagnosis.fit import data_of
@@ -143,7 +143,7 @@ def bump(load):
 def test_the_band_holds_the_discrepancy(miss):
     inside = []
     for seed in range(20):
-        [curve] = discrepancy.curves(rows(miss, seed=seed))
+        [curve] = residuals.curves(rows(miss, seed=seed))
         true = miss(np.array(curve["at"]))
         inside += list((np.array(curve["low"]) <= true) & (true <= np.array(curve["high"])))
     assert curve["unit"] == "share"
@@ -153,14 +153,14 @@ def test_the_band_holds_the_discrepancy(miss):
 def test_what_is_least_known_is_asked_for():
     """Four loads close together and one far away: the gap between them, or the far end."""
     own = rows(bump, loads=(1.0, 1.1, 1.2, 1.3, 5.6))
-    asked = discrepancy.least_known(own)
+    asked = residuals.least_known(own)
     assert 1.3 < asked["levers"]["normal_stress_kPa"] < 5.6
-    beyond = discrepancy.least_known(own, {"shear": {"normal_stress_kPa": (1.0, 9.0)}})
+    beyond = residuals.least_known(own, {"shear": {"normal_stress_kPa": (1.0, 9.0)}})
     assert beyond["levers"]["normal_stress_kPa"] > 1.3
     assert beyond["information_bits"] >= asked["information_bits"]
     # a load that was read has at most a bit left, for its own error stays
     assert asked["information_bits"] > 1.0
-    assert discrepancy.least_known(rows(bump, loads=(2.0, 2.0))) is None
+    assert residuals.least_known(rows(bump, loads=(2.0, 2.0))) is None
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import pytest
 from calibration.chain.joint.analysis import middle
 from calibration.statistics.screening import screen, significant
 from calibration.statistics.ties import first_largest, first_least, largest_first
-from diagnosis.discrepancy import least_known
+from diagnosis.residuals import least_known
 
 
 def moved(values, seed):

@@ -4,8 +4,8 @@ model that meets the readings while a check of the simulations fails."""
 import pytest
 
 from diagnosis.catalogue import load_catalogue
-from diagnosis.page.first_lines import first_lines
-from diagnosis.page.first_lines import said as line_of
+from diagnosis.page.markdown import first_lines
+from diagnosis.page.markdown import said as line_of
 from diagnosis.rules import FAR, OF_SIMULATED, by_runs, with_untried
 from facts import tells
 

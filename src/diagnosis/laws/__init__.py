@@ -2,5 +2,5 @@
 left-out levels.
 
 `readings` holds the data, `slots` the curves that are tried, `forms` the named ones, `known` those
-of the catalogue's mechanisms, `in_engine` the engine's law in a slot, `engine_gain` what it gains.
+of the catalogue's mechanisms, `engine_gain` the engine's law in a slot and what it gains.
 """

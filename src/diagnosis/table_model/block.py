@@ -16,9 +16,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from diagnosis.reading_errors import redrawn_share
-from diagnosis.shared_errors import sizes_of
-from diagnosis.table_model.log_sum import log_sum
+from diagnosis.chance import log_sum
+from diagnosis.reading_errors import redrawn_share, sizes_of
 from diagnosis.table_model.term import Shape, Term
 
 LEVEL_SD = 1.5  # prior sd of the level's logarithm

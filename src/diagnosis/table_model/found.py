@@ -13,17 +13,23 @@ from diagnosis.chance import share_above
 from diagnosis.laws.known import Known
 from diagnosis.laws.readings import FREE, Readings, from_log, name_of, readings_of
 from diagnosis.measurements import LEAST_SETTINGS
+from diagnosis.next_measurement import propose_setting, words_of
 from diagnosis.page.words import capital, environment, odds, plain, sentence
 from diagnosis.rules import OPEN, Evidence, Verdict, by_readings
 from diagnosis.table_model import selection as chosen
 from diagnosis.table_model.block import Block
-from diagnosis.table_model.curve import BAND, curve, unit_of
+from diagnosis.table_model.law import (
+    BAND,
+    UNIT,
+    curve,
+    named,
+    slope_limits,
+    strength_limits,
+    unit_of,
+)
 from diagnosis.table_model.left_out import judged, without_row
-from diagnosis.table_model.limits import slope_limits, strength_limits
-from diagnosis.table_model.naming import UNIT, named
-from diagnosis.table_model.next_setting import propose, words_of
 from diagnosis.table_model.term import ERROR, LAW, ROW
-from diagnosis.table_model.terms.resolution import rounded_off
+from diagnosis.table_model.terms import rounded_off
 
 MISFIT = 0.01
 """Chance of the misfit of constant coefficients below which a table is never adequate."""
@@ -483,14 +489,14 @@ def _next(out):
             block = out.block_of(row["key"])
             near = [r.key for r in chosen.rivals(block, row["key"])]
             scatter = [None] * any(r.get("of") == "settings" for r in row["rivals"])
-            found = _telling(propose(block, row["key"], scatter + near, wrong))
+            found = _telling(propose_setting(block, row["key"], scatter + near, wrong))
             if found:
                 return found
     for row in rows:
         other = row.get("set_anew")
         if other and other["behind"] < chosen.CLEAR:
             block = out.block_of(row["key"])
-            return _telling(propose(block, row["key"], [other["key"]]))
+            return _telling(propose_setting(block, row["key"], [other["key"]]))
     return None
 
 
@@ -552,7 +558,7 @@ def give_strengths(
 
 
 def _of_mechanism(block, term, shape, strength):
-    off = strength.coded(strength.low if strength.off is None else strength.off)
+    off = strength.weakest
     low, high = strength_limits(block, term, shape)
     # on the side of no effect nothing can be excluded that the data do not show
     below = low if low is not None and off > shape.label[0] else None

@@ -14,14 +14,12 @@ from itertools import islice
 import numpy as np
 from scipy.special import gammaln
 
-from diagnosis.chance import CLOSE, share_above
+from diagnosis.chance import CLOSE, log_sum, share_above
 from diagnosis.laws.known import Known
 from diagnosis.laws.readings import Readings
 from diagnosis.table_model.block import Block
-from diagnosis.table_model.log_sum import log_sum
 from diagnosis.table_model.term import LAW, ROW
-from diagnosis.table_model.terms import all_terms
-from diagnosis.table_model.terms.rows import LEAST as LEAST_ROWS
+from diagnosis.table_model.terms import LEAST_ROWS, all_terms
 
 CHANCE = (999, 399, 399)
 """Data sets that are drawn for the first step, the second, and each after that."""

@@ -1,0 +1,398 @@
+"""The words and numbers of a law: its curve with a band, the forms and mechanisms that fit, and the
+limits of laws that are not there.
+
+The band is paid for by the errors that the readings may share: beside the law each level of its
+lever may have an error of its own, as large as the data leave possible.
+
+Each form, and each mechanism of the catalogue, is put in the law's place beside the other terms. It
+is ruled out where its evidence is less than that of the best by the odds of 20 to 1
+(`selection.ODDS`).
+
+The limits of a slope are the wider of two. One is what the readings' own errors leave; errors from
+setting to setting, of batches, of instruments and of the levels of other levers are averaged over.
+The other pays for errors that the readings at one level of the law's levers share: a straight line
+through the means of the levels, with the scatter of these means about it (Student's t; with several
+levers Satterthwaite 1946, Biometrics Bulletin 2:110). Of two levels nothing is left over to tell
+that scatter, so nothing is excluded.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from calibration.statistics.numbers import NORMAL_95
+from diagnosis.chance import log_sum
+from diagnosis.laws.forms import LADDER, factors_of, text_of
+from diagnosis.laws.readings import IN_AIR, SHAPE, Readings
+from diagnosis.laws.slots import FreeLaw, coordinates, natural, scaled
+from diagnosis.table_model.block import LEVEL_SD, Block
+from diagnosis.table_model.selection import ODDS
+from diagnosis.table_model.term import Shape, Term, curve_shape
+from diagnosis.table_model.terms import BENDS, FREE, FREE_SIZES, bend
+
+POINTS, DRAWS = 25, 2000
+BAND = 0.95
+LEAST_SHARE = 2e-3  # probability of a place of the grid below which it takes no part
+
+
+def paid(block: Block, levers: Iterable[str]) -> Block:
+    """The block with an error of its own for each level of these levers."""
+    readings = block.readings
+    codes = {}
+    for name in levers:
+        levels = readings.folds.get(name, ())
+        if 1 < len(levels) < len(readings.log):
+            code = np.empty(len(readings.log), int)
+            for k, index in enumerate(levels):
+                code[index] = k
+            codes[name] = code
+    return replace(block, readings=replace(readings, groups=readings.groups | codes))
+
+
+def unit_of(law: FreeLaw) -> str:
+    """Unit of a law's values; the state's own is that of its power product."""
+    if law.slot in ("restitution", "friction"):
+        return "share" if law.weight else "1"
+    if law.slot == "reading" and law.experiment == "tilt":
+        return "deg"
+    return {"drop": "mm", "tilt": "1", "shear": "kPa"}[law.experiment]
+
+
+def curve(block: Block, key: str) -> tuple[list[dict[str, float]], dict[str, list[float]]]:
+    """[{state, value, low, high}] along the state of a held law, and the range {state: [low, high]}
+    that the settings cover. The band holds the whole curve in 95 % of cases. Of a column that acts
+    with the size: the share by which it changes the coefficient where it is largest, along the
+    size."""
+    law = block.terms[key].law
+    rest = paid(block.without(key), law.needs if law else ())
+    if law.weight is None or unit_of(law) == "share":
+        return _multiplied(rest, law)
+    return _added(rest, block.terms[key], law)
+
+
+def _rows(state, told, mean, low, high):
+    out = []
+    for k, s in enumerate(state):
+        ends = sorted((float(told(k, low[k])), float(told(k, high[k]))))
+        out.append(
+            {"state": float(s), "value": float(told(k, mean[k])), "low": ends[0], "high": ends[1]}
+        )
+    return out
+
+
+def _multiplied(rest, law):
+    """Of the free curve of a law of a coefficient, over its sizes and those of the errors."""
+    readings, y = rest.readings, rest.readings.log
+    x, middle, half = scaled(law, coordinates(readings))
+    at = np.linspace(-1.0, 1.0, POINTS)
+    z = y - rest.mean
+    share = law.weight(coordinates(readings), readings.centre) if law.weight else np.ones(len(x))
+    level = 0.0 if law.weight else LEVEL_SD**2
+
+    def spread(s, b, one, other):
+        line = np.ones((len(one), len(other))) if law.weight else np.outer(one, other)
+        return s**2 * (line + b**2 * bend(one, other))
+
+    values, means, covers = [], [], []
+    for b in BENDS:
+        for s in FREE_SIZES:
+            own = spread(s, b, x, x) * np.outer(share, share)
+            cross = spread(s, b, at, x) * share + level
+            here = spread(s, b, at, at) + level
+            inverse = np.linalg.inv(rest.errors + rest.smooth + own)
+            logdet = np.linalg.slogdet(rest.errors + rest.smooth + own)[1]
+            pull = inverse @ z
+            values.append(-0.5 * ((z * pull).sum(-1) + logdet) + rest.prior)
+            means.append(pull @ cross.T)
+            covers.append(here - cross @ inverse @ cross.T)
+    values = np.concatenate(values)
+    odds = np.exp(values - log_sum(values))
+    means, covers = np.concatenate(means), np.concatenate(covers)
+    kept = np.flatnonzero(odds > LEAST_SHARE)
+    rng = np.random.default_rng(5)
+    counts = rng.multinomial(DRAWS, odds[kept] / odds[kept].sum())
+    drawn = np.concatenate(
+        [_normal(means[i], covers[i], c, rng) for i, c in zip(kept, counts, strict=True)]
+    )
+    mean = odds[kept] @ means[kept] / odds[kept].sum()
+    power = 1.0 / IN_AIR if law.experiment == "drop" else 1.0
+    if law.weight:
+        low, high = _band(drawn, mean)
+        state = np.exp(middle + half * at)
+        rows = _rows(state, lambda k, v: np.expm1(power * v), mean, low, high)
+        return rows, {law.state[-1]: [float(state[0]), float(state[-1])]}
+    drawn, mean = drawn + readings.centre[0], mean + readings.centre[0]
+    low, high = _band(drawn, mean)
+    most = 1.0 if law.slot == "restitution" else np.inf
+    state = natural(law, coordinates(readings), middle + half * at)
+    rows = _rows(state, lambda k, v: min(np.exp(power * v), most), mean, low, high)
+    return rows, {" x ".join(law.state): [float(state[0]), float(state[-1])]}
+
+
+def _normal(mean, cover, count, rng):
+    size, direction = np.linalg.eigh(cover)
+    root = direction * np.sqrt(np.maximum(size, 0.0))
+    return mean + rng.standard_normal((count, len(mean))) @ root.T
+
+
+def _band(drawn, mean):
+    """Ends (m,) of a band as wide everywhere in standard deviations that holds whole draws."""
+    spread = np.maximum(drawn.std(0), 1e-12)
+    reach = np.quantile(np.abs((drawn - mean) / spread).max(1), BAND)
+    reach = max(float(reach), NORMAL_95) * spread
+    return mean - reach, mean + reach
+
+
+def _added(rest, term, law):
+    """Of a law that adds: over its named forms and their strengths."""
+    y = rest.readings.log[None]
+    levers = coordinates(rest.readings)
+    base = rest.base(y)
+    places, values = [], []
+    for shape in term.shapes:
+        if shape.catalogue or shape.name == FREE:
+            continue
+        own = log_sum(rest.gains(shape, y, base)[:, :, 0], axis=0)
+        places += [(shape, k) for k in range(len(own))]
+        values += list(own)
+    share = np.exp(np.array(values) - log_sum(values))
+    if law.coordinate:
+        _, middle, half = scaled(law, levers)
+        at = np.linspace(-1.0, 1.0, POINTS)
+        state = natural(law, levers, middle + half * at)
+    else:
+        at, half, state = np.zeros(1), 0.0, np.ones(1)
+    rng, factors = np.random.default_rng(5), factors_of(law)
+    curves = []
+    for i in rng.choice(len(share), DRAWS, p=share):
+        shape, k = places[i]
+        step = np.gradient(shape.label)[k] if len(shape.label) > 1 else 0.0
+        strength = shape.label[k] + step * rng.uniform(-0.5, 0.5)
+        curves.append(strength * factors[shape.name](half * at))
+    curves = np.array(curves)
+    told = told_in(law, rest.readings, state)
+    rows = _rows(
+        state, told, np.median(curves, 0), *np.quantile(curves, [0.5 - BAND / 2, 0.5 + BAND / 2], 0)
+    )
+    name = " x ".join(law.state)
+    return rows, {name: [float(state[0]), float(state[-1])]} if law.coordinate else {}
+
+
+def told_in(law: FreeLaw, readings: Readings, state: np.ndarray) -> Callable[[int, Any], Any]:
+    """A function of place and value that turns a term in the law's space into the reading's unit,
+    at the states (m,). What air takes depends on more than its state: it is told of the middle."""
+    levers, centre = coordinates(readings), readings.centre
+    one = law.weight(levers, centre) * levers.get(SHAPE.get(readings.experiment), 1.0)
+    middle = np.exp(centre[0])
+    one = one * (np.degrees(np.arctan(middle)) if law.space == "angle" else middle)
+    if law.coordinate is None or law.slot == "drag":
+        return lambda k, z: float(np.median(one)) * z
+    here = law.coordinate(levers)
+    least, most = np.argmin(np.where(one > 0.0, here, np.inf)), np.argmax(here)
+    # a law of the simplest kind adds a power of its state
+    power = np.log(one[most] / one[least]) / np.log(here[most] / here[least])
+    return lambda k, z: float(one[most] * (state[k] / here[most]) ** power) * z
+
+
+SAME = 0.5
+"""Standard errors of a reading; curves that stay closer are one."""
+
+UNIT = {
+    "speed": "m/s",
+    "size": "mm",
+    "rate": "°/s",
+    "load": "kPa",
+    "interval": "s",
+    "size over root of load": "mm/kPa^(1/2)",
+}
+"""Units of states; others are numbers."""
+
+
+@dataclass(frozen=True)
+class Named:
+    """names: mechanisms that fit as well as the best form; forms: forms that do and are another
+    curve, the best first; formulas: {form: text}; curves: {name: what it adds (n,)}; nearest: the
+    likeliest mechanism, or None; coded: {mechanism: its coded strength}; likeliest: of all."""
+
+    names: list
+    forms: list
+    formulas: dict
+    curves: dict
+    nearest: str | None
+    coded: dict
+    likeliest: str = ""
+
+    @property
+    def single(self) -> str | None:
+        """The one mechanism that is left, or None. A form that fits as well is a formula and no
+        other cause."""
+        return self.names[0] if len(self.names) == 1 else None
+
+
+def named(block: Block, key: str) -> Named:
+    """`Named` of a law that is held in a block."""
+    rest, term, y = block.without(key), block.terms[key], block.readings.log
+    base = rest.base(y[None])
+    evidence, held = {}, {}
+    for shape in term.shapes:
+        value = float(log_sum(rest.gains(shape, y[None], base)) - np.log(len(shape.label)))
+        value -= float(log_sum(base))
+        if value > evidence.get(shape.name, -np.inf):
+            evidence[shape.name] = value
+            own = Term(term.experiment, term.kind, key, (shape,), law=term.law, place=term.place)
+            held[shape.name] = rest.holding(key, own)
+    known = {s.name for s in term.shapes if s.catalogue}
+    order = sorted(evidence, key=lambda n: -evidence[n])
+    left = [n for n in order if evidence[order[0]] - evidence[n] < ODDS]
+    curves = {n: held[n].part(key) for n in left}
+    names = [n for n in left if n in known]
+    forms = [n for n in left if n not in known and not any(
+        _alike(curves[n], curves[k], block.readings.error) for k in names)]  # fmt: skip
+    formulas = {n: written(held[n], key, n) for n in forms if n != FREE and term.law}
+    nearest = next((n for n in order if n in known), None)
+    # a free curve follows every form: it is told only where nothing else is left
+    forms = [n for n in forms if n != FREE] if len(left) > 1 and left[0] != FREE else forms
+    # of simulated tests a free law has a strength as well, of single contacts a mechanism alone
+    strong = [n for n in names or order[:1] if n in known or term.law is None]
+    coded = {n: held[n].strength(key) for n in strong}
+    return Named(names, forms, formulas, curves, nearest, coded, order[0])
+
+
+def _alike(one, other, error):
+    apart = one - other
+    return np.abs((apart - apart.mean()) / error).max() < SAME
+
+
+def written(block: Block, key: str, name: str) -> str:
+    """A named form with its coefficients, as fitted to the readings."""
+    term, y = block.held[key].term, block.readings.log
+    law, k = block.terms[key].law or term.law, block.strength(key)
+    levers = coordinates(block.readings)
+    _, middle, _ = scaled(law, levers) if law.coordinate else (None, 0.0, None)
+    state = " x ".join(law.state)
+    own = " ".join(UNIT.get(s, "") for s in law.state).strip()
+    at = f"{np.exp(middle):.3g} {own}".rstrip()
+    column = levers.get(state, np.ones(1))
+    if (column <= 0.0).any():  # its coordinate is an exponential
+        state = f"exp(({state} - {column.mean():.3g}) / {0.5 * np.ptp(column):.3g})"
+    if law.weight:
+        return name + (
+            f" (at a {state} of {at}: {100 * k:+.3g} %)" if state else f": {100 * k:+.3g} %"
+        )
+    shape, _ = block.shape_of(key)
+    number = int(np.argmin(np.abs(shape.label - k)))
+    level = y - sum(block.part(o) for o in block.held if o != key) - shape.mean[number]
+    weight = 1.0 / block.readings.error**2
+    power = IN_AIR if law.experiment == "drop" else 1.0
+    c = np.exp((level * weight).sum() / weight.sum() / power)
+    text = text_of(name).format(c=f"{c:.3g}", k=k, s=state, m=at)
+    return f"{name}: {law.slot} = {text}"
+
+
+LIMIT = 0.95
+EACH = 0.93
+"""Probability on either side of each of the two limits of a slope. The wider of two holds more
+often than either: in 480 simulated tables of three to five levels they held 93 % between both sides
+where no errors are shared, 87 % where each level of the lever has an error of one to five errors of
+a setting, and 96 % where those of another lever have."""
+
+SLOPES = 161
+LEAST_LEVELS = 3
+
+
+def slope_limits(
+    block: Block, law: FreeLaw, probability: float = EACH
+) -> tuple[float | None, float | None]:
+    """(low, high): ends below and above which the change of a coefficient over the plan's states is
+    excluded, as shares, of a straight line over the logarithm of the state; None for an end that
+    the slopes that are tried do not hold, and where a lever has two levels."""
+    x = scaled(law, coordinates(block.readings))[0]
+    key = next((k for k, h in block.held.items() if h.term.law is law), None)
+    rest = block.without(key) if key else block
+    by_levels = _by_levels(rest, law, x, probability)
+    if by_levels is None:
+        return None, None
+    power = IN_AIR if law.experiment == "drop" else 1.0
+    ends = np.linspace(-LADDER[-1], LADDER[-1], SLOPES)
+    ends = np.sort(np.unique(np.concatenate([ends, _near(rest, power * x, ends[-1])])))
+    shape = curve_shape("line", ends, power * ends[:, None] * x)
+    shape = replace(shape, root=0.0 * shape.root)
+    others = [n for n in block.readings.folds if n not in law.needs]
+    low, high = _quantiles(paid(rest, others), shape, ends, probability)
+    low = None if low is None else min(low, by_levels[0] / power)
+    high = None if high is None else max(high, by_levels[1] / power)
+    return tuple(None if e is None or abs(e) > ends[-1] else float(np.expm1(2.0 * e))
+                 for e in (low, high))  # fmt: skip
+
+
+def _by_levels(rest, law, x, probability):
+    """(low, high) of the slope of the logarithm of the readings over x (n,), by the scatter of the
+    means of the levels of the law's levers; None where one has two levels
+    alone. A further column has no levels and adds nothing."""
+    readings = rest.readings
+    levers = [n for n in law.needs if n in readings.folds]
+    if any(len(readings.folds[n]) < LEAST_LEVELS for n in levers):
+        return None
+    weight = 1.0 / readings.error**2
+    y = readings.log - sum(rest.part(k) for k, h in rest.held.items() if h.term.what != "levels")
+    along = x - np.average(x, weights=weight)
+    pull = weight * along / (weight * along**2).sum()
+    slope = float(pull @ y)
+    parts = [_of_levels(readings.folds[n], weight, pull, x, y) for n in levers]
+    variance = sum(v for v, _ in parts)
+    if not variance:
+        return slope, slope
+    freedom = variance**2 / sum(v**2 / f for v, f in parts)
+    reach = float(stats.t.ppf(probability, freedom)) * np.sqrt(variance)
+    return slope - reach, slope + reach
+
+
+def _of_levels(levels, weight, pull, x, y):
+    """(variance of a slope, degrees of freedom) by the scatter of the means of levels [indices]
+    about a straight line; pull: (n,) what the slope takes of each reading."""
+    total = np.array([weight[i].sum() for i in levels])
+    mean_x, mean_y = (np.array([np.average(v[i], weights=weight[i]) for i in levels])
+                      for v in (x, y))  # fmt: skip
+    design = np.column_stack([np.ones(len(levels)), mean_x]) * np.sqrt(total)[:, None]
+    seen = mean_y * np.sqrt(total)
+    left = seen - design @ np.linalg.lstsq(design, seen, rcond=None)[0]
+    freedom = len(levels) - 2
+    taken = np.array([pull[i].sum() for i in levels])
+    return float((taken**2 / total).sum() * (left @ left) / freedom), freedom
+
+
+def _near(rest, x, most):
+    """Slopes (k,) about the likeliest, closer than the grid."""
+    weight = 1.0 / rest.readings.error**2
+    own = x - (weight * x).sum() / weight.sum()
+    size = (weight * own**2).sum()
+    best = (weight * own * (rest.readings.log - rest.mean)).sum() / size
+    step = np.concatenate([np.linspace(-6.0, 6.0, 61), np.linspace(-40.0, 40.0, 81)]) / np.sqrt(
+        size
+    )
+    return np.clip(best + step, -most, most)
+
+
+def strength_limits(
+    block: Block, term: Term, shape: Shape, probability: float = LIMIT
+) -> tuple[float | None, float | None]:
+    """(low, high) of a mechanism's coded strength, with an error of its own for each level."""
+    rest = block.without(term.key) if term.key in block.held else block
+    rest = paid(rest, term.law.needs if term.law else ())
+    return _quantiles(rest, shape, np.asarray(shape.label), probability)
+
+
+def _quantiles(rest, shape, at, probability):
+    y = rest.readings.log[None]
+    value = log_sum(rest.gains(shape, y, rest.base(y))[:, :, 0], axis=0)
+    density = np.exp(value - value.max())
+    mass = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(at))])
+    mass /= mass[-1]
+    low, high = np.interp([1.0 - probability, probability], mass, at)
+    edge = 1e-3 * (at[-1] - at[0])
+    open_low = density[0] > 0.05 or low < at[0] + edge
+    open_high = density[-1] > 0.05 or high > at[-1] - edge
+    return None if open_low else float(low), None if open_high else float(high)

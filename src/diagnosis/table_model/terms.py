@@ -1,0 +1,293 @@
+"""The kinds of terms of one experiment: laws, errors of the set-up, and single rows."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from diagnosis.laws.forms import LADDER, forms_of, steps_of
+from diagnosis.laws.known import Known
+from diagnosis.laws.readings import SHAPE, Readings
+from diagnosis.laws.slots import FAMILY, FreeLaw, applicable, coordinates, scaled
+from diagnosis.table_model.term import (
+    ERROR,
+    LAW,
+    ROW,
+    SIZES,
+    Shape,
+    Term,
+    curve_shape,
+    random_term,
+)
+
+FREE = "free curve"
+SHARE_OF_FREE = 0.3  # prior probability of the free curve among the shapes of a place
+FREE_SIZES = np.geomspace(0.005, 1.5, 8)
+BENDS = (0.0, 0.5, 1.5)
+"""Bend of a free curve over its straight part, half the range of the state being one."""
+
+LENGTH = 0.8  # correlation length of the bend, over a range from -1 to 1
+
+UNLIKELY_LEVEL = -2.0
+"""Log prior odds of one level that was set wrongly where the reading does not go with the lever: a
+wrong size shows only through a law."""
+
+UNLIKELY_ORDER = -3.0
+"""Log prior odds of a drift: a table that is sorted by a lever need not stand in the order of the
+tests."""
+
+BENDS_OF_ORDER = (0.0, 0.7)
+LEAST_ROWS = 5  # readings of an experiment, for a drift or a single row
+SIZES_OF_ROW = np.geomspace(0.02, 1.5, 7)
+
+LIKELY = 3.0
+"""Log prior odds of rounding where the digits show the step, against a law."""
+
+LEAST_SHARE = 0.3
+"""Share of the median error below which a step adds nothing."""
+
+
+def all_terms(readings: Readings, known: Mapping[str, Known]) -> list[Term]:
+    """[`Term`] of every kind for the `Readings` of one experiment; known: {name: `Known`} curves of
+    the catalogue."""
+    out = exchanged(readings) + laws(readings, known)
+    return out + [term for kind in ERRORS for term in kind(readings)]
+
+
+def laws(readings: Readings, known: Mapping[str, Known]) -> list[Term]:
+    """A term for each place: of the free laws whose levers vary, and of the catalogue's entries.
+    Its shapes are named forms, a free curve, and the catalogue's mechanisms."""
+    centre = readings.centre
+    free_laws = {(law.slot, law.state): law for law in applicable(readings)}
+    places = dict.fromkeys([*free_laws, *(k.place for k in known.values())])
+    out = []
+    for place in places:
+        law, shapes, steps = free_laws.get(place), [], {}
+        if law is not None:
+            shapes = _shapes(forms_of(law, readings, centre))
+            steps = steps_of(law, readings)
+        own = [
+            curve_shape(k.name, k.label, k.curves, catalogue=True, own_level=k.own_level)
+            for k in known.values()
+            if k.place == place
+        ]
+        # all places of a step together are one form
+        named = len(shapes) + len(own) + bool(steps)
+        free = law is not None and not law.sign and law.coordinate is not None
+        share = 1.0 - SHARE_OF_FREE * free
+        shapes = [_weighted(s, np.log(share / named)) for s in (*shapes, *own)]
+        shapes += [_weighted(s, np.log(share / named / len(steps))) for s in _shapes(steps)]
+        if free:
+            shapes.append(free_curve(law, readings, centre, np.log(SHARE_OF_FREE)))  # type: ignore[arg-type]
+        slot, state = place
+        key = f"{readings.experiment}:{slot}({', '.join(state)})"
+        law = law or next(
+            (
+                f
+                for f in FAMILY
+                if (f.experiment, f.slot, f.state) == (readings.experiment, slot, state)
+            ),
+            None,
+        )
+        odds = law.odds if law else 0.0
+        out.append(Term(readings.experiment, LAW, key, tuple(shapes), odds, law=law, place=place))
+    return out
+
+
+def _weighted(shape, weight):
+    return replace(shape, weight=float(weight))
+
+
+def _shapes(forms):
+    out = []
+    for name, (label, curves) in forms.items():
+        # both signs of a strength are curves of their own
+        for side in (label < 0.0, label > 0.0):
+            if side.any():
+                out.append(curve_shape(name, label[side], curves[side]))
+    return out
+
+
+def free_curve(law: FreeLaw, readings: Readings, centre: np.ndarray, weight: float = 0.0) -> Shape:
+    """`Shape` of a Gaussian process over the scaled logarithm of the state; root (k, n, 2 + bend).
+
+    To first order in its size, where the law adds to the reading."""
+    x = scaled(law, coordinates(readings))[0]
+    slope = law.weight(coordinates(readings), centre) if law.weight else np.ones(len(x))
+    line = np.ones((len(x), 1)) if law.weight else x[:, None]
+    bend = bend_root(x)
+    roots, labels = [], []
+    for b in BENDS:
+        own = np.hstack([line, b * bend]) * slope[:, None]
+        roots += [s * own for s in FREE_SIZES]
+        labels += list(FREE_SIZES)
+    return Shape(FREE, np.array(labels), np.array(roots), weight=float(weight))
+
+
+def bend_root(x: np.ndarray) -> np.ndarray:
+    """Root (n, r) of the squared exponential of the distances of scaled states (n,)."""
+    levels, place = np.unique(np.round(x, 9), return_inverse=True)
+    values, vectors = np.linalg.eigh(bend(levels, levels))
+    kept = values > 1e-6 * values.max()
+    return (vectors[:, kept] * np.sqrt(values[kept]))[place]
+
+
+def bend(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Squared exponential (n, m) of the distances of two scaled states."""
+    return np.exp(-0.5 * ((x[:, None] - y[None, :]) / LENGTH) ** 2)
+
+
+def exchanged(readings: Readings) -> list[Term]:
+    """A term of two levels that were taken for each other, of the lever that the reading goes with,
+    where it has three levels or more; its shapes are the pairs. What the readings at one level lose
+    those at the other gain."""
+    lever = SHAPE.get(readings.experiment, "")
+    levels = readings.folds.get(lever, ())
+    if len(levels) < 3:
+        return []
+    value, n, shapes = readings.levers[lever], len(readings.log), []
+    pairs = list(combinations(range(len(levels)), 2))
+    for one, other in pairs:
+        low, high = value[levels[one][0]], value[levels[other][0]]
+        curve = np.zeros(n)
+        curve[levels[one]], curve[levels[other]] = np.log(high / low), np.log(low / high)
+        name, weight = f"{low:g} and {high:g}", -float(np.log(len(pairs)))
+        shapes.append(Shape(name, np.ones(1), np.zeros((1, n, 1)), curve[None], weight))
+    return [_error(readings, f"exchanged {lever}", tuple(shapes), of=lever, what="exchanged")]
+
+
+def level_offsets(readings: Readings) -> list[Term]:
+    """One term for each lever with two levels or more, each set up with an error of its own: a
+    camera that is set anew for each height, a lot of grains for each size. A level of its own for
+    each reading is excepted: that is the error from setting to setting."""
+    out = []
+    for lever, levels in readings.folds.items():
+        if len(levels) == len(readings.log):
+            continue
+        root = np.zeros((len(readings.log), len(levels)))
+        for k, index in enumerate(levels):
+            root[index, k] = 1.0
+        shapes = (random_term(root),)
+        out.append(_error(readings, f"levels of {lever}", shapes, of=lever, what="levels"))
+    return out
+
+
+def one_level(readings: Readings) -> list[Term]:
+    """A term for each lever with three levels or more, one of which was set wrongly: 120 mm that
+    were 132 mm. Its shapes are its levels."""
+    out = []
+    for lever, levels in readings.folds.items():
+        several = [k for k, index in enumerate(levels) if len(index) > 1]
+        if len(levels) < 3 or not several:
+            continue
+        value, shapes = readings.levers[lever], []
+        for k in several:
+            root = _of_rows(readings, levels[k])
+            name = f"{value[levels[k][0]]:g}"
+            shapes.append(random_term(root, name, weight=-np.log(len(several))))
+        weight = 0.0 if SHAPE.get(readings.experiment) == lever else UNLIKELY_LEVEL
+        out.append(
+            _error(
+                readings, f"one level of {lever}", tuple(shapes), weight, of=lever, what="one level"
+            )
+        )
+    return out
+
+
+def order(readings: Readings) -> list[Term]:
+    """One term of a drift, such as wear or a day that grows damp: a line and a bend over the number
+    of the row, or over its logarithm."""
+    if len(readings.log) < LEAST_ROWS:
+        return []
+    number = np.argsort(np.argsort(readings.rows)).astype(float)
+    shapes = []
+    for name, at in (("even", number), ("at first", np.log1p(number))):
+        x = 2.0 * (at - at.min()) / np.ptp(at) - 1.0
+        bend = bend_root(x)
+        roots = [s * np.hstack([x[:, None], b * bend]) for b in BENDS_OF_ORDER for s in SIZES]
+        label = np.tile(SIZES, len(BENDS_OF_ORDER))
+        shapes.append(Shape(name, label, np.array(roots), weight=-np.log(2.0)))
+    return [_error(readings, "order", tuple(shapes), UNLIKELY_ORDER, of="order")]
+
+
+def resolution(readings: Readings) -> list[Term]:
+    """One term where every reading is a multiple of a step. What rounding takes off is alike for
+    readings that were rounded to one value, if they stand for one."""
+    step = readings.step
+    if step is None:
+        return []
+    share = rounded_off(readings)
+    if np.median(share / readings.error) < LEAST_SHARE:
+        return []
+    rows = share[:, None]
+    single = np.diag(share)
+    shared = [rows * _same(code) for code in _codes(readings)]
+    roots = [single, *shared, *(np.sqrt(0.5) * np.hstack([single, r]) for r in shared)]
+    weight = -np.log(len(roots))
+    shapes = tuple(Shape("rounded", np.array([step]), r[None], weight=weight) for r in roots)
+    return [_error(readings, "resolution", shapes, LIKELY, of="resolution", more={"step": step})]
+
+
+def rounded_off(readings: Readings) -> np.ndarray:
+    """Standard deviation (n,) of what rounding to the readings' step takes off a logarithm."""
+    return readings.step / np.sqrt(12.0) / np.abs(readings.values) * np.abs(readings.relative)
+
+
+def _codes(readings):
+    """Codes (n,) of readings that rounding takes the same from: of one value, and of one true
+    value as a constant coefficient has it."""
+    lever = readings.levers.get(SHAPE.get(readings.experiment))
+    true = np.zeros(len(readings.log)) if lever is None else lever
+    return [np.unique(v, return_inverse=True)[1] for v in (readings.values, true)]
+
+
+def _same(code):
+    return (code[:, None] == np.arange(code.max() + 1)).astype(float)
+
+
+def rows(readings: Readings) -> list[Term]:
+    """One term for each single row that contradicts all others, all together as probable as a
+    law."""
+    n, kind = len(readings.log), readings.experiment
+    if n < LEAST_ROWS:
+        return []
+    shapes = [(random_term(_of_rows(readings, i), "row", SIZES_OF_ROW),) for i in range(n)]
+    return [
+        Term(kind, ROW, f"{kind}:row {i}", own, -np.log(n), rows=(i,))
+        for i, own in enumerate(shapes)
+    ]
+
+
+def zero(readings: Readings) -> list[Term]:
+    """One term of a wrong zero of the lever that the reading goes with, where it varies: all
+    heights off by one length, all normal stresses by one load. Its strengths are what is added, in
+    the lever's unit."""
+    lever = SHAPE.get(readings.experiment, "")
+    if lever not in readings.folds:
+        return []
+    value = readings.levers[lever]
+    shapes = []
+    for shift in (-LADDER[LADDER < 0.95], LADDER):
+        own = shift * value.min()
+        curves = np.log1p(own[:, None] / value)
+        shapes.append(curve_shape("zero", own, curves, weight=-np.log(2.0)))
+    return [_error(readings, f"zero of {lever}", tuple(shapes), of=lever, what="zero")]
+
+
+ERRORS: tuple[Callable[[Readings], list[Term]], ...] = (
+    level_offsets, one_level, order, resolution, rows, zero,
+)  # fmt: skip
+
+
+def _error(readings, name, shapes, weight=0.0, **more):
+    """`Term` of an error of the set-up, by its name in its experiment."""
+    kind = readings.experiment
+    return Term(kind, ERROR, f"{kind}:{name}", shapes, weight, **more)
+
+
+def _of_rows(readings, index):
+    """Root (n, 1) of what the readings at `index` alone have."""
+    root = np.zeros((len(readings.log), 1))
+    root[index] = 1.0
+    return root
