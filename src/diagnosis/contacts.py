@@ -19,7 +19,15 @@ from diagnosis import extend
 from diagnosis.catalogue import Mechanism
 from diagnosis.collision import rebounds, sliding_angles
 from diagnosis.fit import data_of
-from diagnosis.laws.engine_gain import Engine, compared, keys_of, not_run, together
+from diagnosis.held_out import prediction_test
+from diagnosis.laws.engine_gain import (
+    Engine,
+    compared,
+    has_curve,
+    keys,
+    not_run,
+    together,
+)
 from diagnosis.laws.known import COEFFICIENT, known_curves, with_coefficient
 from diagnosis.laws.readings import FREE, IN_AIR, from_log, readings_of
 from diagnosis.power import power
@@ -29,6 +37,7 @@ from diagnosis.rules import OF_CONTACTS, by_runs, without_names
 from diagnosis.settings import Settings, of_run
 from diagnosis.table_model.block import LEVEL_SD
 from diagnosis.table_model.found import Found, discover, give_strengths, limits, table_misfit
+from diagnosis.table_model.law import curve
 from diagnosis.verdict import family_of, of_found
 
 
@@ -89,12 +98,14 @@ def with_engine(
             if row["engine"] is None:
                 row["not_run"] = not_run(row)
             else:
-                row["engine"]["keys"] = keys_of(block, row["key"])
+                law, key = block.terms[row["key"]].law, row["key"]
+                has = has_curve(block.terms[key])
+                row["engine"]["keys"] = keys(law, curve(block, key)[0]) if has else None
     if parts:
         verdict["gain"] = together(parts)
     verdict = by_runs(without_names(verdict), OF_CONTACTS)
     verdict["exclusion"] = limits(found, catalogue)
-    verdict["test"] = held_out.of_contacts(verdict, measurements, found, engine, held_out)
+    verdict["test"] = prediction_test(verdict, measurements, found, engine, held_out)
     return verdict
 
 
@@ -136,7 +147,9 @@ def base(
     aside = {r["setting"] for r in found.rows if r["setting"] is not None} if found else set()
     kept = [i for i in range(len(measurements)) if i not in aside]
     counted = [measurements[i] for i in kept]
-    levels = {kind: _level(counted, kind) for kind in _kinds(measurements)}
+    levels = {
+        kind: _level(counted, kind) for kind in dict.fromkeys(m.experiment for m in measurements)
+    }
     stated = data_of(measurements).error[0]
     drawn = by_chance(measurements, stated, stated)
     rows = _rows(measurements, levels)
@@ -183,17 +196,16 @@ def with_law(measurements: list[Measurement], found: Found) -> np.ndarray | None
     they say nothing."""
     if not found.laws:
         return None
-    levels = {kind: _level(measurements, kind) for kind in _kinds(measurements)}
+    levels = {
+        kind: _level(measurements, kind)
+        for kind in dict.fromkeys(m.experiment for m in measurements)
+    }
     value = np.array([r["predicted"] for r in _rows(measurements, levels)])
     for kind, block in found.selection.blocks.items():
         if block.held:
             mean = block.expected()[0]
             value[block.readings.rows] = from_log(kind, mean, block.readings.levers)
     return value
-
-
-def _kinds(measurements):
-    return list(dict.fromkeys(m.experiment for m in measurements))
 
 
 def _level(measurements, kind):

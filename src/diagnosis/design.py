@@ -183,7 +183,8 @@ def plan(
         if mechanism != BASE:
             points = _strong(points, catalogue[mechanism].strength)
         law, refused = catalogue.get(mechanism), []
-        again = 0 if law else _repeated(count, len(names))
+        # the base model's points are two more than the inputs at least
+        again = 0 if law else max(min(count // REPEATED, count - len(names) - 2), 0)
         points = points[: len(points) - again]
         for k, x in enumerate(points):
             try:
@@ -195,24 +196,13 @@ def plan(
             rows.append(row)
             specs |= runs
         if law is None and len(refused) > REFUSED * len(points):
-            raise _mostly_refused(experiment, refused, len(points))
+            raise ConfigError(
+                f"{experiment}: {len(refused)} of {len(points)} points over the ranges of the "
+                f"levers and the coefficients cannot be run, the first as {refused[0]}",
+                key=f"diagnosis.experiments.{experiment}",
+                allowed="a rig in which the measured levels go together, or narrower `levers`",
+            )
     return rows, specs
-
-
-def _repeated(count, inputs):
-    """How many of `count` runs of the base model repeat a point; the points are two more
-    than the inputs at least."""
-    return max(min(count // REPEATED, count - inputs - 2), 0)
-
-
-def _mostly_refused(experiment, refused, points):
-    """ConfigError of an experiment that cannot be run over most of its levers' ranges."""
-    return ConfigError(
-        f"{experiment}: {len(refused)} of {points} points over the ranges of the levers and the "
-        f"coefficients cannot be run, the first as {refused[0]}",
-        key=f"diagnosis.experiments.{experiment}",
-        allowed="a rig in which the measured levels go together, or narrower `levers`",
-    )
 
 
 def row_of(
@@ -229,12 +219,20 @@ def row_of(
 
     mechanism: a `Mechanism`, None for the base model; lever: its `MultipliedLever`, if it has
     one; times: runs, of other seeds."""
-    label = mechanism.name if mechanism else BASE
-    spec = _spec(rig, experiment, names, x, mechanism, seed)
+    at = dict(zip(names, x, strict=True))
+    ranges = rig.settings.experiments[experiment].levers
+    levers = {n: round(log_span(*ranges[n], at[n]), 6) for n in ranges}
+    # from shares of the widened range to levels, -1 to 1 over a factor's range
+    coded = {name: WIDENED * (2.0 * float(share) - 1.0) for name, share in at.items()}
+    values = {f.name: f.natural(coded[f.name]) for f in rig.factors if f.name in at}
+    spec = rig.spec(Condition(experiment, levers), seed, values)
+    if mechanism:
+        strength = mechanism.strength.natural(float(at["strength"]))
+        spec = mechanism.apply(spec, round(strength, 12))
     runs = named([spec | {"seed": spec["seed"] + REPEAT * j} for j in range(times)])
     row = {
         "experiment": experiment,
-        "mechanism": BASE if lever else label,
+        "mechanism": BASE if lever or not mechanism else mechanism.name,
         "inputs": [float(v) for v in (lever.moved(x[None])[0] if lever else x)],
         "run_ids": list(runs),
     }
@@ -277,24 +275,6 @@ def _strong(points, strength):
     far = 1.0 - NEAR
     out[:, -1] = np.round(NEAR + far * points[:, -1] if off < 0.5 else far * points[:, -1], 6)
     return out
-
-
-def _spec(rig, experiment, names, x, mechanism, seed):
-    at = dict(zip(names, x, strict=True))
-    ranges = rig.settings.experiments[experiment].levers
-    levers = {n: round(log_span(*ranges[n], at[n]), 6) for n in ranges}
-    varied = [f for f in rig.factors if f.name in at]
-    values = {f.name: f.natural(coded_factor(float(at[f.name]))) for f in varied}
-    spec = rig.spec(Condition(experiment, levers), seed, values)
-    if mechanism is None:
-        return spec
-    return mechanism.apply(spec, round(mechanism.strength.natural(float(at["strength"])), 12))
-
-
-def coded_factor(share: Any) -> Any:
-    """Coded level of a factor, -1 to 1 over its range, from a share in [0, 1] of the widened
-    range."""
-    return WIDENED * (2.0 * share - 1.0)
 
 
 def factor_share(coded: Any) -> Any:

@@ -157,13 +157,6 @@ def _finished(rows, metrics):
     return finished, planned
 
 
-def rows_at_strength(coded: float, base: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Rows of the base model as rows of a mechanism at a coded strength. Rows at levers beyond the
-    range are left out."""
-    inside = [r for r in base if 0.0 <= min(r["inputs"]) and max(r["inputs"]) <= 1.0]
-    return [r | {"inputs": [*r["inputs"], coded]} for r in inside]
-
-
 def coded_off(strength: Strength) -> float | None:
     """Coded strength at which a mechanism does nothing; None where its range does not reach so
     far."""
@@ -205,7 +198,10 @@ def train_failures(
         if experiment not in failing:
             continue
         off = None if name == BASE else coded_off(known[name].strength)
-        more = [] if off is None else rows_at_strength(off, by_key[experiment, BASE])
+        # rows of the base model are its at that strength, but for levers beyond the range
+        base = by_key[experiment, BASE] if off is not None else []
+        inside = [r for r in base if 0.0 <= min(r["inputs"]) and max(r["inputs"]) <= 1.0]
+        more = [r | {"inputs": [*r["inputs"], off]} for r in inside]
         x = np.array([r["inputs"] for r in own + more])
         failed = [_failed(r, metrics) for r in own + more]
         out[experiment, name] = Chance(x, failed, [len(r["run_ids"]) for r in own + more])

@@ -45,7 +45,9 @@ def modes(bulk: Bulk) -> dict[str, tuple[Model, Fit]]:
     score = {name: float(fitted.score[0]) for name, (_, fitted) in fits.items()}
     best = max([float(bulk.fitted.score[0]), *score.values()])
     near = sorted(score, key=lambda n: -score[n])
-    near = [n for n in near if best - score[n] < IN_PLAY or _rough(*fits[n], bulk.data)]
+    error = {n: model.predict(fit.theta[:1])[1][0] for n, (model, fit) in fits.items()}
+    rough = [n for n, e in error.items() if np.sqrt(np.mean((e / bulk.data.error[0]) ** 2)) > SHARE]
+    near = [n for n in near if best - score[n] < IN_PLAY or n in rough]
     near = [n for n in near if any(_trained(bulk.emulated, kind, n) for kind in bulk.kinds)]
     return {BASE: bulk.fit(())} | {name: fits[name] for name in near[:MOST]}
 
@@ -54,11 +56,6 @@ def _trained(emulated, experiment, mechanism):
     """Return whether runs of its own train a mechanism: it is no law of the reading and none that
     the base model's emulator predicts."""
     return hasattr(emulated.emulators.get((experiment, mechanism)), "error")
-
-
-def _rough(model, fitted, data):
-    error = model.predict(fitted.theta[:1])[1][0]
-    return np.sqrt(np.mean((error / data.error[0]) ** 2)) > SHARE
 
 
 def left(bulk: Bulk, play: Mapping[str, tuple[Model, Fit]] | None = None) -> list[dict[str, Any]]:

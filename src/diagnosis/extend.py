@@ -139,7 +139,11 @@ def extension_plan(
                     "theta": [float(v) for v in theta],
                     "refit": float(refit[i]),
                     "run_ids": list(own),
-                    "reads": _reads(model, measurements[i], theta),
+                    "reads": {
+                        m.name: float(m.strength.natural(theta[k]))
+                        for k, m in enumerate(model.mechanisms, len(model.factors))
+                        if m.observe is not None and measurements[i].experiment in m.experiments
+                    },
                 }
             )
     rows = [row for row in rows if row["setting"] not in refused]
@@ -157,15 +161,6 @@ def real_spec(
         if mechanism.observe is None and measurement.experiment in mechanism.experiments:
             spec = mechanism.apply(spec, round(float(mechanism.strength.natural(theta[k])), 12))
     return spec
-
-
-def _reads(model, measurement, theta):
-    """{mechanism: strength} of the model's mechanisms that change what is read."""
-    return {
-        m.name: float(m.strength.natural(theta[k]))
-        for k, m in enumerate(model.mechanisms, len(model.factors))
-        if m.observe is not None and measurement.experiment in m.experiments
-    }
 
 
 def real_values(
@@ -281,7 +276,8 @@ def _summary(miss, rng):
     """Root mean square, chi-square and log score of both models, each with its interval."""
     pick = rng.integers(len(miss[0]), size=(RESAMPLES, len(miss[0])))
     # log density of a setting with the spread that each model's own misses ask for
-    score = [_log_score(m) for m in miss]
+    scale = [max(float(np.sqrt((m**2).mean())), 1.0) for m in miss]
+    score = [-0.5 * (m / s) ** 2 - np.log(s) for m, s in zip(miss, scale, strict=True)]
     rmse = [np.sqrt((m[pick] ** 2).mean(1)) for m in miss]
     chi = [(m[pick] ** 2).sum(1) for m in miss]
     log = [s[pick].sum(1) for s in score]
@@ -309,11 +305,6 @@ def _by_experiment(measurements, value, means):
         raw = [float(np.sqrt(np.mean((value - m)[rows] ** 2))) for m in means]
         out[str(kind)] = {"before": raw[0], "after": raw[1], "unit": QUANTITIES[kind].unit}
     return out
-
-
-def _log_score(miss):
-    scale = max(float(np.sqrt((miss**2).mean())), 1.0)
-    return -0.5 * (miss / scale) ** 2 - np.log(scale)
 
 
 def _interval(sample):
@@ -351,14 +342,13 @@ def time_step_plan(
     model: Model,
     theta: np.ndarray,
     measurements: Sequence[Measurement],
-    seed: int = 95_000,
 ) -> tuple[list[dict[str, Any]], dict[str, dict[str, Any]]]:
     """Rows [{setting, full, half}] with the names of their runs, and {run id: spec}, of the base
     model at theta (p,)."""
     rows: list[dict[str, Any]] = []
     specs: dict[str, dict[str, Any]] = {}
     for i in middles(measurements):
-        seeds = [seed + 1000 * k for k in range(rig.settings.gain_runs)]
+        seeds = [95_000 + 1000 * k for k in range(rig.settings.gain_runs)]
         full = [real_spec(rig, model, measurements[i], theta, s) for s in seeds]
         runs = {"full": named(full), "half": named([halved(s) for s in full])}
         specs |= runs["full"] | runs["half"]
@@ -382,16 +372,11 @@ def time_step_check(
             [[(metrics[n] or {}).get(metric, np.nan) for n in row[k]] for k in ("full", "half")]
         )
         if np.isfinite(values).any(1).all():
-            out.append(_row(m, values, float(errors[row["setting"]])))
+            full, half = map(float, np.nanmean(values, axis=1))
+            uncertain = float(np.hypot(*run_scatter([m] * 2, values)))
+            uncertain *= float(doubt(max(np.isfinite(values).sum() - 2.0, 1.0)))  # of few runs
+            out.append(time_step_row(m, full, half, uncertain, float(errors[row["setting"]])))
     return out
-
-
-def _row(measurement, values, error):
-    """A row from values (2, r) at the full and the half step."""
-    full, half = np.nanmean(values, axis=1)
-    uncertain = float(np.hypot(*run_scatter([measurement] * 2, values)))
-    uncertain *= float(doubt(max(np.isfinite(values).sum() - 2.0, 1.0)))  # of few runs
-    return time_step_row(measurement, float(full), float(half), uncertain, error)
 
 
 def time_step_row(

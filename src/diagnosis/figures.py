@@ -35,7 +35,17 @@ def _draw_axes(panels, height=3.2):
     return figure, zip(axes[0], panels, strict=True)
 
 
-def _lever_axis(axis, kind, lever):
+def _places(rows, lever):
+    """Where rows stand along a lever; without one their names, in lines so short that neighbours do
+    not meet."""
+    return [fill(_name(r), 9) if lever is None else r["levers"][lever] for r in rows]
+
+
+def _name_axis(axis, kind, lever):
+    if lever is None:
+        axis.set_title("single settings")
+        axis.margins(x=0.4)
+        return
     known = LEVERS.get(lever)
     name, unit = (known.words, known.unit) if known else (label(lever), "")
     axis.set(xlabel=f"{name} [{unit}]" if unit else name, title=QUANTITIES[kind].words)
@@ -51,11 +61,6 @@ def _name(row):
     return QUANTITIES[row["experiment"]].words
 
 
-def _tick(row):
-    """The name in lines so short that neighbours do not meet."""
-    return fill(_name(row), 9)
-
-
 def residual_figure(rows: Sequence[Mapping[str, Any]]) -> Figure:
     """Standardised residuals of the base model along every lever that varies."""
     figure, drawn = _draw_axes(_panels(rows))
@@ -63,13 +68,8 @@ def residual_figure(rows: Sequence[Mapping[str, Any]]) -> Figure:
         axis.axhspan(-2, 2, color=GREY, alpha=0.15, linewidth=0)
         axis.axhline(0, color=GREY, linewidth=1)
         y = [r["standardised"] for r in own]
-        if lever is None:
-            axis.plot([_tick(r) for r in own], y, "o", color=BLUE)
-            axis.set_title("single settings")
-            axis.margins(x=0.4)
-        else:
-            axis.plot([r["levers"][lever] for r in own], y, "o", color=BLUE)
-            _lever_axis(axis, kind, lever)
+        axis.plot(_places(own, lever), y, "o", color=BLUE)
+        _name_axis(axis, kind, lever)
         axis.set_ylabel("(measured - model) / sd")
     return figure
 
@@ -82,7 +82,7 @@ def prediction_figure(
     predicted = {} if extended is None else dict(zip(map(id, rows), extended, strict=True))
     figure, drawn = _draw_axes(_panels(rows), 3.6)
     for axis, (kind, lever, own) in drawn:
-        x = [_tick(r) if lever is None else r["levers"][lever] for r in own]
+        x = _places(own, lever)
         base = np.array([r["predicted"] for r in own])
         ratio = np.array([r["measured"] for r in own]) / base
         error = [2.0 * r["sd"] for r in own] / base
@@ -91,11 +91,7 @@ def prediction_figure(
         if predicted:
             after = np.array([predicted[id(r)] for r in own]) / base
             axis.plot(x, after, "s", color=ORANGE, mfc="none", label=f"with {label(name)}")
-        if lever is None:
-            axis.set_title("single settings")
-            axis.margins(x=0.4)
-        else:
-            _lever_axis(axis, kind, lever)
+        _name_axis(axis, kind, lever)
         axis.set_ylabel("value / prediction of the base model")
         axis.legend(fontsize=8, frameon=False)
     return figure

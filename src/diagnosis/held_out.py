@@ -5,6 +5,7 @@ shows there, else at a setting beyond the plan. Rows with the role `hold out` de
 """
 
 from collections.abc import Mapping, Sequence
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -134,7 +135,7 @@ DECIDED = 2.0
 """Differences of squared misses, in squared errors, from which held-out rows decide."""
 
 
-def of_contacts(
+def prediction_test(
     verdict: Mapping[str, Any],
     measurements: Sequence[Measurement],
     found: Found,
@@ -239,7 +240,9 @@ def _by_engine(switched, measurements):
     best = None
     for size in sizes or [None]:
         levers = ({} if size is None else {"particle_diameter_mm": size}) | fixed
-        at = _Setting(kind, {k: np.array([v]) for k, v in levers.items()})
+        values = {k: np.array([v]) for k, v in levers.items()}
+        # one setting, as `contact_logs` takes it
+        at = SimpleNamespace(experiment=kind, levers=values, log=np.zeros(1))
         on, off = switched.logs(at)
         apart = abs(on[0] - off[0])
         if np.isfinite(apart) and (best is None or apart > best[0]):
@@ -273,13 +276,6 @@ def _there(switched, measurements, held_out):
             row[label] = float(miss)
     finite = [r for r in out if np.isfinite([r["miss_with"], r["miss_without"]]).all()]
     return finite if len(finite) == len(out) else []
-
-
-class _Setting:
-    """One setting of an experiment, as `contact_logs` takes it."""
-
-    def __init__(self, experiment, levers):
-        self.experiment, self.levers, self.log = experiment, levers, np.zeros(1)
 
 
 def _beyond(row, found):

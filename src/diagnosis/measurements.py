@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from calibration.errors import ConfigError
-from calibration.intake.measurements import ROLES, Measurement, raise_faults, read_measured
+from calibration.intake.measurements import ROLES, raise_faults, read_measured
 from calibration.intake.quantities import QUANTITIES
 from diagnosis.reading_errors import LABELS, doubt, spread_unit
 from diagnosis.table_model.single_readings import one_by_one, set_aside
@@ -49,18 +49,12 @@ def need_emulators(path: str | Path) -> bool:
         return True
 
 
-def read_measurements(path: str | Path) -> list[Measurement]:
-    """List of `Measurement` to calibrate on. Raises ConfigError naming file, line and column of
-    every fault, one message a fault."""
-    return read_all(path).fitted
-
-
 def read_all(path: str | Path) -> Measured:
-    """`Measured` of the quantities that the diagnosis knows; raises as `read_measurements`."""
+    """`Measured` of the quantities that the diagnosis knows. Raises ConfigError naming file, line
+    and column of every fault, one message a fault."""
     rows = read_measured(path, apart=True).conditions
     rows = [m for m in rows if m.quantity == QUANTITIES[m.experiment].name]
-    valued = [r for r in rows if not r.outcome]
-    valued = _with_spread(valued, path)
+    valued = _with_spread([r for r in rows if not r.outcome], path)
     kept, aside = set_aside([r for r in valued if r.role == ROLES[0]])
     fitted, singly = one_by_one(kept)
     out = Measured(

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -17,20 +18,16 @@ STEP = 1e-3  # of a coded strength and, relative, of a value: for derivatives of
 SHARE_BY_CODED = 0.5 / WIDENED  # derivative of `factor_share`
 
 
+@dataclass
 class Emulated:
     """What every diagnosis of one engine and configuration shares: emulators, settings, factors,
     catalogue."""
 
-    def __init__(
-        self,
-        emulators: Mapping[tuple[str, str], Any],
-        settings: Settings,
-        factors: Sequence[Factor],
-        catalogue: Mapping[str, Mechanism],
-        failures: Mapping[tuple[str, str], Any] | None = None,
-    ) -> None:
-        self.emulators, self.settings, self.factors = emulators, settings, factors
-        self.catalogue, self.failures = catalogue, failures or {}
+    emulators: Mapping[tuple[str, str], Any]
+    settings: Settings
+    factors: Sequence[Factor]
+    catalogue: Mapping[str, Mechanism]
+    failures: Mapping[tuple[str, str], Any] = field(default_factory=dict)
 
     def model(
         self,

@@ -176,12 +176,6 @@ class Shared:
     prior: np.ndarray
     sds: dict
 
-    def only(self, place: int) -> "Shared":
-        """The same with the sizes at `place` alone."""
-        one = slice(place, place + 1)
-        sds = {k: v[one] for k, v in self.sds.items()}
-        return Shared(self.covariance[one], self.prior[one], sds)
-
     def at(self, place: int) -> dict[tuple[str, str], float]:
         """{(experiment, label): standard deviation} of those that are not zero."""
         return {k: float(v[place]) for k, v in self.sds.items() if v[place] > 0.0}

@@ -28,45 +28,26 @@ class _Part(BaseModel):
 
 
 class Experiment(_Part):
-    """How one experiment is simulated."""
+    """How one experiment is simulated. What is not given follows from the study
+    (`diagnosis.derived`).
 
-    metric: str | None = Field(
-        None,
-        description="metric of a run that the measurement is compared with; that of the measured "
-        "quantity unless given",
-    )
-    parameters: list[str] | None = Field(
-        None,
-        min_length=1,
-        description="keys of the run spec whose factors are calibrated on it; unless given, those "
-        "of the study's factors that `diagnosis.derived` chooses",
-    )
-    levers: dict[str, Range] | None = Field(
-        None,
-        description="lever: least and largest value of the emulator; unless given, the levers that "
-        "differ between the measurements, over their range",
-    )
-    held: dict[str, float] = Field(
-        {}, description="lever: the one value that all measurements of the experiment have"
-    )
-    levels: dict[str, list[float]] = Field(
-        {},
-        description="lever: levels at which the runs of a budget are made; spread over its range "
-        "unless given",
-    )
-    ended_by: str | None = Field(
-        None,
-        description="metric of a run that is 1 where it ended without a value, as the table's "
-        "tests do, though a number was read of it; such runs count as values unless given",
-    )
-    mechanisms: list[str] | None = Field(
-        None, description="mechanisms that get emulator runs; all that show on it unless given"
-    )
-    run: dict | None = Field(
-        None,
-        description="run spec of the experiment, over that of the calibration; unless given, the "
-        "study's own rig of it (`diagnosis.derived`)",
-    )
+    metric: of a run, that the measurement is compared with; parameters: keys of the run spec whose
+    factors are calibrated on it; levers: least and largest value of the emulator of those that
+    differ between the measurements; held: the one value of those that do not; levels: those at
+    which the runs of a budget are made, spread over the lever's range unless given; ended_by:
+    metric of a run that is 1 where it ended without a value, as the table's tests do, though a
+    number was read of it: such runs count as values unless given; mechanisms: that get emulator
+    runs, all that show on it unless given; run: run spec, over that of the calibration.
+    """
+
+    metric: str | None = None
+    parameters: list[str] | None = Field(None, min_length=1)
+    levers: dict[str, Range] | None = None
+    held: dict[str, float] = {}
+    levels: dict[str, list[float]] = {}
+    ended_by: str | None = None
+    mechanisms: list[str] | None = None
+    run: dict | None = None
 
     @model_validator(mode="after")
     def _known(self):
@@ -89,44 +70,27 @@ class Experiment(_Part):
 
 
 class Settings(_Part):
-    """How a study's conditions are simulated for the diagnosis, and how it decides."""
+    """How a study's conditions are simulated for the diagnosis, and how it decides.
 
-    ranges: dict[str, Range] = Field(
-        {}, description="key: least and largest level, in place of those of its factor in the table"
-    )
-    catalogue: str | None = Field(None, description="folder with further mechanisms, one file each")
-    gain_runs: int = Field(
-        3, ge=2, le=50, description="runs of the real engine at each left-out setting"
-    )
+    ranges: least and largest level of a key, in place of those of its factor in the table;
+    catalogue: folder with further mechanisms, one file each; gain_runs: of the real engine at each
+    left-out setting; minutes: of two cores for all runs of the engine, those that train the
+    emulators, refine them, and measure the gain; runs: most of them in all, in place of `minutes`;
+    waves: times at most that emulators are refined near the posterior mode; alpha: chance of a
+    false alarm over the whole catalogue; batches: jobs that the emulators' runs are divided into;
+    experiments: how each that was measured is simulated.
+    """
 
-    minutes: float | None = Field(
-        None,
-        gt=0,
-        description="time of two cores for all runs of the engine: those that train the emulators, "
-        "refine them, and measure the gain",
-    )
-    runs: int | None = Field(
-        None,
-        ge=30,
-        le=100_000,
-        description="most runs of the engine in all, in place of `minutes`",
-    )
-    waves: int = Field(
-        2,
-        ge=0,
-        le=2,
-        description="times at most that emulators are refined near the posterior mode",
-    )
-    alpha: float = Field(
-        0.05, gt=0, lt=0.5, description="chance of a false alarm over the whole catalogue"
-    )
-    batches: int = Field(
-        8, ge=1, le=64, description="jobs that the emulators' runs are divided into"
-    )
+    ranges: dict[str, Range] = {}
+    catalogue: str | None = None
+    gain_runs: int = Field(3, ge=2, le=50)
+    minutes: float | None = Field(None, gt=0)
+    runs: int | None = Field(None, ge=30, le=100_000)
+    waves: int = Field(2, ge=0, le=2)
+    alpha: float = Field(0.05, gt=0, lt=0.5)
+    batches: int = Field(8, ge=1, le=64)
     seed: int = Field(7, ge=0)
-    experiments: dict[Literal[tuple(QUANTITIES)], Experiment] = Field(  # type: ignore[valid-type]  # a tuple of words
-        {}, description="how each experiment that was measured is simulated"
-    )
+    experiments: dict[Literal[tuple(QUANTITIES)], Experiment] = {}  # type: ignore[valid-type]  # a tuple of words
 
 
 RIG = ("particles", "geometry", "numerics")
@@ -164,11 +128,6 @@ def settings_of(data: Mapping[str, Any]) -> Settings:
         return Settings.model_validate(_without_nulls(data))
     except ValidationError as error:
         raise ConfigError("is not valid", **first_fault(error)) from None
-
-
-def with_gain_runs(settings: Settings, runs: int) -> Settings:
-    """`Settings` with another number of runs at each left-out setting."""
-    return settings.model_copy(update={"gain_runs": runs})
 
 
 def _without_nulls(data):

@@ -21,7 +21,7 @@ from diagnosis.emulator import as_tests
 from diagnosis.extend import LEAST_RUNS, extension_plan, gain, real_values, within
 from diagnosis.page.markdown import first_lines, page
 from diagnosis.rules import OF_SIMULATED, by_runs, with_untried
-from diagnosis.settings import study_settings, with_gain_runs
+from diagnosis.settings import study_settings
 from diagnosis.setup import Setup
 from diagnosis.table_model.selection import misfit
 
@@ -111,9 +111,9 @@ def name_causes(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     budget -= sum(wave["runs"] for wave in told["refinement"]["waves"])
     budget -= 2 * LEAST_RUNS * len(setup.kinds)  # the check of the time step
     each, places = within(budget, len(models), measurements, settings.gain_runs)
-    rig = replace(setup.rig, settings=with_gain_runs(settings, each))
+    rig = replace(setup.rig, settings=settings.model_copy(update={"gain_runs": each}))
     rows, specs = extension_plan(rig, models, measurements, bulk.data, places=places)
-    rig = replace(rig, settings=with_gain_runs(settings, LEAST_RUNS))
+    rig = replace(rig, settings=settings.model_copy(update={"gain_runs": LEAST_RUNS}))
     steps, more = extend.time_step_plan(rig, bulk.base, bulk.fitted.theta[0], measurements)
     write_json(output.findings, told)
     write_json(output.extension, {"mechanisms": list(names), "rows": rows, "steps": steps})
@@ -185,15 +185,14 @@ def _of_study(stage):
     return lambda study, *files: stage(Setup(study, study_settings(study.config)), *files)
 
 
-def _wave(setup, source, output):
-    """See `plan_refinement`; the wave's folder bears its number."""
-    wave = int(Path(output.plan).parent.name.removeprefix("wave_"))
-    plan_refinement(setup, source, output, wave)
-
-
 diagnosis_power = _of_study(plan_power)
 diagnosis_plan = _of_study(lambda setup, source, output: plan_runs(setup, output))
-diagnosis_wave = _of_study(_wave)
+# the wave's folder bears its number
+diagnosis_wave = _of_study(
+    lambda setup, source, output: plan_refinement(
+        setup, source, output, int(Path(output.plan).parent.name.removeprefix("wave_"))
+    )
+)
 diagnosis_calibrate = _of_study(calibrate)
 diagnosis_identify = _of_study(name_causes)
 diagnose = _of_study(conclude)

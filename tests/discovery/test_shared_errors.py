@@ -19,7 +19,7 @@ from diagnosis.extend import gain, held_out_fits
 from diagnosis.fit import data_of, fit
 from diagnosis.model import Emulated
 from diagnosis.page.markdown import page
-from diagnosis.reading_errors import covariance_of, scatter
+from diagnosis.reading_errors import Shared, covariance_of, scatter
 from diagnosis.response import Response
 from diagnosis.settings import BASE, parameters_of
 from diagnosis.table_model.term import LAW
@@ -89,7 +89,9 @@ def test_settings_are_left_out_of_a_covariance_as_its_inverse_says(linear):
     """Mode, residuals and held-out densities against solutions of the whole linear model."""
     model, _, data = linear
     place = fit(model, data).place
-    data = replace(data, shared=data.shared.only(place))
+    shared, one = data.shared, slice(place, place + 1)
+    sds = {k: v[one] for k, v in shared.sds.items()}
+    data = replace(data, shared=Shared(shared.covariance[one], shared.prior[one], sds))
     found = fit(model, data)
     total, mean = dense(model, data, 0)
     inverse, off = np.linalg.inv(total), data.value[0] - mean

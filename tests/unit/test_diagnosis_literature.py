@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from diagnosis.measurements import read_measurements
+from diagnosis.measurements import read_all
 
 FOLDER = Path("data/literature")
 
@@ -34,8 +34,7 @@ def test_a_table_is_what_its_readings_give(name):
 def test_a_day_is_a_batch():
     """Both days' rows are those of their own files."""
     one, two, both = (
-        read_measurements(FOLDER / f"shear_annular_wet_{k}.csv")
-        for k in ("day1", "day2", "two_days")
+        read_all(FOLDER / f"shear_annular_wet_{k}.csv").fitted for k in ("day1", "day2", "two_days")
     )
     assert [replace(m, batch="") for m in both] == [*one, *two]
     assert [m.batch for m in both] == ["day 1"] * 3 + ["day 2"] * 3

@@ -10,7 +10,7 @@ from scipy.stats import t as student
 from calibration.errors import ConfigError
 from calibration.intake.measurements import read_measured
 from diagnosis.fit import data_of
-from diagnosis.measurements import read_all, read_measurements
+from diagnosis.measurements import read_all
 from diagnosis.verdict import remarks
 from facts import refused, tells
 
@@ -34,7 +34,7 @@ def test_values_in_other_units_are_converted(tmp_path):
         "tilt,sliding_angle,0.625 rad,deg,0.5,5,,5,,",
         GOOD[1],
     ]
-    drop, tilt, _ = read_measurements(write(tmp_path, rows))
+    drop, tilt, _ = read_all(write(tmp_path, rows)).fitted
     assert (drop.value, drop.sd) == pytest.approx((20.5, 1.0))
     assert drop.levers == {"drop_height_mm": 150.0}
     assert tilt.value == pytest.approx(0.625 * 180 / 3.141592653589793)
@@ -56,11 +56,11 @@ def test_a_condition_may_stand_once_in_each_batch(tmp_path):
     header = HEADER.replace("note", "batch,instrument")
     rows = [GOOD[0].removesuffix(",") + f",{batch}," for batch in ("monday", "tuesday")]
     rows.append(GOOD[1].replace("two", "monday") + ",video")
-    first, second, third = read_measurements(write(tmp_path, rows, header))
+    first, second, third = read_all(write(tmp_path, rows, header)).fitted
     assert (first.batch, second.batch) == ("monday", "tuesday")
     assert third.instrument == "video"
     with refused(ConfigError, "3", path="measurements.csv", line=6, column="experiment"):
-        read_measurements(write(tmp_path, [*rows, rows[0]], header))
+        read_all(write(tmp_path, [*rows, rows[0]], header))
 
 
 FULL = "experiment,quantity,value,unit,sd,n,drop_height_mm,replicate,role,lever_sd,outcome,batch"
@@ -82,7 +82,7 @@ def test_replicates_as_rows_are_one_condition(tmp_path):
         ("30", "", "", "150", "a", "", "", "", "two"),
         ("31", "", "", "150", "b", "", "", "", "two"),
     )
-    *_, one, two = read_measurements(write(tmp_path, MEANS + rows, FULL))
+    *_, one, two = read_all(write(tmp_path, MEANS + rows, FULL)).fitted
     assert (one.value, one.sd, one.n, one.line) == (22.0, 2.0, 3, 6)
     assert (two.value, two.n, two.batch, two.line) == (30.5, 2, "two", 9)
 
@@ -130,7 +130,7 @@ def test_held_out_rows_and_tests_without_a_value_are_apart(tmp_path):
 
 def test_an_uncertain_height_widens_the_error_of_its_rebound(tmp_path):
     rows = drops(("20", "1", "4", "150", "", "", "3", "", ""))
-    found = read_measurements(write(tmp_path, MEANS + rows, FULL))
+    found = read_all(write(tmp_path, MEANS + rows, FULL)).fitted
     [plain] = data_of([replace(found[-1], lever_sd=0.0)]).error[0]
     [error] = data_of(found[-1:]).error[0]
     # a height known to 2 % makes a rebound of 20 mm uncertain by 0.4 mm
@@ -157,7 +157,7 @@ FURTHER_FAULTS = [
 def test_each_fault_names_line_and_column(tmp_path, header, rows, column, says):
     path = write(tmp_path, rows, header)
     with pytest.raises(ConfigError) as caught:
-        read_measurements(path)
+        read_all(path)
     assert f"{path}, line 6, column {column}:" in str(caught.value)
     assert says in str(caught.value)
 

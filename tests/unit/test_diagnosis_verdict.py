@@ -11,7 +11,7 @@ from diagnosis_cases import bench, closed_form, concluded, files, setup_of
 
 from diagnosis import setup, stages
 from diagnosis.bulk import Bulk
-from diagnosis.measurements import Measured, read_measurements
+from diagnosis.measurements import Measured, read_all
 from diagnosis.verdict import findings, validate
 
 SHIPPED = "data/paper/measurements.csv"
@@ -49,13 +49,13 @@ def diagnose(emulated, measured):
 
 
 def test_without_an_intercept_nothing_is_missing(emulated):
-    found = diagnose(emulated, shear_of(read_measurements(SHIPPED), 0.0))
+    found = diagnose(emulated, shear_of(read_all(SHIPPED).fitted, 0.0))
     assert found["verdict"] == "adequate"
     validate(found)
 
 
 def test_an_intercept_alone_leaves_cohesion_and_an_uncounted_load_in_question(emulated):
-    found = diagnose(emulated, shear_of(read_measurements(SHIPPED), 0.084))
+    found = diagnose(emulated, shear_of(read_all(SHIPPED).fitted, 0.084))
     validate(found)
     assert found["verdict"] == "ambiguous"
     [law] = found["laws"]
@@ -69,7 +69,7 @@ def test_an_intercept_alone_leaves_cohesion_and_an_uncounted_load_in_question(em
 
 def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypatch):
     """From trained emulators to verdict.json and its figures; closed forms replace the engine."""
-    measured = shear_of(read_measurements(SHIPPED), 0.084)
+    measured = shear_of(read_all(SHIPPED).fitted, 0.084)
     monkeypatch.setattr(setup, "read_all", lambda path: Measured(measured, [], []))
     for module in (stages, setup):
         monkeypatch.setattr(

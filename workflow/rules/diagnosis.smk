@@ -3,7 +3,7 @@
 # the runs that measure the gain, and the last one gives the verdict
 
 from diagnosis.declared import WAVES, other_settings
-from diagnosis.measurements import need_emulators, read_measurements
+from diagnosis.measurements import need_emulators, read_all
 
 # tests and fixed levels give what the settings do not
 DIAGNOSIS_READS = [*TESTS, "own_run", "experiment", "fixed", "factors", "diagnosis"]

@@ -38,7 +38,7 @@ def table_that(reads):
 # it has values of the target
 measured = table_that(STUDY_OBJECT.measured)
 # a diagnosis can be made of it
-diagnosed = table_that(lambda: read_measurements(SETTINGS.measurements))
+diagnosed = table_that(lambda: read_all(SETTINGS.measurements))
 
 
 def each_further(pattern):

@@ -79,38 +79,25 @@ def not_run(law: Mapping[str, Any]) -> str:
     return f"The engine has no law for {words}: {told}."
 
 
-def parameters(
-    law: FreeLaw, values: Sequence[Mapping[str, float]]
-) -> tuple[float, dict[str, float]]:
-    """(coefficient in the middle, {key: value} of `law_parameters`) of a free law.
-
-    values: [{state, value, ...}] at equal steps of the state's logarithm, as `found.curve` has
-    them; the engine takes every few of them."""
-    known = curve_of(law)
-    places = np.linspace(0, len(values) - 1, POINTS).round().astype(int)
-    state = [values[i]["state"] for i in places]
-    value = [values[i]["value"] for i in places]
-    middle = value[POINTS // 2]
-    shares = {
-        f"wall_{known.law}_{k}": round(v / middle, DIGITS)  # type: ignore[union-attr]
-        for k, v in enumerate(value, start=1)
-    }
-    reach = {f"{known.law}_low": state[0], f"{known.law}_ratio": state[-1] / state[0]}  # type: ignore[union-attr]
-    powers = {f"{known.law}_{s}_power": float(s in law.state) for s in known.states}  # type: ignore[union-attr]
-    return middle, shares | reach | powers
-
-
 def switched_on(
     law: FreeLaw, values: Sequence[Mapping[str, float]]
 ) -> tuple[Callable[[dict[str, Any], float], dict[str, Any]], float]:
     """A function of a run spec (a mapping) and a coefficient that gives the spec with the free law
     switched on, the coefficient that in the middle of its states; and this coefficient as the
-    values have it."""
+    values have it.
+
+    values: [{state, value, ...}] at equal steps of the state's logarithm, as `law.curve` has them;
+    the engine takes every few of them."""
     known = curve_of(law)
-    middle, found = parameters(law, values)
+    places = np.linspace(0, len(values) - 1, POINTS).round().astype(int)
+    state, value = ([values[i][part] for i in places] for part in ("state", "value"))
+    middle, name = value[POINTS // 2], known.law
+    found = {f"wall_{name}_{k}": round(v / middle, DIGITS) for k, v in enumerate(value, start=1)}
+    found |= {f"{name}_low": state[0], f"{name}_ratio": state[-1] / state[0]}
+    found |= {f"{name}_{s}_power": float(s in law.state) for s in known.states}
 
     def switch(spec, coefficient):
-        spec = set_law(spec, known.slot, known.law, **found)
+        spec = set_law(spec, known.slot, name, **found)
         return with_coefficient(spec, known.coefficient, coefficient)
 
     return switch, middle
@@ -174,6 +161,11 @@ class Engine:
         return True
 
 
+def has_curve(term: Term) -> bool:
+    """Return whether the engine has a law for the free shapes of a term."""
+    return term.law is not None and term.free and curve_of(term.law) is not None
+
+
 def shift(block: Block, key: str, name: str | None, engine: Engine) -> tuple[np.ndarray, bool]:
     """(n,) what a law adds to the logarithms of all readings of a block, and whether the engine
     said so. name: the mechanism that it stands for, or None for the curve."""
@@ -203,7 +195,7 @@ def shift(block: Block, key: str, name: str | None, engine: Engine) -> tuple[np.
             own_spec = spec if name in NO_COEFFICIENT else constant(spec, value)
             return mechanism.apply(own_spec, strength)
 
-    elif term.law is not None and term.free and curve_of(term.law):
+    elif has_curve(term):
         values = curve(block, key)[0]
         switch, start = switched_on(term.law, values)
         start = float(np.clip(start, low, high))
@@ -213,13 +205,6 @@ def shift(block: Block, key: str, name: str | None, engine: Engine) -> tuple[np.
         return fitted, False
     with_law = engine.logs(switch, start, readings)
     return (with_law - plain, True) if np.isfinite(with_law).all() else (fitted, False)
-
-
-def keys_of(block: Block, key: str) -> dict[str, Any] | None:
-    """The keys of a run spec that switch a held law on, or None where the engine has none."""
-    term = block.terms[key]
-    has = term.law is not None and term.free and curve_of(term.law)
-    return keys(term.law, curve(block, key)[0]) if has else None
 
 
 @dataclass(frozen=True)

@@ -75,11 +75,8 @@ def _known(mechanism, readings, spec_of):
     if np.ptp(curves - curves.mean(1, keepdims=True), axis=0).max() < 1e-4:
         return None  # it does not show on these levers
     own_level = mechanism.name in NO_COEFFICIENT
-    return Known(mechanism.name, tuple(map(_tuple, mechanism.law)), fine, curves, own_level)
-
-
-def _tuple(part):
-    return part if isinstance(part, str) else tuple(part)
+    slot, state = mechanism.law
+    return Known(mechanism.name, (slot, tuple(state)), fine, curves, own_level)
 
 
 def _curve(mechanism, coded, readings, centre, spec_of):
@@ -93,7 +90,11 @@ def _curve(mechanism, coded, readings, centre, spec_of):
     power = IN_AIR if readings.experiment == "drop" else 1.0
     value = _on_lattice(target / power, low, high)
     for _ in range(1 if mechanism.name in NO_COEFFICIENT else SECANTS):
-        log = _engine(mechanism, strength, name, value, readings, spec_of)
+
+        def switched(spec, value=value):
+            return mechanism.apply(with_coefficient(spec, name, value), strength)
+
+        log = contact_logs(switched, readings, spec_of)
         if not np.isfinite(log).all():
             return None
         miss = target - float(log.mean())
@@ -125,16 +126,6 @@ def _on_lattice(log, low, high):
     """A coefficient near exp(log) that other data sets have, too, so that its contacts are computed
     once."""
     return float(np.clip(np.exp(LATTICE * round(log / LATTICE)), low, high))
-
-
-def _engine(mechanism, strength, coefficient, value, readings, spec_of):
-    """(n,) logarithms of what the engine reads with the mechanism at a strength and the coefficient
-    at a value."""
-
-    def switched(spec):
-        return mechanism.apply(with_coefficient(spec, coefficient, value), strength)
-
-    return contact_logs(switched, readings, spec_of)
 
 
 def with_coefficient(spec: dict[str, Any], name: str, value: float) -> dict[str, Any]:

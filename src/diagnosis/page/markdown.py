@@ -205,7 +205,7 @@ LEAST_GAIN = 0.05  # nats; a mechanism with less is told in one line
 
 def page(verdict: Mapping[str, Any]) -> str:
     """The Markdown of a mapping of verdict.json."""
-    ranking = verdict["ranking"]
+    ranking, waves = verdict["ranking"], (verdict.get("refinement") or {}).get("waves")
     text = (
         words.environment()
         .get_template("diagnosis.md.j2")
@@ -220,7 +220,7 @@ def page(verdict: Mapping[str, Any]) -> str:
             curves=_curves(verdict),
             rough_before={
                 (r["experiment"], r["mechanism"]): r["error"]
-                for r in _first_wave(verdict.get("refinement"))
+                for r in (waves[0]["left"] if waves else ())
             },
             excluded=_excluded(verdict),
         )
@@ -258,10 +258,6 @@ def _curves(verdict):
                     "worst": max(off, key=lambda row: abs(row[1]), default=None),
                     "rows": rows[::2]})  # fmt: skip
     return out
-
-
-def _first_wave(refinement):
-    return refinement["waves"][0]["left"] if refinement and refinement["waves"] else []
 
 
 def _excluded(verdict):

@@ -127,14 +127,12 @@ def lines_of(rows: Iterable[Mapping[str, Any]]) -> str:
             runs[-1].append(line)
         else:
             runs.append([line])
-    told = [t for run in runs for t in (_run(run) if len(run) > 2 else map(str, run))]
+    told = []
+    for run in runs:
+        told += [f"{run[0]} to {run[-1]}"] if len(run) > 2 else map(str, run)
     head = ", ".join(told[:-1])
     many = head or " to " in told[0]
     return f"line{'s' if many else ''} {head + ' and ' if head else ''}{told[-1]}"
-
-
-def _run(lines):
-    return [f"{lines[0]} to {lines[-1]}"]
 
 
 def place(row: Mapping[str, Any]) -> str:

@@ -114,9 +114,12 @@ def _multiplied(rest, law):
     kept = np.flatnonzero(odds > LEAST_SHARE)
     rng = np.random.default_rng(5)
     counts = rng.multinomial(DRAWS, odds[kept] / odds[kept].sum())
-    drawn = np.concatenate(
-        [_normal(means[i], covers[i], c, rng) for i, c in zip(kept, counts, strict=True)]
-    )
+    drawn = []
+    for i, count in zip(kept, counts, strict=True):
+        size, direction = np.linalg.eigh(covers[i])
+        root = direction * np.sqrt(np.maximum(size, 0.0))
+        drawn.append(means[i] + rng.standard_normal((count, POINTS)) @ root.T)
+    drawn = np.concatenate(drawn)
     mean = odds[kept] @ means[kept] / odds[kept].sum()
     power = 1.0 / IN_AIR if law.experiment == "drop" else 1.0
     if law.weight:
@@ -130,12 +133,6 @@ def _multiplied(rest, law):
     state = natural(law, coordinates(readings), middle + half * at)
     rows = _rows(state, lambda k, v: min(np.exp(power * v), most), mean, low, high)
     return rows, {" x ".join(law.state): [float(state[0]), float(state[-1])]}
-
-
-def _normal(mean, cover, count, rng):
-    size, direction = np.linalg.eigh(cover)
-    root = direction * np.sqrt(np.maximum(size, 0.0))
-    return mean + rng.standard_normal((count, len(mean))) @ root.T
 
 
 def _band(drawn, mean):

@@ -220,9 +220,11 @@ def resolution(readings: Readings) -> list[Term]:
     share = rounded_off(readings)
     if np.median(share / readings.error) < LEAST_SHARE:
         return []
-    rows = share[:, None]
     single = np.diag(share)
-    shared = [rows * _same(code) for code in _codes(readings)]
+    # rounding takes the same from readings of one value, and of one true value as a constant
+    # coefficient has it
+    lever = readings.levers.get(SHAPE.get(readings.experiment, ""), np.zeros(len(share)))
+    shared = [share[:, None] * (v[:, None] == np.unique(v)) for v in (readings.values, lever)]
     roots = [single, *shared, *(np.sqrt(0.5) * np.hstack([single, r]) for r in shared)]
     weight = -np.log(len(roots))
     shapes = tuple(Shape("rounded", np.array([step]), r[None], weight=weight) for r in roots)
@@ -232,18 +234,6 @@ def resolution(readings: Readings) -> list[Term]:
 def rounded_off(readings: Readings) -> np.ndarray:
     """Standard deviation (n,) of what rounding to the readings' step takes off a logarithm."""
     return readings.step / np.sqrt(12.0) / np.abs(readings.values) * np.abs(readings.relative)
-
-
-def _codes(readings):
-    """Codes (n,) of readings that rounding takes the same from: of one value, and of one true
-    value as a constant coefficient has it."""
-    lever = readings.levers.get(SHAPE.get(readings.experiment))
-    true = np.zeros(len(readings.log)) if lever is None else lever
-    return [np.unique(v, return_inverse=True)[1] for v in (readings.values, true)]
-
-
-def _same(code):
-    return (code[:, None] == np.arange(code.max() + 1)).astype(float)
 
 
 def rows(readings: Readings) -> list[Term]:
