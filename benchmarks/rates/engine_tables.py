@@ -21,7 +21,7 @@ import yaml
 from benchmarks.rates import kept_rates
 from benchmarks.rates.foreign_studies import FACTORS, STUDIES, TABLES, read, study
 from benchmarks.rates.kept_rates import ROOT, Trial
-from diagnosis.derived import MOST_RUNS
+from diagnosis.setup import MOST_RUNS
 from diagnosis.verdict import validate
 
 RUNS = Path(tempfile.gettempdir()) / "engine-tables"

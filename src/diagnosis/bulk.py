@@ -28,10 +28,9 @@ from diagnosis.laws.readings import Readings, name_of, readings_of, to_log
 from diagnosis.model import Emulated, Model
 from diagnosis.next_measurement import words_of
 from diagnosis.settings import lever_values
-from diagnosis.table_model.block import Block, Ground
+from diagnosis.table_model.block import LAW, Block, Ground, Shape, Term, random_term
 from diagnosis.table_model.found import Found, judge, placed
 from diagnosis.table_model.selection import CHANCE, CLEAR, evidences
-from diagnosis.table_model.term import LAW, Shape, Term, random_term
 from diagnosis.table_model.terms import all_terms, bend_root
 
 STRENGTHS = np.linspace(0.0, 1.0, 11)

@@ -75,7 +75,7 @@ def budgeted(
     kinds = list(dict.fromkeys(e for e, _ in pairs))
     if not kinds:
         return counts
-    whole = int(TRAIN * settings.runs / len(kinds))  # type: ignore[operator]  # `derived` fills it in
+    whole = int(TRAIN * settings.runs / len(kinds))  # type: ignore[operator]  # `setup` fills it in
     for kind in kinds:
         others = [name for e, name in pairs if e == kind and name != BASE]
         inputs = len(inputs_of(settings, factors, kind, BASE))
@@ -109,8 +109,8 @@ def inputs_of(
     """Names of an emulator's inputs: parameters, levers, and `strength` unless it is the base
     model's."""
     own = settings.experiments[experiment].parameters
-    names = [f.name for f in factors if f.key in own] + list(  # type: ignore[operator]  # `derived` fills it in
-        settings.experiments[experiment].levers  # type: ignore[arg-type]  # `derived` fills it in
+    names = [f.name for f in factors if f.key in own] + list(  # type: ignore[operator]  # `setup` fills it in
+        settings.experiments[experiment].levers  # type: ignore[arg-type]  # `setup` fills it in
     )
     return names if mechanism == BASE else [*names, "strength"]
 
@@ -146,11 +146,11 @@ def multiplied(
     A rig is filled with a volume of grains unless their number is a lever, too: then another size
     is another number."""
     levers = settings.experiments[experiment].levers
-    if mechanism is None or mechanism.multiplies not in levers:  # type: ignore[operator]  # `derived` fills it in
+    if mechanism is None or mechanism.multiplies not in levers:  # type: ignore[operator]  # `setup` fills it in
         return None
-    if experiment in POURED and "particle_count" not in levers:  # type: ignore[operator]  # `derived` fills it in
+    if experiment in POURED and "particle_count" not in levers:  # type: ignore[operator]  # `setup` fills it in
         return None
-    low, high = levers[mechanism.multiplies]  # type: ignore[index]  # `derived` fills it in
+    low, high = levers[mechanism.multiplies]  # type: ignore[index]  # `setup` fills it in
     column = inputs_of(settings, factors, experiment, BASE).index(mechanism.multiplies)  # type: ignore[arg-type]
     return MultipliedLever(column, math.log(high / low), mechanism.strength)
 

@@ -122,7 +122,7 @@ def train(
         x, z = _responses(key[0], own, metrics, settings, names)
         if key[1] == BASE:
             levers = settings.experiments[key[0]].levers
-            emulators[key] = Response(x, z, [names.index(n) for n in levers])  # type: ignore[union-attr]  # `derived` fills it in
+            emulators[key] = Response(x, z, [names.index(n) for n in levers])  # type: ignore[union-attr]  # `setup` fills it in
         elif base is None:
             continue  # most of the base model's runs failed, which the table says
         else:

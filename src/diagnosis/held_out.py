@@ -19,10 +19,9 @@ from diagnosis.laws.readings import IN_AIR, from_log, readings_of, unknown, with
 from diagnosis.model import Emulated
 from diagnosis.page.words import environment, plain
 from diagnosis.reading_errors import covariance_of, spread_unit
-from diagnosis.table_model.block import Block, Held
+from diagnosis.table_model.block import ROW, Block, Held
 from diagnosis.table_model.found import Found
 from diagnosis.table_model.selection import blocks_of, held_in_turn
-from diagnosis.table_model.term import ROW
 
 
 def by_emulators(

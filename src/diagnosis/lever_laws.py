@@ -72,8 +72,8 @@ def lever_laws(
             kinds = [
                 kind
                 for kind in dict.fromkeys(m.experiment for m in measurements)
-                if factor.key in settings.experiments[kind].parameters  # type: ignore[operator]  # `derived` fills it in
-                and lever in settings.experiments[kind].levers  # type: ignore[operator]  # `derived` fills it in
+                if factor.key in settings.experiments[kind].parameters  # type: ignore[operator]  # `setup` fills it in
+                and lever in settings.experiments[kind].levers  # type: ignore[operator]  # `setup` fills it in
                 and _levels(measurements, kind, lever) >= LEAST_LEVELS
             ]
             if kinds:

@@ -67,7 +67,7 @@ class Model:
         settings = emulated.settings
         self.conditions, self.mechanisms, self.tests = conditions, mechanisms, tests
         kinds = list(dict.fromkeys(e for e, _ in conditions))
-        used = {p for e in kinds for p in settings.experiments[e].parameters}  # type: ignore[union-attr]  # `derived` fills it in
+        used = {p for e in kinds for p in settings.experiments[e].parameters}  # type: ignore[union-attr]  # `setup` fills it in
         self.factors = [f for f in emulated.factors if f.key in used]
         self.names = [f.name for f in self.factors] + [m.name for m in mechanisms]
         self.low = np.array([-WIDENED] * len(self.factors) + [0.0] * len(mechanisms))

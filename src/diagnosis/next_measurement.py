@@ -19,9 +19,8 @@ from diagnosis.laws.readings import from_log, with_setting
 from diagnosis.model import Emulated
 from diagnosis.page.words import place
 from diagnosis.settings import Settings, lever_values
-from diagnosis.table_model.block import Block
+from diagnosis.table_model.block import ERROR, LAW, Block, Term
 from diagnosis.table_model.selection import blocks_of, held_in_turn
-from diagnosis.table_model.term import ERROR, LAW, Term
 
 SAMPLES = 2000
 FRAME_INTERVALS_S = (0.005, 0.03)
@@ -35,11 +34,11 @@ def candidates(
     out = []
     for kind in dict.fromkeys(m.experiment for m in measurements):
         ranges = settings.experiments[kind].levers
-        points = [(lo, float(np.sqrt(lo * hi)), hi) for lo, hi in ranges.values()]  # type: ignore[union-attr]  # `derived` fills it in
+        points = [(lo, float(np.sqrt(lo * hi)), hi) for lo, hi in ranges.values()]  # type: ignore[union-attr]  # `setup` fills it in
         framed = any("output_interval_s" in m.levers for m in measurements)
         for values in itertools.product(*points):
-            levers = {n: float(f"{v:.3g}") for n, v in zip(ranges, values, strict=True)}  # type: ignore[arg-type]  # `derived` fills it in
-            levers = {n: min(max(v, ranges[n][0]), ranges[n][1]) for n, v in levers.items()}  # type: ignore[index]  # `derived` fills it in
+            levers = {n: float(f"{v:.3g}") for n, v in zip(ranges, values, strict=True)}  # type: ignore[arg-type]  # `setup` fills it in
+            levers = {n: min(max(v, ranges[n][0]), ranges[n][1]) for n, v in levers.items()}  # type: ignore[index]  # `setup` fills it in
             if framed and "output_interval_s" in levers_of(kind):
                 out += [(kind, levers | {"output_interval_s": t}) for t in FRAME_INTERVALS_S]
             else:

@@ -21,9 +21,9 @@ from diagnosis.laws.known import Known
 from diagnosis.laws.readings import IN_AIR, Readings, readings_of
 from diagnosis.laws.slots import added, coordinates, scaled
 from diagnosis.page.words import environment
+from diagnosis.table_model.block import LAW
 from diagnosis.table_model.law import told_in, unit_of
 from diagnosis.table_model.selection import SPENT, blocks_of, evidences
-from diagnosis.table_model.term import LAW
 
 POWER = 0.8
 REPLICATES = 99

@@ -51,7 +51,7 @@ class Rig:
         shared = ["materials", "contacts", "law_parameters"]
         shared += ["geometry"] if experiment == self.base.get("experiment") else []
         shared += ["engine"] if experiment not in CONTACTS else []  # our own integrates those
-        spec = overlay({k: v for k, v in self.base.items() if k in shared}, own.run)  # type: ignore[arg-type]  # `derived` fills it in
+        spec = overlay({k: v for k, v in self.base.items() if k in shared}, own.run)  # type: ignore[arg-type]  # `setup` fills it in
         spec["laws"] = dict(self.base.get("laws", {}))
         spec |= {"experiment": experiment, "seed": int(seed)}
         reference = spec["particles"].get("diameter_mm")
@@ -62,7 +62,7 @@ class Rig:
         if experiment in POURED and "particle_count" not in levers:
             ratio = reference / spec["particles"]["diameter_mm"]
             spec["particles"]["count"] = max(round(spec["particles"]["count"] * ratio**3), 50)
-        given, known = values or {}, cast(list[str], own.parameters)  # `derived` fills it in
+        given, known = values or {}, cast(list[str], own.parameters)  # `setup` fills it in
         for f in self.factors:
             if f.name in given and f.key in known:
                 part = spec
@@ -86,7 +86,7 @@ class Rig:
     def refuses(self, experiment: str, mechanism: Mechanism) -> bool:
         """Return whether the engine cannot have a mechanism in an experiment."""
         own = self.settings.experiments[experiment]
-        ranges = cast(dict[str, list[float]], own.levers)  # `derived` fills it in
+        ranges = cast(dict[str, list[float]], own.levers)  # `setup` fills it in
         levers = {name: low for name, (low, _) in ranges.items()}
         spec = self.spec(Condition(experiment, levers), 0)
         middle, *ends = (mechanism.apply(spec, mechanism.strength.natural(c)) for c in TRIED)

@@ -29,7 +29,7 @@ class _Part(BaseModel):
 
 class Experiment(_Part):
     """How one experiment is simulated. What is not given follows from the study
-    (`diagnosis.derived`).
+    (`diagnosis.setup`).
 
     metric: of a run, that the measurement is compared with; parameters: keys of the run spec whose
     factors are calibrated on it; levers: least and largest value of the emulator of those that
@@ -141,7 +141,7 @@ def parameters_of(
 ) -> list[Factor]:
     """Factors calibrated on any of the experiments, in the order of the factors' table. Raises
     ConfigError for a key that no factor sets and for a range that does not ascend."""
-    wanted = {p for e in experiments for p in settings.experiments[e].parameters}  # type: ignore[union-attr]  # `derived` fills it in
+    wanted = {p for e in experiments for p in settings.experiments[e].parameters}  # type: ignore[union-attr]  # `setup` fills it in
     factors = read_factors(factors_file)
     known = ", ".join(f"{f.key} ({f.name})" for f in factors)
     for part, keys in (("parameters", wanted), ("ranges", settings.ranges)):
@@ -180,7 +180,7 @@ def widened(settings: Settings, measurements: Sequence[Measurement]) -> Settings
     experiments = dict(settings.experiments)
     for kind, own in settings.experiments.items():
         levers = {}
-        for name, (low, high) in own.levers.items():  # type: ignore[union-attr]  # `derived` fills it in
+        for name, (low, high) in own.levers.items():  # type: ignore[union-attr]  # `setup` fills it in
             seen = [
                 m.levers[name] for m in measurements if m.experiment == kind and name in m.levers
             ]
@@ -197,7 +197,7 @@ def check_levers(settings: Settings, measurements: Sequence[Measurement], path: 
         where = {"path": path, "line": m.line}
         levers = settings.experiments[m.experiment].levers
         for name, value in m.levers.items():
-            if name not in SIMULATED or name in levers:  # type: ignore[operator]  # `derived` fills it in
+            if name not in SIMULATED or name in levers:  # type: ignore[operator]  # `setup` fills it in
                 continue
             fixed = _default(settings, m.experiment, name)
             allowed = "empty" if fixed is None else f"empty or {fixed:g}"
@@ -229,7 +229,7 @@ def lever_values(
     """{lever: value} of the experiment's emulated levers, defaults filled in."""
     return {
         name: levers.get(name, _default(settings, experiment, name))
-        for name in settings.experiments[experiment].levers  # type: ignore[union-attr]  # `derived` fills it in
+        for name in settings.experiments[experiment].levers  # type: ignore[union-attr]  # `setup` fills it in
     }
 
 

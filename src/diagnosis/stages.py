@@ -15,14 +15,13 @@ from calibration.telling.report.plain import write_page
 from dem.io.files import write_json
 from diagnosis import contacts, emulator_waves, extend, figures, held_out, power, verdict
 from diagnosis.bulk import Bulk
-from diagnosis.derived import WRITTEN, announced, as_file, seconds_of_kinds
 from diagnosis.design import plan, trained
 from diagnosis.emulator import as_tests
 from diagnosis.extend import LEAST_RUNS, extension_plan, gain, real_values, within
 from diagnosis.page.markdown import first_lines, page
 from diagnosis.rules import OF_SIMULATED, by_runs, with_untried
 from diagnosis.settings import study_settings
-from diagnosis.setup import Setup
+from diagnosis.setup import WRITTEN, Setup, announced, as_file, seconds_of_kinds
 from diagnosis.table_model.selection import misfit
 
 
@@ -107,7 +106,7 @@ def name_causes(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     )
     told["remarks"] = verdict.remarks(table, {r["experiment"] for r in told["outcomes"]}, errors)
     models = {"before": bulk.base, "after": bulk.fit(names)[0]} if names else {}
-    budget = settings.runs - trained(setup.rig, setup.catalogue, setup.emulated_kinds)  # type: ignore[operator]  # `derived` fills it in
+    budget = settings.runs - trained(setup.rig, setup.catalogue, setup.emulated_kinds)  # type: ignore[operator]  # `setup` fills it in
     budget -= sum(wave["runs"] for wave in told["refinement"]["waves"])
     budget -= 2 * LEAST_RUNS * len(setup.kinds)  # the check of the time step
     each, places = within(budget, len(models), measurements, settings.gain_runs)

@@ -85,7 +85,7 @@ def findings(bulk: Bulk, found: Found, alpha: float) -> dict[str, Any]:
     if out["verdict"] == "unexplained":
         out |= unexplained(
             out["residuals"],
-            {k: e.levers for k, e in settings.experiments.items()},  # type: ignore[misc]  # `derived` fills it in
+            {k: e.levers for k, e in settings.experiments.items()},  # type: ignore[misc]  # `setup` fills it in
         )
     else:
         out["next_measurement"] = _next(bulk, found)

@@ -22,7 +22,7 @@ from diagnosis.page.markdown import page
 from diagnosis.reading_errors import Shared, covariance_of, scatter
 from diagnosis.response import Response
 from diagnosis.settings import BASE, parameters_of
-from diagnosis.table_model.term import LAW
+from diagnosis.table_model.block import LAW
 from diagnosis.verdict import findings, validate
 
 SETTINGS = rate_settings()

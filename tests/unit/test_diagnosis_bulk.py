@@ -22,7 +22,6 @@ from dem.experiments import experiments
 from dem.spec import parse_spec
 from diagnosis import emulator_waves, extend
 from diagnosis.bulk import Bulk
-from diagnosis.derived import MOST_RUNS, RUNS, completed
 from diagnosis.design import BASE, ENOUGH, LEARN, TRAIN, factor_share, inputs_of, plan, possible
 from diagnosis.emulator import as_tests, train
 from diagnosis.extend import within
@@ -31,7 +30,7 @@ from diagnosis.model import Emulated
 from diagnosis.page.words import place
 from diagnosis.rig import Rig
 from diagnosis.settings import catalogue_of, parameters_of, settings_of, study_settings
-from diagnosis.setup import Setup
+from diagnosis.setup import MOST_RUNS, RUNS, Setup, completed
 from diagnosis.stages import plan_runs
 from diagnosis.verdict import findings
 from facts import refused

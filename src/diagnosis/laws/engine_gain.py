@@ -31,10 +31,8 @@ from diagnosis.laws.readings import IN_AIR, Readings, from_log
 from diagnosis.laws.slots import FAMILY, FreeLaw
 from diagnosis.measurements import CONTACTS
 from diagnosis.page.words import place
-from diagnosis.table_model.block import Block
+from diagnosis.table_model.block import LAW, Block, Term, levels_of, refitted
 from diagnosis.table_model.law import curve
-from diagnosis.table_model.left_out import levels_of, refitted
-from diagnosis.table_model.term import LAW, Term
 
 DIGITS = 9  # decimals of what is written into a run spec
 

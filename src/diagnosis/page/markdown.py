@@ -13,10 +13,10 @@ from calibration.figures import label
 from calibration.intake.quantities import LEVERS, QUANTITIES
 from calibration.study.cost import duration
 from diagnosis.catalogue import load_catalogue
-from diagnosis.derived import CORES
 from diagnosis.page import words
 from diagnosis.page.words import environment, plain, sentence
 from diagnosis.settings import BASE
+from diagnosis.setup import CORES
 
 OPEN = ("adequate", "ambiguous", "discovered", "unexplained")
 """Verdicts that more readings may change."""

@@ -9,16 +9,91 @@ How large the errors are is one of a grid (the prior is half Cauchy in units of 
 With the inverse covariance P, a curve m gains m'Py - m'Pm / 2 in log probability, and a Gaussian
 vector of root V beside it gains u'A^-1 u / 2 - log det(A) / 2 with u = V'P(y - m) and A = 1 + V'PV
 (Rasmussen and Williams 2006, Gaussian Processes for Machine Learning, 5.4.1 and A.3).
+
+A term is what one thing that may be missing adds to the logarithms of the readings. It has shapes,
+for instance the named forms of a law and its free curve. A shape is a list of hyperparameters, all
+alike probable. At each the shape is Gaussian: a curve (`mean`) and what is uncertain about it
+(`root` @ N(0, I)). The probability of the data with a term is the average over all of them, so that
+many shapes are no advantage (Occam factor: MacKay 2003, Information Theory, Inference, and Learning
+Algorithms, chapter 28).
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from diagnosis.chance import log_sum
+from diagnosis.laws.readings import unknown
+from diagnosis.laws.slots import FreeLaw
 from diagnosis.reading_errors import redrawn_share, sizes_of
-from diagnosis.table_model.term import Shape, Term
+
+SIZES = np.geomspace(0.005, 1.5, 11)
+"""Standard deviations of a random term that are tried, of a logarithm, all alike probable."""
+
+LAW, ERROR, ROW = "law", "error", "row"
+
+
+@dataclass(frozen=True)
+class Shape:
+    """One form of a term of n readings.
+
+    label: (k,) strengths; root: (k, n, r) roots of covariances; mean: (k, n) curves, None for none;
+    weight: log prior probability of the shape among those of its term; own_level: whether the
+    curve has the level of the reading in it, so that no coefficient is free.
+    """
+
+    name: str
+    label: np.ndarray
+    root: np.ndarray
+    mean: np.ndarray | None = None
+    weight: float = 0.0
+    catalogue: bool = False
+    own_level: bool = False
+
+
+@dataclass(frozen=True)
+class Term:
+    """One thing that may be missing in an experiment.
+
+    kind: LAW, ERROR or ROW; key: unique in its experiment; weight: log prior odds against a law;
+    law: the `FreeLaw`, or None; place: (slot, state) of a law; of: what an error is of; what: which
+    error of that; rows: places of single readings; more: what else the verdict tells of it.
+    """
+
+    experiment: str
+    kind: str
+    key: str
+    shapes: tuple
+    weight: float = 0.0
+    law: object = None
+    place: tuple = ()
+    of: str = ""
+    what: str = ""
+    rows: tuple = ()
+    more: dict = field(default_factory=dict)
+
+    @property
+    def free(self) -> bool:
+        """Return whether it has other shapes than mechanisms of the catalogue."""
+        return any(not s.catalogue for s in self.shapes)
+
+
+def random_term(
+    root: np.ndarray, name: str = "", sizes: np.ndarray = SIZES, weight: float = 0.0
+) -> Shape:
+    """`Shape` of root (n, r) times each of the sizes."""
+    return Shape(name, np.asarray(sizes), sizes[:, None, None] * root[None], weight=weight)
+
+
+def curve_shape(name: str, label: ArrayLike, curves: np.ndarray, **more: Any) -> Shape:
+    """`Shape` of curves (k, n) at ascending or descending strengths (k,): between two of them the
+    strength is uncertain, to first order."""
+    root = 0.5 * np.gradient(curves, axis=0)[..., None] if len(curves) > 1 else curves[..., None]
+    return Shape(name, np.asarray(label), root, curves, **more)
+
 
 LEVEL_SD = 1.5  # prior sd of the level's logarithm
 OWN_LEVEL = 0.01  # the same where a mechanism has no base coefficient
@@ -302,3 +377,75 @@ def _gains(shape, precision, z):
         mean = shape.mean @ precision
         out += mean @ z.T - 0.5 * (mean * shape.mean).sum(-1)[..., None]
     return out
+
+
+LEAST_LEVELS = 3  # of a lever, to leave one out
+
+
+def refitted(block: Block, index: np.ndarray) -> Block:
+    """The block without the readings `index`, the strengths of what is held fitted anew, each in
+    its form: the levels that are left may be too few to choose one. index: (k,) places of
+    readings."""
+    out = replace(block, readings=unknown(block.readings, index))
+    for key in block.held:
+        rest = out.without(key)
+        form = replace(block.terms[key], shapes=(block.shape_of(key)[0],))
+        out = rest.with_held(rest.held | {key: replace(rest.hold(form), term=block.terms[key])})
+    return out
+
+
+def levels_of(block: Block, law: FreeLaw | None) -> tuple[str | None, list[np.ndarray]]:
+    """(lever, [indices]) of the levels to be left out together: of the lever that a law acts on, or
+    of its covariate in thirds; single settings where it has too few."""
+    readings = block.readings
+    for name in law.needs if law else ():
+        if len(readings.folds.get(name, ())) >= LEAST_LEVELS:
+            return name, readings.folds[name]
+        if name in readings.covariates:
+            order = np.argsort(readings.covariates[name], kind="stable")
+            return name, np.array_split(order, min(4, len(order)))
+    return None, [np.array([i]) for i in range(len(readings.log))]
+
+
+def judged(block: Block, key: str) -> dict[str, Any]:
+    """{settings, before, after, beyond_band}: how left-out inner levels are missed (root mean
+    square) without and with a law, in errors of the readings, and in all errors with it."""
+    law, readings = block.terms[key].law, block.readings
+    lever, levels = levels_of(block, law)
+    inner = levels[1:-1] if lever else levels
+    # nothing but its own readings tells a level that was set wrongly
+    wrong = [h.root.any(1) for h in block.held.values() if h.term.what == "one level"]
+    inner = [index for index in inner if not any(w[index].any() for w in wrong)]
+    misses = []
+    for index in inner:
+        held = refitted(block, index)
+        for label, b in (("after", held), ("before", held.without(key))):
+            mean, variance = b.expected()
+            off = readings.log[index] - mean[index]
+            error = readings.error[index]
+            names = (*readings.scatters, *readings.groups)
+            shared = sum(b.sd_of(n)[index] ** 2 for n in names)
+            whole = np.sqrt(error**2 + variance[index] + shared)
+            misses += [(label, o / e, o / w) for o, e, w in zip(off, error, whole, strict=True)]
+    if not misses:
+        return {"settings": 0, "before": 0.0, "after": 0.0, "beyond_band": 0.0}
+
+    def rms(label, column):
+        return float(np.sqrt(np.mean([m[column] ** 2 for m in misses if m[0] == label])))
+
+    return {
+        "settings": len(misses) // 2,
+        "before": rms("before", 1),
+        "after": rms("after", 1),
+        "beyond_band": rms("after", 2),
+    }
+
+
+def without_row(block: Block, key: str, place: int) -> tuple[float, float]:
+    """(distance [sd], expected logarithm) of a row from what all others say."""
+    rest = refitted(block.without(key) if key in block.held else block, np.array([place]))
+    y = block.readings.log
+    mean, variance = rest.expected()
+    shared = sum(rest.sd_of(name)[place] ** 2 for name in block.readings.scatters)
+    sd = np.sqrt(block.readings.error[place] ** 2 + variance[place] + shared)
+    return float((y[place] - mean[place]) / sd), float(mean[place])

@@ -17,7 +17,7 @@ from diagnosis.next_measurement import propose_setting, words_of
 from diagnosis.page.words import capital, environment, odds, plain, sentence
 from diagnosis.rules import OPEN, Evidence, Verdict, by_readings
 from diagnosis.table_model import selection as chosen
-from diagnosis.table_model.block import Block
+from diagnosis.table_model.block import ERROR, LAW, ROW, Block, judged, without_row
 from diagnosis.table_model.law import (
     BAND,
     UNIT,
@@ -27,8 +27,6 @@ from diagnosis.table_model.law import (
     strength_limits,
     unit_of,
 )
-from diagnosis.table_model.left_out import judged, without_row
-from diagnosis.table_model.term import ERROR, LAW, ROW
 from diagnosis.table_model.terms import rounded_off
 
 MISFIT = 0.01

@@ -25,12 +25,10 @@ from scipy import stats
 
 from calibration.statistics.numbers import NORMAL_95
 from diagnosis.chance import log_sum
-from diagnosis.laws.forms import LADDER, factors_of, text_of
 from diagnosis.laws.readings import IN_AIR, SHAPE, Readings
-from diagnosis.laws.slots import FreeLaw, coordinates, natural, scaled
-from diagnosis.table_model.block import LEVEL_SD, Block
+from diagnosis.laws.slots import LADDER, FreeLaw, coordinates, factors_of, natural, scaled, text_of
+from diagnosis.table_model.block import LEVEL_SD, Block, Shape, Term, curve_shape
 from diagnosis.table_model.selection import ODDS
-from diagnosis.table_model.term import Shape, Term, curve_shape
 from diagnosis.table_model.terms import BENDS, FREE, FREE_SIZES, bend
 
 POINTS, DRAWS = 25, 2000

@@ -17,8 +17,7 @@ from scipy.special import gammaln
 from diagnosis.chance import CLOSE, log_sum, share_above
 from diagnosis.laws.known import Known
 from diagnosis.laws.readings import Readings
-from diagnosis.table_model.block import Block
-from diagnosis.table_model.term import LAW, ROW
+from diagnosis.table_model.block import LAW, ROW, Block
 from diagnosis.table_model.terms import LEAST_ROWS, all_terms
 
 CHANCE = (999, 399, 399)

@@ -6,11 +6,19 @@ from itertools import combinations
 
 import numpy as np
 
-from diagnosis.laws.forms import LADDER, forms_of, steps_of
 from diagnosis.laws.known import Known
 from diagnosis.laws.readings import SHAPE, Readings
-from diagnosis.laws.slots import FAMILY, FreeLaw, applicable, coordinates, scaled
-from diagnosis.table_model.term import (
+from diagnosis.laws.slots import (
+    FAMILY,
+    LADDER,
+    FreeLaw,
+    applicable,
+    coordinates,
+    forms_of,
+    scaled,
+    steps_of,
+)
+from diagnosis.table_model.block import (
     ERROR,
     LAW,
     ROW,
