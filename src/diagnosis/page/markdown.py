@@ -9,25 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from calibration.figures import label
 from calibration.intake.quantities import LEVERS, QUANTITIES
 from calibration.study.cost import duration
 from diagnosis.catalogue import load_catalogue
-from diagnosis.page import words
 from diagnosis.page.words import environment, plain, sentence
 from diagnosis.settings import BASE
 from diagnosis.setup import CORES
-
-OPEN = ("adequate", "ambiguous", "discovered", "unexplained")
-"""Verdicts that more readings may change."""
-
-HINT = 0.2
-"""Chance of the misfit, or of the best mechanism's gain, from which on an adequate table of
-emulated experiments says nothing of that mechanism."""
-
-MOST_RIVALS = 3
-EVEN = 0.7
-"""Log odds below which two are told as alike probable: 2 to 1."""
 
 
 def first_lines(verdict: Mapping[str, Any]) -> list[str]:
@@ -76,11 +63,6 @@ def _pointed(verdict):
     """The single rows of a verdict that has found nothing else."""
     only = verdict["verdict"] == "error" and not _found_errors(verdict)
     return (verdict.get("rows") or []) if only else []
-
-
-def _expected_otherwise(verdict):
-    """Of these the ones that have a line and another value by all others."""
-    return [r for r in _pointed(verdict) if r.get("expected") is not None and r.get("line")]
 
 
 def _missed(verdict):
@@ -190,57 +172,25 @@ def _costliest(experiments):
 FACTS = {
     f.__name__.lstrip("_"): f
     for f in (
-        misfit, _found_errors, _ended, _scattered, _pointed, _expected_otherwise, _missed, _named,
+        misfit, _found_errors, _ended, _scattered, _pointed, _missed, _named,
         _description, _weighed, _rivals, _row_or_law, _zeros, _costliest,
     )
 } | {
-    "OPEN": OPEN, "HINT": HINT, "MOST_RIVALS": MOST_RIVALS, "EVEN": EVEN, "BASE": BASE,
-    "CORES": CORES, "duration": duration,
+    "BASE": BASE, "CORES": CORES, "duration": duration,
 }  # fmt: skip
 """What `first_lines.j2` asks of a verdict."""
 
 
-LEAST_GAIN = 0.05  # nats; a mechanism with less is told in one line
-
-
 def page(verdict: Mapping[str, Any]) -> str:
     """The Markdown of a mapping of verdict.json."""
-    ranking, waves = verdict["ranking"], (verdict.get("refinement") or {}).get("waves")
-    text = (
-        words.environment()
-        .get_template("diagnosis.md.j2")
-        .render(
-            v=verdict,
-            first=first_lines(verdict),
-            fit=misfit(verdict),
-            laws=verdict.get("laws") or [],
-            helpful=[r for r in ranking if r["gain"] >= LEAST_GAIN],
-            idle=[label(r["mechanism"]) for r in ranking if r["gain"] < LEAST_GAIN],
-            errors=_errors(verdict),
-            curves=_curves(verdict),
-            rough_before={
-                (r["experiment"], r["mechanism"]): r["error"]
-                for r in (waves[0]["left"] if waves else ())
-            },
-            excluded=_excluded(verdict),
-        )
-    )
+    text = environment().get_template("diagnosis.md.j2").render(
+        v=verdict,
+        first=first_lines(verdict),
+        fit=misfit(verdict),
+        laws=verdict.get("laws") or [],
+        curves=_curves(verdict),
+    )  # fmt: skip
     return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
-
-
-def _errors(verdict):
-    """Sentences on errors beyond the stated spread, and on single rows."""
-    rows = [r for k in ("errors", "rows") for r in verdict.get(k) or [] if r.get("sentence")]
-    told = [
-        " ".join(part["sentence"] for part in (row, row.get("set_anew")) if part) for row in rows
-    ]
-    if told:
-        return told
-    return [
-        f"Errors {words.between(s['of'])} in the {words.quantity(s['experiment'])}: "
-        f"{words.size(s)}."
-        for s in verdict.get("scatter") or []
-    ]
 
 
 def _curves(verdict):
@@ -258,20 +208,3 @@ def _curves(verdict):
                     "worst": max(off, key=lambda row: abs(row[1]), default=None),
                     "rows": rows[::2]})  # fmt: skip
     return out
-
-
-def _excluded(verdict):
-    """{rows: [(name, of, what is excluded)], open: names} of what the data exclude."""
-    rows, unlimited = [], []
-    for row in verdict.get("exclusion") or []:
-        name = label(row["mechanism"]) if "mechanism" in row else words.place(row)
-        sides = [
-            f"{side} {words.amount(row[side], row['unit'])}"
-            for side in ("below", "above")
-            if row[side] is not None
-        ]
-        if sides:
-            rows.append((name, row["of"], " and ".join(sides)))
-        else:
-            unlimited.append(name)
-    return {"rows": rows, "open": unlimited}
