@@ -11,7 +11,6 @@ import numpy as np
 
 from calibration.figures import parameter_words
 from calibration.intake.measurements import Measurement
-from calibration.intake.quantities import Condition
 from calibration.statistics.numbers import NORMAL_95
 from calibration.study.factors import Factor
 from dem.spec import parse_spec
@@ -41,21 +40,11 @@ from diagnosis.table_model.law import curve
 from diagnosis.verdict import family_of, of_found
 
 
-def _known(rig, catalogue):
-    """The catalogue's curves, as `diagnosis.table_model.selection.blocks_of` takes them."""
-
-    def spec_of(experiment, levers):
-        return rig.spec(Condition(experiment, levers), rig.settings.seed)
-
-    return known_curves(catalogue, spec_of)
-
-
 def power_of(
     measurements: list[Measurement], rig: Rig, catalogue: Mapping[str, Mechanism]
 ) -> list[dict[str, Any]]:
     """Rows of `diagnosis.power.power` for a plan."""
-    settings, kinds = rig.settings, {m.experiment for m in measurements}
-    known, defaults = _known(rig, catalogue), defaults_of(settings, kinds)
+    settings, known, defaults = _asked(measurements, rig, catalogue)
     return power(measurements, known, catalogue, settings.alpha, settings.seed, defaults)
 
 
@@ -67,9 +56,14 @@ def discovered(
 ) -> Found | None:
     """`diagnosis.table_model.found.Found` of the drops, slides and shear tests among the
     measurements, or None; aside: rows of readings that were set aside."""
-    settings, kinds = rig.settings, {m.experiment for m in measurements}
-    known, defaults = _known(rig, catalogue), defaults_of(settings, kinds)
+    settings, known, defaults = _asked(measurements, rig, catalogue)
     return discover(measurements, known, settings.alpha, settings.seed, defaults, aside=aside)
+
+
+def _asked(measurements, rig, catalogue):
+    """Settings, the catalogue's curves, and what rows may leave empty."""
+    known = known_curves(catalogue, Engine(rig, catalogue).spec_of)
+    return rig.settings, known, defaults_of(rig.settings, {m.experiment for m in measurements})
 
 
 def with_engine(
@@ -219,22 +213,15 @@ def _level(measurements, kind):
 def _rows(measurements, levels):
     """Residuals of the constant, in the form of `diagnosis.residuals.residual_rows` but for their
     tail probability."""
-    place = {id(m): i for i, m in enumerate(measurements)}
     rows = [None] * len(measurements)
     for kind, (log, _) in levels.items():
-        own = [m for m in measurements if m.experiment == kind]
-        readings = readings_of(own, kind, {})
-        predicted = from_log(kind, np.full(len(own), log), readings.levers)
-        for m, value, error, seen in zip(own, predicted, readings.error, readings.log, strict=True):
-            off = float((seen - log) / error)
-            rows[place[id(m)]] = {
-                "experiment": kind,
-                "levers": m.levers | m.covariates,
-                "measured": m.value,
-                "predicted": float(value),
-                "sd": float(error * value),
-                "standardised": off,
-            }
+        own = readings_of(measurements, kind, {})
+        predicted = from_log(kind, np.full(len(own.log), log), own.levers)
+        for i, value, error, seen in zip(own.rows, predicted, own.error, own.log, strict=True):
+            m = measurements[i]
+            rows[i] = {"experiment": kind, "levers": m.levers | m.covariates, "measured": m.value}
+            rows[i] |= {"predicted": float(value), "sd": float(error * value)}
+            rows[i]["standardised"] = float((seen - log) / error)
     return rows
 
 

@@ -110,19 +110,29 @@ def train(
     """
     emulators, table = {}, []  # type: ignore[var-annotated]
     known = catalogue_of(settings, list(settings.experiments))
-    finished, planned = _finished(rows, metrics)
+    finished, planned = defaultdict(list), defaultdict(int)  # type: ignore[var-annotated]
+    for row in rows:
+        planned[row["experiment"], row["mechanism"]] += len(row["run_ids"])
+        ran = [(row["inputs"], n) for n in row["run_ids"] if metrics[n] is not None]
+        finished[row["experiment"], row["mechanism"]] += ran
     for key, own in finished.items():
-        done = sum(len(r["run_ids"]) for r in own)
+        done = len(own)
         if done < (0.5 * planned[key] if key[1] == BASE else LEAST):
             row = {"experiment": key[0], "mechanism": key[1], "runs": done}
             table.append(row | {"failed": planned[key] - done})
             continue
         base = emulators.get((key[0], BASE))
         names = inputs_of(settings, factors, *key)
-        x, z = _responses(key[0], own, metrics, settings, names)
+        x, experiment = np.array([inputs for inputs, _ in own]), settings.experiments[key[0]]
+        columns = {n: names.index(n) for n in experiment.levers}  # type: ignore[union-attr]  # `setup` fills it in
+        levers = {
+            n: np.array([log_span(*experiment.levers[n], s) for s in x[:, k]])  # type: ignore[index]
+            for n, k in columns.items()
+        }
+        value = np.array([metrics[name][experiment.metric] for _, name in own])  # type: ignore[index]
+        z = scale_of(key[0]).forward(value, levers)
         if key[1] == BASE:
-            levers = settings.experiments[key[0]].levers
-            emulators[key] = Response(x, z, [names.index(n) for n in levers])  # type: ignore[union-attr]  # `setup` fills it in
+            emulators[key] = Response(x, z, list(columns.values()))
         elif base is None:
             continue  # most of the base model's runs failed, which the table says
         else:
@@ -145,35 +155,12 @@ def train(
     return emulators, table
 
 
-def _finished(rows, metrics):
-    """{(experiment, mechanism): rows with the runs that did not fail, those without any left out},
-    and how many runs were planned of each."""
-    finished, planned = defaultdict(list), defaultdict(int)
-    for row in rows:
-        key = row["experiment"], row["mechanism"]
-        ran = [n for n in row["run_ids"] if metrics[n] is not None]
-        planned[key] += len(row["run_ids"])
-        finished[key] += [row | {"run_ids": ran}] if ran else []
-    return finished, planned
-
-
 def coded_off(strength: Strength) -> float | None:
     """Coded strength at which a mechanism does nothing; None where its range does not reach so
     far."""
     if strength.off is not None:
         return strength.coded(strength.off)
     return 0.0 if not strength.log and strength.low == 0.0 else None
-
-
-def _responses(experiment, rows, metrics, settings, names):
-    """Inputs (n, d) and transformed responses (n,) of the runs of rows, each by itself."""
-    runs = [(r["inputs"], name) for r in rows for name in r["run_ids"]]
-    x = np.array([inputs for inputs, _ in runs])
-    own = settings.experiments[experiment]
-    ranges = own.levers
-    levers = {n: np.array([log_span(*ranges[n], s) for s in x[:, names.index(n)]]) for n in ranges}
-    value = np.array([metrics[name][own.metric] for _, name in runs])
-    return x, scale_of(experiment).forward(value, levers)
 
 
 def train_failures(

@@ -153,14 +153,10 @@ def _best(model, data, modes):
     return np.stack(modes)[np.argmin(costs, axis=0), np.arange(len(data.value))]
 
 
-def _sd(data, emulator):
-    return np.hypot(data.error, emulator)
-
-
 def misfit(model: Model, data: Data, theta: np.ndarray) -> np.ndarray:
     """Twice the negative log posterior (b,), up to a constant, with the spread at theta itself."""
     value, emulator = model.predict(theta)
-    sd = _sd(data, emulator)
+    sd = np.hypot(data.error, emulator)
     if data.shared is None:
         spread = _Spread(sd)
         return _cost(model, data, theta, value, spread) + 2.0 * spread.log
@@ -184,7 +180,7 @@ def _with_root(data, sd, places):
 def _spread(model, data, theta, value, emulator, slope):
     """`_Spread` at theta (b, p), and the posterior probabilities (b, g) of the sizes of shared
     errors with the parameters integrated out, linear about theta."""
-    sd = _sd(data, emulator)
+    sd = np.hypot(data.error, emulator)
     if data.shared is None:
         return _Spread(sd), np.ones((len(sd), 1))
     j, z = slope / sd[:, :, None], (data.value - value) / sd
@@ -251,10 +247,6 @@ def _curvature(model, j):
     return np.einsum("bnp,bnq->bpq", j, j) + np.diag(1.0 / model.prior_sd**2)
 
 
-def _covariance(model, j):
-    return np.linalg.inv(_curvature(model, j))
-
-
 def _gradient(model, theta, j, r):
     """Half the derivative (b, p) of twice the log posterior by theta."""
     return np.einsum("bnp,bn->bp", j, r) - (theta - model.prior_mean) / model.prior_sd**2
@@ -294,7 +286,7 @@ def _summary(model, data, theta):
     j, r = _with_tests(model, data, theta, spread.scaled(slope), spread.scaled(off))
     # a parameter that is held at its bound does not follow when a setting is left out
     moves = j * ~_held(model, theta, _gradient(model, theta, j, r))[:, None, :]
-    inner = _covariance(model, moves)
+    inner = np.linalg.inv(_curvature(model, moves))
     leverage = np.einsum("bnp,bpq,bnq->bn", moves, inner, moves)
     leverage = leverage.clip(0.0, 0.9999)
     tested, deviances = _of_tests(model, data, theta, r[:, n:], leverage[:, n:])
@@ -308,7 +300,7 @@ def _summary(model, data, theta):
     pointwise = -0.5 * (r * sd / left / wide) ** 2 - np.log(wide) - 0.5 * np.log(2.0 * np.pi)
     pointwise = np.concatenate([pointwise, tested], 1)
     j[:, :n] /= scale[:, :, None]
-    cov = _covariance(model, j)
+    cov = np.linalg.inv(_curvature(model, j))
     return Fit(
         theta, cov, value, r, sd, leverage, chi, freedom, scale, pointwise, deviances, common, sizes
     )

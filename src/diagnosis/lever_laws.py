@@ -74,7 +74,8 @@ def lever_laws(
                 for kind in dict.fromkeys(m.experiment for m in measurements)
                 if factor.key in settings.experiments[kind].parameters  # type: ignore[operator]  # `setup` fills it in
                 and lever in settings.experiments[kind].levers  # type: ignore[operator]  # `setup` fills it in
-                and _levels(measurements, kind, lever) >= LEAST_LEVELS
+                and len({m.levers.get(lever) for m in measurements if m.experiment == kind})
+                >= LEAST_LEVELS
             ]
             if kinds:
                 law = _law(settings, factor, lever, kinds)
@@ -91,28 +92,19 @@ def with_laws(
     """The emulators {(experiment, mechanism): ...} with those of `lever_laws` beside them."""
     out = dict(emulators)
     for law in laws.values():
-        factor = next(f for f in factors if f.key == law.changes[0])  # type: ignore[index]
+        coefficient, lever = law.changes  # type: ignore[misc]
+        factor = next(f for f in factors if f.key == coefficient)
+        low, high = _range(settings, lever, law.experiments)
+        span = math.log(high / low)
         for kind in law.experiments:
             if (kind, BASE) in emulators:
                 names = inputs_of(settings, factors, kind, BASE)
-                out[kind, law.name] = _emulator(
-                    emulators[kind, BASE], settings, law, kind, factor.name, names
-                )
+                own_low, own_high = settings.experiments[kind].levers[lever]  # type: ignore[index]  # `setup` fills it in
+                start = math.log(own_low / low) / span - 0.5
+                slope = math.log(own_high / own_low) / span
+                along = AlongLever(names.index(factor.name), names.index(lever), start, slope)
+                out[kind, law.name] = Moved(emulators[kind, BASE], along)
     return out
-
-
-def _emulator(base, settings, law, kind, coefficient, names):
-    lever = law.changes[1]
-    low, high = _range(settings, lever, law.experiments)
-    own_low, own_high = settings.experiments[kind].levers[lever]
-    span = math.log(high / low)
-    start = math.log(own_low / low) / span - 0.5
-    slope = math.log(own_high / own_low) / span
-    return Moved(base, AlongLever(names.index(coefficient), names.index(lever), start, slope))
-
-
-def _levels(measurements, kind, lever):
-    return len({m.levers.get(lever) for m in measurements if m.experiment == kind})
 
 
 def _range(settings, lever, kinds):

@@ -258,14 +258,12 @@ def with_untried(
         return {**told, "untried": []}
     laws = [dict(law) for law in told["laws"]]
     for law in laws[:1]:
-        law["rivals"] = [*law["rivals"], *(_rival(row, catalogue) for row in untried)]
+        law["rivals"] = [*law["rivals"]]
+        for row in untried:
+            slot, state = catalogue[row["mechanism"]].law or (row["mechanism"], ())
+            place = {"experiment": row["experiment"], "slot": slot, "state": list(state)}
+            law["rivals"].append(place | {"words": row["mechanism"]})
     return {**told, "untried": untried, "laws": laws}
-
-
-def _rival(row, catalogue):
-    slot, state = catalogue[row["mechanism"]].law or (row["mechanism"], ())
-    place = {"experiment": row["experiment"], "slot": slot, "state": list(state)}
-    return place | {"words": row["mechanism"]}
 
 
 def _named(told):

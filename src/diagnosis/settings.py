@@ -99,11 +99,16 @@ RIG = ("particles", "geometry", "numerics")
 def study_settings(config: Config) -> Settings:
     """`Settings` of a study: its key `diagnosis`, and what the first test of an experiment says of
     how the diagnosis simulates it. Raises ConfigError."""
-    tests: dict[str, str] = {}
+    tests, experiments = {}, {}
     for name, test in config.tests.items():
-        if test.diagnosis:
-            tests.setdefault(test.experiment, name)
-    experiments = {kind: _of_test(config, name) for kind, name in tests.items()}
+        if test.diagnosis and test.experiment not in tests:
+            # its `run` is laid over the test's own
+            rig = {key: part for key, part in config.run_of(name).items() if key in RIG}
+            run = overlay(rig, test.diagnosis.get("run", {}))
+            tests[test.experiment], experiments[test.experiment] = (
+                name,
+                test.diagnosis | {"run": run},
+            )
     try:
         return settings_of(config.diagnosis | {"experiments": experiments})
     except ConfigError as error:
@@ -113,13 +118,6 @@ def study_settings(config: Config) -> Settings:
             own = ("tests", tests[parts.pop(0)], "diagnosis")
         where = {"value": error.value, "allowed": error.allowed}
         raise ConfigError(error.reason, key=".".join([*own, *parts]), **where) from None
-
-
-def _of_test(config, name):
-    """Return what a test says, its `run` laid over the test's own."""
-    test = config.tests[name]
-    rig = {key: part for key, part in config.run_of(name).items() if key in RIG}
-    return test.diagnosis | {"run": overlay(rig, test.diagnosis.get("run", {}))}
 
 
 def settings_of(data: Mapping[str, Any]) -> Settings:

@@ -63,9 +63,13 @@ def base(bulk: Bulk, p: float) -> dict[str, Any]:
     error, fitted = bulk.data.error[0], bulk.fitted
     drawn = by_chance(bulk.measurements, error, fitted.sd[0])
     rows = residual_rows(bulk.measurements, fitted, drawn, error)
+    # the chi-square of the readings, and beside it the deviance of tests without a value
+    out = {"chi_square": float(fitted.chi_square[0]), "freedom": float(fitted.freedom[0])}
+    if fitted.deviances.size:
+        out["deviance"] = float(fitted.deviances.sum())
     return {
         "calibration": calibration(bulk.base, fitted),
-        "lack_of_fit": lack_of_fit(fitted, p),
+        "lack_of_fit": out | {"p": p},
         "patterns": trends(rows, drawn),
         "residuals": rows,
     }
@@ -97,15 +101,6 @@ def findings(bulk: Bulk, found: Found, alpha: float) -> dict[str, Any]:
         out["calibration_extended"] = calibration(model, likeliest)
         out["moved"] = moved(out["calibration"], out["calibration_extended"])
     return out
-
-
-def lack_of_fit(fitted: Fit, p: float) -> dict[str, float]:
-    """The mapping of verdict.json of the base model's fit, with the chance p of such a misfit: the
-    chi-square of the readings, and beside it the deviance of tests without a value."""
-    out = {"chi_square": float(fitted.chi_square[0]), "freedom": float(fitted.freedom[0])}
-    if fitted.deviances.size:
-        out["deviance"] = float(fitted.deviances.sum())
-    return out | {"p": p}
 
 
 def carried(model: Model, fitted: Fit) -> int:

@@ -190,13 +190,12 @@ def step_of(own: Sequence[Measurement]) -> float | None:
     if len(values) < LEAST_ROWS:
         return None
     for step in STEPS:
-        if _multiples(count * values, step).all() and _multiples(values, step).mean() >= 0.5:
+        whole, own = (
+            np.abs(v / step - np.round(v / step)) < 1e-6 for v in (count * values, values)
+        )
+        if whole.all() and own.mean() >= 0.5:
             return step
     return None
-
-
-def _multiples(values, step):
-    return np.abs(values / step - np.round(values / step)) < 1e-6
 
 
 def _covariates(own):

@@ -352,17 +352,15 @@ def forms_of(
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """{name: (strengths (k,), curves (k, n))} of the named forms of one free law: what each adds to
     the logarithms of readings about `centre` (n,)."""
-    return _added(law, readings, centre) if law.weight else _multiplied(law, readings)
-
-
-def forms_at(law: FreeLaw, u: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """{name: (strengths (k,), curves (k, m))} of the forms of a law that multiplies, at states u
-    (m,) over that in the middle: logarithms of the reading."""
-    power = IN_AIR if law.experiment == "drop" else 1.0
-    out = {}
+    if law.weight:
+        return _added(law, readings, centre)
+    x, _, half = scaled(law, coordinates(readings))
+    u, power, out = np.exp(x * half), IN_AIR if law.experiment == "drop" else 1.0, {}
     for form in (*MULTIPLIES, THRESHOLD) if law.slot == "restitution" else MULTIPLIES:
         ks = ONSETS if form is THRESHOLD else _strengths(form, u)
-        curves = np.array([_logarithm(form, u, k) for k in ks])
+        with np.errstate(all="ignore"):
+            factors = np.array([form.factor(u, k) for k in ks])  # type: ignore[operator]
+            curves = np.where(factors > LEAST, np.log(np.maximum(factors, LEAST)), np.nan)
         good = np.isfinite(curves).all(1)
         if good.any():
             out[form.name] = ks[good], power * curves[good]
@@ -393,17 +391,6 @@ def steps_of(law: FreeLaw, readings: Readings) -> dict[str, tuple[np.ndarray, np
         f"{STEP}{value:.4g}": (ks, power * ks[:, None] * (x > place))
         for value, place in zip(at, places, strict=True)
     }
-
-
-def _multiplied(law, readings):
-    x, _, half = scaled(law, coordinates(readings))
-    return forms_at(law, np.exp(x * half))
-
-
-def _logarithm(form, u, k):
-    with np.errstate(all="ignore"):
-        factor = form.factor(u, k)
-        return np.where(factor > LEAST, np.log(np.maximum(factor, LEAST)), np.nan)
 
 
 def _strengths(form, u):

@@ -145,17 +145,13 @@ class Block:
         self.y = self.readings.log
         self._build()
 
-    def with_held(self, held: dict[str, Held]) -> "Block":
-        """The same with other terms held."""
-        return replace(self, held=held)
-
     def without(self, key: str) -> "Block":
         """The same without a term that is held."""
-        return self.with_held({k: h for k, h in self.held.items() if k != key})
+        return replace(self, held={k: h for k, h in self.held.items() if k != key})
 
     def holding(self, key: str, term: Term | None = None) -> "Block":
         """The same with a term held at its likeliest, its own under that key unless given."""
-        return self.with_held(self.held | {key: self.hold(term or self.terms[key])})
+        return replace(self, held=self.held | {key: self.hold(term or self.terms[key])})
 
     def _build(self):
         n = len(self.readings.log)
@@ -390,7 +386,8 @@ def refitted(block: Block, index: np.ndarray) -> Block:
     for key in block.held:
         rest = out.without(key)
         form = replace(block.terms[key], shapes=(block.shape_of(key)[0],))
-        out = rest.with_held(rest.held | {key: replace(rest.hold(form), term=block.terms[key])})
+        held = replace(rest.hold(form), term=block.terms[key])
+        out = replace(rest, held=rest.held | {key: held})
     return out
 
 

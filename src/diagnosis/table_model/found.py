@@ -393,22 +393,19 @@ def _looks_like(readings, here, at):
 def _declared(measurements, block):
     """Errors of declared batches and instruments that are there almost surely, with how much each
     of them reads too high or too low, as a share of the mean of all."""
-    return [row for kind in block.readings.experiments
-            for row in _declared_of(measurements, block, kind)]  # fmt: skip
-
-
-def _declared_of(measurements, block, kind):
-    readings, at = block.readings.of(kind)
     share, out = block.shares(), []
-    for name, code in readings.groups.items():
-        key = name_of(name, kind if block.readings.parts else "")
-        there = float(share @ np.array([key in c for c in block.sds]))
-        if there > SURE:
+    for kind in block.readings.experiments:
+        readings, at = block.readings.of(kind)
+        for name, code in readings.groups.items():
+            key = name_of(name, kind if block.readings.parts else "")
+            there = float(share @ np.array([key in c for c in block.sds]))
+            if there <= SURE:
+                continue
             labels = sorted({getattr(measurements[i], name) for i in readings.rows})
-            offsets = dict(zip(labels, _offsets(block, code, at), strict=True))
             row = {"experiment": kind, "key": f"{kind}:{name}", "of": name, "what": "declared"}
-            row |= {"sd": float(block.sd_of(key)[at[0]]), "offsets": offsets, "p": 1.0 - there}
-            row |= {"evidence": float(np.log(there / max(1.0 - there, 1e-9))), "rivals": []}
+            row |= {"sd": float(block.sd_of(key)[at[0]]), "p": 1.0 - there, "rivals": []}
+            row["offsets"] = dict(zip(labels, _offsets(block, code, at), strict=True))
+            row["evidence"] = float(np.log(there / max(1.0 - there, 1e-9)))
             out.append(_told(row))
     return out
 
