@@ -33,7 +33,7 @@ COMMAND = "python -m benchmarks.rates"
 FIGURES = Path(__file__).with_name("figures.csv")
 DECIDE = {
     "contacts": ["diagnosis/mechanisms.csv", *(f"diagnosis/{name}.py" for name in (
-        "table_model/* laws/* catalogue chance collision fit measurements reading_errors rules"
+        "table_model/* laws/* catalogue chance fit measurements reading_errors rules"
     ).split())],
     "bulk": ["calibration/inference/chance_of_no_value.py", "diagnosis/mechanisms.csv", *(
         f"diagnosis/{name}.py" for name in (

@@ -248,10 +248,8 @@ def place_of(mechanism: Mechanism, known: Sequence[Mechanism]) -> tuple[str, tup
 def with_strength(model: Model, coded: float) -> Model:
     """The model with the strength of its last mechanism held."""
     held = copy.copy(model)
-    held.low, held.high = model.low.copy(), model.high.copy()
-    held.prior_mean = model.prior_mean.copy()
-    for bound in (held.low, held.high, held.prior_mean):
-        bound[-1] = coded
+    for bound in ("low", "high", "prior_mean"):
+        setattr(held, bound, np.append(getattr(model, bound)[:-1], coded))
     return held
 
 

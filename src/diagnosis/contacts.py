@@ -16,7 +16,6 @@ from calibration.study.factors import Factor
 from dem.spec import parse_spec
 from diagnosis import extend
 from diagnosis.catalogue import Mechanism
-from diagnosis.collision import rebounds, sliding_angles
 from diagnosis.fit import data_of
 from diagnosis.held_out import prediction_test
 from diagnosis.laws.engine_gain import (
@@ -27,7 +26,13 @@ from diagnosis.laws.engine_gain import (
     not_run,
     together,
 )
-from diagnosis.laws.known import COEFFICIENT, known_curves, with_coefficient
+from diagnosis.laws.known import (
+    COEFFICIENT,
+    known_curves,
+    rebounds,
+    sliding_angles,
+    with_coefficient,
+)
 from diagnosis.laws.readings import FREE, IN_AIR, from_log, readings_of
 from diagnosis.power import power
 from diagnosis.residuals import by_chance, tails, trends

@@ -156,7 +156,7 @@ def real_spec(
     """Run spec of a condition at theta (p,), the engine's laws of the model's mechanisms switched
     on."""
     values = {f.name: f.natural(float(t)) for f, t in zip(model.factors, theta, strict=False)}
-    spec = rig.of(model.factors).spec(measurement.condition, seed, values)
+    spec = replace(rig, factors=tuple(model.factors)).spec(measurement.condition, seed, values)
     for k, mechanism in enumerate(model.mechanisms, len(model.factors)):
         if mechanism.observe is None and measurement.experiment in mechanism.experiments:
             spec = mechanism.apply(spec, round(float(mechanism.strength.natural(theta[k])), 12))

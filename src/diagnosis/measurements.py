@@ -1,17 +1,174 @@
-"""The measured conditions that the diagnosis takes from a study's table."""
+"""The measured conditions that the diagnosis takes from a study's table, and single readings that
+contradict the other readings of their own condition.
 
-from collections.abc import Iterable
+Where a table holds each reading, one that is far off widens the spread of its condition and hides
+there. So the worst reading of each condition is compared with the mean and the spread of its
+others, and with what all conditions say of that spread (the deletion residual: Cook and Weisberg
+1982, Residuals and Influence in Regression, 2.2.2). Its chance is simulated.
+"""
+
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from statistics import fmean, stdev
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from calibration.errors import ConfigError
-from calibration.intake.measurements import ROLES, raise_faults, read_measured
+from calibration.intake.measurements import ROLES, Measurement, raise_faults, read_measured
 from calibration.intake.quantities import QUANTITIES
-from diagnosis.reading_errors import LABELS, doubt, spread_unit
-from diagnosis.table_model.single_readings import one_by_one, set_aside
+from diagnosis.chance import share_above
+from diagnosis.reading_errors import LABELS, doubt, spread_unit, stated_sd
+
+WITHIN = 0.01
+"""Chance of how readings go with something within their settings, over all that is looked at, below
+which they are taken one by one."""
+
+LEAST_WITHIN = 8  # readings beyond one a setting, for that to be looked at
+PERMUTATIONS = 1999
+LEAST = 4  # readings of a condition
+FAR = 4.0  # standard deviations: nearer, no chance is below OUT
+OUT = 0.001
+"""Chance of a reading so far off, over all conditions of an experiment, below which it is left
+out."""
+
+DRAWS = 9999
+
+
+def one_by_one(
+    measurements: Sequence[Measurement], seed: int = 0
+) -> tuple[list[Measurement], dict[str, dict[str, Any]]]:
+    """The measurements, those of an experiment whose readings go with the order of the rows or with
+    a recorded number within their settings as one of each reading; and {experiment: {of, p}} of
+    these.
+
+    Within settings the readings are permuted (Fisher 1935, The Design of Experiments). Their
+    common spread is that which is left beside a straight line over what they go with most."""
+    out, told = list(measurements), {}
+    for kind in dict.fromkeys(m.experiment for m in measurements):
+        own = [m for m in out if m.experiment == kind and len(m.lines) == len(m.readings) > 1]
+        alike = all(len({*m.readings}) == 1 for m in own)
+        if alike or sum(m.n - 1 for m in own) < LEAST_WITHIN:
+            continue
+        found = _within(own, seed)
+        if found["p"] >= WITHIN:
+            continue
+        told[kind] = {"of": found["of"], "p": found["p"]}
+        out = [one for m in out for one in (_singles(m, found["sd"]) if m in own else [m])]
+    # the order of the rows is that of the tests
+    return sorted(out, key=lambda m: m.line or 0), told
+
+
+def _within(own, seed):
+    """{of, p, sd}: what readings go with most within their settings, its chance over all that was
+    looked at, and the spread that a line over it leaves, in `spread_unit`."""
+    groups = np.repeat(np.arange(len(own)), [m.n for m in own])
+    off = np.concatenate([(np.array(m.readings) - m.value) / u
+                          for m, u in zip(own, spread_unit(own), strict=True)])  # fmt: skip
+    columns = {
+        "order": np.argsort(np.argsort(np.concatenate([m.lines for m in own]))).astype(float)
+    }
+    for name in dict.fromkeys(n for m in own for n in m.pooled):
+        read = [m.pooled.get(name, (m.covariates.get(name),) * m.n) for m in own]
+        if all(len(v) == m.n and None not in v for v, m in zip(read, own, strict=True)):
+            columns[name] = np.concatenate(read)
+    x = np.array([c - np.array([c[groups == g].mean() for g in groups]) for c in columns.values()])
+    x /= np.sqrt((x**2).sum(1, keepdims=True))
+    rng, size = np.random.default_rng([seed, 31]), np.sqrt((off**2).sum())
+    places = [np.flatnonzero(groups == g) for g in range(len(own))]
+    drawn = np.empty((PERMUTATIONS, len(off)))
+    for index in places:
+        drawn[:, index] = rng.permuted(np.tile(off[index], (PERMUTATIONS, 1)), axis=1)
+    seen, null = np.abs(x @ off) / size, np.abs(drawn @ x.T).max(1) / size
+    best = int(seen.argmax())
+    left = np.sqrt((off**2).sum() * (1.0 - seen[best] ** 2) / (len(off) - len(own) - 1))
+    return {"of": [*columns][best], "p": share_above(null, float(seen[best])), "sd": float(left)}
+
+
+def _singles(m, spread):
+    """A measurement of each reading."""
+    for k, (value, line) in enumerate(zip(m.readings, m.lines, strict=True)):
+        more = {name: values[k] for name, values in m.pooled.items()}
+        sd = spread * float(spread_unit([m])[0])
+        yield replace(
+            m, value=value, sd=sd, n=1, line=line, readings=(value,), lines=(line,), pooled={},
+            covariates=m.covariates | more,
+        )  # fmt: skip
+
+
+def set_aside(
+    measurements: Sequence[Measurement], seed: int = 0
+) -> tuple[list[Measurement], list[dict[str, Any]]]:
+    """The measurements without such readings, and rows of verdict.json that point at them."""
+    kept, rows = list(measurements), []
+    for kind in dict.fromkeys(m.experiment for m in measurements):
+        at = [i for i, m in enumerate(measurements)
+              if m.experiment == kind and len(m.readings) >= LEAST]  # fmt: skip
+        own = [measurements[i] for i in at]
+        unit = spread_unit(own)
+        readings = [np.array([m.readings]) / u for m, u in zip(own, unit, strict=True)]
+        steps = [d for r in readings for d in np.diff(np.sort(r[0])) if d > 0.0]
+        if len(own) < 2 or not steps:
+            continue
+        places, [distance] = _worst(own, readings, min(steps))
+        if np.abs(distance).max() < FAR:
+            continue
+        rest = [_without(m, place[0]) for m, place in zip(own, places, strict=True)]
+        rng, spread = np.random.default_rng([seed, 37]), stated_sd(rest) / unit
+        drawn = [s * rng.standard_normal((DRAWS, m.n)) for m, s in zip(own, spread, strict=True)]
+        null = np.abs(_worst(own, drawn)[1]).max(1)
+        for i, m, without, place, far in zip(at, own, rest, places, distance, strict=True):
+            if share_above(null, abs(far)) < OUT:
+                kept[i] = without
+                rows.append(_row(m, place[0], far))
+    return kept, rows
+
+
+def _worst(own, readings, step=0.0):
+    """(k,) places (draws,) of the reading of each condition that lies farthest from its median, and
+    (draws, k) how many standard deviations that is from the mean of the others; readings: [(draws,
+    n)] of each condition, in `spread_unit`, which were read in steps of `step`."""
+    places, off, spread = [], [], []
+    for r in readings:
+        r = r - np.median(r, axis=1, keepdims=True)
+        place, n = np.abs(r).argmax(1), r.shape[1] - 1
+        rest = r[np.arange(r.shape[1]) != place[:, None]].reshape(len(r), n)
+        worst = np.take_along_axis(r, place[:, None], 1)[:, 0]
+        places.append(place)
+        off.append((worst - rest.mean(1)) / np.sqrt(1.0 + 1.0 / n))
+        spread.append(np.maximum(rest.std(1, ddof=1), step / np.sqrt(12.0)))
+    unit, fewer = spread_unit(own), [replace(m, n=m.n - 1) for m in own]
+    told = stated_sd(fewer, np.array(spread).T * unit) / unit
+    return places, np.array(off).T / told
+
+
+def _without(m, place):
+    values = tuple(v for k, v in enumerate(m.readings) if k != place)
+    sd = max(stdev(values), 1e-9 * abs(values[0]))
+    lines = tuple(v for k, v in enumerate(m.lines) if k != place)
+    return replace(m, value=fmean(values), sd=sd, n=len(values), readings=values, lines=lines)
+
+
+def _row(m, place, off):
+    line = m.lines[place] if m.lines else m.line
+    value, others = m.readings[place], np.median(m.readings)
+    words = QUANTITIES[m.experiment].words
+    return {
+        "experiment": m.experiment,
+        "line": line,
+        "levers": m.levers,
+        "value": float(value),
+        "standard_deviations": float(off),
+        "expected": float(others),
+        "setting": None,
+        "reads_like": None,
+        "sentence": f"Line {line}: a single reading of the {words} ({value:.4g}) lies "
+        f"{abs(off):.0f} standard deviations from the others of its condition ({others:.4g}); it "
+        "was left out.",
+    }
+
 
 CONTACTS = ("drop", "tilt")
 """Experiments that are one contact, which is integrated and not emulated."""

@@ -17,7 +17,7 @@ from calibration.intake.quantities import LEVERS, levers_of
 from diagnosis.fit import Fit
 from diagnosis.laws.readings import from_log, with_setting
 from diagnosis.model import Emulated
-from diagnosis.page.words import place
+from diagnosis.page.words import environment, place, plain
 from diagnosis.settings import Settings, lever_values
 from diagnosis.table_model.block import ERROR, LAW, Block, Term
 from diagnosis.table_model.selection import blocks_of, held_in_turn
@@ -216,22 +216,14 @@ def _settings(readings):
 def _text(block, keys, again):
     """Return what to measure, in words."""
     terms = [block.terms[k] for k in keys if k is not None]
-    if None in keys:
-        return (
-            "Measure at further settings, between those of the table and beyond: a law says what "
-            "is read there, an error from setting to setting comes out anew."
-        )
-    errors = [t for t in terms if t.kind == ERROR and t.of in LEVERS]
-    if not errors:
-        return ""
-    lever = errors[0].of
-    known = np.unique(block.readings.levers[lever])
+    lever = next((t.of for t in terms if t.kind == ERROR and t.of in LEVERS), None)
+    known = np.unique(block.readings.levers[lever]) if lever else np.zeros(0)
     known = known[np.isfinite(known) & (known > 0.0)]
-    words, unit = LEVERS[lever].words, LEVERS[lever].unit
-    between = [f"{np.sqrt(a * b):.{DECIMALS}g}" for a, b in itertools.pairwise(known)]
-    again = again or f"{known[len(known) // 2]:g}"
-    return (
-        f"Set the {words} up anew at {again} {unit} and measure again: an error of the set-up "
-        f"comes out anew, a law does not. Add a {words} of {' and '.join(between[:2])} {unit}: a "
-        "law says what is read there."
-    ).replace("  ", " ")
+    between = [f"{np.sqrt(a * b):.{DECIMALS}g}" for a, b in itertools.pairwise(known)][:2]
+    again = again or (f"{known[len(known) // 2]:g}" if lever else "")
+    text = (
+        environment()
+        .get_template("set_anew.j2")
+        .render(scatter=None in keys, lever=LEVERS.get(lever), again=again, between=between)
+    )
+    return plain(text)

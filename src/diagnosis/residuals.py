@@ -265,7 +265,8 @@ def least_known(
         k = first_largest(bits)
         if best is None or bits[k] > best["information_bits"]:
             # a share is of the prediction at the nearest setting that was measured
-            level = own.predicted[own.nearest(levers[k])] if own.unit == "share" else 1.0
+            near = ((own.x - own.scaled(levers[k][None])) ** 2).sum(1).argmin()
+            level = own.predicted[near] if own.unit == "share" else 1.0
             told = {"value": float(mean[k] * level), "sd": float(sd[k] * level)}
             best = {
                 "experiment": kind,
@@ -306,10 +307,6 @@ class _Residuals:
         self.low, self.high = (table.min(0), table.max(0)) if kept else (np.zeros(0), np.zeros(0))
         self.x = self.scaled(table)
         self._fit()
-
-    def nearest(self, levers):
-        """Index of the measured setting that is nearest to one of levers (d,)."""
-        return int(np.argmin(((self.x - self.scaled(levers[None])) ** 2).sum(1)))
 
     def scaled(self, levers):
         """Levers (k, d) over the plan's range, -1 to 1."""

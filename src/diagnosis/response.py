@@ -206,7 +206,8 @@ class WithMechanism(Response):
 
     def _features(self, x):
         base, t = super()._features(x[:, :-1]), self._distance(x)[:, None]
-        bent = _times(self._bumps(x)[0], base[:, : x.shape[1]])
+        bumps, linear = self._bumps(x)[0], base[:, : x.shape[1]]
+        bent = (bumps[:, :, None] * linear[:, None, :]).reshape(len(x), -1)  # all products
         constant = np.ones((len(x), int(not np.isfinite(self.off))))
         return np.hstack([base, t * base, t * bent, constant])
 
@@ -263,11 +264,6 @@ def _monomials(x, columns):
         pairs = by[:, i] * u[:, j] + u[:, i] * by[:, j]
         out.append(np.hstack([0.0 * one, by, pairs, 3.0 * u**2 * by]))
     return out
-
-
-def _times(a, b):
-    """All products (k, p q) of features (k, p) and (k, q)."""
-    return (a[:, :, None] * b[:, None, :]).reshape(len(a), -1)
 
 
 def _likeliest(features, kinds, near, y):

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, cast
 
 from calibration import engines
@@ -10,7 +10,6 @@ from calibration.errors import ConfigError
 from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import LEVERS, POURED, Condition
 from calibration.study.config import overlay
-from calibration.study.factors import Factor
 from dem.errors import DemError, SpecError
 from dem.spec import parse_spec
 from diagnosis.catalogue import Mechanism
@@ -30,10 +29,6 @@ class Rig:
     settings: Settings
     base: dict
     factors: tuple = ()
-
-    def of(self, factors: Iterable[Factor]) -> "Rig":
-        """The same rig with factors."""
-        return replace(self, factors=tuple(factors))
 
     def spec(
         self, condition: Condition, seed: int, values: Mapping[str, float] | None = None

@@ -7,6 +7,7 @@ the first measurement and the key to give.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -363,7 +364,7 @@ class Setup:
     def rig(self) -> Rig:
         """`Rig` with the factors that are calibrated on the measurements."""
         known = parameters_of(self.settings, self.config.factors, self.kinds)
-        return self._bare(self.settings).of(known)
+        return replace(self._bare(self.settings), factors=tuple(known))
 
     def _bare(self, settings):
         return Rig(settings, self.config.own_run | {"experiment": self.config.experiment})

@@ -11,9 +11,9 @@ from scipy.stats import multivariate_normal
 from calibration.intake.measurements import Measurement
 from diagnosis.bulk import Bulk
 from diagnosis.laws.readings import readings_of
+from diagnosis.measurements import one_by_one
 from diagnosis.table_model.block import Block, Ground, Shape
 from diagnosis.table_model.found import discover
-from diagnosis.table_model.single_readings import one_by_one
 
 N, RNG = 6, np.random.default_rng(8)
 

@@ -7,8 +7,8 @@ from diagnosis_cases import BASE
 from benchmarks.rates.simulated import salt_settings
 from calibration.intake.quantities import Condition
 from dem.spec import parse_spec
-from diagnosis.collision import rebounds, sliding_angles
 from diagnosis.laws.engine_gain import curve_of, keys, switched_on
+from diagnosis.laws.known import rebounds, sliding_angles
 from diagnosis.laws.slots import FAMILY
 from diagnosis.rig import Rig
 

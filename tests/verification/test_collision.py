@@ -7,7 +7,7 @@ import pytest
 from benchmarks.rates.simulated import salt_heap, salt_settings
 from calibration.intake.quantities import Condition
 from diagnosis.catalogue import load_catalogue
-from diagnosis.collision import rebounds, sliding_angles
+from diagnosis.laws.known import rebounds, sliding_angles
 from diagnosis.rig import Rig
 
 HEIGHTS = np.array([60.0, 150.0, 400.0])

@@ -20,6 +20,7 @@ Algorithms, chapter 28).
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -175,14 +176,12 @@ class Block:
         self.smooth = own + level
         total = self.errors + self.smooth
         self.precision, self.logdet = np.linalg.inv(total), np.linalg.slogdet(total)[1]
-        self._own = None
 
+    @cached_property
     def _own_level(self):
         """(precision, log determinant) where the level is known but for OWN_LEVEL."""
-        if self._own is None:
-            total = self.errors + self.smooth - LEVEL_SD**2 + OWN_LEVEL**2
-            self._own = np.linalg.inv(total), np.linalg.slogdet(total)[1]
-        return self._own
+        total = self.errors + self.smooth - LEVEL_SD**2 + OWN_LEVEL**2
+        return np.linalg.inv(total), np.linalg.slogdet(total)[1]
 
     def base(self, y: np.ndarray) -> np.ndarray:
         """Log probabilities (g, b) of data sets y (b, n) at each place of the grid, priors
@@ -201,7 +200,7 @@ class Block:
         """Log probabilities (g, k, b) with a shape at each of its strengths."""
         z = y - self.mean
         if shape.own_level:
-            precision, logdet = self._own_level()
+            precision, logdet = self._own_level
             change = _density(precision, logdet, z) + self.prior[:, None]
             return change[:, None] + _gains(shape, precision, z)
         return base[:, None] + _gains(shape, self.precision, z)

@@ -151,11 +151,10 @@ def table_misfit(
     count: int = chosen.CHANCE[0],
 ) -> dict[str, float]:
     """{chi_square, freedom, p} of constant coefficients, by the readings' own errors."""
-    kinds = dict.fromkeys(m.experiment for m in measurements)
-    blocks = {}
-    for kind in kinds:
-        readings = readings_of(measurements, kind, (defaults or {}).get(kind))
-        blocks[kind] = chosen.Block(readings, {})
+    blocks = {
+        kind: Block(readings_of(measurements, kind, (defaults or {}).get(kind)), {})
+        for kind in dict.fromkeys(m.experiment for m in measurements)
+    }
     return chosen.misfit(_replicated(blocks), seed, count)
 
 
@@ -403,9 +402,9 @@ def _declared(measurements, block):
                 continue
             labels = sorted({getattr(measurements[i], name) for i in readings.rows})
             row = {"experiment": kind, "key": f"{kind}:{name}", "of": name, "what": "declared"}
-            row |= {"sd": float(block.sd_of(key)[at[0]]), "p": 1.0 - there, "rivals": []}
-            row["offsets"] = dict(zip(labels, _offsets(block, code, at), strict=True))
-            row["evidence"] = float(np.log(there / max(1.0 - there, 1e-9)))
+            offsets = dict(zip(labels, _offsets(block, code, at), strict=True))
+            row |= {"sd": float(block.sd_of(key)[at[0]]), "offsets": offsets, "p": 1.0 - there}
+            row |= {"evidence": float(np.log(there / max(1.0 - there, 1e-9))), "rivals": []}
             out.append(_told(row))
     return out
 
