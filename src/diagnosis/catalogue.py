@@ -256,7 +256,9 @@ def load_catalogue(folder: str | Path | None = None) -> dict[str, Mechanism]:
     """
     with FACTS.open(encoding="utf-8", newline="") as rows:
         found = {row["name"]: _shipped(row) for row in csv.DictReader(rows)}
-    for path in _files(folder):
+    if folder is not None and not Path(folder).is_dir():
+        raise ConfigError("is no folder", path=folder, key="diagnosis.catalogue")
+    for path in sorted(Path(folder).glob("[!_]*.py")) if folder is not None else ():
         mechanism = _mechanism_of(path)
         if mechanism.name in found:
             allowed = f"another than {', '.join(found)}"
@@ -296,14 +298,6 @@ def _where_it_shows(mechanism):
         if mechanism.name in e.mechanisms and name not in mechanism.experiments
     ]
     return replace(mechanism, experiments=(*mechanism.experiments, *more)) if more else mechanism
-
-
-def _files(folder):
-    if folder is None:
-        return []
-    if not Path(folder).is_dir():
-        raise ConfigError("is no folder", path=folder, key="diagnosis.catalogue")
-    return sorted(Path(folder).glob("[!_]*.py"))
 
 
 def _mechanism_of(path):

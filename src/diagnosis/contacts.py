@@ -13,26 +13,12 @@ from calibration.figures import parameter_words
 from calibration.intake.measurements import Measurement
 from calibration.statistics.numbers import NORMAL_95
 from calibration.study.factors import Factor
-from dem.spec import parse_spec
 from diagnosis import extend
 from diagnosis.catalogue import Mechanism
 from diagnosis.fit import data_of
 from diagnosis.held_out import prediction_test
-from diagnosis.laws.engine_gain import (
-    Engine,
-    compared,
-    has_curve,
-    keys,
-    not_run,
-    together,
-)
-from diagnosis.laws.known import (
-    COEFFICIENT,
-    known_curves,
-    rebounds,
-    sliding_angles,
-    with_coefficient,
-)
+from diagnosis.laws.engine_gain import Engine, compared, not_run, together
+from diagnosis.laws.known import COEFFICIENT, integrated, known_curves, with_coefficient
 from diagnosis.laws.readings import FREE, IN_AIR, from_log, readings_of
 from diagnosis.power import power
 from diagnosis.residuals import by_chance, tails, trends
@@ -40,8 +26,8 @@ from diagnosis.rig import Rig
 from diagnosis.rules import OF_CONTACTS, by_runs, without_names
 from diagnosis.settings import Settings, of_run
 from diagnosis.table_model.block import LEVEL_SD
-from diagnosis.table_model.found import Found, discover, give_strengths, limits, table_misfit
-from diagnosis.table_model.law import curve
+from diagnosis.table_model.found import Found, discover, give_strengths, table_misfit
+from diagnosis.table_model.law import limits
 from diagnosis.verdict import family_of, of_found
 
 
@@ -96,14 +82,10 @@ def with_engine(
             row |= {"gain": by_key[row["key"]].gain(), "engine": by_key[row["key"]].engine}
             if row["engine"] is None:
                 row["not_run"] = not_run(row)
-            else:
-                law, key = block.terms[row["key"]].law, row["key"]
-                has = has_curve(block.terms[key])
-                row["engine"]["keys"] = keys(law, curve(block, key)[0]) if has else None
     if parts:
         verdict["gain"] = together(parts)
     verdict = by_runs(without_names(verdict), OF_CONTACTS)
-    verdict["exclusion"] = limits(found, catalogue)
+    verdict["exclusion"] = limits(found.selection.blocks, catalogue)
     verdict["test"] = prediction_test(verdict, measurements, found, engine, held_out)
     return verdict
 
@@ -180,14 +162,6 @@ def half_step(measurements: list[Measurement], rig: Rig) -> list[dict[str, Any]]
         error = m.sd / np.sqrt(m.n)
         out.append(extend.time_step_row(m, full, half, 0.0, float(error)))
     return out
-
-
-def integrated(spec: dict[str, Any], measurement: Measurement, finer: float = 1.0) -> float:
-    """The reading of one condition by the engine's contact, its time step divided by `finer`."""
-    if measurement.experiment == "drop":
-        return float(rebounds(spec, [measurement.levers["drop_height_mm"]], finer)[0])
-    rate = parse_spec(spec).geometry.tilt_rate_deg_s
-    return float(sliding_angles(spec, [rate], finer)[0])
 
 
 def with_law(measurements: list[Measurement], found: Found) -> np.ndarray | None:

@@ -117,9 +117,10 @@ def train(
         finished[row["experiment"], row["mechanism"]] += ran
     for key, own in finished.items():
         done = len(own)
+        row = {"experiment": key[0], "mechanism": key[1], "runs": done}
+        row["failed"] = planned[key] - done
         if done < (0.5 * planned[key] if key[1] == BASE else LEAST):
-            row = {"experiment": key[0], "mechanism": key[1], "runs": done}
-            table.append(row | {"failed": planned[key] - done})
+            table.append(row)
             continue
         base = emulators.get((key[0], BASE))
         names = inputs_of(settings, factors, *key)
@@ -137,17 +138,7 @@ def train(
             continue  # most of the base model's runs failed, which the table says
         else:
             emulators[key] = WithMechanism(base, x, z, coded_off(known[key[1]].strength))
-        table.append(
-            {
-                "experiment": key[0],
-                "mechanism": key[1],
-                "runs": done,
-                "failed": planned[key] - done,
-                "error": emulators[key].error,
-                "scatter": emulators[key].scatter,
-                "spread": emulators[key].spread,
-            }
-        )
+        table.append(row | {n: getattr(emulators[key], n) for n in ("error", "scatter", "spread")})
     for experiment, name in wanted(settings, known, dict.fromkeys(e for e, _ in finished)):
         lever = multiplied(settings, factors, experiment, known.get(name))
         if lever and (experiment, BASE) in emulators:

@@ -247,6 +247,11 @@ def gain(
     runs = run_scatter(kept, after[good]) * _as_known(kept, after[good])
     left = np.zeros(len(kept)) if refit is None else refit[good]
     whole = (value - means[1]) / np.sqrt(error**2 + runs**2 + left**2)
+    kinds, by_experiment = np.array([m.experiment for m in kept]), {}
+    for kind in dict.fromkeys(kinds):
+        off = [float(np.sqrt(np.mean((value - m)[kinds == kind] ** 2))) for m in means]
+        row = {"before": off[0], "after": off[1], "unit": QUANTITIES[kind].unit}
+        by_experiment[str(kind)] = row
     points = [
         {
             "experiment": m.experiment,
@@ -267,7 +272,7 @@ def gain(
         "rmse_unit": "standard errors of measurement and simulation",
         **_summary(miss, np.random.default_rng(seed)),
         "held_out_rmse_after_all_errors": float(np.sqrt(np.mean(whole**2))),
-        "by_experiment": _by_experiment(kept, value, means),
+        "by_experiment": by_experiment,
         "points": points,
     }
 
@@ -293,17 +298,6 @@ def _summary(miss, rng):
         # positive where the extended model is better
         better = many[1] - many[0] if name == "log_score" else many[0] - many[1]
         out[f"held_out_{name}_difference_interval"] = _interval(better)
-    return out
-
-
-def _by_experiment(measurements, value, means):
-    """Root mean square error of each experiment in its own unit."""
-    kinds = np.array([m.experiment for m in measurements])
-    out = {}
-    for kind in dict.fromkeys(kinds):
-        rows = kinds == kind
-        raw = [float(np.sqrt(np.mean((value - m)[rows] ** 2))) for m in means]
-        out[str(kind)] = {"before": raw[0], "after": raw[1], "unit": QUANTITIES[kind].unit}
     return out
 
 

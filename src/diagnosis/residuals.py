@@ -232,17 +232,10 @@ def curves(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
             x = np.tile(np.median(own.x, axis=0), (POINTS, 1))
             x[:, k] = np.linspace(-1.0, 1.0, POINTS)
             mean, sd = own.process(x)
-            out.append(
-                {
-                    "experiment": kind,
-                    "lever": name,
-                    "unit": own.unit,
-                    "at": [float(v) for v in own.natural(x)[:, k]],
-                    "value": [float(v) for v in mean],
-                    "low": [float(v) for v in mean - NORMAL_95 * sd],
-                    "high": [float(v) for v in mean + NORMAL_95 * sd],
-                }
-            )
+            ends = {"low": mean - NORMAL_95 * sd, "high": mean + NORMAL_95 * sd}
+            values = {"at": own.natural(x)[:, k], "value": mean} | ends
+            row = {"experiment": kind, "lever": name, "unit": own.unit}
+            out.append(row | {key: value.tolist() for key, value in values.items()})
     return out
 
 

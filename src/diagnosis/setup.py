@@ -205,7 +205,10 @@ def _experiment(kind, own, config, factors, rows, path):
     parameters = own.parameters or _parameters(kind, factors, where)
     run = own.run if own.run is not None else {}
     if own.parameters is None:
-        run = overlay(_held_factors(config, factors, parameters), run)
+        # factors that are not calibrated, at the study's fixed levels
+        fixed = {f.key: f.value(config.fixed[f.name]) for f in factors if f.name in config.fixed}
+        fixed = {key: level for key, level in fixed.items() if key not in parameters}
+        run = overlay(with_levels({}, fixed), run)
     if own.run is None or not own.whole:
         run = overlay(_rig(kind, config, own.run is not None, where), run)
     levers, held, levels = own.levers, dict(own.held), own.levels
@@ -236,12 +239,6 @@ def _parameters(kind, factors, where):
         reason = "has no coefficient to calibrate: no row of the table of factors sets one of it"
         raise ConfigError(reason, **where, allowed=f"a factor with a key of {', '.join(asked)}")
     return found
-
-
-def _held_factors(config, factors, parameters):
-    """The run spec's keys of the factors that are not calibrated, at the study's fixed levels."""
-    levels = {f.key: f.value(config.fixed[f.name]) for f in factors if f.name in config.fixed}
-    return with_levels({}, {k: v for k, v in levels.items() if k not in parameters})
 
 
 def _rig(kind, config, given, where):

@@ -24,7 +24,8 @@ from diagnosis.residuals import by_chance, calibration, moved, residual_rows, tr
 from diagnosis.rig import combine
 from diagnosis.rules import NAMED
 from diagnosis.settings import BASE
-from diagnosis.table_model.found import Found, give_strengths, limits
+from diagnosis.table_model.found import Found, give_strengths
+from diagnosis.table_model.law import limits
 
 SCHEMA = Path(__file__).with_name("verdict.schema.json")
 CARRIED = 0.25  # variance left of the prior's, along a direction of the parameters, at most
@@ -96,7 +97,7 @@ def findings(bulk: Bulk, found: Found, alpha: float) -> dict[str, Any]:
     names = extension(bulk, found)
     model, likeliest = bulk.fit(names)
     out["scatter"] = reading_errors.scatter(likeliest.shared_errors(bulk.data))
-    out["exclusion"] = limits(found, catalogue)
+    out["exclusion"] = limits(found.selection.blocks, catalogue)
     if names:
         out["calibration_extended"] = calibration(model, likeliest)
         out["moved"] = moved(out["calibration"], out["calibration_extended"])

@@ -11,6 +11,7 @@ from diagnosis import contacts
 from diagnosis.catalogue import load_catalogue
 from diagnosis.measurements import read_all
 from diagnosis.rig import Rig
+from diagnosis.table_model.law import limits
 
 
 @cache
@@ -24,7 +25,7 @@ def ask(table: pd.DataFrame) -> dict:
     """Return what the diagnosis says of a table, read from a file as a user's table is: the keys of
     verdict.json, without the gain that needs runs."""
     found, _ = _found(table)
-    more = {"exclusion": contacts.limits(found, study()[1]), "family_p": found.p}
+    more = {"exclusion": limits(found.selection.blocks, study()[1]), "family_p": found.p}
     return contacts.of_found(found) | more
 
 

@@ -274,6 +274,9 @@ def _one(measurements, block, laws, tested, names, engine):
     )
     rows = [measurements[i] for i in readings.rows[own]]
     done = {"left_out": lever, "levels": chosen, "run": len(own), "of": len(readings.log)}
+    if any(ran):  # the keys of a run spec that switch the law on
+        term = block.terms[tested[0]]
+        done["keys"] = keys(term.law, curve(block, term.key)[0]) if has_curve(term) else None
     shared = {(readings.experiment, n): float(block.sd_of(n)[0]) for n in readings.groups}
     refit = np.abs(wider - after)[:, 0]
     return Compared(rows, before, after, shared, refit, done if any(ran) else None)

@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
 from calibration.errors import CalibrationError
+from calibration.intake.measurements import Measurement
 from dem.constants import DOWN, GRAVITY
 from dem.errors import BlowUpError
 from dem.experiments.setup import build_simulation
@@ -298,6 +299,14 @@ def with_coefficient(spec: dict[str, Any], name: str, value: float) -> dict[str,
     pair = spec.get("contacts", {})
     wall = pair.get("particle_wall", {}) | {name: round(float(value), 9)}
     return spec | {"contacts": pair | {"particle_wall": wall}}
+
+
+def integrated(spec: dict[str, Any], measurement: Measurement, finer: float = 1.0) -> float:
+    """The reading of one condition by the engine's contact, its time step divided by `finer`."""
+    if measurement.experiment == "drop":
+        return float(rebounds(spec, [measurement.levers["drop_height_mm"]], finer)[0])
+    rate = parse_spec(spec).geometry.tilt_rate_deg_s
+    return float(sliding_angles(spec, [rate], finer)[0])
 
 
 def contact_logs(

@@ -69,7 +69,8 @@ def _missed(verdict):
     """[{experiment, settings, size, lever, value, miss}] of the experiment that is missed most and
     of those with a cause: the root mean square, and the level that is missed most."""
     rows = verdict["residuals"]
-    of = {kind: [r for r in rows if r["experiment"] == kind] for kind in _kinds(rows)}
+    kinds = dict.fromkeys(r["experiment"] for r in rows)
+    of = {kind: [r for r in rows if r["experiment"] == kind] for kind in kinds}
     worst = max(of, key=lambda k: np.mean([r["standardised"] ** 2 for r in of[k]]))
     found = [r.get("experiment") for k in ("laws", "errors", "rows") for r in verdict.get(k) or ()]
     return [
@@ -78,10 +79,6 @@ def _missed(verdict):
         for k in dict.fromkeys((worst, *found))
         if k in of
     ]
-
-
-def _kinds(rows):
-    return dict.fromkeys(r["experiment"] for r in rows)
 
 
 def _misses(rows):

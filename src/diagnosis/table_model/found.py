@@ -18,15 +18,7 @@ from diagnosis.page.words import capital, environment, odds, plain, sentence
 from diagnosis.rules import OPEN, Evidence, Verdict, by_readings
 from diagnosis.table_model import selection as chosen
 from diagnosis.table_model.block import ERROR, LAW, ROW, Block, judged, without_row
-from diagnosis.table_model.law import (
-    BAND,
-    UNIT,
-    curve,
-    named,
-    slope_limits,
-    strength_limits,
-    unit_of,
-)
+from diagnosis.table_model.law import BAND, UNIT, curve, named, strength_limits, unit_of
 from diagnosis.table_model.terms import rounded_off
 
 MISFIT = 0.01
@@ -135,12 +127,9 @@ def placed(
         _first_suspect(out, measurements, seed, chance[-1])
     else:
         out.errors += [e for b in found.blocks.values() for e in _rounded(b, misfit["p"])]
-    for rows, by in (
-        (out.laws, "evidence"),
-        (out.errors, "evidence"),
-        (out.rows, "standard_deviations"),
-    ):
-        rows.sort(key=lambda r, by=by: -abs(r[by]))
+    for rows in (out.laws, out.errors):
+        rows.sort(key=lambda r: -abs(r["evidence"]))
+    out.rows.sort(key=lambda r: -abs(r["standard_deviations"]))
     return out
 
 
@@ -499,25 +488,6 @@ def _telling(proposed):
     return proposed if proposed and proposed["information_bits"] >= LEAST_BITS else None
 
 
-def limits(found: Found, catalogue: Mapping[str, Mechanism]) -> list[dict[str, Any]]:
-    """[{mechanism or slot and state, of, unit, below, above}]: what the data exclude, at 95 % each
-    way."""
-    out = []
-    for block in found.selection.blocks.values():
-        for term in block.terms.values():
-            for shape in (s for s in term.shapes if s.name in catalogue):
-                out.append(_of_mechanism(block, term, shape, catalogue[shape.name].strength))
-    for block in found.selection.blocks.values():
-        for term in block.terms.values():
-            law = term.law
-            if term.kind == LAW and law is not None and term.free and law.weight is None:
-                low, high = slope_limits(block, law)
-                row = {"experiment": law.experiment, "slot": law.slot, "state": list(law.state)}
-                row |= {"of": "change over the plan's states", "unit": "share"}
-                out.append(row | {"below": low, "above": high})
-    return out
-
-
 def strengths(
     row: Mapping[str, Any], block: Block, catalogue: Mapping[str, Mechanism]
 ) -> dict[str, dict[str, Any]]:
@@ -549,14 +519,3 @@ def give_strengths(
             if row["mechanism"] in strong and row["experiment"] == law["experiment"]:
                 row["strength"] = {row["mechanism"]: strong[row["mechanism"]]}
     return out
-
-
-def _of_mechanism(block, term, shape, strength):
-    off = strength.weakest
-    low, high = strength_limits(block, term, shape)
-    # on the side of no effect nothing can be excluded that the data do not show
-    below = low if low is not None and off > shape.label[0] else None
-    above = high if high is not None and off < shape.label[-1] else None
-    row = {"mechanism": shape.name, "of": strength.name, "unit": strength.unit}
-    return row | {s: None if e is None else float(strength.natural(e))
-                  for s, e in (("below", below), ("above", above))}  # fmt: skip

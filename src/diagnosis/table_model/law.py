@@ -16,7 +16,7 @@ levers Satterthwaite 1946, Biometrics Bulletin 2:110). Of two levels nothing is 
 that scatter, so nothing is excluded.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -24,10 +24,11 @@ import numpy as np
 from scipy import stats
 
 from calibration.statistics.numbers import NORMAL_95
+from diagnosis.catalogue import Mechanism
 from diagnosis.chance import log_sum
 from diagnosis.laws.readings import IN_AIR, SHAPE, Readings
 from diagnosis.laws.slots import LADDER, FreeLaw, coordinates, factors_of, natural, scaled, text_of
-from diagnosis.table_model.block import LEVEL_SD, Block, Shape, Term, curve_shape
+from diagnosis.table_model.block import LAW, LEVEL_SD, Block, Shape, Term, curve_shape
 from diagnosis.table_model.selection import ODDS
 from diagnosis.table_model.terms import BENDS, FREE, FREE_SIZES, bend
 
@@ -391,3 +392,33 @@ def _quantiles(rest, shape, at, probability):
     open_low = density[0] > 0.05 or low < at[0] + edge
     open_high = density[-1] > 0.05 or high > at[-1] - edge
     return None if open_low else float(low), None if open_high else float(high)
+
+
+def limits(blocks: Mapping[str, Block], catalogue: Mapping[str, Mechanism]) -> list[dict[str, Any]]:
+    """[{mechanism or slot and state, of, unit, below, above}]: what the data exclude, at 95 % each
+    way."""
+    out = []
+    for block in blocks.values():
+        for term in block.terms.values():
+            for shape in (s for s in term.shapes if s.name in catalogue):
+                out.append(_of_mechanism(block, term, shape, catalogue[shape.name].strength))
+    for block in blocks.values():
+        for term in block.terms.values():
+            law = term.law
+            if term.kind == LAW and law is not None and term.free and law.weight is None:
+                low, high = slope_limits(block, law)
+                row = {"experiment": law.experiment, "slot": law.slot, "state": list(law.state)}
+                row |= {"of": "change over the plan's states", "unit": "share"}
+                out.append(row | {"below": low, "above": high})
+    return out
+
+
+def _of_mechanism(block, term, shape, strength):
+    off = strength.weakest
+    low, high = strength_limits(block, term, shape)
+    # on the side of no effect nothing can be excluded that the data do not show
+    below = low if low is not None and off > shape.label[0] else None
+    above = high if high is not None and off < shape.label[-1] else None
+    row = {"mechanism": shape.name, "of": strength.name, "unit": strength.unit}
+    return row | {s: None if e is None else float(strength.natural(e))
+                  for s, e in (("below", below), ("above", above))}  # fmt: skip

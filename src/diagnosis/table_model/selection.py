@@ -268,7 +268,8 @@ def set_anew(block: Block, key: str) -> Rival | None:
     held = block.terms[key]
     if held.kind == LAW and held.law and len(held.law.needs) == 1:
         [lever] = held.law.needs
-        near = [k for k in values if _is_of_levels(block.terms[k], lever)]
+        own_levels = {t.key for t in block.terms.values() if (t.what, t.of) == ("levels", lever)}
+        near = [k for k in values if k in own_levels]
     elif held.what == "levels":
         near = [k for k in values if _is_law_of(block.terms[k], held.of)]
     else:
@@ -280,10 +281,6 @@ def _in_place_of(block, key):
     """Log evidence of a held term beside the others, and {key: that} of each term in its place."""
     values = _of_free(block.without(key))
     return values.pop(key), values
-
-
-def _is_of_levels(term, lever):
-    return term.what == "levels" and term.of == lever
 
 
 def _is_law_of(term, lever):
