@@ -220,8 +220,8 @@ def row_of(
     mechanism: a `Mechanism`, None for the base model; lever: its `MultipliedLever`, if it has
     one; times: runs, of other seeds."""
     at = dict(zip(names, x, strict=True))
-    ranges = rig.settings.experiments[experiment].levers
-    levers = {n: round(log_span(*ranges[n], at[n]), 6) for n in ranges}
+    ranges: Any = rig.settings.experiments[experiment].levers  # `setup` fills it in
+    levers = {n: round(log_span(low, high, at[n]), 6) for n, (low, high) in ranges.items()}
     # from shares of the widened range to levels, -1 to 1 over a factor's range
     coded = {name: WIDENED * (2.0 * float(share) - 1.0) for name, share in at.items()}
     values = {f.name: f.natural(coded[f.name]) for f in rig.factors if f.name in at}

@@ -125,10 +125,11 @@ def train(
         base = emulators.get((key[0], BASE))
         names = inputs_of(settings, factors, *key)
         x, experiment = np.array([inputs for inputs, _ in own]), settings.experiments[key[0]]
-        columns = {n: names.index(n) for n in experiment.levers}  # type: ignore[union-attr]  # `setup` fills it in
+        ranges: Any = experiment.levers  # `setup` fills it in
+        columns = {n: names.index(n) for n in ranges}
         levers = {
-            n: np.array([log_span(*experiment.levers[n], s) for s in x[:, k]])  # type: ignore[index]
-            for n, k in columns.items()
+            n: np.array([log_span(low, high, s) for s in x[:, columns[n]]])
+            for n, (low, high) in ranges.items()
         }
         value = np.array([metrics[name][experiment.metric] for _, name in own])  # type: ignore[index]
         z = scale_of(key[0]).forward(value, levers)

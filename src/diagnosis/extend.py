@@ -118,7 +118,8 @@ def extension_plan(
     Returns rows [{label, setting, theta, refit, run_ids, reads}] and {run id: spec}; refit: of
     `refit_errors`; reads: {mechanism of the reading: strength}.
     """
-    rows, specs, refused = [], {}, set()  # type: ignore[var-annotated]
+    rows: list[dict[str, Any]] = []
+    specs, refused = {}, set()  # type: ignore[var-annotated]
     for label, model in models.items():
         fits = held_out_fits(model, data)
         refit = refit_errors(model, data, fits)
@@ -368,7 +369,9 @@ def time_step_check(
         if np.isfinite(values).any(1).all():
             full, half = map(float, np.nanmean(values, axis=1))
             uncertain = float(np.hypot(*run_scatter([m] * 2, values)))
-            uncertain *= float(doubt(max(np.isfinite(values).sum() - 2.0, 1.0)))  # of few runs
+            uncertain *= float(
+                doubt(np.maximum(np.isfinite(values).sum() - 2.0, 1.0))
+            )  # of few runs
             out.append(time_step_row(m, full, half, uncertain, float(errors[row["setting"]])))
     return out
 

@@ -31,6 +31,7 @@ from diagnosis.laws.readings import IN_AIR, Readings, from_log
 from diagnosis.laws.slots import FAMILY, FreeLaw
 from diagnosis.measurements import CONTACTS
 from diagnosis.page.words import place
+from diagnosis.rig import Rig
 from diagnosis.table_model.block import LAW, Block, Term, levels_of, refitted
 from diagnosis.table_model.law import curve
 
@@ -87,6 +88,7 @@ def switched_on(
     values: [{state, value, ...}] at equal steps of the state's logarithm, as `law.curve` has them;
     the engine takes every few of them."""
     known = curve_of(law)
+    assert known is not None  # who asks has looked
     places = np.linspace(0, len(values) - 1, POINTS).round().astype(int)
     state, value = ([values[i][part] for i in places] for part in ("state", "value"))
     middle, name = value[POINTS // 2], known.law
@@ -128,12 +130,12 @@ def some_of(levels: Sequence[Any], most: int = MOST_SETTINGS) -> list[np.ndarray
 class Engine:
     """The engine's contacts for one rig and catalogue."""
 
-    rig: object
-    catalogue: dict
+    rig: Rig
+    catalogue: Mapping
 
     def spec_of(self, experiment: str, levers: Mapping[str, float]) -> dict[str, Any]:
         """Run spec (a mapping) of a condition."""
-        return self.rig.spec(Condition(experiment, levers), self.rig.settings.seed)
+        return self.rig.spec(Condition(experiment, dict(levers)), self.rig.settings.seed)
 
     def logs(
         self,

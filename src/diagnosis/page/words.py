@@ -127,7 +127,7 @@ def lines_of(rows: Iterable[Mapping[str, Any]]) -> str:
             runs[-1].append(line)
         else:
             runs.append([line])
-    told = []
+    told: list[str] = []
     for run in runs:
         told += [f"{run[0]} to {run[-1]}"] if len(run) > 2 else map(str, run)
     head = ", ".join(told[:-1])

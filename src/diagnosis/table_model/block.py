@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from diagnosis.chance import log_sum
-from diagnosis.laws.readings import unknown
+from diagnosis.laws.readings import Readings, unknown
 from diagnosis.laws.slots import FreeLaw
 from diagnosis.reading_errors import redrawn_share, sizes_of
 
@@ -69,7 +69,7 @@ class Term:
     key: str
     shapes: tuple
     weight: float = 0.0
-    law: object = None
+    law: FreeLaw | None = None
     place: tuple = ()
     of: str = ""
     what: str = ""
@@ -113,7 +113,7 @@ class Held:
     """A term in the model at its likeliest hyperparameter: mean (n,), root (n, r), and log prior
     probability of both."""
 
-    term: object
+    term: Term
     mean: np.ndarray
     root: np.ndarray
     prior: float
@@ -136,7 +136,7 @@ class Block:
     ground: of simulated readings, None where a level is free; y: (n,) logarithms of the readings.
     """
 
-    readings: object
+    readings: Readings
     terms: dict
     held: dict = field(default_factory=dict)
     ground: Ground | None = None
@@ -213,14 +213,12 @@ class Block:
         """`Held` of a term at the likeliest of its shapes and strengths."""
         y = self.y[None]
         base = self.base(y)
-        best, found = -np.inf, None
-        for shape in term.shapes:
-            value = log_sum(self.gains(shape, y, base)[:, :, 0], axis=0)
-            value = value + shape.weight - np.log(len(value))
-            k = int(np.argmax(value))
-            if value[k] > best:
-                best, found = value[k], (shape, k)
-        shape, k = found
+        best, shape, k = -np.inf, term.shapes[0], 0
+        for tried in term.shapes:
+            value = log_sum(self.gains(tried, y, base)[:, :, 0], axis=0)
+            value = value + tried.weight - np.log(len(value))
+            if value.max() > best:
+                best, shape, k = value.max(), tried, int(np.argmax(value))
         prior = term.weight + shape.weight - float(np.log(len(shape.label)))
         n = len(self.readings.log)
         mean = np.zeros(n) if shape.mean is None else shape.mean[k]

@@ -181,7 +181,8 @@ def told_in(law: FreeLaw, readings: Readings, state: np.ndarray) -> Callable[[in
     """A function of place and value that turns a term in the law's space into the reading's unit,
     at the states (m,). What air takes depends on more than its state: it is told of the middle."""
     levers, centre = coordinates(readings), readings.centre
-    one = law.weight(levers, centre) * levers.get(SHAPE.get(readings.experiment), 1.0)
+    assert law.weight is not None  # a term is added
+    one = law.weight(levers, centre) * levers.get(SHAPE.get(readings.experiment, ""), 1.0)
     middle = np.exp(centre[0])
     one = one * (np.degrees(np.arctan(middle)) if law.space == "angle" else middle)
     if law.coordinate is None or law.slot == "drag":
@@ -232,7 +233,8 @@ def named(block: Block, key: str) -> Named:
     """`Named` of a law that is held in a block."""
     rest, term, y = block.without(key), block.terms[key], block.readings.log
     base = rest.base(y[None])
-    evidence, held = {}, {}
+    evidence: dict[str, float] = {}
+    held = {}
     for shape in term.shapes:
         value = float(log_sum(rest.gains(shape, y[None], base)) - np.log(len(shape.label)))
         value -= float(log_sum(base))
@@ -280,6 +282,7 @@ def written(block: Block, key: str, name: str) -> str:
         )
     shape, _ = block.shape_of(key)
     number = int(np.argmin(np.abs(shape.label - k)))
+    assert shape.mean is not None  # a named form is a curve
     level = y - sum(block.part(o) for o in block.held if o != key) - shape.mean[number]
     weight = 1.0 / block.readings.error**2
     power = IN_AIR if law.experiment == "drop" else 1.0
@@ -320,8 +323,9 @@ def slope_limits(
     low, high = _quantiles(paid(rest, others), shape, ends, probability)
     low = None if low is None else min(low, by_levels[0] / power)
     high = None if high is None else max(high, by_levels[1] / power)
-    return tuple(None if e is None or abs(e) > ends[-1] else float(np.expm1(2.0 * e))
-                 for e in (low, high))  # fmt: skip
+    below, above = (None if e is None or abs(e) > ends[-1] else float(np.expm1(2.0 * e))
+                    for e in (low, high))  # fmt: skip
+    return below, above
 
 
 def _by_levels(rest, law, x, probability):
