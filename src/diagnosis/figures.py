@@ -38,7 +38,9 @@ def _draw_axes(panels, height=3.2):
 def _places(rows, lever):
     """Where rows stand along a lever; without one their names, in lines so short that neighbours do
     not meet."""
-    return [fill(_name(r), 9) if lever is None else r["levers"][lever] for r in rows]
+    if lever is None:
+        return [fill(QUANTITIES[r["experiment"]].words, 9) for r in rows]
+    return [r["levers"][lever] for r in rows]
 
 
 def _name_axis(axis, kind, lever):
@@ -55,10 +57,6 @@ def _name_axis(axis, kind, lever):
     axis.xaxis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5)))
     axis.xaxis.set_major_formatter("{x:g}")
     axis.xaxis.set_minor_formatter(ticker.NullFormatter())
-
-
-def _name(row):
-    return QUANTITIES[row["experiment"]].words
 
 
 def residual_figure(rows: Sequence[Mapping[str, Any]]) -> Figure:
@@ -122,7 +120,7 @@ def gain_figure(gain: Mapping[str, Any] | None) -> Figure:
 
 def _setting(point):
     levers = [f"{v:.4g} {LEVERS[n].unit}".strip() for n, v in point["levers"].items()]
-    return ", ".join([_name(point), *levers])
+    return ", ".join([QUANTITIES[point["experiment"]].words, *levers])
 
 
 def ranking_figure(verdict: Mapping[str, Any]) -> Figure:

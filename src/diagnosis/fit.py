@@ -144,13 +144,11 @@ def fit(model: Model, data: Data, starts: Sequence[float] = STARTS) -> Fit:
         for _ in range(DESCENTS + MORE_DESCENTS * (data.shared is not None)):
             theta = _descend(model, data, theta)
         modes.append(theta)
-    return _summary(model, data, modes[0] if len(modes) == 1 else _best(model, data, modes))
-
-
-def _best(model, data, modes):
-    """Of several modes (b, p) the one of each data set that fits best."""
-    costs = [misfit(model, data, theta) for theta in modes]
-    return np.stack(modes)[np.argmin(costs, axis=0), np.arange(len(data.value))]
+    theta = modes[0]
+    if len(modes) > 1:
+        costs = [misfit(model, data, mode) for mode in modes]
+        theta = np.stack(modes)[np.argmin(costs, axis=0), np.arange(len(data.value))]
+    return _summary(model, data, theta)
 
 
 def misfit(model: Model, data: Data, theta: np.ndarray) -> np.ndarray:

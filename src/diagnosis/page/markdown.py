@@ -152,11 +152,10 @@ def _zeros(verdict):
     rows = [r for k in ("laws", "errors") for r in verdict.get(k) or ()]
     first = max(rows, key=lambda r: r.get("evidence", 0.0), default={})
     near = _rivals(first)
-    return bool(near) and all(map(_is_zero, (first, *near)))
-
-
-def _is_zero(row):
-    return row.get("what") == "zero" or (row.get("slot") == "reading" and not row["state"])
+    return bool(near) and all(
+        r.get("what") == "zero" or (r.get("slot") == "reading" and not r["state"])
+        for r in (first, *near)
+    )
 
 
 def _costliest(experiments):

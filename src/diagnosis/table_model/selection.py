@@ -167,18 +167,13 @@ def of_chance(blocks: Mapping[str, Block], count: int, seed: Sequence[int]) -> n
         # random numbers of its own: by the same ones chance would favour both experiments at once
         rng = np.random.default_rng([*seed, place])
         made = block.draw(count, rng)
-        free = replace_terms(block, [k for k in block.terms if k not in block.held])
+        free = replace(block, terms={k: t for k, t in block.terms.items() if k not in block.held})
         best = [
             np.max(list(evidences(free, made[i : i + CHUNK]).values()), axis=0)
             for i in range(0, count, CHUNK)
         ]
         out.append(np.concatenate(best))
     return np.max(out, axis=0)
-
-
-def replace_terms(block: Block, keys: Iterable[str]) -> Block:
-    """The block with these terms alone to be added."""
-    return replace(block, terms={k: block.terms[k] for k in keys})
 
 
 def with_terms(blocks: dict[str, Block], kind: str, keys: Iterable[str]) -> dict[str, Block]:
@@ -348,8 +343,8 @@ def _pair(block, single, least):
     alone, best = max(block.holding(single).score(), start + least), None
     for first in free:
         now = block.holding(first)
-        others = [k for k in (*free, *rows) if k != first]
-        values = _of_free(replace_terms(now, others))
+        others = {k: now.terms[k] for k in (*free, *rows) if k != first}
+        values = _of_free(replace(now, terms=others))
         for second in (*_most(values, free, 1), *_most(values, rows, MOST_PAIRED)):
             both = now.holding(second).without(first).holding(first)
             lead = both.score() - alone - (ODDS if second in rows else CLEAR)
