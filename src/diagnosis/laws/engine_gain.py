@@ -78,12 +78,13 @@ def not_run(law: Mapping[str, Any]) -> str:
     return f"The engine has no law for {words}: {told}."
 
 
-def switched_on(
-    law: FreeLaw, values: Sequence[Mapping[str, float]]
-) -> tuple[Callable[[dict[str, Any], float], dict[str, Any]], float]:
-    """A function of a run spec (a mapping) and a coefficient that gives the spec with the free law
-    switched on, the coefficient that in the middle of its states; and this coefficient as the
-    values have it.
+Switch = Callable[[dict[str, Any], float], dict[str, Any]]
+"""A function of a run spec (a mapping) and a coefficient that gives the spec with a law on."""
+
+
+def switched_on(law: FreeLaw, values: Sequence[Mapping[str, float]]) -> tuple[Switch, float]:
+    """`Switch` of a free law, the coefficient that in the middle of its states; and this
+    coefficient as the values have it.
 
     values: [{state, value, ...}] at equal steps of the state's logarithm, as `law.curve` has them;
     the engine takes every few of them."""
@@ -137,21 +138,11 @@ class Engine:
         """Run spec (a mapping) of a condition."""
         return self.rig.spec(Condition(experiment, dict(levers)), self.rig.settings.seed)
 
-    def logs(
-        self,
-        switch: Callable[[dict[str, Any], float], dict[str, Any]],
-        coefficient: float,
-        readings: Readings,
-    ) -> np.ndarray:
-        """(n,) logarithms of the readings with a switch (spec, coefficient) -> spec."""
+    def logs(self, switch: Switch, coefficient: float, readings: Readings) -> np.ndarray:
+        """(n,) logarithms of the readings with a switch."""
         return contact_logs(lambda spec: switch(spec, coefficient), readings, self.spec_of)
 
-    def can(
-        self,
-        switch: Callable[[dict[str, Any], float], dict[str, Any]],
-        coefficient: float,
-        readings: Readings,
-    ) -> bool:
+    def can(self, switch: Switch, coefficient: float, readings: Readings) -> bool:
         """Return whether the engine takes the switch beside the study's own laws."""
         levers = {k: float(v[0]) for k, v in readings.levers.items() if np.isfinite(v[0])}
         try:
