@@ -37,9 +37,8 @@ DECIDE = {
     ).split())],
     "bulk": ["calibration/inference/chance_of_no_value.py", "diagnosis/mechanisms.csv", *(
         f"diagnosis/{name}.py" for name in (
-            "table_model/* laws/* bulk catalogue chance design emulator emulator_waves "
-            "extend fit lever_laws measurements model reading_errors response rig rules setup "
-            "verdict"
+            "table_model/* laws/* bulk catalogue chance design emulator emulator_waves extend fit "
+            "lever_laws measurements model reading_errors response rig rules setup verdict"
         ).split())],
 }  # fmt: skip
 DECIDE["engine tables"] = DECIDE["bulk"]

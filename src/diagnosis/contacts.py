@@ -158,9 +158,8 @@ def half_step(measurements: list[Measurement], rig: Rig) -> list[dict[str, Any]]
         spec = rig.spec(m.condition, rig.settings.seed)
         value = float(np.exp(log / (IN_AIR if m.experiment == "drop" else 1.0)))
         spec = with_coefficient(spec, name, np.clip(value, low, high))
-        full, half = (integrated(spec, m, finer) for finer in (1.0, 2.0))
-        error = m.sd / np.sqrt(m.n)
-        out.append(extend.time_step_row(m, full, half, 0.0, float(error)))
+        values = np.array([[integrated(spec, m, finer)] for finer in (1.0, 2.0)])
+        out.append(extend.time_step_row(m, values, float(m.sd / np.sqrt(m.n))))
     return out
 
 

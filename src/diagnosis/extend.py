@@ -367,19 +367,16 @@ def time_step_check(
             [[(metrics[n] or {}).get(metric, np.nan) for n in row[k]] for k in ("full", "half")]
         )
         if np.isfinite(values).any(1).all():
-            full, half = map(float, np.nanmean(values, axis=1))
-            uncertain = float(np.hypot(*run_scatter([m] * 2, values)))
-            uncertain *= float(
-                doubt(np.maximum(np.isfinite(values).sum() - 2.0, 1.0))
-            )  # of few runs
-            out.append(time_step_row(m, full, half, uncertain, float(errors[row["setting"]])))
+            out.append(time_step_row(m, values, float(errors[row["setting"]])))
     return out
 
 
-def time_step_row(
-    measurement: Measurement, full: float, half: float, uncertain: float, error: float
-) -> dict[str, Any]:
-    """A row of the time_step_check from the means at the full and the half step."""
+def time_step_row(measurement: Measurement, values: np.ndarray, error: float) -> dict[str, Any]:
+    """A row of `time_step_check` from values (2, r) at the full and the half step."""
+    full, half = map(float, np.nanmean(values, axis=1))
+    uncertain = float(np.hypot(*run_scatter([measurement] * 2, values)))
+    known = np.isfinite(values).sum() - 2.0
+    uncertain *= float(doubt(np.maximum(known, 1.0)))  # of few runs
     change = half - full
     return {
         "experiment": measurement.experiment,

@@ -71,7 +71,9 @@ def test_two_runs_at_each_step_seldom_move_the_answer_by_chance():
     """The scatter of two runs each is known poorly: by a normal law a sixth of them would."""
     rng = np.random.default_rng(6)
     heap = Measurement("heap", 30.0, 0.1, 5, {})
-    moved = [extend._row(heap, 30.0 + rng.standard_normal((2, 2)), 0.05) for _ in range(500)]
+    moved = [
+        extend.time_step_row(heap, 30.0 + rng.standard_normal((2, 2)), 0.05) for _ in range(500)
+    ]
     assert 0.01 < np.mean([row["matters"] for row in moved]) < 0.07
 
 
