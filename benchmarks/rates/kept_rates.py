@@ -32,14 +32,13 @@ PAGE = KEPT / "rates.md"
 COMMAND = "python -m benchmarks.rates"
 FIGURES = Path(__file__).with_name("figures.csv")
 DECIDE = {
-    "contacts": ["diagnosis/mechanisms.csv", *(f"diagnosis/{name}.py" for name in (
-        "table_model/* laws/* catalogue chance fit measurements reading_errors rules"
+    "contacts": [f"diagnosis/{name}.py" for name in (
+        "table_model/* laws/* catalogue/* chance fit measurements reading_errors rules"
+    ).split()],
+    "bulk": ["calibration/inference/chance_of_no_value.py", *(f"diagnosis/{name}.py" for name in (
+        "table_model/* laws/* catalogue/* bulk chance design emulator emulator_waves extend fit "
+        "lever_laws measurements model reading_errors response rig rules setup verdict"
     ).split())],
-    "bulk": ["calibration/inference/chance_of_no_value.py", "diagnosis/mechanisms.csv", *(
-        f"diagnosis/{name}.py" for name in (
-            "table_model/* laws/* bulk catalogue chance design emulator emulator_waves extend fit "
-            "lever_laws measurements model reading_errors response rig rules setup verdict"
-        ).split())],
 }  # fmt: skip
 DECIDE["engine tables"] = DECIDE["bulk"]
 """Files that decide what is said of single contacts before the engine's gains, of bulk tests, and
@@ -62,8 +61,7 @@ def present(of: str = "contacts") -> dict[str, str]:
 def rules(sources: Path = SOURCES, of: str = "contacts") -> str:
     """Digest of the rules, a key of DECIDE, in a folder of the packages."""
     files = sorted({f for p in DECIDE[of] for f in sources.glob(p)})
-    texts = {f: f.read_text() for f in files if f.name not in TOLD}
-    text = "\n".join(code_of(t) if f.suffix == ".py" else t for f, t in texts.items())
+    text = "\n".join(code_of(f.read_text()) for f in files if f.name not in TOLD)
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 

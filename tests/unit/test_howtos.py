@@ -255,7 +255,7 @@ def test_a_study_screens_and_diagnoses_it_and_a_made_up_law_without_another_file
     assert verdict["calibration"]["wall_friction"]["value"] == pytest.approx(0.5, rel=0.05)
 
 
-SHIPPED = (ROOT / "examples/extend/mechanism/uncounted_load.py").read_text()
+SHIPPED = (ROOT / "src/diagnosis/catalogue/uncounted_load.py").read_text()
 
 
 @pytest.fixture

@@ -1,0 +1,44 @@
+"""The tilt angle is read late, once the grains have visibly moved."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from dem.constants import GRAVITY
+from diagnosis.catalogue import Mechanism, Strength
+
+DEFAULT_RATE = 5.0
+
+
+def apply(spec: dict[str, Any], strength: float) -> dict[str, Any]:
+    """Sliding counts only after this much movement."""
+    geometry = spec.get("geometry", {})
+    return spec | {"geometry": geometry | {"slip_mm": max(strength, geometry["slip_mm"])}}
+
+
+def observe(
+    value: np.ndarray | float, condition: Mapping[str, float], strength: np.ndarray | float
+) -> np.ndarray:
+    """Angle [deg] read `strength` mm after the start of sliding, while the plate goes on turning.
+    value and strength: numbers or arrays of one shape."""
+    rate = math.radians(condition.get("tilt_rate_deg_s", DEFAULT_RATE))
+    slip = 1e-3 * np.maximum(strength, 0.0)
+    cosine = np.cos(np.radians(np.minimum(value, 89.0)))
+    return value + np.degrees(rate * np.cbrt(6.0 * slip * cosine / (GRAVITY * rate)))
+
+
+MECHANISM = Mechanism(
+    name="tilt_detection_lag",
+    description="the plate turns on before sliding is seen; the excess grows as the tilt rate to "
+    "the power 2/3",
+    source="uniform acceleration g cos(theta) w t of a grain on a plate turning at w: slip g "
+    "cos(theta) w t^3 / 6",
+    experiments=("tilt",),
+    levers=("tilt_rate_deg_s",),
+    strength=Strength("slip when seen", "mm", 0.0, 4.0),
+    apply=apply,
+    observe=observe,
+    law=("reading", ("rate",)),
+)
