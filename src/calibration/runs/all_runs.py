@@ -1,32 +1,26 @@
 """All runs of a study together: as one file, a row a run with what was varied and what came out,
 and whether they are one sample.
 
-The file is netCDF 3, which scipy writes and which xarray, MATLAB, R, Octave and ParaView read. A
-heap is chaotic, so numba, numpy or a processor of another family give another heap with the same
+A heap is chaotic, so numba, numpy or a processor of another family give another heap with the same
 spec, and the same distribution of heaps (docs/reliability.md). A sample of two such draws is told
 of.
 """
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
-import scipy
 
 from calibration.engines.templates import macros
 from calibration.runs.plans import read_plan
 from calibration.runs.store import RunStore
 from calibration.study.config import numbers_of
 from dem.errors import ResultError
-from dem.io.files import replace_file
 from dem.results import OTHER
-from dem.units import in_ascii, unit_of
 
-ABOUT = ("run", "stages", "experiment", "engine")
-"""Columns of words; all others are numbers."""
+ABOUT = ["run", "stages", "experiment", "engine"]  # columns of words
 
 CRATE = "provenance"
 """Folder of a study's results that holds copies of the others."""
@@ -74,40 +68,9 @@ def runs_table(study: Any, runs: Sequence[tuple[str, list[str], dict[str, Any]]]
     levels = pd.DataFrame(specs)
     kept = {f.key for f in study.factors} | {k for k in levels if levels[k].nunique(False) > 1}
     table = pd.DataFrame(rows)
-    words = [c for c in ABOUT if c in table]
-    parts = [table[words], levels[[k for k in levels if k in kept]], table.drop(columns=words)]
+    varied = levels[[k for k in levels if k in kept]]
+    parts = [table[ABOUT], varied, table.drop(columns=ABOUT)]
     return pd.concat(parts, axis=1)
-
-
-def write_netcdf(table: pd.DataFrame, path: str | Path, about: Mapping[str, str]) -> None:
-    """Write a table as netCDF 3 with the dimension `run`: numbers as float64 with their unit, words
-    as characters. about: {name: text} of the file as a whole."""
-
-    def write(stream):
-        with scipy.io.netcdf_file(stream.name, "w", version=2) as file:
-            for name, text in about.items():
-                setattr(file, name, text)
-            file.createDimension("run", len(table))
-            for column in table:
-                _write_column(file, column, table[column])
-
-    replace_file(path, write)
-
-
-def _write_column(file, name, values):
-    if name not in ABOUT:
-        variable = file.createVariable(name, "d", ("run",))
-        variable[:] = pd.to_numeric(values).to_numpy(float)
-        if unit_of(name):
-            variable.units = in_ascii(unit_of(name))
-        return
-    words = np.array([str(v).encode("ascii", "replace") for v in values], dtype=bytes)
-    width = f"characters_of_{name}"
-    file.createDimension(width, max(words.dtype.itemsize, 1))
-    variable = file.createVariable(name, "c", ("run", width))
-    variable._Encoding = "utf-8"  # so readers make words of it
-    if len(words):
-        variable[:] = words.view("S1").reshape(len(words), -1)
 
 
 NAMED = ("numba", "numpy", "cpu")
