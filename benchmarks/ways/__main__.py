@@ -1,18 +1,14 @@
 """The comparison: made-up studies by the hundred, the same for each way, and a page of results.
 
-    python -m benchmarks.ways.__main__ OUT [--repeats N] [--first SEED]
-                                                         [--processes N] [--libraries]
-                                                         [--grainlearning PYTHON]
+    python -m benchmarks.ways OUT [--repeats N] [--first SEED] [--processes N] [--libraries]
 
 Trials that OUT holds already are not repeated, so that a comparison that was stopped goes on;
 those that other statistics made are (`CODE` is in the names of the files).
-With --libraries those of `comparison.libraries` are compared too, where they are installed; PYTHON
-is one that has GrainLearning.
+With --libraries those of `libraries.py` are compared too, where they are installed.
 
 Decided before it was run: three smooth responses and two that are not, REPEATS studies of each from
-the seed FIRST on, RUNS, and what
-is good enough (docs/method-comparison.md). A study's truth and readings are the same for every way
-and number of runs.
+the seed FIRST on, and RUNS. A study's truth and readings are the same for every way and number of
+runs.
 """
 
 import argparse
@@ -26,7 +22,6 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from benchmarks.ways import grain_learning
 from benchmarks.ways.libraries import LIBRARIES
 from benchmarks.ways.truths import ROUGH, TRUTHS, Bench
 from benchmarks.ways.ways import WAYS, answer
@@ -127,7 +122,6 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--first", type=int, default=FIRST)
     parser.add_argument("--processes", type=int, default=1, help="seeds at a time")
     parser.add_argument("--libraries", action="store_true", help="kept libraries too")
-    parser.add_argument("--grainlearning", metavar="PYTHON", help="one that has GrainLearning")
     args = parser.parse_args(argv)
     args.out.mkdir(parents=True, exist_ok=True)
     seeds = range(args.first, args.first + args.repeats)
@@ -135,10 +129,6 @@ def main(argv: Sequence[str] | None = None) -> None:
         files = _made(args.out, "trials", seeds, pool.map)
         if args.libraries:
             files += _made(args.out, "libraries", seeds, pool.map, LIBRARIES)
-    if args.grainlearning:
-        with grain_learning.started(args.grainlearning) as process:
-            ways = {grain_learning.NAME: partial(grain_learning.answer, process)}
-            files += _made(args.out, "grainlearning", seeds, map, ways)
     found = by_response(pd.concat([read_written(p) for p in files]))
     write_table(found, args.out / "summary.csv")
     print(found.to_string(index=False, float_format="%.2f"))

@@ -8,11 +8,10 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from scipy.io import netcdf_file
 
 from calibration.chain.jobs import study_of, work_for
 from calibration.errors import CalibrationError
-from calibration.runs.all_runs import finished, runs_table, write_netcdf
+from calibration.runs.all_runs import finished, runs_table
 from calibration.runs.plans import write_plan
 from calibration.runs.simulated import simulate
 from calibration.stages.provenance import metadata, provenance
@@ -46,7 +45,7 @@ def study(tmp_path_factory):
 def crate(study):
     """The crate's folder and its metadata."""
     folder = study.folder.resolve() / "provenance"
-    output = Files(crate=str(folder / "ro-crate-metadata.json"), runs=str(folder / "runs.nc"))
+    output = Files(crate=str(folder / "ro-crate-metadata.json"), runs=str(folder / "runs.csv"))
     shown = [p for p in sorted(study.folder.rglob("*")) if p.is_file()]
     report = study.folder / "report.html"
     provenance(study, Files(report=report, shown=shown, also=[]), output)
@@ -92,7 +91,7 @@ def test_every_file_is_there_and_every_reference_has_its_entity(crate):
     there = {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()}
     assert there == {*files, "ro-crate-metadata.json"}
     assert {"inputs/factors.tsv", "inputs/measured.csv", "inputs/study.yaml"} <= set(files)
-    assert {"runs.nc", "results/report.html", "results/screening/design.csv"} <= set(files)
+    assert {"runs.csv", "results/report.html", "results/screening/design.csv"} <= set(files)
     for entity in metadata["@graph"]:
         for key, value in entity.items():
             outside = {i for i in references(value) - set(graph) if not i.startswith("http")}
@@ -132,19 +131,6 @@ def test_all_runs_are_in_one_table(study):
     assert sorted(table[key]) == [0.4, 0.5, 0.5, 0.6]
     height = 5.0 * table[key] ** 2 + 0.02 * (table["seed"] % 2)
     np.testing.assert_allclose(table["rebound_height_mm"], height, rtol=1e-12)
-
-
-def test_the_file_holds_the_table(study, tmp_path):
-    table = runs_table(study, finished(study.folder))
-    table.loc[0, "rebound_height_mm"] = np.nan
-    write_netcdf(table, tmp_path / "runs.nc", {"title": "a test"})
-    with netcdf_file(tmp_path / "runs.nc", mmap=False) as file:
-        assert file.title == b"a test"
-        found = file.variables["rebound_height_mm"]
-        np.testing.assert_array_equal(found[:], table["rebound_height_mm"])
-        assert found.units == b"mm"
-        words = [b"".join(row).rstrip(b"\0").decode() for row in file.variables["run"][:]]
-    assert words == list(table["run"])
 
 
 def test_a_missing_package_is_named_with_its_extra(monkeypatch):

@@ -11,7 +11,7 @@ rule provenance:
         measurements=measured,
     output:
         crate=f"{STUDY}/provenance/ro-crate-metadata.json",
-        runs=f"{STUDY}/provenance/runs.nc",
+        runs=f"{STUDY}/provenance/runs.csv",
         copies=[
             directory(f"{STUDY}/provenance/{copied}")
             for copied in ("inputs", "results")

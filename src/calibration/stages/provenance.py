@@ -18,8 +18,8 @@ import yaml
 from calibration.chain.handed_over import NamedFiles
 from calibration.chain.study import Study, each_file
 from calibration.errors import CalibrationError
-from calibration.files import write_text
-from calibration.runs.all_runs import CRATE, finished, runs_table, write_netcdf
+from calibration.files import write_table, write_text
+from calibration.runs.all_runs import CRATE, finished, runs_table
 from calibration.study.stage import Stage
 from calibration.telling.export.parameters import to_yaml
 from calibration.telling.report.carried import PACKAGE, program
@@ -45,8 +45,7 @@ def provenance(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     runs = finished(study.folder, [path for path in made if path.name == "plan.json"])
     if not runs:
         raise CalibrationError(f"{study.folder}: has no finished run")
-    about = f"All {len(runs)} finished runs of the study {study.name}"
-    write_netcdf(runs_table(study, runs), output.runs, {"title": about, "source": program()})
+    write_table(runs_table(study, runs), output.runs)
     given = {key: Path(getattr(study.config, key)) for key in ("factors", "measurements")}
     tables = {key: f"inputs/{path.name}" for key, path in given.items()}
     copied = {tables[key]: path for key, path in given.items()}
@@ -109,7 +108,7 @@ def metadata(
 
 def _described(path, place):
     """Properties of a file."""
-    kind = {".nc": "application/netcdf", ".yaml": "application/yaml"}.get(path.suffix)
+    kind = {".yaml": "application/yaml"}.get(path.suffix)
     return {
         "name": place,
         "encodingFormat": kind or mimetypes.guess_type(path.name)[0] or "text/plain",

@@ -25,7 +25,7 @@ from calibration.runs.plans import read_values, together, write_plan
 from calibration.stages import worded
 from calibration.statistics.numbers import NORMAL_95
 from calibration.statistics.ties import first_largest
-from calibration.study.config.measured import rows_of, sample
+from calibration.study.config.measured import pooled, rows_of
 from calibration.study.config.schema import TestConfig
 from calibration.study.config.tests import predicted
 from calibration.study.simulated_tests import simulated
@@ -228,10 +228,9 @@ def _share(levels, values, clear):
 def _measured(config, table, name, metric):
     """Mean of what was measured of the metric at the machine's settings; None where nothing was."""
     try:
-        found = rows_of(config, table, name, metric)
-        return float(found[0].value if len(found) == 1 else sample(found, table.path).mean())
+        return pooled(rows_of(config, table, name, metric)).value
     except ConfigError:
-        return None  # not measured, or at other settings, or as several means
+        return None  # not measured, or at other settings
 
 
 def pushed_through(rows: Sequence[tuple[Mapping[str, Any], pd.DataFrame]]) -> figures.Drawing:

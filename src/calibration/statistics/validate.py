@@ -23,12 +23,13 @@ from calibration.statistics.equivalence import Error, decide_difference
 
 @dataclass(frozen=True)
 class Stated:
-    """Measured values of which only mean, standard deviation and number are known; it answers as an
-    array of them would."""
+    """Measured values, or means of batches, of which only mean, standard deviation and number are
+    known; it answers as an array of them would."""
 
     value: float
     sd: float
     n: int
+    of: str = "values"
 
     def mean(self) -> float:
         """Their mean."""

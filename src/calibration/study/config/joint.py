@@ -3,22 +3,18 @@ with either."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 
 from calibration.errors import ConfigError, at_key
 from calibration.intake.curves import SHAPES, read_curves
 from calibration.intake.measurements import read_measured
-from calibration.study.config.measured import NotComparableError, is_measured, rows_of
+from calibration.study.config.measured import NotComparableError, is_measured, pooled, rows_of
 from calibration.study.config.schema import METRICS, Config, CurvesConfig
 from calibration.study.config.specs import SEEDS_A_STAGE
 from calibration.study.config.tests import spec_of
 from calibration.study.factors import Choice, Factor, refuse_choices
 from dem.units import without_unit
-
-APART = 4.0
-"""Standard errors of their difference from which on two rows of one test contradict each other."""
 
 
 @dataclass(frozen=True)
@@ -154,9 +150,18 @@ def read_joint_target(config: Config, target: JointTarget) -> MeasuredMean:
         return _read_curves(config, target)
     table = read_measured(config.measurements)
     found = rows_of(config, table, target.tests[0], target.metric)  # type: ignore[arg-type]  # in place of curves
-    rows = [_mean_of(m, table.path) for m in found]
-    _refuse_contradicting(rows, found, table.path)
-    return _pooled(target, rows, max(m.sd for m in found))  # type: ignore[type-var]  # `_mean_of` asks for it
+    mean = pooled(found)
+    if np.isnan(mean.sd):
+        raise ConfigError(
+            "has no error", path=table.path, line=found[0].line, column="sd", value=mean.value,
+            allowed="a second reading, or sd in the row: the standard deviation of one reading",
+        )  # fmt: skip
+    # a stated deviation of one reading is an instrument's; of several it is estimated from them
+    freedom = mean.n - 1.0 if mean.n > 1 else np.inf
+    return MeasuredMean(
+        target.tests, (target.metric,), np.array([mean.value]), np.array([[mean.sd**2 / mean.n]]),
+        freedom, np.array([mean.sd]),
+    )  # fmt: skip
 
 
 def _read_curves(config, target):
@@ -172,47 +177,6 @@ def _read_curves(config, target):
 def _settings(config, names, over):
     """Return what a curve runs over, in each of the tests."""
     return tuple(getattr(spec_of(config, name).geometry, over, None) for name in names)
-
-
-def _mean_of(row, path):
-    """(mean, variance of the mean, degrees of freedom) of a row or of the readings of one
-    condition."""
-    if row.sd is None:
-        raise ConfigError(
-            "has no error", path=path, line=row.line, column="sd", value=row.value,
-            allowed="a second reading, or sd in the row: the standard deviation of one reading",
-        )  # fmt: skip
-    # a stated deviation of one reading is an instrument's; of several it is estimated from them
-    freedom = row.n - 1.0 if row.n >= 2 else np.inf
-    return row.value, row.sd**2 / row.n, freedom
-
-
-def _refuse_contradicting(rows, found, path):
-    """Raise ConfigError for two rows of one test further apart than their errors allow."""
-    for (a, first), (b, second) in combinations(zip(rows, found, strict=True), 2):
-        error = np.sqrt(a[1] + b[1])
-        if abs(a[0] - b[0]) > APART * error:
-            raise ConfigError(
-                f"contradicts line {first.line}: {first.value:g} there, ± {error:.2g} on their "
-                "difference", path=path, line=second.line, column="value", value=second.value,
-                allowed="one of them, or levers that tell them apart",
-            )  # fmt: skip
-
-
-def _pooled(target, rows, reading_sd):
-    """Mean of rows weighted by their errors, which count as their own."""
-    mean, variance, freedom = np.array(rows, float).T
-    weight = 1.0 / variance
-    pooled = weight @ mean / weight.sum()
-    share = weight / weight.sum()
-    whole = 1.0 / weight.sum()
-    # Welch and Satterthwaite
-    doubt = np.sum((share**2 * variance) ** 2 / freedom)
-    behind = whole**2 / doubt if doubt > 0.0 else np.inf
-    return MeasuredMean(
-        target.tests, (target.metric,), np.array([pooled]), np.array([[whole]]), float(behind),
-        np.array([reading_sd]),
-    )  # fmt: skip
 
 
 def check_joint(config: Config, factors: Sequence[Factor | Choice]) -> None:

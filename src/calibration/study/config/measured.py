@@ -69,7 +69,7 @@ def read_back(config: Config) -> list[str]:
 def _said(values, unit, how):
     if not isinstance(values, Stated):
         return summary(values, unit, how)
-    said = f"{values.value:g}{unit} ± {values.sd:.2g}{unit} (sd), mean of {values.n} values"
+    said = f"{values.value:g}{unit} ± {values.sd:.2g}{unit} (sd), mean of {values.n} {values.of}"
     return f"{said} ({how})"
 
 
@@ -93,9 +93,8 @@ def goals(config: Config) -> list[Goal]:
 
 
 class NotComparableError(ConfigError):
-    """What was measured is no sample of the run that is simulated: another setting, or several
-    means of one. A calibration cannot use it; a diagnosis can, which simulates each row's own
-    setting."""
+    """What was measured is no sample of the run that is simulated, but of another setting. A
+    calibration cannot use it; a diagnosis can, which simulates each row's own setting."""
 
 
 class SingleError(NotComparableError):
@@ -142,25 +141,32 @@ def apart(
 
 
 def sample(conditions: Sequence[Measurement], path: str | Path) -> np.ndarray | Stated:
-    """All readings (n,) of conditions as one array, or the `Stated` mean of the only one. Raises
-    NotComparableError for several means, and ConfigError where nothing is known of the spread."""
-    if all(m.readings for m in conditions):
-        values = np.array([v for m in conditions for v in m.readings])
-        if len(values) < 2:
-            raise ConfigError(
-                "needs at least two values to have a spread", path=path, line=conditions[0].line
-            )
-        return values
-    if len(conditions) > 1:
-        lines = ", ".join(str(m.line) for m in conditions)
-        raise NotComparableError(
-            f"holds several means that the same run could be compared with: lines {lines}",
-            path=path,
-            allowed="one of them, or readings; levers tell them apart",
+    """All readings (n,) of conditions as one array, or their `pooled` mean where batches differ or
+    the table holds means. Raises ConfigError where nothing is known of the spread."""
+    first, mean = conditions[0], pooled(conditions)
+    if mean.n < 2:
+        raise (ConfigError if first.sd is None else SingleError)(
+            "needs at least two values to have a spread", path=path, line=first.line, column="n"
         )
-    (only,) = conditions
-    if only.n < 2 or only.sd is None:
-        raise (ConfigError if only.sd is None else SingleError)(
-            "needs at least two values to have a spread", path=path, line=only.line, column="n"
-        )
-    return Stated(only.value, only.sd, only.n)
+    singly = all(m.n == 1 for m in conditions)
+    if all(m.readings for m in conditions) and (singly or mean.of == "values"):
+        return np.array([v for m in conditions for v in m.readings])
+    return mean
+
+
+def pooled(conditions: Sequence[Measurement]) -> Stated:
+    """`Stated` mean of conditions that one run stands for: of all their values, or of the means of
+    batches, where these scatter more than values within a batch make them: readings of a day are no
+    further days (the unit of analysis: Fisher 1935, The Design of Experiments). The spread is NaN
+    for a single reading."""
+    means, n = np.array([(m.value, m.n) for m in conditions], float).T
+    sd = np.array([math.nan if m.sd is None else m.sd for m in conditions])
+    if len(means) == 1:
+        return Stated(float(means[0]), float(sd[0]), int(n[0]))
+    own, freedom = np.where(n > 1, (n - 1) * sd**2, 0.0).sum(), (n - 1).sum()
+    between = means.var(ddof=1)
+    if between > own / max(freedom, 1) * np.mean(1.0 / n):
+        return Stated(float(means.mean()), float(np.sqrt(between)), len(means), "batches")
+    mean = n @ means / n.sum()
+    spread = np.sqrt((own + n @ (means - mean) ** 2) / (n.sum() - 1))
+    return Stated(float(mean), float(spread), int(n.sum()))
