@@ -52,8 +52,8 @@ TYPES = {"__future__", "typing", "collections.abc", "numpy.typing"}
 """Modules that are imported for types: what a name from them does stands where it is used."""
 
 EQUAL: dict[str, str] = {}
-"""Digest of the code as it is -> fingerprint of an earlier engine, where the runs of both are equal
-to the bit: a change of form alone makes no run again."""
+"""Digest of the code as it is, and of its kernel -> those of an earlier engine, where the runs of
+both are equal to the bit: a change of form alone makes no run again."""
 
 TYPED = {("arg", "annotation"), ("FunctionDef", "returns"), ("AsyncFunctionDef", "returns")}
 """Where types stand that decide nothing; those of a class's fields do, as pydantic reads them."""

@@ -38,7 +38,7 @@ DRAWS = 9999
 
 
 def one_by_one(
-    measurements: Sequence[Measurement], seed: int = 0
+    measurements: Sequence[Measurement],
 ) -> tuple[list[Measurement], dict[str, dict[str, Any]]]:
     """The measurements, those of an experiment whose readings go with the order of the rows or with
     a recorded number within their settings as one of each reading; and {experiment: {of, p}} of
@@ -52,7 +52,7 @@ def one_by_one(
         alike = all(len({*m.readings}) == 1 for m in own)
         if alike or sum(m.n - 1 for m in own) < LEAST_WITHIN:
             continue
-        found = _within(own, seed)
+        found = _within(own)
         if found["p"] >= WITHIN:
             continue
         told[kind] = {"of": found["of"], "p": found["p"]}
@@ -61,7 +61,7 @@ def one_by_one(
     return sorted(out, key=lambda m: m.line or 0), told
 
 
-def _within(own, seed):
+def _within(own):
     """{of, p, sd}: what readings go with most within their settings, its chance over all that was
     looked at, and the spread that a line over it leaves, in `spread_unit`."""
     groups = np.repeat(np.arange(len(own)), [m.n for m in own])
@@ -76,7 +76,7 @@ def _within(own, seed):
             columns[name] = np.concatenate(read)
     x = np.array([c - np.array([c[groups == g].mean() for g in groups]) for c in columns.values()])
     x /= np.sqrt((x**2).sum(1, keepdims=True))
-    rng, size = np.random.default_rng([seed, 31]), np.sqrt((off**2).sum())
+    rng, size = np.random.default_rng([0, 31]), np.sqrt((off**2).sum())
     places = [np.flatnonzero(groups == g) for g in range(len(own))]
     drawn = np.empty((PERMUTATIONS, len(off)))
     for index in places:
@@ -99,7 +99,7 @@ def _singles(m, spread):
 
 
 def set_aside(
-    measurements: Sequence[Measurement], seed: int = 0
+    measurements: Sequence[Measurement],
 ) -> tuple[list[Measurement], list[dict[str, Any]]]:
     """The measurements without such readings, and rows of verdict.json that point at them."""
     kept, rows = list(measurements), []
@@ -116,7 +116,7 @@ def set_aside(
         if np.abs(distance).max() < FAR:
             continue
         rest = [_without(m, place[0]) for m, place in zip(own, places, strict=True)]
-        rng, spread = np.random.default_rng([seed, 37]), stated_sd(rest) / unit
+        rng, spread = np.random.default_rng([0, 37]), stated_sd(rest) / unit
         drawn = [s * rng.standard_normal((DRAWS, m.n)) for m, s in zip(own, spread, strict=True)]
         null = np.abs(_worst(own, drawn)[1]).max(1)
         for i, m, without, place, far in zip(at, own, rest, places, distance, strict=True):
@@ -258,7 +258,8 @@ def _common_spread(own):
     freedom = sum(m.n - 1 for m in own if m.sd is not None)
     squares = sum((m.n - 1) * (m.sd / u) ** 2 for m, u in zip(own, unit, strict=True) if m.sd)
     single = [i for i, m in enumerate(own) if m.sd is None]
-    y = np.array([np.log(own[i].value) if unit[i] != 1.0 else own[i].value for i in single])
+    y = np.array([own[i].value for i in single])
+    y = np.log(y) if QUANTITIES[own[0].experiment].relative else y
     added = pd.DataFrame(
         [{"setting": str(own[i].levers)} | {n: getattr(own[i], n) for n in LABELS} for i in single]
     )
