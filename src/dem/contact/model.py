@@ -155,11 +155,8 @@ def pair_contact(codes, p, dt, separation, inverse, overlap, first, second, hist
     (8,) for each sphere (force, torque, rolling resistance, load) and the new history (FIELDS,).
     """
     r_i, m_i, r_j, m_j = first[6], first[7], second[6], second[7]
-    n = (
-        narrow(separation[0]) * inverse,
-        narrow(separation[1]) * inverse,
-        narrow(separation[2]) * inverse,
-    )
+    x, y, z = separation
+    n = (narrow(x) * inverse, narrow(y) * inverse, narrow(z) * inverse)
     radii, masses = r_i + r_j, m_i + m_j
     shared = 1.0 / (radii * masses)  # one division serves both
     r_eff, m_eff = r_i * r_j * (masses * shared), m_i * m_j * (radii * shared)
@@ -173,20 +170,9 @@ def pair_contact(codes, p, dt, separation, inverse, overlap, first, second, hist
     earlier = subtract(n, scale(0.5 * dt * inverse, v))
     surface = cross(add(scale(arm_i, w_i), scale(arm_j, w_j)), earlier)
     velocity = subtract(v, reject(surface, n))
+    about, spin = 0.5 * dot(add(w_i, w_j), n), subtract(w_i, w_j)
     force, turning, load, history = contact_force(
-        codes,
-        p,
-        dt,
-        overlap,
-        n,
-        r_eff,
-        2.0 * r_eff,
-        m_eff,
-        inertia,
-        velocity,
-        subtract(w_i, w_j),
-        0.5 * dot(add(w_i, w_j), n),
-        history,
+        codes, p, dt, overlap, n, r_eff, 2.0 * r_eff, m_eff, inertia, velocity, spin, about, history
     )
     twist = cross(n, force)
     t_i = subtract(turning, scale(arm_i, twist))
@@ -199,13 +185,17 @@ def pair_contact(codes, p, dt, separation, inverse, overlap, first, second, hist
 
 
 @law
-def wall_contact(codes, p, dt, overlap, n, wall_velocity, wall_spin, particle, history):
+def wall_contact(codes, p, dt, geometry, turning, particle, history):
     """A sphere on a wall, which counts as a sphere of infinite radius and mass.
 
-    wall_velocity (3,) at the contact point [m/s]; wall_spin (3,) [rad/s]. Returns the force columns
-    (8,) on the sphere, the torque of rolling and torsion in them (3,) and the new history
+    geometry: overlap [m], normal (3,), velocity of the wall (3,) at the contact point [m/s];
+    turning: spin of the wall (3,) [rad/s]; particle (8,) as in `pair_contact`. Returns the force
+    columns (8,) on the sphere, the torque of rolling and torsion in them (3,) and the new history
     (FIELDS,).
     """
+    overlap, n = geometry[0], (geometry[1], geometry[2], geometry[3])
+    wall_velocity = (geometry[4], geometry[5], geometry[6])
+    wall_spin = (turning[0], turning[1], turning[2])
     radius, mass = particle[6], particle[7]
     arm = radius - overlap
     spin = (particle[3], particle[4], particle[5])
@@ -213,22 +203,11 @@ def wall_contact(codes, p, dt, overlap, n, wall_velocity, wall_spin, particle, h
     earlier = subtract(n, scale(0.5 * dt, cross(wall_spin, n)))
     velocity = subtract(velocity, scale(arm, reject(cross(spin, earlier), n)))
     inertia = INERTIA * mass * radius * radius
-    force, turning, load, history = contact_force(
-        codes,
-        p,
-        dt,
-        overlap,
-        n,
-        radius,
-        radius,
-        mass,
-        inertia,
-        velocity,
-        subtract(spin, wall_spin),
-        0.5 * dot(add(spin, wall_spin), n),
-        history,
+    about, spin = 0.5 * dot(add(spin, wall_spin), n), subtract(spin, wall_spin)
+    force, torque, load, history = contact_force(
+        codes, p, dt, overlap, n, radius, radius, mass, inertia, velocity, spin, about, history
     )
-    torque = subtract(turning, scale(arm, cross(n, force)))
+    whole = subtract(torque, scale(arm, cross(n, force)))
     resist = resistance(codes, p, load, radius)
-    columns = (force[0], force[1], force[2], torque[0], torque[1], torque[2], resist, load)
-    return columns, turning, history
+    columns = (force[0], force[1], force[2], whole[0], whole[1], whole[2], resist, load)
+    return columns, torque, history
