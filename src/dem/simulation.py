@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dem.constants import DOWN
-from dem.contact.properties import PairProperties
-from dem.contact.registry import Laws, attraction_reach, pair_properties
+from dem.contact.registry import Laws, PairProperties, attraction_reach, pair_properties
 from dem.errors import BlowUpError, LightBodyError
 from dem.grains import sphere
 from dem.kernel import neighbours as nb

@@ -11,16 +11,7 @@ if TYPE_CHECKING:
     from dem.contact.law import Law
 
 
-SLOTS = (
-    "normal",
-    "damping",
-    "tangential",
-    "friction",
-    "rolling",
-    "torsion",
-    "cohesion",
-    "drag",
-)
+SLOTS = ("normal", "damping", "tangential", "friction", "rolling", "torsion", "cohesion", "drag")
 
 
 def _read(slot):
@@ -83,21 +74,12 @@ def every_law() -> list[Law]:
 
 def groups_needed(law: Law) -> list[tuple[str, ...]]:
     """Groups of keys of `law_parameters` of which at least one must be given."""
-    return [
-        (p.key, f"wall_{p.key}") if p.wall else (p.key,)
-        for p in law.parameters
-        if p.default is None
-    ]
+    return [p.keys for p in law.parameters if p.default is None]
 
 
 def keys_allowed(law: Law) -> list[str]:
     """Keys of `law_parameters` that have a default."""
-    return [
-        key
-        for p in law.parameters
-        if p.default is not None
-        for key in ((p.key, f"wall_{p.key}") if p.wall else (p.key,))
-    ]
+    return [key for p in law.parameters if p.default is not None for key in p.keys]
 
 
 def table() -> str:

@@ -33,14 +33,6 @@ class Pair:
         return (0.75 * self.load * self.radius / self.young) ** (1 / 3)
 
 
-def _none(pair):
-    return {}
-
-
-def _nothing(pair):
-    return ()
-
-
 @dataclass(frozen=True)
 class Export:
     """What an export writes for a law that the other code has too.
@@ -54,6 +46,6 @@ class Export:
 
     called: str = ""
     words: str = ""
-    numbers: Callable = _none
+    numbers: Callable = lambda pair: {}
     alone: tuple = ()
-    notes: Callable = _nothing
+    notes: Callable = lambda pair: ()

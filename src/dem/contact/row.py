@@ -11,7 +11,7 @@ from numba import types
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.extending import intrinsic, lower_getattr_generic, models, register_model
 
-from dem.contact.properties import PairProperties
+from dem.contact.registry import PairProperties
 
 
 class PropertyRow(types.Type):

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from dem.contact.properties import LawCodes
+from dem.contact.registry import LawCodes
 from dem.kernel.clusters import advance_clusters
 from dem.kernel.drag import apply_drag
 from dem.kernel.integrate import advance_particles

@@ -76,12 +76,8 @@ LAW = Law(
         ),
     ),
     constants=("damping", "yield_pressure"),
-    values=lambda contact: {
-        "damping": factor(contact.restitution),
-        "yield_pressure": contact.yield_pressure,
-    },
+    values=lambda contact: {"damping": factor(contact.restitution)},
     only_with={"normal": ("hertz",)},
     left_out="NOT CONVERTED: damping plastic, whose restitution depends on the impact speed; the "
-    "constant "
-    "coefficient of restitution stands in its place.",
+    "constant coefficient of restitution stands in its place.",
 )

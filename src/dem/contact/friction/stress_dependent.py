@@ -24,25 +24,10 @@ LAW = Law(
     source="Archard (1957)",
     kernels={"limit": limit},
     parameters=(
-        Parameter(
-            key="friction_exponent",
-            name="friction_exponent",
-            meaning="n",
-            limits={"ge": 0, "le": 1 / 3 + 1e-9},
-        ),
-        Parameter(
-            key="friction_reference_force_N",
-            name="friction_reference",
-            meaning="F0",
-            limits={"gt": 0},
-            unset=1.0,
-        ),
+        Parameter("friction_exponent", "friction_exponent", "n", {"ge": 0, "le": 1 / 3 + 1e-9}),
+        Parameter("friction_reference_force_N", "friction_reference", "F0", {"gt": 0}, unset=1.0),
     ),
     constants=("friction_exponent", "friction_reference"),
-    values=lambda contact: {
-        "friction_exponent": contact.friction_exponent,
-        "friction_reference": contact.friction_reference,
-    },
     left_out="NOT CONVERTED: friction stress_dependent; the coefficient is that without load "
     "dependence.",
 )

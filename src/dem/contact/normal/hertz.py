@@ -26,10 +26,8 @@ LAW = Law(
     equation="F = (4/3) E* √R* δ^1.5, S_n = 2 E* √(R* δ)",
     source="Hertz (1882); Johnson (1985)",
     kernels={"normal": normal},
-    not_with={
-        "damping": ("none",),
-        "tangential": ("linear",),
-    },  # e unmet; a stretched spring gives work
+    # e would be unmet; a stretched spring gives work
+    not_with={"damping": ("none",), "tangential": ("linear",)},
     exports={
         "liggghts": Export(words="model hertz"),
         "lammps": Export(

@@ -17,6 +17,9 @@ STIFFNESS = Parameter(
     limits={"gt": 0},
 )
 
+BESIDE = {"tangential": ("linear",), "torsion": ("none",), "cohesion": ("none", "liquid_bridge")}
+"""Slot -> laws that go with a linear spring."""
+
 
 def step_of(stiffness: float, mass: float) -> float:
     """Longest time step [s]: a contact of two grains, pi sqrt(m/2k), then takes eleven."""
@@ -40,13 +43,7 @@ LAW = Law(
     kernels={"normal": normal},
     parameters=(STIFFNESS,),
     constants=("normal_stiffness",),
-    values=lambda contact: {"normal_stiffness": contact.normal_stiffness},
-    only_with={
-        "damping": ("linear",),
-        "tangential": ("linear",),
-        "torsion": ("none",),
-        "cohesion": ("none", "liquid_bridge"),
-    },
+    only_with={"damping": ("linear",)} | BESIDE,
     longest_step=lambda contact, mass, rayleigh: step_of(contact.normal_stiffness, mass),
     left_out="NOT CONVERTED: normal linear; the exported spring is that of Hertz.",
 )

@@ -140,11 +140,7 @@ LAW = Law(
         ),
     ),
     constants=("rolling_stiffness", "rolling_damping", "rolling_limit"),
-    values=lambda contact: {
-        "rolling_stiffness": contact.rolling_stiffness,
-        "rolling_damping": contact.rolling_damping,
-        "rolling_limit": limit(contact.rolling_damping),
-    },
+    values=lambda contact: {"rolling_limit": limit(contact.rolling_damping)},
     exports={
         "liggghts": Export(
             "epsd3",

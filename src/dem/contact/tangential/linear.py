@@ -40,6 +40,5 @@ LAW = Law(
         ),
     ),
     constants=("stiffness_ratio", "damping"),
-    values=lambda contact: {"stiffness_ratio": contact.stiffness_ratio},
     left_out="NOT CONVERTED: tangential linear; the exported spring is that of Mindlin.",
 )

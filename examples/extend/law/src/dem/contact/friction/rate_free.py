@@ -27,7 +27,6 @@ LAW = Law(
         ),
     ),
     constants=("friction_floor",),
-    values=lambda contact: {"friction_floor": contact.friction_floor},
     exports={"lammps": Export("floor", "floor", lambda pair: {"mu": pair.contact.static_friction})},
     left_out="NOT CONVERTED: friction rate_free; the coefficient is that without a floor.",
 )
