@@ -23,7 +23,6 @@ from dem.kernel.state import (
     GHOSTS,
     Pairs,
     WallContacts,
-    aligned,
     new_pairs,
     new_particles,
     new_wall_contacts,
@@ -32,7 +31,7 @@ from dem.kernel.state import (
     place_ghosts,
 )
 from dem.kernel.step import DONE, OVERLAP, WALL_OVERLAP, Model, advance
-from dem.kernel.threads import new_board, plan_shares, shares_of, threads_chosen
+from dem.kernel.threads import shares_of, threads_chosen
 from dem.linear import into_axes, length
 from dem.walls.builder import WallSet
 from dem.walls.contacts import find_wall_contacts
@@ -137,7 +136,7 @@ class Simulation:
         self.clusters = no_clusters()
         self.row_of = np.zeros(0, np.int64)
         self._next_tag = 0
-        self._team = self._board = None
+        self._team = None
         self._stale = True
         self._pair_count = self._wall_count = 0
         self._pairs, self._old_pairs = new_pairs(64, precision), new_pairs(64, precision)
@@ -327,7 +326,7 @@ class Simulation:
         self._walls_list = new_wall_contacts(capacity)
         self._old_walls = new_wall_contacts(capacity)
         self._found = np.zeros((capacity, 2), np.int32)
-        self._scratch = new_wall_scratch(capacity, self.precision)
+        self._scratch = new_wall_scratch(capacity)
 
     # --- the lists --------------------------------------------------------------------------------
 
@@ -439,17 +438,10 @@ class Simulation:
 
     def _share_out(self):
         """Say which thread does what until the lists are made again."""
-        plan = plan_shares(
-            self.threads, self.n, self._pairs, self._pair_count, self._walls_list, self._wall_count
-        )
-        force = self.particles.force
-        if plan.kept[-1] > len(force):
-            room = aligned((int(1.2 * plan.kept[-1]), force.shape[1]), force.dtype)
-            self.particles = self.particles._replace(force=room)
-        size = len(plan.cuts) - 1
-        if self._board is None or len(self._board.stages) != size:
-            self._board = new_board(size, self.precision)
-        self._shares = shares_of(plan, self.particles, self._walls_list, self._scratch, self._board)
+        self._shares, self.particles = shares_of(
+            self.threads, self.n, self.particles, self._pairs, self._pair_count, self._walls_list,
+            self._wall_count, self._scratch,
+        )  # fmt: skip
 
     # --- time -------------------------------------------------------------------------------------
 

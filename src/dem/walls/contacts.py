@@ -146,10 +146,9 @@ def _measure(particles, walls, contacts, count, scratch):
 
 
 @njit(cache=True, error_model="numpy")
-def wall_forces(
-    codes, table, kind_of, dt, particles, walls, contacts, count, scratch, overlap_limit
-):
-    """Add the wall forces to the particles and keep them for the bodies (`load_bodies`).
+def wall_forces(codes, table, kind_of, dt, particles, walls, share, overlap_limit):
+    """Add the wall forces of a thread's grains to them and keep them for the bodies
+    (`load_bodies`).
 
     table: properties of pairs; kind_of (materials, materials): rows of it. Contacts that act are
     collected on a stage until WIDTH of one kind are together. Returns a contact whose overlap
@@ -157,6 +156,7 @@ def wall_forces(
 
     Flat loops over plain arrays, as in `_measure`; indices without sign, which numba need not try
     from the end."""
+    contacts, scratch, count = share.contacts, share.scratch, len(share.contacts.element)
     _measure(particles, walls, contacts, count, scratch)
     resolve_joints(particles, walls, contacts, count, scratch)
     particle, element, history = contacts.particle, contacts.element, contacts.history
@@ -166,7 +166,7 @@ def wall_forces(
     rotation, velocity, spin = walls.rotation, walls.velocity, walls.spin
     point, distance, acts, push = scratch.point, scratch.distance, scratch.acts, scratch.push
     merged, turn = scratch.merged, scratch.turn
-    stage, staged, rows = scratch.stage, scratch.staged, scratch.rows
+    stage, staged, rows = share.stage, share.staged, share.rows
     k, kind, excess, half = 0, -1, -1, 0.5 * dt
     while k < count:
         waiting = 0
