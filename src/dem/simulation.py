@@ -7,7 +7,7 @@ import time
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,7 +21,9 @@ from dem.kernel.clusters_setup import build_clusters, drop_clusters
 from dem.kernel.simd import WIDTH
 from dem.kernel.state import (
     GHOSTS,
+    Clusters,
     Pairs,
+    Particles,
     WallContacts,
     new_pairs,
     new_particles,
@@ -139,7 +141,7 @@ class Simulation:
         self._team = None
         self._stale = True
         self._pair_count = self._wall_count = 0
-        self._pairs, self._old_pairs = new_pairs(64, precision), new_pairs(64, precision)
+        self._pairs, self._old_pairs = (new_pairs(64, precision) for _ in range(2))
         self._far = np.zeros((0, 2), np.int32)
         self._start = np.zeros(0, np.int32)
         self._following = np.zeros(0, np.int64)
@@ -347,9 +349,13 @@ class Simulation:
         nb.counting_sort(
             n, p, level, cell_size, dims, first_cell, low, self._cell, start, self._order
         )
-        self._permute()
-        p = self.particles  # sorted now
-        new_row = self._new_row
+        nb.take_rows(n, p, self._order, self._spare, self._new_row)
+        p, self._spare = self._spare, p
+        self.particles = p  # sorted now
+        for array in (reach, level):
+            array[:n] = array[self._order[:n]]
+        self.row_of = np.full(self._next_tag, -1, np.int64)
+        self.row_of[p.tag[:n]] = np.arange(n)
         for b in np.flatnonzero(w.unbounded & w.spin.any(axis=1)):
             # a turning plane sweeps past a grain the faster the further it is from the axis
             w.extent[b] = nb.furthest(n, p, w.origin[b]) + reach[:n].max(initial=0.0)
@@ -358,8 +364,8 @@ class Simulation:
         self._allowance = np.where((speed > 0) | (w.mass > 0), horizon * speed + slack, 0.0)
         w.travel[:] = 0.0
         grid = (cell_size, dims, first_cell, low, start)
-        self._renew_pairs(reach, level, grid, new_row)
-        self._renew_walls(reach, grid, new_row, 0.5 * widest)
+        self._renew_pairs(grid)
+        self._renew_walls(grid, 0.5 * widest)
         self._share_out()
         self.rebuilds += 1
         self._stale = False
@@ -374,15 +380,6 @@ class Simulation:
             self._widest = max(attraction_reach(self.laws, row, largest) for row in self.properties)
         return self._widest
 
-    def _permute(self):
-        n, order = self.n, self._order
-        nb.take_rows(n, self.particles, order, self._spare, self._new_row)
-        self.particles, self._spare = self._spare, self.particles
-        for array in (self._reach, self._level):
-            array[:n] = array[order[:n]]
-        self.row_of = np.full(self._next_tag, -1, np.int64)
-        self.row_of[self.particles.tag[:n]] = np.arange(n)
-
     def _kinds(self):
         """Rows of the property table that two of the grains can have."""
         if self._present_kinds is None:
@@ -391,50 +388,40 @@ class Simulation:
             self._present_kinds = kinds[kinds != NO_PAIR]  # of a single grain with itself
         return self._present_kinds
 
-    def _renew_pairs(self, reach, level, grid, new_row):
-        old, old_count = self._pairs, self._pair_count
-        new = self._old_pairs
+    def _renew_pairs(self, grid):
+        old, old_count, new = self._pairs, self._pair_count, self._old_pairs
         while True:
             if len(self._far) < len(new.first):
                 self._far = np.zeros((len(new.first), 2), np.int32)
             count = nb.find_pairs(
-                self.n, self.particles, reach, level, *grid, self.kind_of, self._kinds(), new,
-                self._far, self._hits, self._sieve,
+                self.n, self.particles, self._reach, self._level, *grid, self.kind_of,
+                self._kinds(), new, self._far, self._hits, self._sieve,
             )  # fmt: skip
             if count <= len(new.first):
                 break
             new = new_pairs(int(1.3 * count) + 64, self.precision)
         if len(self._following) < old_count:
             self._following = np.zeros(len(old.first), np.int64)
-        nb.carry_history(old, old_count, new, count, new_row, self._head, self._following)
+        nb.carry_history(old, old_count, new, count, self._new_row, self._head, self._following)
         self._pairs, self._old_pairs, self._pair_count = new, old, count
 
-    def _renew_walls(self, reach, grid, new_row, attraction):
+    def _renew_walls(self, grid, attraction):
         """attraction: what a wall's share of the widest gap adds to the grains' reach, which holds
         theirs [m]."""
         old, old_count = self._walls_list, self._wall_count
         while True:
             count = find_wall_contacts(
-                self.n,
-                self.particles,
-                self.wall_state,
-                self._allowance + attraction,
-                reach,
-                *grid,
-                self._old_walls,
-                self._found,
-            )
+                self.n, self.particles, self.wall_state, self._allowance + attraction, self._reach,
+                *grid, self._old_walls, self._found,
+            )  # fmt: skip
             if count <= len(self._found):
                 break
             self._make_wall_room(int(1.3 * count) + 64)
-        new = self._old_walls
-        nb.carry_wall_history(
-            old, old_count, new, count, new_row, self._head, np.zeros(old_count, np.int64)
-        )
-        self._walls_list, self._wall_count = new, count
-        self._old_walls = (
-            old if len(old.particle) == len(new.particle) else new_wall_contacts(len(new.particle))
-        )
+        new, following = self._old_walls, np.zeros(old_count, np.int64)
+        nb.carry_wall_history(old, old_count, new, count, self._new_row, self._head, following)
+        if len(old.particle) != len(new.particle):
+            old = new_wall_contacts(len(new.particle))
+        self._walls_list, self._old_walls, self._wall_count = new, old, count
 
     def _share_out(self):
         """Say which thread does what until the lists are made again."""
@@ -506,8 +493,8 @@ class Simulation:
         p, k = self.particles.position[:, :3], self.particles.kinetic
         gap = length(p[i] - p[j]) - k[i, 6] - k[j, 6]
         worst = int(np.argmin(gap / np.minimum(k[i, 6], k[j, 6])))
-        row, other = i[worst], int(self.particles.tag[j[worst]])
-        self._raise_overlap(row, -gap[worst], f"particle {other}", "each other")
+        other = f"particle {self.particles.tag[j[worst]]}"
+        self._raise_overlap(i[worst], -gap[worst], other, "each other")
 
     def _report_wall_overlap(self, contact):
         row, element = self._walls_list.particle[contact], self._walls_list.element[contact]
@@ -517,24 +504,21 @@ class Simulation:
 
     def _raise_overlap(self, row, depth, other, inside):
         share = depth / float(self.particles.kinetic[row, 6])
-        raise BlowUpError(
-            particle=int(self.particles.tag[row]),
-            time=self.time,
-            reason=f"overlap of {share:.2f} radii with {other} (limit {self.overlap_limit:g})",
-            hint="the time step is too large, the modulus too soft, the impact too fast, or "
-            "particles were generated "
-            f"inside {inside}",
-        )
+        reason = f"overlap of {share:.2f} radii with {other} (limit {self.overlap_limit:g})"
+        hint = "the time step is too large, the modulus too soft, the impact too fast, or "
+        hint += f"particles were generated inside {inside}"
+        raise self._blown_up(row, reason, hint)
+
+    def _blown_up(self, row, reason, hint):
+        tag = int(self.particles.tag[row])
+        return BlowUpError(particle=tag, time=self.time, reason=reason, hint=hint)
 
     def _check_finite(self):
         row = nb.first_not_finite(self.n, self.particles)
         if row >= 0:
-            raise BlowUpError(
-                particle=int(self.particles.tag[row]),
-                time=self.time,
-                reason="position or velocity is not a number",
-                hint="the time step is too large for the contact stiffness",
-            )
+            reason = "position or velocity is not a number"
+            hint = "the time step is too large for the contact stiffness"
+            raise self._blown_up(row, reason, hint)
 
     # --- what can be seen -------------------------------------------------------------------------
 
@@ -667,28 +651,23 @@ class Simulation:
 
     def state_dict(self) -> dict[str, np.ndarray]:
         """Everything that determines the future, as arrays for `numpy.savez`; see `restore`."""
-        out = {f"particles_{k}": np.array(v[: self.n]) for k, v in self.particles._asdict().items()}
-        out |= {f"walls_{k}": v.copy() for k, v in self.wall_state._asdict().items()}
-        out |= {f"clusters_{k}": v.copy() for k, v in self.clusters._asdict().items()}
-        out |= {"pairs_first": self._pairs.first[: self._pair_count].copy()}
-        out |= {"pairs_second": self._pairs.second[: self._pair_count].copy()}
-        out |= {"pairs_kind": self._pairs.kind[: self._pair_count // WIDTH].copy()}
-        out |= {"pairs_history": self._pairs.history[: self._pair_count // WIDTH].copy()}
-        for k, v in self._walls_list._asdict().items():
-            out[f"contacts_{k}"] = v[: self._wall_count].copy()
-        out["allowance"] = self._allowance.copy()
-        out["row_of"] = self.row_of.copy()
-        out["counters"] = np.array(
-            [
-                self.steps,
-                self.rebuilds,
-                self._next_tag,
-                self._pair_count,
-                self._wall_count,
-                self._stale,
-            ]
-        )
-        return out
+        n, count = self.n, self._pair_count
+        used: dict[str, Any] = {
+            "particles": Particles(*(v[:n] for v in self.particles)),
+            "walls": self.wall_state,
+            "clusters": self.clusters,
+            "pairs": Pairs(
+                self._pairs.first[:count],
+                self._pairs.second[:count],
+                self._pairs.kind[: count // WIDTH],
+                self._pairs.history[: count // WIDTH],
+            ),
+            "contacts": WallContacts(*(v[: self._wall_count] for v in self._walls_list)),
+        }
+        out = {f"{a}_{b}": v.copy() for a, of in used.items() for b, v in of._asdict().items()}
+        counters = (self.steps, self.rebuilds, self._next_tag, count, self._wall_count, self._stale)
+        own = {"allowance": self._allowance.copy(), "row_of": self.row_of.copy()}
+        return out | own | {"counters": np.array(counters)}
 
     def restore(self, saved: Mapping[str, np.ndarray]) -> None:
         """Continue from `state_dict` of a simulation that was set up alike; the future is the same
@@ -699,22 +678,17 @@ class Simulation:
         self.n = len(saved["particles_tag"])
         self.particles = new_particles(self.n, self.precision)
         self._resize_scratch()
-        for k, v in self.particles._asdict().items():
-            v[: self.n] = saved[f"particles_{k}"]
+        room = (new_pairs(pair_count + 64, self.precision) for _ in range(2))
+        self._pairs, self._old_pairs = room
+        self._make_wall_room(wall_count + 64)
+        own = {"particles": self.particles, "pairs": self._pairs, "contacts": self._walls_list}
+        for name, arrays in own.items():
+            for k, v in arrays._asdict().items():
+                rows = saved[f"{name}_{k}"]
+                v[: len(rows)] = rows
         for k, v in self.wall_state._asdict().items():
             v[:] = saved[f"walls_{k}"]
-        self.clusters = type(self.clusters)(
-            **{k: np.array(saved[f"clusters_{k}"]) for k in self.clusters._fields}
-        )
-        self._pairs, self._old_pairs = (
-            new_pairs(pair_count + 64, self.precision) for _ in range(2)
-        )
-        for k in Pairs._fields:
-            rows = saved[f"pairs_{k}"]
-            getattr(self._pairs, k)[: len(rows)] = rows
-        self._make_wall_room(wall_count + 64)
-        for k in WallContacts._fields:
-            getattr(self._walls_list, k)[:wall_count] = saved[f"contacts_{k}"]
+        self.clusters = Clusters(*(np.array(saved[f"clusters_{k}"]) for k in Clusters._fields))
         self._pair_count, self._wall_count = pair_count, wall_count
         self._allowance, self.row_of = np.array(saved["allowance"]), np.array(saved["row_of"])
         self._stale = bool(stale)

@@ -106,12 +106,10 @@ def shares_of(
     inbox = np.zeros((0, 3), np.int32)
     if size > 1:
         _cut_rows(n, pairs, blocks, contacts, contact_count, cuts)
-        owner, waiting = np.zeros(n, np.int32), np.zeros((0, 4), np.int32)
+        owner, waiting = np.zeros(n, np.int32), np.empty((2 * count, 4), np.int32)
         by_lanes = pairs.history.dtype == np.float32
         number = _deal(n, pairs, blocks, cuts, owner, holder, by_lanes, waiting)
-        waiting = np.zeros((number, 4), np.int32)
-        _deal(n, pairs, blocks, cuts, owner, holder, by_lanes, waiting)
-        thread, grain, pair, second = waiting.T
+        thread, grain, pair, second = waiting[:number].T
         # the kept rows of one thread lie together; `waiting` is in the order of the list
         row = np.empty(number, np.int32)
         row[np.argsort(thread, kind="stable")] = n + GHOSTS + np.arange(number)
@@ -179,9 +177,9 @@ def _cut_rows(n, pairs, blocks, contacts, contact_count, cuts):
 @njit(cache=True)
 def _deal(n, pairs, blocks, cuts, owner, holder, by_lanes, waiting):
     """Deal the blocks of pairs to the threads: fills owner (n,), the thread of each grain, holder
-    (blocks,), and as many rows of waiting (q, 4) as there are: the forces that cannot be added
-    directly, in the order of the list: thread, grain, pair, whether it is the pair's second.
-    Returns the number of these forces.
+    (blocks,), and the first rows of waiting (2 m, 4): the forces that cannot be added directly, in
+    the order of the list: thread, grain, pair, whether it is the pair's second. Returns the number
+    of these forces.
 
     by_lanes: in the fast path a block adds all forces on the first ones before those on the
     second."""
@@ -200,9 +198,8 @@ def _deal(n, pairs, blocks, cuts, owner, holder, by_lanes, waiting):
             if grain >= n or (owner[grain] == holder[block] and not broken[grain]):
                 continue
             broken[grain] = True
-            if number < len(waiting):
-                waiting[number, 0], waiting[number, 1] = holder[block], grain
-                waiting[number, 2], waiting[number, 3] = k, second
+            waiting[number, 0], waiting[number, 1] = holder[block], grain
+            waiting[number, 2], waiting[number, 3] = k, second
             number += 1
     return number
 
