@@ -17,7 +17,7 @@ from dem.contact.registry import Laws, PairProperties, attraction_reach, pair_pr
 from dem.errors import BlowUpError, LightBodyError
 from dem.grains import sphere
 from dem.kernel import neighbours as nb
-from dem.kernel.clusters_setup import build_clusters, drop_clusters
+from dem.kernel.clusters import build_clusters, drop_clusters
 from dem.kernel.simd import WIDTH
 from dem.kernel.state import (
     GHOSTS,

@@ -16,8 +16,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from dem.contact.law import Parameter
-from dem.kernel.arithmetic import maximum, minimum, sqrt
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, maximum, minimum, sqrt
 
 if TYPE_CHECKING:
     from dem.contact.registry import ContactParameters

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from dem.contact.catalogue import CODES, LAWS
 from dem.contact.law import ROLES
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law
 
 OTHERWISE = {
     "attraction": "0.0 * r_eff",

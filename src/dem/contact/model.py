@@ -29,9 +29,22 @@ from dem.contact.dispatch import (
     tangential,
     torsion,
 )
-from dem.kernel.arithmetic import maximum, minimum, narrow, sqrt, where, widen
-from dem.kernel.decorator import law
-from dem.kernel.vectors import add, cross, dot, reject, scale, subtract, turned_about
+from dem.kernel.arithmetic import (
+    add,
+    cross,
+    dot,
+    law,
+    maximum,
+    minimum,
+    narrow,
+    reject,
+    scale,
+    sqrt,
+    subtract,
+    turned_about,
+    where,
+    widen,
+)
 
 BRIDGE = -1.0
 TINY = 1e-30

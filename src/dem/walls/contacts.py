@@ -31,11 +31,16 @@ from dem.walls.joints import resolve_joints
 
 
 @inlined
-def _within(walls, e, p, reach):
-    b = walls.body[e]
+def _list_if_within(walls, e, particles, i, reach, found, count):
+    """Append row i and element e to `found` where they are within reach; returns the new count."""
+    p, b = particles.position[i], walls.body[e]
     x, y, z = into_body(walls.origin, walls.rotation, b, p[0], p[1], p[2])
     _, _, _, d = closest_point(walls.kind[e], walls.parameters[e], x, y, z)
-    return d < reach
+    if d < reach:
+        if count < len(found):
+            found[count, 0], found[count, 1] = i, e
+        count += 1
+    return count
 
 
 @njit(cache=True, error_model="numpy")
@@ -79,10 +84,7 @@ def find_wall_contacts(
         extra = allowance[walls.body[e]]
         if walls.kind[e] == PLANE:
             for i in range(n):
-                if _within(walls, e, particles.position[i], reach[i] + extra):
-                    if count < len(found):
-                        found[count, 0], found[count, 1] = i, e
-                    count += 1
+                count = _list_if_within(walls, e, particles, i, reach[i] + extra, found, count)
             continue
         _bounds(walls, e, box_low, box_high)
         for lv in range(LEVELS):
@@ -100,10 +102,9 @@ def find_wall_contacts(
                 for cy in range(lo[1], hi[1] + 1):
                     row = first_cell[lv] + (cz * dims[lv, 1] + cy) * dims[lv, 0]
                     for i in range(start[row + lo[0]], start[row + hi[0] + 1]):
-                        if _within(walls, e, particles.position[i], reach[i] + extra):
-                            if count < len(found):
-                                found[count, 0], found[count, 1] = i, e
-                            count += 1
+                        count = _list_if_within(
+                            walls, e, particles, i, reach[i] + extra, found, count
+                        )
     if count <= len(found):
         _sort_by_particle(n, found, count, contacts)
     return count

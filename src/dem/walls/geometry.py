@@ -22,7 +22,12 @@ _leaf = njit(forceinline=True, error_model="numpy")
 @_leaf
 def into_body(origin, rotation, b, x, y, z):
     """A point of space in the frame of body b; origin (b, 3), rotation (b, 3, 3)."""
-    x, y, z = x - origin[b, 0], y - origin[b, 1], z - origin[b, 2]
+    return along_body(rotation, b, x - origin[b, 0], y - origin[b, 1], z - origin[b, 2])
+
+
+@_leaf
+def along_body(rotation, b, x, y, z):
+    """A vector of space in the frame of body b."""
     return (
         rotation[b, 0, 0] * x + rotation[b, 1, 0] * y + rotation[b, 2, 0] * z,
         rotation[b, 0, 1] * x + rotation[b, 1, 1] * y + rotation[b, 2, 1] * z,

@@ -8,8 +8,7 @@ quartic in s."""
 from math import pi
 
 from dem.contact.law import Law, Parameter
-from dem.kernel.arithmetic import maximum, sqrt
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, maximum, sqrt
 
 ROOT_ITERATIONS, ITERATIONS = 5, 8
 # keeps a surface without energy from dividing by zero; far below any length or its root here

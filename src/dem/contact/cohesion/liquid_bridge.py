@@ -13,8 +13,7 @@ import math
 from typing import TYPE_CHECKING
 
 from dem.contact.law import Law, Parameter
-from dem.kernel.arithmetic import maximum, sqrt
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, maximum, sqrt
 
 if TYPE_CHECKING:
     from dem.contact.registry import ContactParameters

@@ -1,7 +1,7 @@
 """No dashpot: the normal law alone, which may dissipate by its own loading path."""
 
 from dem.contact.law import Law
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law
 
 
 @law

@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING
 from dem.contact.damping.tsuji import factor
 from dem.contact.law import Law, Parameter
 from dem.grains import sphere
-from dem.kernel.arithmetic import maximum, sqrt, where
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, maximum, sqrt, where
 
 if TYPE_CHECKING:
     from dem.contact.registry import Material

@@ -17,8 +17,7 @@ given.
 from dem.contact.curve import TINY, curve, declared, logarithm
 from dem.contact.damping.tsuji import factor
 from dem.contact.law import Law
-from dem.kernel.arithmetic import maximum, sqrt, where
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, maximum, sqrt, where
 
 
 def dashpot(contact, share):

@@ -9,8 +9,7 @@ the restitution as its only parameter.
 from functools import lru_cache
 
 from dem.contact.law import Law
-from dem.kernel.arithmetic import maximum, sqrt
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, maximum, sqrt
 
 
 def restitution_of(dashpot: float) -> float:

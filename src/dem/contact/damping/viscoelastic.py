@@ -9,8 +9,7 @@ Brilliantov, Spahn, Hertzsch, Poeschel (1996), Physical Review E 53:5382. A is t
 
 from dem.contact.damping.tsuji import factor
 from dem.contact.law import Law, Parameter
-from dem.kernel.arithmetic import maximum
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, maximum
 
 
 @law

@@ -13,9 +13,7 @@ a is `friction_curve_load_power` (1 unless given), b `friction_curve_speed_power
 
 from dem.contact.curve import curve, declared, logarithm
 from dem.contact.law import Law
-from dem.kernel.arithmetic import sqrt
-from dem.kernel.decorator import law
-from dem.kernel.vectors import dot
+from dem.kernel.arithmetic import dot, law, sqrt
 
 CURVE = declared(
     "friction_curve",

@@ -5,8 +5,7 @@ Soc. A 243:190). The yield locus of the bulk is then curved and runs through the
 """
 
 from dem.contact.law import Law, Parameter
-from dem.kernel.arithmetic import power
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, power
 
 
 @law

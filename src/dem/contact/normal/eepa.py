@@ -20,8 +20,7 @@ up in parallel to the second. Other codes may take another radius for the patch.
 import math
 
 from dem.contact.law import Law, Parameter
-from dem.kernel.arithmetic import maximum, minimum, sqrt
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, maximum, minimum, sqrt
 
 TINY = 1e-30
 

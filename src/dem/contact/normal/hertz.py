@@ -6,8 +6,7 @@ Hertz (1882); Johnson (1985), Contact Mechanics, chapter 4.
 
 from dem.contact.export import Export
 from dem.contact.law import Law
-from dem.kernel.arithmetic import maximum, sqrt
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, maximum, sqrt
 
 
 @law

@@ -7,8 +7,7 @@ Cundall, Strack (1979), Geotechnique 29:47. An impact lasts pi/sqrt(k/m* (1 - be
 import math
 
 from dem.contact.law import Law, Parameter
-from dem.kernel.arithmetic import maximum, sqrt
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, maximum, sqrt
 
 STIFFNESS = Parameter(
     key="normal_stiffness_N_m",

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 
 from dem.contact.law import Law
 from dem.contact.normal.linear import BESIDE, STIFFNESS, step_of
-from dem.kernel.arithmetic import maximum, minimum, sqrt
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, maximum, minimum, sqrt
 
 if TYPE_CHECKING:
     from dem.contact.registry import ContactParameters

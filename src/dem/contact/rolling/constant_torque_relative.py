@@ -8,9 +8,7 @@ does not stop at reversal.
 
 from dem.contact.export import Export
 from dem.contact.law import Law
-from dem.kernel.arithmetic import minimum, sqrt
-from dem.kernel.decorator import law
-from dem.kernel.vectors import dot, reject, scale
+from dem.kernel.arithmetic import dot, law, minimum, reject, scale, sqrt
 
 TINY = 1e-30
 

@@ -23,9 +23,7 @@ from typing import TYPE_CHECKING
 from dem.contact.export import Export
 from dem.contact.law import Law, Parameter
 from dem.contact.tangential.mindlin import MERCURY
-from dem.kernel.arithmetic import maximum, minimum, sqrt, where
-from dem.kernel.decorator import law
-from dem.kernel.vectors import dot, reject, scale, subtract
+from dem.kernel.arithmetic import dot, law, maximum, minimum, reject, scale, sqrt, subtract, where
 
 if TYPE_CHECKING:
     from dem.contact.export import Pair

@@ -1,9 +1,8 @@
 """Coulomb friction with a floor: whatever touches holds at least a small force sideways."""
 
-from dem.kernel.arithmetic import maximum, where
 from dem.contact.export import Export
 from dem.contact.law import Law, Parameter
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, maximum, where
 
 
 @law
