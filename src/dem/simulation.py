@@ -358,7 +358,8 @@ class Simulation:
         self.row_of[p.tag[:n]] = np.arange(n)
         for b in np.flatnonzero(w.unbounded & w.spin.any(axis=1)):
             # a turning plane sweeps past a grain the faster the further it is from the axis
-            w.extent[b] = nb.furthest(n, p, w.origin[b]) + reach[:n].max(initial=0.0)
+            away = length(p.position[:n, :3] - w.origin[b]).max(initial=0.0)
+            w.extent[b] = away + reach[:n].max(initial=0.0)
         speed = length(w.velocity) + length(w.spin) * w.extent
         slack = self.skin.base * float(p.kinetic[:n, 6].min()) if n else 0.0
         self._allowance = np.where((speed > 0) | (w.mass > 0), horizon * speed + slack, 0.0)

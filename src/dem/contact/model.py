@@ -37,6 +37,7 @@ from dem.kernel.arithmetic import (
     maximum,
     minimum,
     narrow,
+    only,
     reject,
     scale,
     sqrt,
@@ -101,17 +102,16 @@ def contact_force(
     force, load, radius, stiffness, deepest = normal_force(
         codes, p, overlap, r_eff, grain, m_eff, v_n, history[7]
     )
-    zero = 0.0 * r_eff
-    force, load = where(active, force, zero), where(active, load, zero)
+    force, load = where(active, force, 0.0), where(active, load, 0.0)
     slip = subtract(velocity, scale(v_n, n))
     most = limit(codes, p, load, slip, grain)
     turn = about * dt
-    spring = turned_about((history[0], history[1], history[2]), n, turn)
+    spring = turned_about(history[:3], n, turn)
     along, spring = tangential(
         codes, p, n, slip, stiffness, radius, history[6], m_eff, spring, most, dt
     )
     unloading = minimum(radius / maximum(history[6], TINY), 1.0)
-    moment = turned_about((history[3], history[4], history[5]), n, turn)
+    moment = turned_about(history[3:6], n, turn)
     torque, moment = rolling(
         codes, p, n, spin, load, stiffness, unloading, r_eff, inertia, moment, dt
     )
@@ -120,17 +120,7 @@ def contact_force(
     )
     torque = add(torque, scale(twisting, n))
     memory = where(radius > 0.0, radius, BRIDGE)
-    history = (
-        where(active, spring[0], zero),
-        where(active, spring[1], zero),
-        where(active, spring[2], zero),
-        where(active, moment[0], zero),
-        where(active, moment[1], zero),
-        where(active, moment[2], zero),
-        where(active, memory, zero),
-        where(active, deepest, zero),
-        where(active, twist, zero),
-    )
+    history = only(active, spring) + only(active, moment) + only(active, (memory, deepest, twist))
     return add(scale(force, n), along), torque, load, history
 
 
@@ -177,9 +167,7 @@ def pair_contact(codes, p, dt, separation, inverse, overlap, first, second, hist
     # the product of two moments of fine grains is less than float32 holds
     inertia = inertia_i * (inertia_j / (inertia_i + inertia_j))
     arm_i, arm_j = r_i - 0.5 * overlap, r_j - 0.5 * overlap
-    v_i, v_j = (first[0], first[1], first[2]), (second[0], second[1], second[2])
-    w_i, w_j = (first[3], first[4], first[5]), (second[3], second[4], second[5])
-    v = subtract(v_i, v_j)
+    w_i, w_j, v = first[3:6], second[3:6], subtract(first[:3], second[:3])
     earlier = subtract(n, scale(0.5 * dt * inverse, v))
     surface = cross(add(scale(arm_i, w_i), scale(arm_j, w_j)), earlier)
     velocity = subtract(v, reject(surface, n))
@@ -190,10 +178,8 @@ def pair_contact(codes, p, dt, separation, inverse, overlap, first, second, hist
     twist = cross(n, force)
     t_i = subtract(turning, scale(arm_i, twist))
     t_j = subtract(scale(-1.0, turning), scale(arm_j, twist))
-    resist_i = resistance(codes, p, load, r_i)
-    resist_j = resistance(codes, p, load, r_j)
-    on_first = (force[0], force[1], force[2], t_i[0], t_i[1], t_i[2], resist_i, load)
-    on_second = (-force[0], -force[1], -force[2], t_j[0], t_j[1], t_j[2], resist_j, load)
+    on_first = force + t_i + (resistance(codes, p, load, r_i), load)
+    on_second = (-force[0], -force[1], -force[2]) + t_j + (resistance(codes, p, load, r_j), load)
     return on_first, on_second, history
 
 
@@ -206,13 +192,10 @@ def wall_contact(codes, p, dt, geometry, turning, particle, history):
     columns (8,) on the sphere, the torque of rolling and torsion in them (3,) and the new history
     (FIELDS,).
     """
-    overlap, n = geometry[0], (geometry[1], geometry[2], geometry[3])
-    wall_velocity = (geometry[4], geometry[5], geometry[6])
-    wall_spin = (turning[0], turning[1], turning[2])
+    overlap, n, wall_velocity, wall_spin = geometry[0], geometry[1:4], geometry[4:7], turning[:3]
     radius, mass = particle[6], particle[7]
     arm = radius - overlap
-    spin = (particle[3], particle[4], particle[5])
-    velocity = subtract((particle[0], particle[1], particle[2]), wall_velocity)
+    spin, velocity = particle[3:6], subtract(particle[:3], wall_velocity)
     earlier = subtract(n, scale(0.5 * dt, cross(wall_spin, n)))
     velocity = subtract(velocity, scale(arm, reject(cross(spin, earlier), n)))
     inertia = INERTIA * mass * radius * radius
@@ -221,6 +204,4 @@ def wall_contact(codes, p, dt, geometry, turning, particle, history):
         codes, p, dt, overlap, n, radius, radius, mass, inertia, velocity, spin, about, history
     )
     whole = subtract(torque, scale(arm, cross(n, force)))
-    resist = resistance(codes, p, load, radius)
-    columns = (force[0], force[1], force[2], whole[0], whole[1], whole[2], resist, load)
-    return columns, torque, history
+    return force + whole + (resistance(codes, p, load, radius), load), torque, history

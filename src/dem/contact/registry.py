@@ -6,7 +6,7 @@ from collections import namedtuple
 from dataclasses import dataclass, field, make_dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from dem.contact.catalogue import CODES, LAWS, SLOTS, completed, every_law
+from dem.contact.catalogue import CODES, LAWS, SLOTS, clashes, completed, every_law
 from dem.contact.catalogue import DEFAULTS as DEFAULTS
 
 if TYPE_CHECKING:
@@ -63,19 +63,8 @@ class _Choice:
         return [LAWS[slot][getattr(self, slot)] for slot in SLOTS]
 
     def clashes(self) -> list[tuple[str, str, str, str, str]]:
-        """(slot, name, other slot, its name, what it may be) of laws that cannot be combined."""
-        return [
-            (one.slot, one.name, other, getattr(self, other), " or ".join(allowed))
-            for one in self.chosen()
-            for other, allowed in (*one.only_with.items(), *self._others(one))
-            if getattr(self, other) not in allowed
-        ]
-
-    @staticmethod
-    def _others(one):
-        """(slot, names of its laws that `one` does not exclude) where it excludes some."""
-        for slot, refused in one.not_with.items():
-            yield slot, [name for name in LAWS[slot] if name not in refused]
+        """`dem.contact.catalogue.clashes` of the choice. Raises ValueError on an unknown name."""
+        return clashes({one.slot: one.name for one in self.chosen()})
 
 
 Laws = make_dataclass(  # type: ignore[misc,assignment]

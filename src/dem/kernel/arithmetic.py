@@ -139,3 +139,9 @@ def at_most(limit, a):
     if any_lane(square >= limit * limit):
         a = scale(minimum(limit / sqrt(square), 1.0), a)
     return a
+
+
+@law
+def only(condition, a):
+    """`a` where the condition holds, else nothing."""
+    return (where(condition, a[0], 0.0), where(condition, a[1], 0.0), where(condition, a[2], 0.0))

@@ -93,17 +93,6 @@ def _sum_of(x, k):
     return (x[0] + x[1] + x[2]) + ((k[0] + k[1] + k[2] + k[3]) + (k[4] + k[5] + k[6] + k[7]))
 
 
-@njit(cache=True, error_model="numpy")
-def furthest(n, particles, origin):
-    """Largest distance [m] of a particle's centre from a point (3,)."""
-    most = 0.0
-    for i in range(n):
-        p = particles.position[i]
-        x, y, z = p[0] - origin[0], p[1] - origin[1], p[2] - origin[2]
-        most = max(most, x * x + y * y + z * z)
-    return np.sqrt(most)
-
-
 @inlined
 def cell_of(position, size, dims, low):
     """Cell index of a position (3,) in a grid."""
@@ -148,12 +137,6 @@ def take_rows(n, old, order, new, new_row):
         new.tag[i] = old.tag[k]
         new.material[i] = old.material[k]
         new.cluster[i] = old.cluster[k]
-
-
-@inlined
-def same_cluster(cluster, i, j):
-    """Members of one rigid cluster do not touch each other."""
-    return cluster[i] >= 0 and cluster[i] == cluster[j]
 
 
 @njit(cache=True, error_model="numpy")
@@ -278,12 +261,13 @@ def _divide(i, found, hits, reach, particles, kind_of, kind, pairs, far, near, d
     """Add the pairs of row i with those rows in `hits` that are within reach and of material pair
     `kind`: those that touch or nearly do to `pairs`, the others to `far`; near and distant count
     them."""
-    position, capacity = particles.position, len(pairs.first)
+    position, cluster, capacity = particles.position, particles.cluster, len(pairs.first)
     x, y, z = position[i, 0], position[i, 1], position[i, 2]
     m, r = particles.material[i], particles.kinetic[i, 6]
     for k in range(found):
         j = hits[k]
-        if kind_of[m, particles.material[j]] != kind or same_cluster(particles.cluster, i, j):
+        bonded = cluster[i] >= 0 and cluster[i] == cluster[j]  # such do not touch
+        if kind_of[m, particles.material[j]] != kind or bonded:
             continue
         dx, dy, dz = position[j, 0] - x, position[j, 1] - y, position[j, 2] - z
         square, h = dx * dx + dy * dy + dz * dz, reach[i] + reach[j]

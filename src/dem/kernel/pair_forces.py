@@ -72,9 +72,7 @@ def _pair_forces_lanes(codes, table, dt, particles, pairs, share, overlap_limit)
             if not any_lane(x * x + y * y + z * z < NEARLY * (reach * reach)):
                 continue
         g = gather_pairs(particles.position, pairs.first, pairs.second, start)
-        separation = (g[0], g[1], g[2])
-        first = (g[3], g[4], g[5], g[6], g[7], g[8], g[9], g[10])
-        second = (g[11], g[12], g[13], g[14], g[15], g[16], g[17], g[18])
+        separation, first, second = g[:3], g[3:11], g[11:]
         r_i, r_j = first[6], second[6]
         history = load_block(pairs.history, block)
         p = properties_of(table, pairs.kind[block])

@@ -87,12 +87,12 @@ def _for_lanes(op, emit, cases):
     infer_global(op)(type(f"_Lane_{op.__name__}", (ConcreteTemplate,), typed))
 
 
-def _pairs(*lanes):
-    """(lane, its mask, two arguments of which one may be a scalar)."""
-    for lane in lanes:
-        for pair in ((lane, lane), (lane, types.float64), (types.float64, lane)):
-            yield lane, lane.mask, *pair
-
+PAIRS = [
+    (lane, *two)
+    for lane in FLOATS
+    for two in ((lane, lane), (lane, types.float64), (types.float64, lane))
+]
+"""(lane, two arguments of which one may be a scalar)."""
 
 for _op, _method in (
     (operator.add, "fadd"),
@@ -100,22 +100,15 @@ for _op, _method in (
     (operator.mul, "fmul"),
     (operator.truediv, "fdiv"),
 ):
-    _for_lanes(
-        _op,
-        lambda b, x, y, m=_method: getattr(b, m)(x, y, flags=_CONTRACT),
-        [(lane, x, y) for lane, _, x, y in _pairs(*FLOATS)],
-    )
+    _for_lanes(_op, lambda b, x, y, m=_method: getattr(b, m)(x, y, flags=_CONTRACT), PAIRS)
 for _op, _sign in (
     (operator.lt, "<"),
     (operator.le, "<="),
     (operator.gt, ">"),
     (operator.ge, ">="),
 ):
-    _for_lanes(
-        _op,
-        lambda b, x, y, s=_sign: b.fcmp_ordered(s, x, y),
-        [(mask, x, y) for _, mask, x, y in _pairs(*FLOATS)],
-    )
+    masks = [(lane.mask, x, y) for lane, x, y in PAIRS]
+    _for_lanes(_op, lambda b, x, y, s=_sign: b.fcmp_ordered(s, x, y), masks)
 
 
 def _vector_intrinsic(builder, name, value, *more):
@@ -145,7 +138,7 @@ _for_lanes(
 _for_lanes(
     where,
     lambda b, mask, x, y: b.select(mask, x, y),
-    [(lane, mask, x, y) for lane, mask, x, y in _pairs(*FLOATS)],
+    [(lane, lane.mask, x, y) for lane, x, y in PAIRS],
 )
 _for_lanes(narrow, lambda b, x: b.fptrunc(x, F32.vector), [(F32, F64)])
 _for_lanes(widen, lambda b, x: b.fpext(x, F64.vector), [(F64, F32)])

@@ -49,16 +49,8 @@ class WallSet:
         """
         if any(b["name"] == name for b in self.bodies):
             raise ValueError(f"there is already a wall body named {name!r}")
-        self.bodies.append(
-            {
-                "name": name,
-                "material": material,
-                "origin": origin,
-                "velocity": velocity,
-                "spin": spin,
-                "free": free,
-            }
-        )
+        moves = {"origin": origin, "velocity": velocity, "spin": spin, "free": free}
+        self.bodies.append({"name": name, "material": material} | moves)
         return self
 
     def _add(self, kind, numbers, extent=0.0):

@@ -3,8 +3,7 @@
 An element is a row of numbers:
     PLANE     point (3), normal (3): solid behind the plane
     REVOLVED  r0, z0, r1, z1: the segment from (r0, z0) to (r1, z1), turned about the z axis; a disc
-    with its rim, a ring,
-              a cylinder or a frustum
+              with its rim, a ring, a cylinder or a frustum
     RECTANGLE centre (3), half edge u (3), half edge v (3)
     TRIANGLE  corners a (3), b (3), c (3)
 """

@@ -17,9 +17,8 @@ def restitution_of(dashpot: float) -> float:
 
     With force k x^(3/2), S_n = (3/2) k sqrt(x), so the dashpot of the module's equation has this
     form at m* = k = 1."""
-    from scipy.integrate import (
-        solve_ivp,
-    )  # here, as reading what a law declares must not load scipy
+    # here, as reading what a law declares must not load scipy
+    from scipy.integrate import solve_ivp
 
     def motion(_, y):
         x = max(y[0], 0.0)

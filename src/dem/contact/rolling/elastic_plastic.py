@@ -30,9 +30,8 @@ if TYPE_CHECKING:
 
 
 LEAST = 1e-35  # N m: keeps a contact without load from dividing by zero
-CONTACT_POINT = (
-    1.4 / 0.4
-)  # moment of inertia of a solid sphere about a point of its surface over that about its centre
+CONTACT_POINT = 1.4 / 0.4
+"""Moment of inertia of a solid sphere about a point of its surface over that about its centre."""
 NEIGHBOURS = 8
 """Contacts of a grain whose rolling springs are at the limit at once; the mean in a packing is 4 to
 6."""
@@ -43,8 +42,7 @@ def limit(damping_ratio: float) -> float:
 
     A spin against those of Z equal neighbours has the frequency w^2 = Z k_r/I and the damping ratio
     z = sqrt(Z I_c/I) eta_r. Leapfrog with a dashpot that sees the spin of half a step before is
-    stable up to
-    w dt = 2 (sqrt(1 + z^2) - z).
+    stable up to w dt = 2 (sqrt(1 + z^2) - z).
     """
     z = math.sqrt(NEIGHBOURS * CONTACT_POINT) * damping_ratio
     return 4.0 * (math.sqrt(1.0 + z * z) - z) ** 2 / NEIGHBOURS
