@@ -142,12 +142,9 @@ class Simulation:
         self._stale = True
         self._pair_count = self._wall_count = 0
         self._pairs, self._old_pairs = (new_pairs(64, precision) for _ in range(2))
-        self._far = np.zeros((0, 2), np.int32)
-        self._start = np.zeros(0, np.int32)
-        self._following = np.zeros(0, np.int64)
         self._allowance = np.zeros(len(self.wall_state.mass))
         self._make_wall_room(64)
-        self._resize_scratch()
+        self._renew_rows()
 
     # --- set-up -----------------------------------------------------------------------------------
 
@@ -226,7 +223,7 @@ class Simulation:
         new.tag[rows], new.material[rows] = tags, code
         self._next_tag += m
         self.particles, self.n = new, n + m
-        self._resize_scratch()
+        self._renew_rows()
         return tags
 
     def add_clusters(
@@ -282,7 +279,7 @@ class Simulation:
         new_row[keep] = np.arange(len(keep))
         self._drop_contacts(new_row)
         self.particles, self.n = new, len(keep)
-        self._resize_scratch()
+        self._renew_rows()
         return number
 
     def _remove_clusters(self, gone):
@@ -309,17 +306,8 @@ class Simulation:
         walls.particle[: self._wall_count] = new_row[walls.particle[: self._wall_count]]
         walls.history[: self._wall_count][walls.particle[: self._wall_count] < 0] = 0.0
 
-    def _resize_scratch(self):
-        rows = self.n + GHOSTS
+    def _renew_rows(self):
         place_ghosts(self.particles, self.n)
-        self._reach = np.zeros(rows)
-        self._level = np.zeros(rows, np.int32)
-        self._cell = np.zeros(rows, np.int64)
-        self._order = np.zeros(rows, np.int64)
-        self._new_row = np.arange(rows)  # the ghosts stay behind the others
-        self._head = np.zeros(rows, np.int64)
-        self._hits = np.zeros(rows, np.int32)
-        self._sieve = np.zeros((4, rows + WIDTH), np.float32)
         self._present_kinds = self._widest = None
         self._spare = new_particles(self.n, self.precision)
         self._stale = True
@@ -327,7 +315,6 @@ class Simulation:
     def _make_wall_room(self, capacity):
         self._walls_list = new_wall_contacts(capacity)
         self._old_walls = new_wall_contacts(capacity)
-        self._found = np.zeros((capacity, 2), np.int32)
         self._scratch = new_wall_scratch(capacity)
 
     # --- the lists --------------------------------------------------------------------------------
@@ -338,35 +325,25 @@ class Simulation:
         p, n, w = self.particles, self.n, self.wall_state
         horizon = self.skin.horizon * self.time_step
         nb.assign_skins(n, p, self.skin.base, horizon, float(length(self.gravity)))
-        reach, level = self._reach, self._level
-        cell_size, dims = np.zeros(nb.LEVELS), np.zeros((nb.LEVELS, 3), np.int64)
-        first_cell, low = np.zeros(nb.LEVELS + 1, np.int64), np.zeros(3)
         widest = self._attraction(n)
-        nb.plan_grids(n, p, reach, level, cell_size, dims, first_cell, low, 0.5 * widest)
-        if len(self._start) <= first_cell[-1]:
-            self._start = np.zeros(int(1.3 * first_cell[-1]) + 1, np.int32)
-        start = self._start[: first_cell[-1] + 1]
-        nb.counting_sort(
-            n, p, level, cell_size, dims, first_cell, low, self._cell, start, self._order
-        )
-        nb.take_rows(n, p, self._order, self._spare, self._new_row)
+        reach, level, *grid = nb.plan_grids(n, p, 0.5 * widest)
+        start, order = nb.counting_sort(n, p, level, *grid)
+        reach, level, new_row = reach[order], level[order], np.arange(n + GHOSTS)
+        nb.take_rows(n, p, order, self._spare, new_row)
         p, self._spare = self._spare, p
         self.particles = p  # sorted now
-        for array in (reach, level):
-            array[:n] = array[self._order[:n]]
         self.row_of = np.full(self._next_tag, -1, np.int64)
         self.row_of[p.tag[:n]] = np.arange(n)
         for b in np.flatnonzero(w.unbounded & w.spin.any(axis=1)):
             # a turning plane sweeps past a grain the faster the further it is from the axis
             away = length(p.position[:n, :3] - w.origin[b]).max(initial=0.0)
-            w.extent[b] = away + reach[:n].max(initial=0.0)
+            w.extent[b] = away + reach.max(initial=0.0)
         speed = length(w.velocity) + length(w.spin) * w.extent
         slack = self.skin.base * float(p.kinetic[:n, 6].min()) if n else 0.0
         self._allowance = np.where((speed > 0) | (w.mass > 0), horizon * speed + slack, 0.0)
         w.travel[:] = 0.0
-        grid = (cell_size, dims, first_cell, low, start)
-        self._renew_pairs(grid)
-        self._renew_walls(grid, 0.5 * widest)
+        self._renew_pairs(reach, level, (*grid, start), new_row)
+        self._renew_walls(reach, (*grid, start), new_row, 0.5 * widest)
         self._share_out()
         self.rebuilds += 1
         self._stale = False
@@ -389,37 +366,31 @@ class Simulation:
             self._present_kinds = kinds[kinds != NO_PAIR]  # of a single grain with itself
         return self._present_kinds
 
-    def _renew_pairs(self, grid):
+    def _renew_pairs(self, reach, level, grid, new_row):
         old, old_count, new = self._pairs, self._pair_count, self._old_pairs
         while True:
-            if len(self._far) < len(new.first):
-                self._far = np.zeros((len(new.first), 2), np.int32)
             count = nb.find_pairs(
-                self.n, self.particles, self._reach, self._level, *grid, self.kind_of,
-                self._kinds(), new, self._far, self._hits, self._sieve,
-            )  # fmt: skip
+                self.n, self.particles, reach, level, *grid, self.kind_of, self._kinds(), new
+            )
             if count <= len(new.first):
                 break
             new = new_pairs(int(1.3 * count) + 64, self.precision)
-        if len(self._following) < old_count:
-            self._following = np.zeros(len(old.first), np.int64)
-        nb.carry_history(old, old_count, new, count, self._new_row, self._head, self._following)
+        nb.carry_history(old, old_count, new, count, new_row)
         self._pairs, self._old_pairs, self._pair_count = new, old, count
 
-    def _renew_walls(self, grid, attraction):
+    def _renew_walls(self, reach, grid, new_row, attraction):
         """attraction: what a wall's share of the widest gap adds to the grains' reach, which holds
         theirs [m]."""
-        old, old_count = self._walls_list, self._wall_count
+        old, old_count, travel = self._walls_list, self._wall_count, self._allowance + attraction
         while True:
             count = find_wall_contacts(
-                self.n, self.particles, self.wall_state, self._allowance + attraction, self._reach,
-                *grid, self._old_walls, self._found,
-            )  # fmt: skip
-            if count <= len(self._found):
+                self.n, self.particles, self.wall_state, travel, reach, *grid, self._old_walls
+            )
+            if count <= len(self._old_walls.particle):
                 break
             self._make_wall_room(int(1.3 * count) + 64)
-        new, following = self._old_walls, np.zeros(old_count, np.int64)
-        nb.carry_wall_history(old, old_count, new, count, self._new_row, self._head, following)
+        new = self._old_walls
+        nb.carry_wall_history(old, old_count, new, count, new_row)
         if len(old.particle) != len(new.particle):
             old = new_wall_contacts(len(new.particle))
         self._walls_list, self._old_walls, self._wall_count = new, old, count
@@ -678,7 +649,7 @@ class Simulation:
         )
         self.n = len(saved["particles_tag"])
         self.particles = new_particles(self.n, self.precision)
-        self._resize_scratch()
+        self._renew_rows()
         room = (new_pairs(pair_count + 64, self.precision) for _ in range(2))
         self._pairs, self._old_pairs = room
         self._make_wall_room(wall_count + 64)

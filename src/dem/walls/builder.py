@@ -138,11 +138,8 @@ class WallSet:
         for k, b in enumerate(self.bodies):
             if b["material"] not in material_names:
                 raise ValueError(f"wall {b['name']!r}: unknown material {b['material']!r}")
-            walls.origin[k], walls.velocity[k], walls.spin[k] = (
-                b["origin"],
-                b["velocity"],
-                b["spin"],
-            )
+            for key in ("origin", "velocity", "spin"):
+                getattr(walls, key)[k] = b[key]
             if b["free"]:
                 axis = np.asarray(b["free"]["axis"], float)
                 walls.axis[k] = axis / length(axis)

@@ -70,14 +70,11 @@ def _bounds(walls, e, low, high):
 
 @njit(cache=True, error_model="numpy")
 def find_wall_contacts(
-    n, particles, walls, allowance, reach, cell_size, dims, first_cell, low, start, contacts, found
+    n, particles, walls, allowance, reach, cell_size, dims, first_cell, low, start, contacts
 ):
     """List the candidate contacts, sorted by particle; returns their number (see `find_pairs` for
-    too little room).
-
-    allowance (b,) is what each body may travel [m]; found (m, 2) int32 is scratch as long as the
-    list's room.
-    """
+    too little room). allowance (b,) is what each body may travel [m]."""
+    found = np.empty((len(contacts.particle), 2), np.int32)
     count = np.int64(0)  # see `resolve_joints`
     box_low, box_high = np.empty(3), np.empty(3)
     for e in range(len(walls.kind)):
