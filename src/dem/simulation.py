@@ -130,17 +130,13 @@ class Simulation:
             air=np.array([air.density, air.viscosity] if air else [0.0, 0.0]),
             overlap_limit=self.overlap_limit,
         )
-        self.n = 0
-        self.steps = 0
-        self.rebuilds = 0
+        self.n = self.steps = self.rebuilds = 0
         self.rebuild_seconds = self.advance_seconds = 0.0
         self.particles = new_particles(0, precision)
         self.clusters = no_clusters()
         self.row_of = np.zeros(0, np.int64)
-        self._next_tag = 0
+        self._next_tag = self._pair_count = self._wall_count = 0
         self._team = None
-        self._stale = True
-        self._pair_count = self._wall_count = 0
         self._pairs, self._old_pairs = (new_pairs(64, precision) for _ in range(2))
         self._allowance = np.zeros(len(self.wall_state.mass))
         self._make_wall_room(64)

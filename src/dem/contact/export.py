@@ -5,6 +5,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,7 @@ class Pair:
     inertia: float
     load: float
     wall: bool
-    contact: object
+    contact: Any
 
     @property
     def contact_radius(self) -> float:

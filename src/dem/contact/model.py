@@ -17,19 +17,9 @@ History of a contact, dem.kernel.simd.FIELDS numbers:
     8   torsion spring moment about the normal [N m]
 """
 
-from dem.contact.dispatch import (
-    attraction,
-    damped,
-    limit,
-    normal,
-    reach,
-    resistance,
-    rolling,
-    spans_gap,
-    tangential,
-    torsion,
-)
+from dem.contact import dispatch
 from dem.kernel.arithmetic import (
+    TINY,
     add,
     cross,
     dot,
@@ -48,7 +38,6 @@ from dem.kernel.arithmetic import (
 )
 
 BRIDGE = -1.0
-TINY = 1e-30
 INERTIA = 0.4  # of a solid sphere, in m r^2
 
 
@@ -60,9 +49,9 @@ def is_active(codes, p, overlap, r_eff, grain, radius_before):
     grain: radius [m] of the sphere on a wall, harmonic mean radius of two spheres.
     """
     active = overlap > 0.0
-    if spans_gap(codes):
+    if dispatch.spans_gap(codes):
         held = (radius_before > 0.0) | (radius_before < 0.0)
-        active = active | (held & (overlap > -reach(codes, p, r_eff, grain)))
+        active = active | (held & (overlap > -dispatch.reach(codes, p, r_eff, grain)))
     return active
 
 
@@ -70,13 +59,15 @@ def is_active(codes, p, overlap, r_eff, grain, radius_before):
 def normal_force(codes, p, overlap, r_eff, grain, m_eff, v_n, deepest):
     """Normal force, the part of it that loads the contact, contact radius, stiffness S_n and
     deepest overlap."""
-    elastic, stiffness, radius, deepest, adhesion = normal(codes, p, overlap, r_eff, deepest)
+    elastic, stiffness, radius, deepest, adhesion = dispatch.normal(
+        codes, p, overlap, r_eff, deepest
+    )
     pressed = maximum(overlap, 0.0)
-    force, deepest = damped(
+    force, deepest = dispatch.damped(
         codes, p, elastic, stiffness, pressed, r_eff, grain, m_eff, v_n, deepest
     )
     load = maximum(force + adhesion, 0.0)
-    force = force - attraction(codes, p, overlap, r_eff, grain)
+    force = force - dispatch.attraction(codes, p, overlap, r_eff, grain)
     return force, load, radius, stiffness, deepest
 
 
@@ -104,18 +95,18 @@ def contact_force(
     )
     force, load = where(active, force, 0.0), where(active, load, 0.0)
     slip = subtract(velocity, scale(v_n, n))
-    most = limit(codes, p, load, slip, grain)
+    most = dispatch.limit(codes, p, load, slip, grain)
     turn = about * dt
     spring = turned_about(history[:3], n, turn)
-    along, spring = tangential(
+    along, spring = dispatch.tangential(
         codes, p, n, slip, stiffness, radius, history[6], m_eff, spring, most, dt
     )
     unloading = minimum(radius / maximum(history[6], TINY), 1.0)
     moment = turned_about(history[3:6], n, turn)
-    torque, moment = rolling(
+    torque, moment = dispatch.rolling(
         codes, p, n, spin, load, stiffness, unloading, r_eff, inertia, moment, dt
     )
-    twisting, twist = torsion(
+    twisting, twist = dispatch.torsion(
         codes, p, dot(spin, n), radius, unloading, m_eff, history[8], most, dt
     )
     torque = add(torque, scale(twisting, n))
@@ -178,8 +169,10 @@ def pair_contact(codes, p, dt, separation, inverse, overlap, first, second, hist
     twist = cross(n, force)
     t_i = subtract(turning, scale(arm_i, twist))
     t_j = subtract(scale(-1.0, turning), scale(arm_j, twist))
-    on_first = force + t_i + (resistance(codes, p, load, r_i), load)
-    on_second = (-force[0], -force[1], -force[2]) + t_j + (resistance(codes, p, load, r_j), load)
+    resist_i = dispatch.resistance(codes, p, load, r_i)
+    resist_j = dispatch.resistance(codes, p, load, r_j)
+    on_first = force + t_i + (resist_i, load)
+    on_second = (-force[0], -force[1], -force[2]) + t_j + (resist_j, load)
     return on_first, on_second, history
 
 
@@ -204,4 +197,4 @@ def wall_contact(codes, p, dt, geometry, turning, particle, history):
         codes, p, dt, overlap, n, radius, radius, mass, inertia, velocity, spin, about, history
     )
     whole = subtract(torque, scale(arm, cross(n, force)))
-    return force + whole + (resistance(codes, p, load, radius), load), torque, history
+    return force + whole + (dispatch.resistance(codes, p, load, radius), load), torque, history

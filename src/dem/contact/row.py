@@ -12,7 +12,7 @@ from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.extending import lower_getattr_generic, models, register_model
 
 from dem.contact.registry import PairProperties
-from dem.kernel.simd import emits
+from dem.kernel.simd import emits, place_in
 
 
 class PropertyRow(types.Type):
@@ -51,7 +51,6 @@ def _load(context, builder, kind, row, name):
 def properties_of(context, builder, kinds, table, pair):
     """Row `pair` of table (n_pairs, N_PROPERTIES) float64, C-contiguous, whose numbers are
     attributes named as in `PairProperties`. The table must outlive it and not change meanwhile."""
-    data = context.make_array(kinds[0])(context, builder, table).data
     pair = context.cast(builder, pair, kinds[1], types.int64)
     width = ir.Constant(ir.IntType(64), len(PairProperties._fields))
-    return builder.gep(data, [builder.mul(pair, width)])
+    return place_in(context, builder, kinds[0], table, builder.mul(pair, width))

@@ -209,9 +209,9 @@ def emits(returns: Any) -> Callable:
 # instruction.
 
 
-def _pointer(context, builder, array_type, array, element_type):
-    data = context.make_array(array_type)(context, builder, array).data
-    return builder.bitcast(data, element_type.as_pointer())
+def place_in(context: Any, builder: Any, array_type: Any, array: Any, index: Any) -> Any:
+    """Pointer to number `index`, int64, of a contiguous array."""
+    return builder.gep(context.make_array(array_type)(context, builder, array).data, [index])
 
 
 def _load(builder, pointer, vector, align):
@@ -271,12 +271,9 @@ def _transpose(builder, rows):
 
 def _indices(context, builder, array_type, array, start):
     """The `WIDTH` int32 indices from `start`, as 64-bit integers."""
-    base = _pointer(context, builder, array_type, array, ir.IntType(32))
-    out = []
-    for lane in range(WIDTH):
-        pointer = builder.gep(base, [builder.add(start, _constant(lane))])
-        out.append(builder.zext(builder.load(pointer), ir.IntType(64)))
-    return out
+    base = place_in(context, builder, array_type, array, start)
+    places = [builder.gep(base, [_constant(lane)]) for lane in range(WIDTH)]
+    return [builder.zext(builder.load(place), ir.IntType(64)) for place in places]
 
 
 def _columns(builder, rows):
@@ -320,7 +317,7 @@ def _pair_rows(builder, double, i, j, combine):
 def gather_separations(context, builder, kinds, rows, first, second, start):
     """(dx, dy, dz) as `gather_pairs` has it, and the sum of the radii, F64; far less than all that
     a contact needs."""
-    double = _pointer(context, builder, kinds[0], rows, ir.DoubleType())
+    double = place_in(context, builder, kinds[0], rows, _constant(0))
     i = _indices(context, builder, kinds[1], first, start)
     j = _indices(context, builder, kinds[2], second, start)
 
@@ -339,7 +336,7 @@ def gather_pairs(context, builder, kinds, rows, first, second, start):
     Returns (dx, dy, dz) = position of first minus position of second, F64, then the eight F32
     columns of the first particle and the eight of the second.
     """
-    double = _pointer(context, builder, kinds[0], rows, ir.DoubleType())
+    double = place_in(context, builder, kinds[0], rows, _constant(0))
     single = builder.bitcast(double, ir.FloatType().as_pointer())
     i = _indices(context, builder, kinds[1], first, start)
     j = _indices(context, builder, kinds[2], second, start)
@@ -357,7 +354,7 @@ def scatter_add(context, builder, kinds, target, index, start, columns):
 
     Lanes are added in order, so a particle that stands in several lanes receives every share.
     """
-    base = _pointer(context, builder, kinds[0], target, ir.FloatType())
+    base = place_in(context, builder, kinds[0], target, _constant(0))
     index = _indices(context, builder, kinds[1], index, start)
     groups = _transpose(builder, [builder.extract_value(columns, k) for k in range(8)])
     rows = [
@@ -374,11 +371,9 @@ def scatter_add(context, builder, kinds, target, index, start, columns):
 
 def _field(context, builder, array_type, array, block, k):
     """Pointer to field k of block `block` of blocks (m, FIELDS, WIDTH) float32."""
-    base = _pointer(context, builder, array_type, array, ir.FloatType())
-    place = builder.add(
-        builder.mul(block, _constant(FIELDS * WIDTH)), builder.mul(k, _constant(WIDTH))
-    )
-    return builder.bitcast(builder.gep(base, [place]), F32.vector.as_pointer())
+    row = builder.add(builder.mul(block, _constant(FIELDS)), k)
+    place = place_in(context, builder, array_type, array, builder.mul(row, _constant(WIDTH)))
+    return builder.bitcast(place, F32.vector.as_pointer())
 
 
 @emits(F32)
@@ -410,8 +405,7 @@ def store_block(context, builder, kinds, blocks, block, fields):
 @emits(F32)
 def load_lanes(context, builder, kinds, values, start):
     """values[start : start + WIDTH] of a (m,) float32 as F32."""
-    base = _pointer(context, builder, kinds[0], values, ir.FloatType())
-    return _load(builder, builder.gep(base, [start]), F32.vector, 4)
+    return _load(builder, place_in(context, builder, kinds[0], values, start), F32.vector, 4)
 
 
 @emits(types.int64)

@@ -8,6 +8,7 @@ to. Two rows beyond the last are ghosts, far from everything, that fill up the l
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -114,10 +115,9 @@ class Clusters(NamedTuple):
 
 def aligned(shape: tuple[int, ...], dtype: DTypeLike) -> np.ndarray:
     """Zeroed array whose data starts on a 64-byte boundary, so that a row is a cache line."""
-    size = int(np.prod(shape)) * np.dtype(dtype).itemsize
+    size = math.prod(shape) * np.dtype(dtype).itemsize
     raw = np.zeros(size + 64, np.uint8)
-    start = -raw.ctypes.data % 64
-    return raw[start : start + size].view(dtype).reshape(shape)
+    return np.ndarray(shape, dtype, raw, offset=-raw.ctypes.data % 64)
 
 
 def new_particles(n: int, precision: str) -> Particles:

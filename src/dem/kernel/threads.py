@@ -18,7 +18,7 @@ from numba import njit, types
 from numba.core import cgutils
 
 from dem.errors import DemError
-from dem.kernel.simd import FIELDS, WIDTH, emits, inlined
+from dem.kernel.simd import FIELDS, WIDTH, emits, inlined, place_in
 from dem.kernel.state import GHOSTS, Particles, WallContacts, WallScratch, aligned
 
 if TYPE_CHECKING:
@@ -124,7 +124,8 @@ def shares_of(
         particles = particles._replace(force=room)
     edges = np.searchsorted(contacts.particle[:contact_count], cuts)
     # a cache line for each: two threads that write to one wait for each other
-    found, gate, shares = aligned((size, LINE), np.int64), aligned((LINE,), np.int64), []
+    board, lanes = aligned((size + 1, LINE), np.int64), aligned((size, 2, WIDTH), np.int32)
+    stages, shares = aligned((size, 5, FIELDS, WIDTH), force.dtype), []
     for k in range(size):
         rows, edge = slice(*cuts[k : k + 2]), slice(*edges[k : k + 2])
         # a view of one row has another type than one of several, and all would be compiled for it
@@ -138,16 +139,16 @@ def shares_of(
             contacts=WallContacts(*(array[edge] for array in contacts)),
             first_contact=int(edges[k]),
             scratch=WallScratch(*(array[edge] for array in scratch)),
-            stage=aligned((5, FIELDS, WIDTH), force.dtype),
-            staged=aligned((WIDTH,), np.int32),
-            rows=aligned((WIDTH,), np.int32),
+            stage=stages[k],
+            staged=lanes[k, 0],
+            rows=lanes[k, 1],
             blocks=np.flatnonzero(holder == k).astype(np.uint32),
             to_first=to_first,
             to_second=to_second,
             kept=particles.force[kept[k] : kept[k + 1]],
             inbox=inbox[inbox[:, 0] == k, 1:],
-            found=found,
-            gate=gate,
+            found=board[:size],
+            gate=board[size],
         )
         shares.append(share)
     return shares, particles
@@ -248,28 +249,23 @@ def meet(share):
             _nap()
 
 
-def _place(context, builder, array_type, array, index):
-    data = context.make_array(array_type)(context, builder, array).data
-    return builder.gep(data, [index])
-
-
 @emits(types.int64)
 def _atomic_add(context, builder, kinds, numbers, index):
     """Add one to numbers[index], (m,) int64; returns what was there."""
-    place = _place(context, builder, kinds[0], numbers, index)
+    place = place_in(context, builder, kinds[0], numbers, index)
     return builder.atomic_rmw("add", place, ir.Constant(ir.IntType(64), 1), "seq_cst")
 
 
 @emits(types.int64)
 def _atomic_load(context, builder, kinds, numbers, index):
     """numbers[index], as the other threads have left it."""
-    return builder.load_atomic(_place(context, builder, kinds[0], numbers, index), "seq_cst", 8)
+    return builder.load_atomic(place_in(context, builder, kinds[0], numbers, index), "seq_cst", 8)
 
 
 @emits(types.none)
 def _atomic_clear(context, builder, kinds, numbers, index):
     """Set numbers[index] to zero."""
-    place = _place(context, builder, kinds[0], numbers, index)
+    place = place_in(context, builder, kinds[0], numbers, index)
     builder.store_atomic(ir.Constant(ir.IntType(64), 0), place, "seq_cst", 8)
 
 

@@ -24,6 +24,7 @@ from dem.walls.geometry import (
     RECTANGLE,
     TRIANGLE,
     closest_point,
+    in_space,
     into_body,
     out_of_body,
 )
@@ -31,16 +32,11 @@ from dem.walls.joints import resolve_joints
 
 
 @inlined
-def _list_if_within(walls, e, particles, i, reach, found, count):
-    """Append row i and element e to `found` where they are within reach; returns the new count."""
-    p, b = particles.position[i], walls.body[e]
+def _within(walls, e, p, reach):
+    b = walls.body[e]
     x, y, z = into_body(walls.origin, walls.rotation, b, p[0], p[1], p[2])
     _, _, _, d = closest_point(walls.kind[e], walls.parameters[e], x, y, z)
-    if d < reach:
-        if count < len(found):
-            found[count, 0], found[count, 1] = i, e
-        count += 1
-    return count
+    return d < reach
 
 
 @njit(cache=True, error_model="numpy")
@@ -62,10 +58,9 @@ def _bounds(walls, e, low, high):
     low[:] = np.inf
     high[:] = -np.inf
     for k in range(8):
-        c = out_of_body(walls.rotation, b, corners[k, 0], corners[k, 1], corners[k, 2])
+        c = in_space(walls, b, corners[k, 0], corners[k, 1], corners[k, 2])
         for a in range(3):
-            low[a] = min(low[a], c[a] + walls.origin[b, a])
-            high[a] = max(high[a], c[a] + walls.origin[b, a])
+            low[a], high[a] = min(low[a], c[a]), max(high[a], c[a])
 
 
 @njit(cache=True, error_model="numpy")
@@ -77,11 +72,15 @@ def find_wall_contacts(
     found = np.empty((len(contacts.particle), 2), np.int32)
     count = np.int64(0)  # see `resolve_joints`
     box_low, box_high = np.empty(3), np.empty(3)
+    lo, hi = np.empty(3, np.int64), np.empty(3, np.int64)
     for e in range(len(walls.kind)):
         extra = allowance[walls.body[e]]
         if walls.kind[e] == PLANE:
             for i in range(n):
-                count = _list_if_within(walls, e, particles, i, reach[i] + extra, found, count)
+                if _within(walls, e, particles.position[i], reach[i] + extra):
+                    if count < len(found):
+                        found[count, 0], found[count, 1] = i, e
+                    count += 1
             continue
         _bounds(walls, e, box_low, box_high)
         for lv in range(LEVELS):
@@ -89,7 +88,6 @@ def find_wall_contacts(
             if size == 0.0:
                 continue
             margin = 0.5 * size + extra
-            lo, hi = np.empty(3, np.int64), np.empty(3, np.int64)
             for k in range(3):
                 lo[k] = max(math.floor((box_low[k] - margin - low[k]) / size), 0)
                 hi[k] = min(math.floor((box_high[k] + margin - low[k]) / size), dims[lv, k] - 1)
@@ -99,9 +97,10 @@ def find_wall_contacts(
                 for cy in range(lo[1], hi[1] + 1):
                     row = first_cell[lv] + (cz * dims[lv, 1] + cy) * dims[lv, 0]
                     for i in range(start[row + lo[0]], start[row + hi[0] + 1]):
-                        count = _list_if_within(
-                            walls, e, particles, i, reach[i] + extra, found, count
-                        )
+                        if _within(walls, e, particles.position[i], reach[i] + extra):
+                            if count < len(found):
+                                found[count, 0], found[count, 1] = i, e
+                            count += 1
     if count <= len(found):
         _sort_by_particle(n, found, count, contacts)
     return count

@@ -45,6 +45,13 @@ def out_of_body(rotation, b, x, y, z):
 
 
 @_leaf
+def in_space(walls, b, x, y, z):
+    """A point of the frame of body b in space."""
+    x, y, z = out_of_body(walls.rotation, b, x, y, z)
+    return x + walls.origin[b, 0], y + walls.origin[b, 1], z + walls.origin[b, 2]
+
+
+@_leaf
 def closest_point(kind, e, x, y, z):
     """Closest point of element `e` to (x, y, z) and the signed distance to it, negative only behind
     a plane."""

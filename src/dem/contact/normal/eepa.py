@@ -20,9 +20,7 @@ up in parallel to the second. Other codes may take another radius for the patch.
 import math
 
 from dem.contact.law import Law, Parameter
-from dem.kernel.arithmetic import law, maximum, minimum, sqrt
-
-TINY = 1e-30
+from dem.kernel.arithmetic import TINY, law, maximum, minimum, sqrt
 
 
 @law

@@ -81,10 +81,11 @@ CONSTANT = (
 def spring_of(pair: Pair) -> float:
     """Rotational stiffness k_r [N m] of a `Pair` under its load: factor S_n (mu_r R*)^2, S_n = 2 E*
     a."""
-    normal = 2.0 * pair.young * pair.contact_radius
-    return (
-        pair.contact.rolling_stiffness * normal * (pair.contact.rolling_friction * pair.radius) ** 2  # type: ignore[attr-defined]
+    normal, arm = (
+        2.0 * pair.young * pair.contact_radius,
+        pair.contact.rolling_friction * pair.radius,
     )
+    return pair.contact.rolling_stiffness * normal * arm**2
 
 
 def mercury_spring(pair: Pair) -> float:
@@ -96,7 +97,7 @@ def mercury_spring(pair: Pair) -> float:
 def dashpot_of(pair: Pair, spring: float) -> float:
     """Coefficient of the rolling dashpot [N m s] of a `Pair` beside a spring [N m]: 2 ratio sqrt(I
     k_r)."""
-    return 2.0 * pair.contact.rolling_damping * math.sqrt(pair.inertia * spring)  # type: ignore[attr-defined]
+    return 2.0 * pair.contact.rolling_damping * math.sqrt(pair.inertia * spring)
 
 
 def _in_edem(factor):
