@@ -7,6 +7,7 @@ import time
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import combinations_with_replacement
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -118,7 +119,14 @@ class Simulation:
         self.wall_state = self.walls.compile(self.material_names)
         self.overlap_limit = float(overlap_limit)
         self.skin = skin or SkinPolicy()
-        self._compile_properties(dict(contacts))
+        self.kind_of = np.full((len(self.materials),) * 2, NO_PAIR, np.int32)
+        self.properties = []  # type: list[PairProperties]
+        for (a, x), (b, y) in combinations_with_replacement(enumerate(self.material_names), 2):
+            pair = contacts.get((x, y)) or contacts.get((y, x))
+            if pair is not None:
+                self.kind_of[a, b] = self.kind_of[b, a] = len(self.properties)
+                own = pair_properties(self.laws, self.materials[x], self.materials[y], pair)
+                self.properties.append(own)
         if self.laws.drag != "none" and air is None:
             raise ValueError(f"laws.drag {self.laws.drag}: only with air")
         self.model = Model(
@@ -143,20 +151,6 @@ class Simulation:
         self._renew_rows()
 
     # --- set-up -----------------------------------------------------------------------------------
-
-    def _compile_properties(self, contacts):
-        names, rows = self.material_names, []
-        size = len(names)
-        self.kind_of = np.full((size, size), NO_PAIR, np.int32)
-        for a in range(size):
-            for b in range(a, size):
-                pair = contacts.get((names[a], names[b])) or contacts.get((names[b], names[a]))
-                if pair is None:
-                    continue
-                self.kind_of[a, b] = self.kind_of[b, a] = len(rows)
-                ma, mb = self.materials[names[a]], self.materials[names[b]]
-                rows.append(pair_properties(self.laws, ma, mb, pair))
-        self.properties = rows
 
     def _check_pairs(self, material, count):
         """Raise ValueError when `count` more grains of a material (its code) can meet what has no

@@ -33,8 +33,6 @@ DEFAULTS = {slot: next(iter(laws)) for slot, laws in LAWS.items()}
 """Slot -> name of the law where none is named. Rolling and torsion are a pair that conserves
 angular momentum."""
 
-NO_TORSION = "none"
-
 
 def completed(named: Mapping[str, str]) -> dict[str, str]:
     """{slot: name of its law} of all slots, in their order, from those that are named.
@@ -46,7 +44,7 @@ def completed(named: Mapping[str, str]) -> dict[str, str]:
     found = DEFAULTS | {slot: name for slot, name in named.items() if slot in SLOTS}
     refused = any("torsion" in (slot, other) for slot, _, other, *_ in clashes(found))
     if "torsion" not in named and ("rolling" in named or refused):
-        found["torsion"] = NO_TORSION
+        found["torsion"] = "none"
     return {slot: found[slot] for slot in SLOTS}
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import namedtuple
 from dataclasses import dataclass, field, make_dataclass
+from inspect import signature
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from dem.contact.catalogue import CODES, LAWS, SLOTS, clashes, completed, every_law
@@ -136,5 +137,6 @@ def pair_properties(
 def attraction_reach(laws: Laws, properties: PairProperties, radius: float) -> float:
     """Largest gap [m] at which this pair of materials still attracts, for grains up to radius
     [m]."""
-    spans = [one.kernels["reach"] for one in laws.chosen() if "reach" in one.kernels]
-    return max((reach.py_func(properties, radius, radius) for reach in spans), default=0.0)
+    given = {"p": properties, "r_eff": radius, "grain": radius}
+    spans = [one.kernels["reach"].py_func for one in laws.chosen() if "reach" in one.kernels]
+    return max((f(*(given[name] for name in signature(f).parameters)) for f in spans), default=0.0)
