@@ -24,7 +24,7 @@ from scipy import stats
 
 from calibration.digests import SOURCES
 from calibration.engines.templates import macros
-from dem.fingerprint import code_of, engine_fingerprint, kernel_fingerprint
+from dem.fingerprint import code_of, contacts_fingerprint, engine_fingerprint
 
 ROOT = Path(__file__).parents[2]
 KEPT = ROOT / "results/reference/discovery"
@@ -56,7 +56,7 @@ def present(of: str = "contacts") -> dict[str, str]:
     tables that are drawn are of closed forms, which run no engine."""
     if of == "engine tables":
         return {"engine": engine_fingerprint(), "rules": rules(of="engine tables")}
-    engine = {"engine": kernel_fingerprint()} if of == "contacts" else {}
+    engine = {"engine": contacts_fingerprint()} if of == "contacts" else {}
     return engine | {"rules": rules(of=of)}
 
 

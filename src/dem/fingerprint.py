@@ -52,8 +52,8 @@ TYPES = {"__future__", "typing", "collections.abc", "numpy.typing"}
 """Modules that are imported for types: what a name from them does stands where it is used."""
 
 EQUAL: dict[str, str] = {}
-"""Digest of the code as it is -> fingerprint of an earlier engine, where the runs of both are equal
-to the bit: a change of form alone makes no run again."""
+"""Digest of the code as it is, or of what is compiled of it -> fingerprint of an earlier engine,
+where the runs of both are equal to the bit: a change of form alone makes no run again."""
 
 TYPED = {("arg", "annotation"), ("FunctionDef", "returns"), ("AsyncFunctionDef", "returns")}
 """Where types stand that decide nothing; those of a class's fields do, as pydantic reads them."""
@@ -76,8 +76,14 @@ def engine_fingerprint() -> str:
 @cache
 def kernel_fingerprint() -> str:
     """The same over what is compiled, or seen by what is compiled: another experiment compiles
-    nothing anew."""
+    nothing anew. Never that of an earlier engine, whose compiled code is another."""
     return _digest(p for p in engine_sources() if not UNCOMPILED & set(p.relative_to(ROOT).parts))
+
+
+def contacts_fingerprint() -> str:
+    """Date of results of single contacts, which run no experiment: `kernel_fingerprint`,
+    or that of the earlier engine where what is compiled is EQUAL to its."""
+    return EQUAL.get(kernel_fingerprint(), kernel_fingerprint())
 
 
 def _digest(paths):
