@@ -19,7 +19,8 @@ _TURNS = ((0, 1), (0, 2), (1, 2))
 
 def length(vectors: ArrayLike) -> Any:
     """Euclidean length of vectors (..., 3)."""
-    x, y, z = np.moveaxis(np.asarray(vectors, float), -1, 0)
+    v = np.asarray(vectors, float)
+    x, y, z = v.transpose(v.ndim - 1, *range(v.ndim - 1))
     return np.sqrt(x * x + y * y + z * z)
 
 

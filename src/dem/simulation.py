@@ -7,24 +7,25 @@ import time
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from itertools import combinations_with_replacement
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from dem.constants import DOWN
-from dem.contact.properties import PairProperties
-from dem.contact.registry import Laws, attraction_reach, pair_properties
+from dem.contact.registry import Laws, PairProperties, attraction_reach, pair_properties
 from dem.errors import BlowUpError, LightBodyError
 from dem.grains import sphere
 from dem.kernel import neighbours as nb
-from dem.kernel.clusters_setup import build_clusters, drop_clusters
+from dem.kernel.clusters import build_clusters, drop_clusters
 from dem.kernel.simd import WIDTH
 from dem.kernel.state import (
     GHOSTS,
+    Clusters,
     Pairs,
+    Particles,
     WallContacts,
-    aligned,
     new_pairs,
     new_particles,
     new_wall_contacts,
@@ -33,7 +34,7 @@ from dem.kernel.state import (
     place_ghosts,
 )
 from dem.kernel.step import DONE, OVERLAP, WALL_OVERLAP, Model, advance
-from dem.kernel.threads import new_board, plan_shares, shares_of, threads_chosen
+from dem.kernel.threads import shares_of, threads_chosen
 from dem.linear import into_axes, length
 from dem.walls.builder import WallSet
 from dem.walls.contacts import find_wall_contacts
@@ -118,7 +119,14 @@ class Simulation:
         self.wall_state = self.walls.compile(self.material_names)
         self.overlap_limit = float(overlap_limit)
         self.skin = skin or SkinPolicy()
-        self._compile_properties(dict(contacts))
+        self.kind_of = np.full((len(self.materials),) * 2, NO_PAIR, np.int32)
+        self.properties = []  # type: list[PairProperties]
+        for (a, x), (b, y) in combinations_with_replacement(enumerate(self.material_names), 2):
+            pair = contacts.get((x, y)) or contacts.get((y, x))
+            if pair is not None:
+                self.kind_of[a, b] = self.kind_of[b, a] = len(self.properties)
+                own = pair_properties(self.laws, self.materials[x], self.materials[y], pair)
+                self.properties.append(own)
         if self.laws.drag != "none" and air is None:
             raise ValueError(f"laws.drag {self.laws.drag}: only with air")
         self.model = Model(
@@ -130,40 +138,19 @@ class Simulation:
             air=np.array([air.density, air.viscosity] if air else [0.0, 0.0]),
             overlap_limit=self.overlap_limit,
         )
-        self.n = 0
-        self.steps = 0
-        self.rebuilds = 0
+        self.n = self.steps = self.rebuilds = 0
         self.rebuild_seconds = self.advance_seconds = 0.0
         self.particles = new_particles(0, precision)
         self.clusters = no_clusters()
         self.row_of = np.zeros(0, np.int64)
-        self._next_tag = 0
-        self._team = self._board = None
-        self._stale = True
-        self._pair_count = self._wall_count = 0
-        self._pairs, self._old_pairs = new_pairs(64, precision), new_pairs(64, precision)
-        self._far = np.zeros((0, 2), np.int32)
-        self._start = np.zeros(0, np.int32)
-        self._following = np.zeros(0, np.int64)
+        self._next_tag = self._pair_count = self._wall_count = 0
+        self._team = None
+        self._pairs, self._old_pairs = (new_pairs(64, precision) for _ in range(2))
         self._allowance = np.zeros(len(self.wall_state.mass))
         self._make_wall_room(64)
-        self._resize_scratch()
+        self._renew_rows()
 
     # --- set-up -----------------------------------------------------------------------------------
-
-    def _compile_properties(self, contacts):
-        names, rows = self.material_names, []
-        size = len(names)
-        self.kind_of = np.full((size, size), NO_PAIR, np.int32)
-        for a in range(size):
-            for b in range(a, size):
-                pair = contacts.get((names[a], names[b])) or contacts.get((names[b], names[a]))
-                if pair is None:
-                    continue
-                self.kind_of[a, b] = self.kind_of[b, a] = len(rows)
-                ma, mb = self.materials[names[a]], self.materials[names[b]]
-                rows.append(pair_properties(self.laws, ma, mb, pair))
-        self.properties = rows
 
     def _check_pairs(self, material, count):
         """Raise ValueError when `count` more grains of a material (its code) can meet what has no
@@ -226,7 +213,7 @@ class Simulation:
         new.tag[rows], new.material[rows] = tags, code
         self._next_tag += m
         self.particles, self.n = new, n + m
-        self._resize_scratch()
+        self._renew_rows()
         return tags
 
     def add_clusters(
@@ -282,7 +269,7 @@ class Simulation:
         new_row[keep] = np.arange(len(keep))
         self._drop_contacts(new_row)
         self.particles, self.n = new, len(keep)
-        self._resize_scratch()
+        self._renew_rows()
         return number
 
     def _remove_clusters(self, gone):
@@ -309,17 +296,8 @@ class Simulation:
         walls.particle[: self._wall_count] = new_row[walls.particle[: self._wall_count]]
         walls.history[: self._wall_count][walls.particle[: self._wall_count] < 0] = 0.0
 
-    def _resize_scratch(self):
-        rows = self.n + GHOSTS
+    def _renew_rows(self):
         place_ghosts(self.particles, self.n)
-        self._reach = np.zeros(rows)
-        self._level = np.zeros(rows, np.int32)
-        self._cell = np.zeros(rows, np.int64)
-        self._order = np.zeros(rows, np.int64)
-        self._new_row = np.arange(rows)  # the ghosts stay behind the others
-        self._head = np.zeros(rows, np.int64)
-        self._hits = np.zeros(rows, np.int32)
-        self._sieve = np.zeros((4, rows + WIDTH), np.float32)
         self._present_kinds = self._widest = None
         self._spare = new_particles(self.n, self.precision)
         self._stale = True
@@ -327,8 +305,7 @@ class Simulation:
     def _make_wall_room(self, capacity):
         self._walls_list = new_wall_contacts(capacity)
         self._old_walls = new_wall_contacts(capacity)
-        self._found = np.zeros((capacity, 2), np.int32)
-        self._scratch = new_wall_scratch(capacity, self.precision)
+        self._scratch = new_wall_scratch(capacity)
 
     # --- the lists --------------------------------------------------------------------------------
 
@@ -338,30 +315,25 @@ class Simulation:
         p, n, w = self.particles, self.n, self.wall_state
         horizon = self.skin.horizon * self.time_step
         nb.assign_skins(n, p, self.skin.base, horizon, float(length(self.gravity)))
-        reach, level = self._reach, self._level
-        cell_size, dims = np.zeros(nb.LEVELS), np.zeros((nb.LEVELS, 3), np.int64)
-        first_cell, low = np.zeros(nb.LEVELS + 1, np.int64), np.zeros(3)
         widest = self._attraction(n)
-        nb.plan_grids(n, p, reach, level, cell_size, dims, first_cell, low, 0.5 * widest)
-        if len(self._start) <= first_cell[-1]:
-            self._start = np.zeros(int(1.3 * first_cell[-1]) + 1, np.int32)
-        start = self._start[: first_cell[-1] + 1]
-        nb.counting_sort(
-            n, p, level, cell_size, dims, first_cell, low, self._cell, start, self._order
-        )
-        self._permute()
-        p = self.particles  # sorted now
-        new_row = self._new_row
+        reach, level, *grid = nb.plan_grids(n, p, 0.5 * widest)
+        start, order = nb.counting_sort(n, p, level, *grid)
+        reach, level, new_row = reach[order], level[order], np.arange(n + GHOSTS)
+        nb.take_rows(n, p, order, self._spare, new_row)
+        p, self._spare = self._spare, p
+        self.particles = p  # sorted now
+        self.row_of = np.full(self._next_tag, -1, np.int64)
+        self.row_of[p.tag[:n]] = np.arange(n)
         for b in np.flatnonzero(w.unbounded & w.spin.any(axis=1)):
             # a turning plane sweeps past a grain the faster the further it is from the axis
-            w.extent[b] = nb.furthest(n, p, w.origin[b]) + reach[:n].max(initial=0.0)
+            away = length(p.position[:n, :3] - w.origin[b]).max(initial=0.0)
+            w.extent[b] = away + reach.max(initial=0.0)
         speed = length(w.velocity) + length(w.spin) * w.extent
         slack = self.skin.base * float(p.kinetic[:n, 6].min()) if n else 0.0
         self._allowance = np.where((speed > 0) | (w.mass > 0), horizon * speed + slack, 0.0)
         w.travel[:] = 0.0
-        grid = (cell_size, dims, first_cell, low, start)
-        self._renew_pairs(reach, level, grid, new_row)
-        self._renew_walls(reach, grid, new_row, 0.5 * widest)
+        self._renew_pairs(reach, level, (*grid, start), new_row)
+        self._renew_walls(reach, (*grid, start), new_row, 0.5 * widest)
         self._share_out()
         self.rebuilds += 1
         self._stale = False
@@ -376,15 +348,6 @@ class Simulation:
             self._widest = max(attraction_reach(self.laws, row, largest) for row in self.properties)
         return self._widest
 
-    def _permute(self):
-        n, order = self.n, self._order
-        nb.take_rows(n, self.particles, order, self._spare, self._new_row)
-        self.particles, self._spare = self._spare, self.particles
-        for array in (self._reach, self._level):
-            array[:n] = array[order[:n]]
-        self.row_of = np.full(self._next_tag, -1, np.int64)
-        self.row_of[self.particles.tag[:n]] = np.arange(n)
-
     def _kinds(self):
         """Rows of the property table that two of the grains can have."""
         if self._present_kinds is None:
@@ -394,63 +357,40 @@ class Simulation:
         return self._present_kinds
 
     def _renew_pairs(self, reach, level, grid, new_row):
-        old, old_count = self._pairs, self._pair_count
-        new = self._old_pairs
+        old, old_count, new = self._pairs, self._pair_count, self._old_pairs
         while True:
-            if len(self._far) < len(new.first):
-                self._far = np.zeros((len(new.first), 2), np.int32)
             count = nb.find_pairs(
-                self.n, self.particles, reach, level, *grid, self.kind_of, self._kinds(), new,
-                self._far, self._hits, self._sieve,
-            )  # fmt: skip
+                self.n, self.particles, reach, level, *grid, self.kind_of, self._kinds(), new
+            )
             if count <= len(new.first):
                 break
             new = new_pairs(int(1.3 * count) + 64, self.precision)
-        if len(self._following) < old_count:
-            self._following = np.zeros(len(old.first), np.int64)
-        nb.carry_history(old, old_count, new, count, new_row, self._head, self._following)
+        nb.carry_history(old, old_count, new, count, new_row)
         self._pairs, self._old_pairs, self._pair_count = new, old, count
 
     def _renew_walls(self, reach, grid, new_row, attraction):
         """attraction: what a wall's share of the widest gap adds to the grains' reach, which holds
         theirs [m]."""
-        old, old_count = self._walls_list, self._wall_count
+        old, old_count, travel = self._walls_list, self._wall_count, self._allowance + attraction
         while True:
             count = find_wall_contacts(
-                self.n,
-                self.particles,
-                self.wall_state,
-                self._allowance + attraction,
-                reach,
-                *grid,
-                self._old_walls,
-                self._found,
+                self.n, self.particles, self.wall_state, travel, reach, *grid, self._old_walls
             )
-            if count <= len(self._found):
+            if count <= len(self._old_walls.particle):
                 break
             self._make_wall_room(int(1.3 * count) + 64)
         new = self._old_walls
-        nb.carry_wall_history(
-            old, old_count, new, count, new_row, self._head, np.zeros(old_count, np.int64)
-        )
-        self._walls_list, self._wall_count = new, count
-        self._old_walls = (
-            old if len(old.particle) == len(new.particle) else new_wall_contacts(len(new.particle))
-        )
+        nb.carry_wall_history(old, old_count, new, count, new_row)
+        if len(old.particle) != len(new.particle):
+            old = new_wall_contacts(len(new.particle))
+        self._walls_list, self._old_walls, self._wall_count = new, old, count
 
     def _share_out(self):
         """Say which thread does what until the lists are made again."""
-        plan = plan_shares(
-            self.threads, self.n, self._pairs, self._pair_count, self._walls_list, self._wall_count
-        )
-        force = self.particles.force
-        if plan.kept[-1] > len(force):
-            room = aligned((int(1.2 * plan.kept[-1]), force.shape[1]), force.dtype)
-            self.particles = self.particles._replace(force=room)
-        size = len(plan.cuts) - 1
-        if self._board is None or len(self._board.stages) != size:
-            self._board = new_board(size, self.precision)
-        self._shares = shares_of(plan, self.particles, self._walls_list, self._scratch, self._board)
+        self._shares, self.particles = shares_of(
+            self.threads, self.n, self.particles, self._pairs, self._pair_count, self._walls_list,
+            self._wall_count, self._scratch,
+        )  # fmt: skip
 
     # --- time -------------------------------------------------------------------------------------
 
@@ -515,8 +455,8 @@ class Simulation:
         p, k = self.particles.position[:, :3], self.particles.kinetic
         gap = length(p[i] - p[j]) - k[i, 6] - k[j, 6]
         worst = int(np.argmin(gap / np.minimum(k[i, 6], k[j, 6])))
-        row, other = i[worst], int(self.particles.tag[j[worst]])
-        self._raise_overlap(row, -gap[worst], f"particle {other}", "each other")
+        other = f"particle {self.particles.tag[j[worst]]}"
+        self._raise_overlap(i[worst], -gap[worst], other, "each other")
 
     def _report_wall_overlap(self, contact):
         row, element = self._walls_list.particle[contact], self._walls_list.element[contact]
@@ -526,24 +466,21 @@ class Simulation:
 
     def _raise_overlap(self, row, depth, other, inside):
         share = depth / float(self.particles.kinetic[row, 6])
-        raise BlowUpError(
-            particle=int(self.particles.tag[row]),
-            time=self.time,
-            reason=f"overlap of {share:.2f} radii with {other} (limit {self.overlap_limit:g})",
-            hint="the time step is too large, the modulus too soft, the impact too fast, or "
-            "particles were generated "
-            f"inside {inside}",
-        )
+        reason = f"overlap of {share:.2f} radii with {other} (limit {self.overlap_limit:g})"
+        hint = "the time step is too large, the modulus too soft, the impact too fast, or "
+        hint += f"particles were generated inside {inside}"
+        raise self._blown_up(row, reason, hint)
+
+    def _blown_up(self, row, reason, hint):
+        tag = int(self.particles.tag[row])
+        return BlowUpError(particle=tag, time=self.time, reason=reason, hint=hint)
 
     def _check_finite(self):
         row = nb.first_not_finite(self.n, self.particles)
         if row >= 0:
-            raise BlowUpError(
-                particle=int(self.particles.tag[row]),
-                time=self.time,
-                reason="position or velocity is not a number",
-                hint="the time step is too large for the contact stiffness",
-            )
+            reason = "position or velocity is not a number"
+            hint = "the time step is too large for the contact stiffness"
+            raise self._blown_up(row, reason, hint)
 
     # --- what can be seen -------------------------------------------------------------------------
 
@@ -676,28 +613,23 @@ class Simulation:
 
     def state_dict(self) -> dict[str, np.ndarray]:
         """Everything that determines the future, as arrays for `numpy.savez`; see `restore`."""
-        out = {f"particles_{k}": np.array(v[: self.n]) for k, v in self.particles._asdict().items()}
-        out |= {f"walls_{k}": v.copy() for k, v in self.wall_state._asdict().items()}
-        out |= {f"clusters_{k}": v.copy() for k, v in self.clusters._asdict().items()}
-        out |= {"pairs_first": self._pairs.first[: self._pair_count].copy()}
-        out |= {"pairs_second": self._pairs.second[: self._pair_count].copy()}
-        out |= {"pairs_kind": self._pairs.kind[: self._pair_count // WIDTH].copy()}
-        out |= {"pairs_history": self._pairs.history[: self._pair_count // WIDTH].copy()}
-        for k, v in self._walls_list._asdict().items():
-            out[f"contacts_{k}"] = v[: self._wall_count].copy()
-        out["allowance"] = self._allowance.copy()
-        out["row_of"] = self.row_of.copy()
-        out["counters"] = np.array(
-            [
-                self.steps,
-                self.rebuilds,
-                self._next_tag,
-                self._pair_count,
-                self._wall_count,
-                self._stale,
-            ]
-        )
-        return out
+        n, count = self.n, self._pair_count
+        used: dict[str, Any] = {
+            "particles": Particles(*(v[:n] for v in self.particles)),
+            "walls": self.wall_state,
+            "clusters": self.clusters,
+            "pairs": Pairs(
+                self._pairs.first[:count],
+                self._pairs.second[:count],
+                self._pairs.kind[: count // WIDTH],
+                self._pairs.history[: count // WIDTH],
+            ),
+            "contacts": WallContacts(*(v[: self._wall_count] for v in self._walls_list)),
+        }
+        out = {f"{a}_{b}": v.copy() for a, of in used.items() for b, v in of._asdict().items()}
+        counters = (self.steps, self.rebuilds, self._next_tag, count, self._wall_count, self._stale)
+        own = {"allowance": self._allowance.copy(), "row_of": self.row_of.copy()}
+        return out | own | {"counters": np.array(counters)}
 
     def restore(self, saved: Mapping[str, np.ndarray]) -> None:
         """Continue from `state_dict` of a simulation that was set up alike; the future is the same
@@ -707,23 +639,18 @@ class Simulation:
         )
         self.n = len(saved["particles_tag"])
         self.particles = new_particles(self.n, self.precision)
-        self._resize_scratch()
-        for k, v in self.particles._asdict().items():
-            v[: self.n] = saved[f"particles_{k}"]
+        self._renew_rows()
+        room = (new_pairs(pair_count + 64, self.precision) for _ in range(2))
+        self._pairs, self._old_pairs = room
+        self._make_wall_room(wall_count + 64)
+        own = {"particles": self.particles, "pairs": self._pairs, "contacts": self._walls_list}
+        for name, arrays in own.items():
+            for k, v in arrays._asdict().items():
+                rows = saved[f"{name}_{k}"]
+                v[: len(rows)] = rows
         for k, v in self.wall_state._asdict().items():
             v[:] = saved[f"walls_{k}"]
-        self.clusters = type(self.clusters)(
-            **{k: np.array(saved[f"clusters_{k}"]) for k in self.clusters._fields}
-        )
-        self._pairs, self._old_pairs = (
-            new_pairs(pair_count + 64, self.precision) for _ in range(2)
-        )
-        for k in Pairs._fields:
-            rows = saved[f"pairs_{k}"]
-            getattr(self._pairs, k)[: len(rows)] = rows
-        self._make_wall_room(wall_count + 64)
-        for k in WallContacts._fields:
-            getattr(self._walls_list, k)[:wall_count] = saved[f"contacts_{k}"]
+        self.clusters = Clusters(*(np.array(saved[f"clusters_{k}"]) for k in Clusters._fields))
         self._pair_count, self._wall_count = pair_count, wall_count
         self._allowance, self.row_of = np.array(saved["allowance"]), np.array(saved["row_of"])
         self._stale = bool(stale)

@@ -11,8 +11,7 @@ import pytest
 
 from dem.contact.catalogue import CODES, LAWS, SLOTS, every_law, table
 from dem.contact.law import ROLES
-from dem.contact.properties import BASE, PairProperties
-from dem.contact.registry import DEFAULTS, Laws
+from dem.contact.registry import BASE, DEFAULTS, Laws, PairProperties
 from dem.spec import LawParameters, LawsSpec
 from facts import ROOT, tells
 from started import python

@@ -24,8 +24,8 @@ from numba import njit
 from dem.contact.dispatch import reach, rolling, spans_gap, tangential, torsion
 from dem.contact.model import INERTIA, normal_force, pair_contact, pair_is_active, pair_overlap
 from dem.contact.row import properties_of
+from dem.kernel.arithmetic import cross, dot
 from dem.kernel.simd import WIDTH
-from dem.kernel.vectors import cross, dot
 
 if TYPE_CHECKING:
     from dem.simulation import Simulation

@@ -11,16 +11,7 @@ if TYPE_CHECKING:
     from dem.contact.law import Law
 
 
-SLOTS = (
-    "normal",
-    "damping",
-    "tangential",
-    "friction",
-    "rolling",
-    "torsion",
-    "cohesion",
-    "drag",
-)
+SLOTS = ("normal", "damping", "tangential", "friction", "rolling", "torsion", "cohesion", "drag")
 
 
 def _read(slot):
@@ -42,8 +33,6 @@ DEFAULTS = {slot: next(iter(laws)) for slot, laws in LAWS.items()}
 """Slot -> name of the law where none is named. Rolling and torsion are a pair that conserves
 angular momentum."""
 
-NO_TORSION = "none"
-
 
 def completed(named: Mapping[str, str]) -> dict[str, str]:
     """{slot: name of its law} of all slots, in their order, from those that are named.
@@ -53,23 +42,23 @@ def completed(named: Mapping[str, str]) -> dict[str, str]:
     has one with laws that no torsion goes with.
     """
     found = DEFAULTS | {slot: name for slot, name in named.items() if slot in SLOTS}
-    if "torsion" not in named and ("rolling" in named or not _has_room_for_torsion(found)):
-        found["torsion"] = NO_TORSION
+    refused = any("torsion" in (slot, other) for slot, _, other, *_ in clashes(found))
+    if "torsion" not in named and ("rolling" in named or refused):
+        found["torsion"] = "none"
     return {slot: found[slot] for slot in SLOTS}
 
 
-def _has_room_for_torsion(found):
-    """Return whether the default torsion goes with a choice, {slot: name}, whose names may be
-    unknown."""
-    torsion = LAWS["torsion"][DEFAULTS["torsion"]]
-    chosen = [LAWS[slot][name] for slot, name in found.items() if name in LAWS[slot]]
-    refused = {name for one in chosen for name in one.not_with.get("torsion", ())}
-    allowed = [one.only_with["torsion"] for one in chosen if "torsion" in one.only_with]
-    return (
-        torsion.name not in refused
-        and all(torsion.name in names for names in allowed)
-        and all(found[slot] in names for slot, names in torsion.only_with.items())
-    )
+def clashes(chosen: Mapping[str, str]) -> list[tuple[str, str, str, str, str]]:
+    """(slot, name, other slot, its name, what it may be) of laws that cannot be combined, of a
+    choice {slot: name} of all slots; unknown names make none."""
+    found = []
+    for law in (LAWS[slot][name] for slot, name in chosen.items() if name in LAWS[slot]):
+        beside = {slot: [n for n in LAWS[slot] if n not in no] for slot, no in law.not_with.items()}
+        for other, allowed in (*law.only_with.items(), *beside.items()):
+            if chosen[other] not in allowed:
+                words = " or ".join(allowed)
+                found.append((law.slot, law.name, other, chosen[other], words))
+    return found
 
 
 CODES = {slot: {name: k for k, name in enumerate(laws)} for slot, laws in LAWS.items()}
@@ -83,21 +72,12 @@ def every_law() -> list[Law]:
 
 def groups_needed(law: Law) -> list[tuple[str, ...]]:
     """Groups of keys of `law_parameters` of which at least one must be given."""
-    return [
-        (p.key, f"wall_{p.key}") if p.wall else (p.key,)
-        for p in law.parameters
-        if p.default is None
-    ]
+    return [p.keys for p in law.parameters if p.default is None]
 
 
 def keys_allowed(law: Law) -> list[str]:
     """Keys of `law_parameters` that have a default."""
-    return [
-        key
-        for p in law.parameters
-        if p.default is not None
-        for key in ((p.key, f"wall_{p.key}") if p.wall else (p.key,))
-    ]
+    return [key for p in law.parameters if p.default is not None for key in p.keys]
 
 
 def table() -> str:

@@ -13,98 +13,65 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from dem.contact.law import Parameter
-from dem.kernel.arithmetic import maximum, minimum, sqrt
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, maximum, minimum, sqrt
 
 if TYPE_CHECKING:
     from dem.contact.registry import ContactParameters
 
 
 POINTS = 5
+SHARES = range(1, POINTS + 1)
 STEPS = POINTS - 1.0
 TINY = 1e-30  # a state of nothing, as the load of a contact without force, has a logarithm
 
 
-def parameters(
-    key: str, what: str, powers: Mapping[tuple[str, str], float]
-) -> tuple[Parameter, ...]:
-    """The `Parameter`s of a curve of `what`; powers: state with its unit -> its power unless
-    given."""
-    shares = [
-        Parameter(
-            key=f"{key}_{k}",
-            name=f"{key}_{k}",
-            meaning=f"{what} at state {k} of {POINTS}, over that of the contact",
-            limits={"gt": 0},
-            default=1.0,
-            wall=True,
-        )
-        for k in range(1, POINTS + 1)
-    ]
-    states = " ".join(f"({unit})^{state}_power" for (state, unit) in powers)
-    reach = (
-        Parameter(
-            key=f"{key}_low",
-            name=f"{key}_low",
-            meaning=f"state 1, the smallest of the curve: {states}",
-            limits={"gt": 0},
-            unset=1.0,
-        ),
-        Parameter(
-            key=f"{key}_ratio",
-            name=f"{key}_ratio",
-            meaning=f"state {POINTS}, the largest of the curve, over state 1",
-            limits={"gt": 1},
-            unset=math.e,
-        ),
-    )
-    return (
-        *shares,
-        *reach,
-        *(
-            Parameter(
-                key=f"{key}_{state}_power",
-                name=f"{key}_{state}_power",
-                meaning=f"power of the {state} in the state of the curve",
-                limits={"ge": -10, "le": 10},
-                default=power,
-            )
-            for (state, _), power in powers.items()
-        ),
-    )
-
-
-def constants(key: str, powers: Mapping[tuple[str, str], float]) -> tuple[str, ...]:
-    """Names of what the kernels read: see `values`."""
-    own = [f"{key}_d{k}" for k in range(POINTS)] + [f"{key}_least", f"{key}_most", f"{key}_start"]
-    return (*own, *(f"{key}_{state}" for state, _ in powers))
-
-
-def values(
+def declared(
     key: str,
+    what: str,
     powers: Mapping[tuple[str, str], float],
-    contact: ContactParameters,
-    coefficient: Callable[[float], float],
-) -> dict[str, float]:
-    """{name: constant} of a curve; coefficient: share -> value of the coefficient there.
+    coefficient: Callable[[ContactParameters, float], float],
+) -> dict[str, Any]:
+    """Parameters, constants and values of a `Law` with a curve of `what`, as it declares them.
 
-    key_d0 to key_d4: Newton's divided differences of the values over steps of 1; least, most: the
-    values' ends; key_start, key_<state>: place in steps, a sum over the logarithms of the states.
+    powers: state with its unit -> its power unless given; coefficient: (contact, share) -> value of
+    the coefficient there. key_d0 to key_d4: Newton's divided differences of the values over steps
+    of 1; least, most: the values' ends; key_start, key_<state>: place in steps, a sum over the
+    logarithms of the states.
     """
-    shares = [getattr(contact, f"{key}_{k}") for k in range(1, POINTS + 1)]
-    found = [coefficient(share) for share in shares]
-    out = {f"{key}_least": min(found), f"{key}_most": max(found)}
-    for k in range(POINTS):
-        out[f"{key}_d{k}"] = found[0] / math.factorial(k)
-        found = [after - before for before, after in pairwise(found)]
-    step = math.log(getattr(contact, f"{key}_ratio")) / STEPS
-    out[f"{key}_start"] = -math.log(getattr(contact, f"{key}_low")) / step
-    for state, _ in powers:
-        out[f"{key}_{state}"] = getattr(contact, f"{key}_{state}_power") / step
-    return out
+    states = [state for state, _ in powers]
+    unit = " ".join(f"({unit})^{state}_power" for state, unit in powers)
+    over = f"of {POINTS}, over that of the contact"
+    smallest, largest = "state 1, the smallest of the curve", f"state {POINTS}, the largest of the"
+    rows: list[Any] = [
+        *((k, f"{what} at state {k} {over}", {"gt": 0}, 1.0, True) for k in SHARES),
+        ("low", f"{smallest}: {unit}", {"gt": 0}, None, False, 1.0),
+        ("ratio", f"{largest} curve, over state 1", {"gt": 1}, None, False, math.e),
+    ]
+    for (state, _), power in powers.items():
+        meaning = f"power of the {state} in the state of the curve"
+        rows.append((f"{state}_power", meaning, {"ge": -10, "le": 10}, power))
+    constants = [f"d{k}" for k in range(POINTS)] + ["least", "most", "start", *states]
+
+    def values(contact):
+        given = {end: getattr(contact, f"{key}_{end}") for end, *_ in rows}
+        found = [coefficient(contact, given[k]) for k in SHARES]
+        out, ends = [], [min(found), max(found)]
+        for k in range(POINTS):
+            out.append(found[0] / math.factorial(k))
+            found = [after - before for before, after in pairwise(found)]
+        step = math.log(given["ratio"]) / STEPS
+        out += [*ends, -math.log(given["low"]) / step]
+        out += [given[f"{state}_power"] / step for state in states]
+        return {f"{key}_{name}": x for name, x in zip(constants, out, strict=True)}
+
+    return {
+        "parameters": tuple(Parameter(f"{key}_{end}", f"{key}_{end}", *row) for end, *row in rows),
+        "constants": tuple(f"{key}_{name}" for name in constants),
+        "values": values,
+    }
 
 
 @law

@@ -6,15 +6,15 @@ over as closures would miss numba's disk cache. The source is the same in every 
 in the order of `catalogue`.
 """
 
-import sys
 from inspect import signature
 from typing import TYPE_CHECKING, Any
 
 from dem.contact.catalogue import CODES, LAWS
 from dem.contact.law import ROLES
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law
 
 OTHERWISE = {
+    "damped": "elastic, deepest",
     "attraction": "0.0 * r_eff",
     "reach": "0.0 * r_eff",
     "rolling": "(0.0 * r_eff, 0.0 * r_eff, 0.0 * r_eff), spring",
@@ -28,50 +28,33 @@ FIRST = {"normal": ("cohesion", "normal")}
 
 
 def _players(role):
-    """(slot, code, call of the kernel with the arguments that it names) of every law with the
-    role."""
-    slots = FIRST.get(role, LAWS)
+    """[(slot, code, kernel)] of every law with the role."""
     return [
-        (slot, CODES[slot][name], f"{slot}_{name}.{_call(one.kernels[role])}")
-        for slot in slots
+        (slot, CODES[slot][name], one.kernels[role])
+        for slot in FIRST.get(role, LAWS)
         for name, one in LAWS[slot].items()
         if role in one.kernels
     ]
 
 
-def _call(kernel):
-    return f"{kernel.__name__}({', '.join(signature(kernel.py_func).parameters)})"
-
-
 def source_of(role: str) -> str:
-    """Python source of the function that chooses among the laws with a role."""
-    lines, players = [f"def {role}(codes, {ROLES[role]}):"], _players(role)
-    for k, (slot, code, call) in enumerate(players):
-        if k + 1 == len(players) and role not in OTHERWISE:
-            lines += ["    else:", f"        return {call}"] if k else [f"    return {call}"]
-        else:
-            lines += [
-                f"    {'el' if k else ''}if codes.{slot} == {code}:",
-                f"        return {call}",
-            ]
-    if role in OTHERWISE:
-        lines.append(f"    return {OTHERWISE[role]}")
-    return "\n".join(lines) + "\n"
-
-
-def _spans_source():
-    codes = [f"codes.{slot} == {code}" for slot, code, _ in _players("reach")]
-    return f"def spans_gap(codes):\n    return {' or '.join(codes) or 'False'}\n"
+    """Python source of the function that chooses among the laws with a role; it hands each kernel
+    the arguments that this names."""
+    calls = [
+        (slot, code, f"{slot}_{code}_{role}({', '.join(signature(kernel.py_func).parameters)})")
+        for slot, code, kernel in _players(role)
+    ]
+    last = OTHERWISE[role] if role in OTHERWISE else calls.pop()[2]
+    lines = [f"    if codes.{slot} == {code}:\n        return {call}" for slot, code, call in calls]
+    return "\n".join([f"def {role}(codes, {ROLES[role]}):", *lines, f"    return {last}\n"])
 
 
 def _compiled():
-    modules = {
-        f"{slot}_{name}": sys.modules[f"dem.contact.{slot}.{name}"]
-        for slot, laws in LAWS.items()
-        for name in laws
-    }
-    scope = {"__name__": __name__} | modules
-    for text in (*map(source_of, ROLES), _spans_source()):
+    kernels = {f"{slot}_{k}_{role}": kernel for role in ROLES for slot, k, kernel in _players(role)}
+    spanning = [f"codes.{slot} == {code}" for slot, code, _ in _players("reach")] or ["False"]
+    spans_gap = f"def spans_gap(codes):\n    return {' or '.join(spanning)}\n"
+    scope = {"__name__": __name__} | kernels
+    for text in (*map(source_of, ROLES), spans_gap):
         exec(compile(text, "<dispatch>", "exec"), scope)
     return {name: law(scope[name]) for name in (*ROLES, "spans_gap")}
 

@@ -5,6 +5,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -24,21 +25,13 @@ class Pair:
     inertia: float
     load: float
     wall: bool
-    contact: object
+    contact: Any
 
     @property
     def contact_radius(self) -> float:
         """Radius a [m] of a Hertz contact under `load`: a^3 = 3 F R*/(4 E*) (Johnson 1985,
         4.22)."""
         return (0.75 * self.load * self.radius / self.young) ** (1 / 3)
-
-
-def _none(pair):
-    return {}
-
-
-def _nothing(pair):
-    return ()
 
 
 @dataclass(frozen=True)
@@ -54,6 +47,6 @@ class Export:
 
     called: str = ""
     words: str = ""
-    numbers: Callable = _none
+    numbers: Callable = lambda pair: {}
     alone: tuple = ()
-    notes: Callable = _nothing
+    notes: Callable = lambda pair: ()

@@ -30,7 +30,7 @@ overlap [m], negative across a gap; r_eff, m_eff: effective radius [m] and mass 
 [m] of the sphere on a wall, harmonic mean radius of two; v_n [m/s], positive where the spheres
 part; v_t (3,) sliding velocity [m/s]; normal: repulsive force [N]; unloading: contact radius over
 that of the last step, at most 1; inertia: reduced, about the centres [kg m2]; p: the constants of
-the pair of materials (`dem.contact.properties`).
+the pair of materials (`dem.contact.registry`).
 """
 
 
@@ -39,10 +39,6 @@ class Grain(NamedTuple):
 
     material: object
     radius: float
-
-
-def _as_it_is(value, grain):
-    return value
 
 
 @dataclass(frozen=True)
@@ -62,11 +58,12 @@ class Parameter:
     default: float | None = None
     wall: bool = False
     unset: float = 0.0
-    to_si: Callable = _as_it_is
+    to_si: Callable = lambda value, grain: value
 
-
-def _none(contact):
-    return {}
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Its key, and that of walls where they have their own."""
+        return (self.key, f"wall_{self.key}") if self.wall else (self.key,)
 
 
 @dataclass(frozen=True)
@@ -78,7 +75,7 @@ class Law:
     kernels : role -> kernel (ROLES)
     parameters : what it needs in `law_parameters`
     constants : names of what its kernels read of `p` beyond young, shear, friction and rolling
-    values : `ContactParameters` -> {constant: value}
+    values : `ContactParameters` -> {constant: value}, of those that are no parameter's value
     only_with : slot -> names of the laws that it can be combined with; any where a slot is missing
     not_with : slot -> names of the laws that it cannot be combined with
     default : whether a spec has it unless another is named, see `catalogue.completed`
@@ -99,7 +96,7 @@ class Law:
     kernels: dict = field(default_factory=dict)
     parameters: tuple = ()
     constants: tuple = ()
-    values: Callable = _none
+    values: Callable = lambda contact: {}
     only_with: dict = field(default_factory=dict)
     not_with: dict = field(default_factory=dict)
     default: bool = False

@@ -17,24 +17,27 @@ History of a contact, dem.kernel.simd.FIELDS numbers:
     8   torsion spring moment about the normal [N m]
 """
 
-from dem.contact.dispatch import (
-    attraction,
-    damped,
-    limit,
-    normal,
-    reach,
-    resistance,
-    rolling,
-    spans_gap,
-    tangential,
-    torsion,
+from dem.contact import dispatch
+from dem.kernel.arithmetic import (
+    TINY,
+    add,
+    cross,
+    dot,
+    law,
+    maximum,
+    minimum,
+    narrow,
+    only,
+    reject,
+    scale,
+    sqrt,
+    subtract,
+    turned_about,
+    where,
+    widen,
 )
-from dem.kernel.arithmetic import maximum, minimum, narrow, sqrt, where, widen
-from dem.kernel.decorator import law
-from dem.kernel.vectors import add, cross, dot, reject, scale, subtract, turned_about
 
 BRIDGE = -1.0
-TINY = 1e-30
 INERTIA = 0.4  # of a solid sphere, in m r^2
 
 
@@ -46,9 +49,9 @@ def is_active(codes, p, overlap, r_eff, grain, radius_before):
     grain: radius [m] of the sphere on a wall, harmonic mean radius of two spheres.
     """
     active = overlap > 0.0
-    if spans_gap(codes):
+    if dispatch.spans_gap(codes):
         held = (radius_before > 0.0) | (radius_before < 0.0)
-        active = active | (held & (overlap > -reach(codes, p, r_eff, grain)))
+        active = active | (held & (overlap > -dispatch.reach(codes, p, r_eff, grain)))
     return active
 
 
@@ -56,13 +59,15 @@ def is_active(codes, p, overlap, r_eff, grain, radius_before):
 def normal_force(codes, p, overlap, r_eff, grain, m_eff, v_n, deepest):
     """Normal force, the part of it that loads the contact, contact radius, stiffness S_n and
     deepest overlap."""
-    elastic, stiffness, radius, deepest, adhesion = normal(codes, p, overlap, r_eff, deepest)
+    elastic, stiffness, radius, deepest, adhesion = dispatch.normal(
+        codes, p, overlap, r_eff, deepest
+    )
     pressed = maximum(overlap, 0.0)
-    force, deepest = damped(
+    force, deepest = dispatch.damped(
         codes, p, elastic, stiffness, pressed, r_eff, grain, m_eff, v_n, deepest
     )
     load = maximum(force + adhesion, 0.0)
-    force = force - attraction(codes, p, overlap, r_eff, grain)
+    force = force - dispatch.attraction(codes, p, overlap, r_eff, grain)
     return force, load, radius, stiffness, deepest
 
 
@@ -88,36 +93,25 @@ def contact_force(
     force, load, radius, stiffness, deepest = normal_force(
         codes, p, overlap, r_eff, grain, m_eff, v_n, history[7]
     )
-    zero = 0.0 * r_eff
-    force, load = where(active, force, zero), where(active, load, zero)
+    force, load = where(active, force, 0.0), where(active, load, 0.0)
     slip = subtract(velocity, scale(v_n, n))
-    most = limit(codes, p, load, slip, grain)
+    most = dispatch.limit(codes, p, load, slip, grain)
     turn = about * dt
-    spring = turned_about((history[0], history[1], history[2]), n, turn)
-    along, spring = tangential(
+    spring = turned_about(history[:3], n, turn)
+    along, spring = dispatch.tangential(
         codes, p, n, slip, stiffness, radius, history[6], m_eff, spring, most, dt
     )
     unloading = minimum(radius / maximum(history[6], TINY), 1.0)
-    moment = turned_about((history[3], history[4], history[5]), n, turn)
-    torque, moment = rolling(
+    moment = turned_about(history[3:6], n, turn)
+    torque, moment = dispatch.rolling(
         codes, p, n, spin, load, stiffness, unloading, r_eff, inertia, moment, dt
     )
-    twisting, twist = torsion(
+    twisting, twist = dispatch.torsion(
         codes, p, dot(spin, n), radius, unloading, m_eff, history[8], most, dt
     )
     torque = add(torque, scale(twisting, n))
     memory = where(radius > 0.0, radius, BRIDGE)
-    history = (
-        where(active, spring[0], zero),
-        where(active, spring[1], zero),
-        where(active, spring[2], zero),
-        where(active, moment[0], zero),
-        where(active, moment[1], zero),
-        where(active, moment[2], zero),
-        where(active, memory, zero),
-        where(active, deepest, zero),
-        where(active, twist, zero),
-    )
+    history = only(active, spring) + only(active, moment) + only(active, (memory, deepest, twist))
     return add(scale(force, n), along), torque, load, history
 
 
@@ -155,11 +149,8 @@ def pair_contact(codes, p, dt, separation, inverse, overlap, first, second, hist
     (8,) for each sphere (force, torque, rolling resistance, load) and the new history (FIELDS,).
     """
     r_i, m_i, r_j, m_j = first[6], first[7], second[6], second[7]
-    n = (
-        narrow(separation[0]) * inverse,
-        narrow(separation[1]) * inverse,
-        narrow(separation[2]) * inverse,
-    )
+    x, y, z = separation
+    n = (narrow(x) * inverse, narrow(y) * inverse, narrow(z) * inverse)
     radii, masses = r_i + r_j, m_i + m_j
     shared = 1.0 / (radii * masses)  # one division serves both
     r_eff, m_eff = r_i * r_j * (masses * shared), m_i * m_j * (radii * shared)
@@ -167,68 +158,43 @@ def pair_contact(codes, p, dt, separation, inverse, overlap, first, second, hist
     # the product of two moments of fine grains is less than float32 holds
     inertia = inertia_i * (inertia_j / (inertia_i + inertia_j))
     arm_i, arm_j = r_i - 0.5 * overlap, r_j - 0.5 * overlap
-    v_i, v_j = (first[0], first[1], first[2]), (second[0], second[1], second[2])
-    w_i, w_j = (first[3], first[4], first[5]), (second[3], second[4], second[5])
-    v = subtract(v_i, v_j)
+    w_i, w_j, v = first[3:6], second[3:6], subtract(first[:3], second[:3])
     earlier = subtract(n, scale(0.5 * dt * inverse, v))
     surface = cross(add(scale(arm_i, w_i), scale(arm_j, w_j)), earlier)
     velocity = subtract(v, reject(surface, n))
+    about, spin = 0.5 * dot(add(w_i, w_j), n), subtract(w_i, w_j)
     force, turning, load, history = contact_force(
-        codes,
-        p,
-        dt,
-        overlap,
-        n,
-        r_eff,
-        2.0 * r_eff,
-        m_eff,
-        inertia,
-        velocity,
-        subtract(w_i, w_j),
-        0.5 * dot(add(w_i, w_j), n),
-        history,
+        codes, p, dt, overlap, n, r_eff, 2.0 * r_eff, m_eff, inertia, velocity, spin, about, history
     )
     twist = cross(n, force)
     t_i = subtract(turning, scale(arm_i, twist))
     t_j = subtract(scale(-1.0, turning), scale(arm_j, twist))
-    resist_i = resistance(codes, p, load, r_i)
-    resist_j = resistance(codes, p, load, r_j)
-    on_first = (force[0], force[1], force[2], t_i[0], t_i[1], t_i[2], resist_i, load)
-    on_second = (-force[0], -force[1], -force[2], t_j[0], t_j[1], t_j[2], resist_j, load)
+    resist_i = dispatch.resistance(codes, p, load, r_i)
+    resist_j = dispatch.resistance(codes, p, load, r_j)
+    on_first = force + t_i + (resist_i, load)
+    on_second = (-force[0], -force[1], -force[2]) + t_j + (resist_j, load)
     return on_first, on_second, history
 
 
 @law
-def wall_contact(codes, p, dt, overlap, n, wall_velocity, wall_spin, particle, history):
+def wall_contact(codes, p, dt, geometry, turning, particle, history):
     """A sphere on a wall, which counts as a sphere of infinite radius and mass.
 
-    wall_velocity (3,) at the contact point [m/s]; wall_spin (3,) [rad/s]. Returns the force columns
-    (8,) on the sphere, the torque of rolling and torsion in them (3,) and the new history
+    geometry: overlap [m], normal (3,), velocity of the wall (3,) at the contact point [m/s];
+    turning: spin of the wall (3,) [rad/s]; particle (8,) as in `pair_contact`. Returns the force
+    columns (8,) on the sphere, the torque of rolling and torsion in them (3,) and the new history
     (FIELDS,).
     """
+    overlap, n, wall_velocity, wall_spin = geometry[0], geometry[1:4], geometry[4:7], turning[:3]
     radius, mass = particle[6], particle[7]
     arm = radius - overlap
-    spin = (particle[3], particle[4], particle[5])
-    velocity = subtract((particle[0], particle[1], particle[2]), wall_velocity)
+    spin, velocity = particle[3:6], subtract(particle[:3], wall_velocity)
     earlier = subtract(n, scale(0.5 * dt, cross(wall_spin, n)))
     velocity = subtract(velocity, scale(arm, reject(cross(spin, earlier), n)))
     inertia = INERTIA * mass * radius * radius
-    force, turning, load, history = contact_force(
-        codes,
-        p,
-        dt,
-        overlap,
-        n,
-        radius,
-        radius,
-        mass,
-        inertia,
-        velocity,
-        subtract(spin, wall_spin),
-        0.5 * dot(add(spin, wall_spin), n),
-        history,
+    about, spin = 0.5 * dot(add(spin, wall_spin), n), subtract(spin, wall_spin)
+    force, torque, load, history = contact_force(
+        codes, p, dt, overlap, n, radius, radius, mass, inertia, velocity, spin, about, history
     )
-    torque = subtract(turning, scale(arm, cross(n, force)))
-    resist = resistance(codes, p, load, radius)
-    columns = (force[0], force[1], force[2], torque[0], torque[1], torque[2], resist, load)
-    return columns, turning, history
+    whole = subtract(torque, scale(arm, cross(n, force)))
+    return force + whole + (dispatch.resistance(codes, p, load, radius), load), torque, history

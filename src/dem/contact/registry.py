@@ -2,18 +2,41 @@
 
 from __future__ import annotations
 
+from collections import namedtuple
 from dataclasses import dataclass, field, make_dataclass
+from inspect import signature
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from dem.contact.catalogue import CODES, DEFAULTS, LAWS, SLOTS, completed, every_law
-from dem.contact.properties import LawCodes, PairProperties
+from dem.contact.catalogue import CODES, LAWS, SLOTS, clashes, completed, every_law
+from dem.contact.catalogue import DEFAULTS as DEFAULTS
 
 if TYPE_CHECKING:
     from dem.contact.law import Law
 
     # made below of what the laws declare, which no type checker reads
+    LawCodes: TypeAlias = Any
+    PairProperties: TypeAlias = Any
     Laws: TypeAlias = Any
     ContactParameters: TypeAlias = Any
+
+
+LawCodes = namedtuple("LawCodes", SLOTS, module=__name__)  # type: ignore[misc,no-redef]
+LawCodes.__doc__ = "Number of the law in each slot, as `dem.contact.catalogue.CODES` has it."
+
+BASE = ("young", "shear", "friction", "rolling")
+PairProperties = namedtuple(  # type: ignore[misc,no-redef]
+    "PairProperties",
+    (*BASE, *dict.fromkeys(name for one in every_law() for name in one.constants)),
+    module=__name__,
+)
+PairProperties.__doc__ = """Constants of a pair of materials and of the chosen laws.
+
+SI units; the constants of other laws are 0.
+
+young: effective Young's modulus E*, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa]; shear: effective
+shear modulus G*, 1/G* = (2 - nu1)/G1 + (2 - nu2)/G2 [Pa]; friction, rolling: coefficients of static
+and rolling friction [-]; then what the laws declare.
+"""
 
 
 class _Choice:
@@ -41,19 +64,8 @@ class _Choice:
         return [LAWS[slot][getattr(self, slot)] for slot in SLOTS]
 
     def clashes(self) -> list[tuple[str, str, str, str, str]]:
-        """(slot, name, other slot, its name, what it may be) of laws that cannot be combined."""
-        return [
-            (one.slot, one.name, other, getattr(self, other), " or ".join(allowed))
-            for one in self.chosen()
-            for other, allowed in (*one.only_with.items(), *self._others(one))
-            if getattr(self, other) not in allowed
-        ]
-
-    @staticmethod
-    def _others(one):
-        """(slot, names of its laws that `one` does not exclude) where it excludes some."""
-        for slot, refused in one.not_with.items():
-            yield slot, [name for name in LAWS[slot] if name not in refused]
+        """`dem.contact.catalogue.clashes` of the choice. Raises ValueError on an unknown name."""
+        return clashes({one.slot: one.name for one in self.chosen()})
 
 
 Laws = make_dataclass(  # type: ignore[misc,assignment]
@@ -79,19 +91,11 @@ class Material:
         return 2.0 * self.shear_modulus * (1.0 + self.poisson_ratio)
 
 
-def _law_fields():
-    """(name, type, default) of what the laws' parameters are called in SI units; some are those of
-    several laws."""
-    fields = {
-        p.name: (
-            p.name,
-            float,
-            field(default=p.unset if p.default is None else p.to_si(p.default, None)),
-        )
-        for one in every_law()
-        for p in one.parameters
-    }
-    return list(fields.values())
+_LAW_FIELDS = {
+    p.name: (p.name, float, p.unset if p.default is None else p.to_si(p.default, None))
+    for one in every_law()
+    for p in one.parameters
+}  # some are parameters of several laws
 
 
 ContactParameters = make_dataclass(  # type: ignore[misc,assignment]
@@ -99,8 +103,8 @@ ContactParameters = make_dataclass(  # type: ignore[misc,assignment]
     [
         ("restitution", float),
         ("static_friction", float),
-        ("rolling_friction", float, field(default=0.0)),
-        *_law_fields(),
+        ("rolling_friction", float, 0.0),
+        *_LAW_FIELDS.values(),
         ("note", str, field(default="", compare=False)),
     ],
     frozen=True,
@@ -119,41 +123,20 @@ def pair_properties(
     `Laws`. Raises ValueError for a restitution outside 0 to 1."""
     if not 0.0 <= contact.restitution <= 1.0:
         raise ValueError(f"restitution {contact.restitution:g}; allowed: 0 to 1")
-    young = 1.0 / (
-        (1.0 - a.poisson_ratio**2) / a.young_modulus + (1.0 - b.poisson_ratio**2) / b.young_modulus
-    )
-    shear = 1.0 / (
-        (2.0 - a.poisson_ratio) / a.shear_modulus + (2.0 - b.poisson_ratio) / b.shear_modulus
-    )
-    values = dict.fromkeys(PairProperties._fields, 0.0) | {
-        "young": young,
-        "shear": shear,
-        "friction": contact.static_friction,
-        "rolling": contact.rolling_friction,
-    }
+    nu_a, nu_b = a.poisson_ratio, b.poisson_ratio
+    young = 1.0 / ((1.0 - nu_a**2) / a.young_modulus + (1.0 - nu_b**2) / b.young_modulus)
+    shear = 1.0 / ((2.0 - nu_a) / a.shear_modulus + (2.0 - nu_b) / b.shear_modulus)
+    base = (young, shear, contact.static_friction, contact.rolling_friction)
+    values = dict.fromkeys(PairProperties._fields, 0.0) | dict(zip(BASE, base, strict=True))
     for one in laws.chosen():
-        values |= one.values(contact)
+        given = {name: getattr(contact, name) for name in one.constants if hasattr(contact, name)}
+        values |= given | one.values(contact)
     return PairProperties(**values)
 
 
 def attraction_reach(laws: Laws, properties: PairProperties, radius: float) -> float:
     """Largest gap [m] at which this pair of materials still attracts, for grains up to radius
     [m]."""
-    return max(
-        (
-            one.kernels["reach"].py_func(properties, radius, radius)
-            for one in laws.chosen()
-            if "reach" in one.kernels
-        ),
-        default=0.0,
-    )
-
-
-__all__ = [
-    "DEFAULTS",
-    "ContactParameters",
-    "Laws",
-    "Material",
-    "attraction_reach",
-    "pair_properties",
-]
+    given = {"p": properties, "r_eff": radius, "grain": radius}
+    spans = [one.kernels["reach"].py_func for one in laws.chosen() if "reach" in one.kernels]
+    return max((f(*(given[name] for name in signature(f).parameters)) for f in spans), default=0.0)

@@ -9,9 +9,10 @@ from typing import Any
 from llvmlite import ir
 from numba import types
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
-from numba.extending import intrinsic, lower_getattr_generic, models, register_model
+from numba.extending import lower_getattr_generic, models, register_model
 
-from dem.contact.properties import PairProperties
+from dem.contact.registry import PairProperties
+from dem.kernel.simd import emits, place_in
 
 
 class PropertyRow(types.Type):
@@ -46,15 +47,10 @@ def _load(context, builder, kind, row, name):
     return load
 
 
-@intrinsic
-def properties_of(typingctx, table, pair):
+@emits(ROW)
+def properties_of(context, builder, kinds, table, pair):
     """Row `pair` of table (n_pairs, N_PROPERTIES) float64, C-contiguous, whose numbers are
     attributes named as in `PairProperties`. The table must outlive it and not change meanwhile."""
-
-    def codegen(context, builder, sig, args):
-        data = context.make_array(sig.args[0])(context, builder, args[0]).data
-        pair = context.cast(builder, args[1], sig.args[1], types.int64)
-        width = ir.Constant(ir.IntType(64), len(PairProperties._fields))
-        return builder.gep(data, [builder.mul(pair, width)])
-
-    return ROW(table, pair), codegen
+    pair = context.cast(builder, pair, kinds[1], types.int64)
+    width = ir.Constant(ir.IntType(64), len(PairProperties._fields))
+    return place_in(context, builder, kinds[0], table, builder.mul(pair, width))

@@ -105,14 +105,11 @@ def shape_of(spheres: tuple[tuple[float, float, float, float], ...]) -> Shape:
     """`Shape` of spheres ((x, y, z, radius), ...) in any unit of length."""
     centre, radius = _arrays(spheres)
     if len(radius) == 1:  # the sphere itself, to the bit
-        return Shape(np.zeros((1, 3)), np.ones(1), _ball_inertia(), float(radius[0]))
+        inertia = 0.4 * 4.0 / 3.0 * math.pi * np.eye(3)
+        return Shape(np.zeros((1, 3)), np.ones(1), inertia, float(radius[0]))
     volume, middle, inertia = union(centre, radius)
     scale = (volume / (4.0 / 3.0 * math.pi)) ** (1.0 / 3.0)
     return Shape((centre - middle) / scale, radius / scale, inertia / scale**5, scale)
-
-
-def _ball_inertia():
-    return 0.4 * 4.0 / 3.0 * math.pi * np.eye(3)
 
 
 def union(centre: np.ndarray, radius: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:

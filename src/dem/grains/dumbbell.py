@@ -26,8 +26,7 @@ def moments(radius: Any, elongation: float, density: float) -> tuple[Any, Any]:
     `density` [kg/m3].
 
     About the axis: pi rho integral of (a^2 - t^2)^2 dt. Across: half of that and 2 pi rho integral
-    of
-    (t + h)^2 (a^2 - t^2) dt.
+    of (t + h)^2 (a^2 - t^2) dt.
     """
     e, scale = elongation - 1.0, math.pi * density * radius**5
     about = 8.0 / 15.0 + e - 2.0 / 3.0 * e**3 + e**5 / 5.0

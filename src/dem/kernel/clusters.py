@@ -1,33 +1,98 @@
 """Rigid bodies made of bonded spheres: the members' forces move the body, the body moves its
 members."""
 
-import math
+from __future__ import annotations
 
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
 from numba import njit
 
+from dem.kernel.arithmetic import add, cross, dot, scale
 from dem.kernel.simd import inlined
-from dem.kernel.vectors import add, cross, dot, scale
+from dem.kernel.state import Clusters
+from dem.linear import into_axes, principal_axes
+from dem.walls.geometry import along_body, out_of_body
 from dem.walls.motion import rotate
 
+if TYPE_CHECKING:
+    from dem.kernel.state import Particles
 
-@inlined
-def _turn(r, v):
-    """r @ v for a rotation matrix (3, 3) and a tuple."""
-    return (
-        r[0, 0] * v[0] + r[0, 1] * v[1] + r[0, 2] * v[2],
-        r[1, 0] * v[0] + r[1, 1] * v[1] + r[1, 2] * v[2],
-        r[2, 0] * v[0] + r[2, 1] * v[1] + r[2, 2] * v[2],
+
+def build_clusters(
+    clusters: Clusters,
+    particles: Particles,
+    n: int,
+    shape: tuple[int, int],
+    velocity: np.ndarray,
+    mass: np.ndarray | None = None,
+    inertia: np.ndarray | None = None,
+    centre: np.ndarray | None = None,
+) -> Clusters:
+    """Clusters with k more of m spheres each, shape (k, m): the last k m of the n particles, body
+    after body.
+
+    velocity (k, 3) at the half step [m/s]; mass (k,) [kg], inertia (k, 3, 3) about the centre of
+    mass [kg m2], centre (k, 3) [m]: of the bodies where the sum over their spheres is not meant.
+    The members' rows get the body's mass, so that damping and contact times are those of the body.
+    """
+    k, m = shape
+    rows = np.arange(n - k * m, n)
+    position = particles.position[rows, :3].reshape(k, m, 3)
+    radius = particles.kinetic[rows, 6].astype(float).reshape(shape)
+    own = particles.kinetic[rows, 7].astype(float).reshape(shape)
+    if centre is None:
+        centre = (own[:, :, None] * position).sum(1) / own.sum(1)[:, None]
+    arm = position - centre[:, None]
+    if mass is None:
+        mass, inertia = _sum_of_spheres(own, radius, arm)
+    moments, axes = principal_axes(inertia)  # type: ignore[arg-type]
+    body = len(clusters.mass) + np.repeat(np.arange(k), m)
+    particles.cluster[rows] = body
+    particles.kinetic[rows, 7] = np.repeat(mass, m)
+    particles.inverse[rows, 0] = 1.0 / np.repeat(mass, m)
+    return Clusters(
+        start=np.append(clusters.start, clusters.start[-1] + m * np.arange(1, k + 1)),
+        member=np.append(clusters.member, particles.tag[rows]),
+        offset=np.vstack([clusters.offset, into_axes(axes[:, None], arm).reshape(-1, 3)]),
+        position=np.vstack([clusters.position, centre]),
+        rotation=np.concatenate([clusters.rotation, axes]),
+        velocity=np.vstack([clusters.velocity, velocity]),
+        momentum=np.vstack([clusters.momentum, np.zeros((k, 3))]),
+        mass=np.append(clusters.mass, mass),
+        inertia=np.vstack([clusters.inertia, moments]),
+    )
+
+
+def _sum_of_spheres(mass, radius, arm):
+    """Mass (k,) and inertia (k, 3, 3) of k bodies of m spheres: mass, radius (k, m), arm (k, m, 3)
+    from the centre."""
+    square = (arm**2).sum(2)
+    round_part = (0.4 * mass * radius**2 + mass * square).sum(1)
+    tensor = (mass[:, :, None, None] * arm[:, :, :, None] * arm[:, :, None, :]).sum(1)
+    return mass.sum(1), round_part[:, None, None] * np.eye(3) - tensor
+
+
+def drop_clusters(clusters: Clusters, keep: np.ndarray) -> Clusters:
+    """Clusters without those where keep (k,) is false."""
+    size = np.diff(clusters.start)
+    held = np.repeat(keep, size)
+    of_member = {"member": clusters.member[held], "offset": clusters.offset[held]}
+    own = ("position", "rotation", "velocity", "momentum", "mass", "inertia")
+    return Clusters(
+        start=np.append(0, np.cumsum(size[keep])),
+        **of_member,
+        **{name: getattr(clusters, name)[keep] for name in own},
     )
 
 
 @inlined
-def _spin_of(r, inertia, momentum):
-    """Angular velocity of an angular momentum, both in space; inertia (3,) principal moments, r
-    body to space."""
-    x = (r[0, 0] * momentum[0] + r[1, 0] * momentum[1] + r[2, 0] * momentum[2]) / inertia[0]
-    y = (r[0, 1] * momentum[0] + r[1, 1] * momentum[1] + r[2, 1] * momentum[2]) / inertia[1]
-    z = (r[0, 2] * momentum[0] + r[1, 2] * momentum[1] + r[2, 2] * momentum[2]) / inertia[2]
-    return _turn(r, (x, y, z))
+def _spin_of(clusters, c, momentum):
+    """Angular velocity of cluster c at an angular momentum, both in space."""
+    x, y, z = along_body(clusters.rotation, c, momentum[0], momentum[1], momentum[2])
+    inertia = clusters.inertia[c]
+    return out_of_body(clusters.rotation, c, x / inertia[0], y / inertia[1], z / inertia[2])
 
 
 @njit(cache=True, error_model="numpy")
@@ -58,9 +123,9 @@ def advance_clusters(clusters, particles, row_of, gravity, dt):
         # the spin at the middle of the step, from the orientation there; kept on the stack: a step
         # allocates nothing
         kept = (r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0], r[2, 1], r[2, 2])
-        w = _spin_of(r, clusters.inertia[c], turn)
+        w = _spin_of(clusters, c, turn)
         rotate(r, w[0], w[1], w[2], 0.5 * dt)
-        w = _spin_of(r, clusters.inertia[c], turn)
+        w = _spin_of(clusters, c, turn)
         for k in range(9):
             r[k // 3, k % 3] = kept[k]
         rotate(r, w[0], w[1], w[2], dt)
@@ -68,16 +133,16 @@ def advance_clusters(clusters, particles, row_of, gravity, dt):
             momentum[k] = turn[k]
             x[k] += dt * v[k]
         for q in range(clusters.start[c], clusters.start[c + 1]):
-            stale |= _place_member(
-                row_of[clusters.member[q]], particles, x, v, r, w, clusters.offset[q]
-            )
+            stale |= _place_member(clusters, c, q, row_of[clusters.member[q]], particles, w)
     return stale
 
 
 @inlined
-def _place_member(i, particles, x, v, r, w, offset):
-    """Move row i to its place on the body; True when it has left its skin."""
-    arm = _turn(r, (offset[0], offset[1], offset[2]))
+def _place_member(clusters, c, q, i, particles, w):
+    """Move row i, member q of cluster c, to its place on the body that turns by w; True when it has
+    left its skin."""
+    offset, x, v = clusters.offset[q], clusters.position[c], clusters.velocity[c]
+    arm = out_of_body(clusters.rotation, c, offset[0], offset[1], offset[2])
     surface = cross(w, arm)
     moved = 0.0
     for k in range(3):

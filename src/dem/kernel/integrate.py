@@ -12,64 +12,25 @@ step. What rounding leaves over is carried to the next step (Kahan 1965, Communi
 The torque of rolling resistance on the own spin acts last and as dry friction: it takes at most the
 spin that is there."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
-from numba import njit, types
-from numba.extending import overload
+from numba import types
 
 from dem.kernel.arithmetic import where
-from dem.kernel.simd import angular_square, linear_lanes, load_row, move_row, spread, store_row
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from dem.kernel.state import Particles
-
-
-@njit(error_model="numpy", fastmath={"contract", "nsz"})
-def _advance_rows(n, particles, gravity, dt):
-    """A particle's velocity and spin at a time, float32 but for the positions."""
-    force, inverse, kinetic, carry = (
-        particles.force,
-        particles.inverse,
-        particles.kinetic,
-        particles.carry,
-    )
-    position, drift, cluster = particles.position, particles.drift, particles.cluster
-    real = types.float32
-    zero, one, h = real(0.0), real(1.0), real(dt)
-    fall = linear_lanes(real(gravity[0] * dt), real(gravity[1] * dt), real(gravity[2] * dt))
-    along = spread(h, zero)
-    stale = False
-    for i in range(n):
-        if cluster[i] >= 0:
-            continue
-        motion, twist = load_row(kinetic, i), h * inverse[i, 1]
-        turn = spread(h * inverse[i, 0], twist) * load_row(force, i) + fall
-        free = motion + turn
-        loss = zero  # share of the spin that the resistance takes
-        most = twist * force[i, 6]
-        if most > zero:
-            square = angular_square(free)
-            # what rests stays so: most grains of a heap need neither root nor division
-            loss = one if most * most >= square else most / math.sqrt(square)
-        taken = spread(zero, loss)
-        gain = turn - taken * free + load_row(carry, i)
-        after = motion + gain
-        stopped = taken >= 1.0
-        store_row(carry, i, where(stopped, 0.0, gain - (after - motion)))
-        after = where(stopped, 0.0, after)
-        store_row(kinetic, i, after)
-        stale |= move_row(position, drift, i, along * after)
-    return stale
+from dem.kernel.simd import (
+    angular_square,
+    fast_path,
+    linear_lanes,
+    load_row,
+    move_row,
+    spread,
+    store_row,
+)
 
 
-@njit(error_model="numpy", fastmath={"contract", "nsz"})
-def _advance_plain(n, particles, gravity, dt):
-    """The same, float64 throughout."""
+def advance_particles(n, particles, gravity, dt):
+    """Kick and drift all free particles; True when one has left its skin. Here in float64
+    throughout."""
     force, inverse, kinetic = particles.force, particles.inverse, particles.kinetic
     position, drift, carry = particles.position, particles.drift, particles.carry
     zero, one, tiny = 0.0, 1.0, 1e-30
@@ -106,16 +67,34 @@ def _advance_plain(n, particles, gravity, dt):
     return stale
 
 
-def advance_particles(n: int, particles: Particles, gravity: np.ndarray, dt: float) -> bool:
-    """Kick and drift all free particles; True when one has left its skin."""
-    raise NotImplementedError("compiled code only")
-
-
-@overload(advance_particles)
-def _advance_particles(n, particles, gravity, dt):
-    chosen = _advance_rows if particles.types[1].dtype == types.float32 else _advance_plain
-
-    def call(n, particles, gravity, dt):
-        return chosen(n, particles, gravity, dt)
-
-    return call
+@fast_path(advance_particles, fastmath={"contract", "nsz"})
+def _advance_rows(n, particles, gravity, dt):
+    """A particle's velocity and spin at a time, float32 but for the positions."""
+    force, inverse, kinetic = particles.force, particles.inverse, particles.kinetic
+    position, drift, carry = particles.position, particles.drift, particles.carry
+    real = types.float32
+    zero, one, h = real(0.0), real(1.0), real(dt)
+    fall = linear_lanes(real(gravity[0] * dt), real(gravity[1] * dt), real(gravity[2] * dt))
+    along = spread(h, zero)
+    stale = False
+    for i in range(n):
+        if particles.cluster[i] >= 0:
+            continue
+        motion, twist = load_row(kinetic, i), h * inverse[i, 1]
+        turn = spread(h * inverse[i, 0], twist) * load_row(force, i) + fall
+        free = motion + turn
+        loss = zero  # share of the spin that the resistance takes
+        most = twist * force[i, 6]
+        if most > zero:
+            square = angular_square(free)
+            # what rests stays so: most grains of a heap need neither root nor division
+            loss = one if most * most >= square else most / math.sqrt(square)
+        taken = spread(zero, loss)
+        gain = turn - taken * free + load_row(carry, i)
+        after = motion + gain
+        stopped = taken >= 1.0
+        store_row(carry, i, where(stopped, 0.0, gain - (after - motion)))
+        after = where(stopped, 0.0, after)
+        store_row(kinetic, i, after)
+        stale |= move_row(position, drift, i, along * after)
+    return stale

@@ -35,31 +35,27 @@ def assign_skins(n, particles, base, horizon, gravity):
 
 
 @njit(cache=True, error_model="numpy")
-def plan_grids(n, particles, reach, level, cell_size, dims, first_cell, low, attraction):
+def plan_grids(n, particles, attraction):
     """Choose each particle's level and each level's grid.
 
-    Fills reach (n,) [m], level (n,), cell_size (LEVELS,) [m], dims (LEVELS, 3), first_cell (LEVELS
-    + 1,), low (3,) [m]. attraction: half the widest gap that a contact bridges [m].
+    Returns reach (n,) [m], level (n,), cell_size (LEVELS,) [m], dims (LEVELS, 3), first_cell
+    (LEVELS + 1,), low (3,) [m]. attraction: half the widest gap that a contact bridges [m].
     """
-    low[:] = np.inf
-    high = np.full(3, -np.inf)
-    smallest = np.inf
+    reach, level, cell_size = np.empty(n), np.zeros(n, np.int32), np.zeros(LEVELS)
+    dims, first_cell = np.zeros((LEVELS, 3), np.int64), np.zeros(LEVELS + 1, np.int64)
+    low, high, smallest = np.full(3, np.inf), np.full(3, -np.inf), np.inf
     for i in range(n):
         reach[i] = particles.kinetic[i, 6] + np.sqrt(particles.drift[i, 3]) + attraction
         smallest = min(smallest, reach[i])
         for k in range(3):
             low[k] = min(low[k], particles.position[i, k])
             high[k] = max(high[k], particles.position[i, k])
-    cell_size[:] = 0.0
     for i in range(n):
         ratio = reach[i] / smallest
-        level[i] = 0
         if ratio > FIRST_LEVEL:  # most grains need no logarithm
             level[i] = min(int(np.log(ratio) / np.log(LEVEL_RATIO)), LEVELS - 1)
         cell_size[level[i]] = max(cell_size[level[i]], 2.0 * reach[i])
-    first_cell[0] = 0
     for lv in range(LEVELS):
-        dims[lv] = 0
         cells = 0
         if cell_size[lv] > 0.0:
             while True:
@@ -71,6 +67,7 @@ def plan_grids(n, particles, reach, level, cell_size, dims, first_cell, low, att
                     break
                 cell_size[lv] *= 1.26  # a few stray particles must not blow up the grid
         first_cell[lv + 1] = first_cell[lv] + cells
+    return reach, level, cell_size, dims, first_cell, low
 
 
 @njit(cache=True, error_model="numpy")
@@ -93,17 +90,6 @@ def _sum_of(x, k):
     return (x[0] + x[1] + x[2]) + ((k[0] + k[1] + k[2] + k[3]) + (k[4] + k[5] + k[6] + k[7]))
 
 
-@njit(cache=True, error_model="numpy")
-def furthest(n, particles, origin):
-    """Largest distance [m] of a particle's centre from a point (3,)."""
-    most = 0.0
-    for i in range(n):
-        p = particles.position[i]
-        x, y, z = p[0] - origin[0], p[1] - origin[1], p[2] - origin[2]
-        most = max(most, x * x + y * y + z * z)
-    return np.sqrt(most)
-
-
 @inlined
 def cell_of(position, size, dims, low):
     """Cell index of a position (3,) in a grid."""
@@ -114,10 +100,11 @@ def cell_of(position, size, dims, low):
 
 
 @njit(cache=True)
-def counting_sort(n, particles, level, cell_size, dims, first_cell, low, cell, start, order):
-    """Sort by level and cell: order (n,) old row of each new row; start (cells + 1,) first new row
-    of each cell."""
-    start[:] = 0
+def counting_sort(n, particles, level, cell_size, dims, first_cell, low):
+    """Sort by level and cell; returns start (cells + 1,), the first new row of each cell, and order
+    (n,), the old row of each new row."""
+    start = np.zeros(first_cell[-1] + 1, np.int32)
+    cell, order = np.empty(n, np.int64), np.empty(n, np.int64)
     for i in range(n):
         lv = level[i]
         cell[i] = first_cell[lv] + cell_of(particles.position[i], cell_size[lv], dims[lv], low)
@@ -127,6 +114,7 @@ def counting_sort(n, particles, level, cell_size, dims, first_cell, low, cell, s
     for i in range(n - 1, -1, -1):  # each cell fills from its end
         start[cell[i]] -= 1
         order[start[cell[i]]] = i
+    return start, order
 
 
 @njit(cache=True)
@@ -150,12 +138,6 @@ def take_rows(n, old, order, new, new_row):
         new.cluster[i] = old.cluster[k]
 
 
-@inlined
-def same_cluster(cluster, i, j):
-    """Members of one rigid cluster do not touch each other."""
-    return cluster[i] >= 0 and cluster[i] == cluster[j]
-
-
 @njit(cache=True, error_model="numpy")
 def _searches(cell_size, first_cell, start):
     """(LEVELS, LEVELS) bool: whether the grains of one level look for those of another. Of two
@@ -176,21 +158,20 @@ def _searches(cell_size, first_cell, start):
 
 @njit(cache=True, error_model="numpy")
 def find_pairs(
-    n, particles, reach, level, cell_size, dims, first_cell, low, start, kind_of, kinds, pairs, far,
-    hits, sieve,
-):  # fmt: skip
+    n, particles, reach, level, cell_size, dims, first_cell, low, start, kind_of, kinds, pairs
+):
     """List all pairs within reach, block by block of one kind; rows must be sorted.
 
-    kind_of (materials, materials): property row of a pair; kinds: the rows that particles can have;
-    far (capacity, 2) int32, hits (n,) int32, sieve (4, n + WIDTH) float32: scratch. Of each kind
-    the pairs that touch come first, so that most blocks of the others cost one test a step; both
-    are in ascending order of their rows.
+    kind_of (materials, materials): property row of a pair; kinds: the rows that particles can have.
+    Of each kind the pairs that touch come first, so that most blocks of the others cost one test a
+    step; both are in ascending order of their rows.
     Returns the number of pairs, padding included; when it exceeds the room in `pairs` the list is
     not complete and must be made again with more.
     """
     count, capacity = 0, len(pairs.first)
     searches = _searches(cell_size, first_cell, start)
-    levels = _fill_sieve(n, particles, reach, cell_size, dims, low, sieve)
+    sieve, levels = _fill_sieve(n, particles, reach, cell_size, dims, low)
+    hits, far = np.empty(n, np.int32), np.empty((capacity, 2), np.int32)
     for kind in kinds:
         before, distant = count, 0
         for i in range(n):
@@ -219,10 +200,10 @@ def find_pairs(
 
 
 @njit(cache=True, error_model="numpy")
-def _fill_sieve(n, particles, reach, cell_size, dims, low, sieve):
-    """Fill sieve (4, n + WIDTH) with places and reaches in float32, the reaches widened by what it
-    may round off; returns the number of levels."""
-    extent, levels = 0.0, 0
+def _fill_sieve(n, particles, reach, cell_size, dims, low):
+    """Sieve (4, n + WIDTH) of places and reaches in float32, the reaches widened by what it may
+    round off, and the number of levels."""
+    sieve, extent, levels = np.zeros((4, n + WIDTH), np.float32), 0.0, 0
     for lv in range(LEVELS):
         if cell_size[lv] > 0.0:
             levels = lv + 1
@@ -232,7 +213,7 @@ def _fill_sieve(n, particles, reach, cell_size, dims, low, sieve):
         for k in range(3):
             sieve[k, i] = particles.position[i, k] - low[k]
         sieve[3, i] = reach[i] * (1.0 + 1e-6) + SINGLE * extent
-    return levels
+    return sieve, levels
 
 
 @inlined
@@ -278,12 +259,13 @@ def _divide(i, found, hits, reach, particles, kind_of, kind, pairs, far, near, d
     """Add the pairs of row i with those rows in `hits` that are within reach and of material pair
     `kind`: those that touch or nearly do to `pairs`, the others to `far`; near and distant count
     them."""
-    position, capacity = particles.position, len(pairs.first)
+    position, cluster, capacity = particles.position, particles.cluster, len(pairs.first)
     x, y, z = position[i, 0], position[i, 1], position[i, 2]
     m, r = particles.material[i], particles.kinetic[i, 6]
     for k in range(found):
         j = hits[k]
-        if kind_of[m, particles.material[j]] != kind or same_cluster(particles.cluster, i, j):
+        bonded = cluster[i] >= 0 and cluster[i] == cluster[j]  # such do not touch
+        if kind_of[m, particles.material[j]] != kind or bonded:
             continue
         dx, dy, dz = position[j, 0] - x, position[j, 1] - y, position[j, 2] - z
         square, h = dx * dx + dy * dy + dz * dz, reach[i] + reach[j]
@@ -299,14 +281,14 @@ def _divide(i, found, hits, reach, particles, kind_of, kind, pairs, far, near, d
 
 
 @njit(cache=True)
-def carry_history(old, old_count, pairs, count, new_row, head, following):
+def carry_history(old, old_count, pairs, count, new_row):
     """Copy each old contact's history to its pair in the new list.
 
-    new_row (n + ghosts,): new row of each old row; head (n + ghosts,), following (old_count,):
-    scratch for chains of old contacts by their lower new row. Spring and moment act on the first
-    particle, so they change sign where the two swap places.
+    new_row (n + ghosts,): new row of each old row. Spring and moment act on the first particle, so
+    they change sign where the two swap places.
     """
-    head[:] = -1
+    # chains of old contacts by their lower new row
+    head, following = np.full(len(new_row), -1), np.empty(old_count, np.int64)
     for k in range(old_count):
         if old.history[k // WIDTH, 6, k % WIDTH] != 0.0:
             key = min(new_row[old.first[k]], new_row[old.second[k]])
@@ -329,9 +311,9 @@ def carry_history(old, old_count, pairs, count, new_row, head, following):
 
 
 @njit(cache=True)
-def carry_wall_history(old, old_count, contacts, count, new_row, head, following):
+def carry_wall_history(old, old_count, contacts, count, new_row):
     """Copy each old wall contact's history to the same particle and element in the new list."""
-    head[:] = -1
+    head, following = np.full(len(new_row), -1), np.empty(old_count, np.int64)
     for k in range(old_count):
         if old.history[k, 6] != 0.0:
             key = new_row[old.particle[k]]

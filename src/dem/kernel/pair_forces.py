@@ -1,13 +1,7 @@
-"""Forces of the pairs: the fast path on lanes and the float64 reference path, both around
+"""Forces of the pairs: the float64 reference path and the fast path on lanes, both around
 `pair_contact`."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
-from numba import njit, types
-from numba.extending import overload
 
 from dem.contact.model import pair_contact, pair_is_active, pair_overlap
 from dem.contact.row import properties_of
@@ -15,6 +9,8 @@ from dem.kernel.arithmetic import any_lane, minimum
 from dem.kernel.simd import (
     FIELDS,
     WIDTH,
+    column,
+    fast_path,
     gather_pairs,
     gather_separations,
     load_block,
@@ -23,17 +19,45 @@ from dem.kernel.simd import (
     store_block,
 )
 
-if TYPE_CHECKING:
-    from dem.contact.properties import LawCodes
-    from dem.kernel.state import Pairs, Particles
-    from dem.kernel.threads import Share
-
-
 NEARLY = 1.0 + 1e-9
 """Of the squared sum of the radii: closer spheres get the exact test, whatever this one rounds."""
 
 
-@njit(error_model="numpy")
+def pair_forces(codes, table, dt, particles, pairs, share, overlap_limit):
+    """Add the forces of a thread's pairs to the particles and update the contacts' history; here
+    one pair at a time, in float64 throughout.
+
+    Returns a pair (its block's first in the fast path) whose overlap exceeds overlap_limit *
+    radius, or -1.
+    """
+    excess = -1
+    for m in range(len(share.blocks) * WIDTH):
+        block, lane = np.int64(share.blocks[m // WIDTH]), m % WIDTH
+        k = block * WIDTH + lane
+        i, j = pairs.first[k], pairs.second[k]
+        x, a, b = particles.position, particles.kinetic[i], particles.kinetic[j]
+        h = pairs.history[block]
+        separation = (x[i, 0] - x[j, 0], x[i, 1] - x[j, 1], x[i, 2] - x[j, 2])
+        p = properties_of(table, pairs.kind[block])
+        overlap, inverse = pair_overlap(separation, a[6], b[6])
+        if not pair_is_active(codes, p, overlap, a[6], b[6], h[6, lane]):
+            continue
+        first = (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7])
+        second = (b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7])
+        on_first, on_second, history = pair_contact(
+            codes, p, dt, separation, inverse, overlap, first, second, column(h, lane)
+        )
+        for f in range(FIELDS):
+            h[f, lane] = history[f]
+        for f in range(8):
+            particles.force[share.to_first[k], f] += on_first[f]
+            particles.force[share.to_second[k], f] += on_second[f]
+        if overlap > overlap_limit * min(a[6], b[6]):
+            excess = k
+    return excess
+
+
+@fast_path(pair_forces)
 def _pair_forces_lanes(codes, table, dt, particles, pairs, share, overlap_limit):
     """WIDTH pairs at a time, float32 but for the separations."""
     excess, blocks, to_first, to_second = -1, share.blocks, share.to_first, share.to_second
@@ -48,9 +72,7 @@ def _pair_forces_lanes(codes, table, dt, particles, pairs, share, overlap_limit)
             if not any_lane(x * x + y * y + z * z < NEARLY * (reach * reach)):
                 continue
         g = gather_pairs(particles.position, pairs.first, pairs.second, start)
-        separation = (g[0], g[1], g[2])
-        first = (g[3], g[4], g[5], g[6], g[7], g[8], g[9], g[10])
-        second = (g[11], g[12], g[13], g[14], g[15], g[16], g[17], g[18])
+        separation, first, second = g[:3], g[3:11], g[11:]
         r_i, r_j = first[6], second[6]
         history = load_block(pairs.history, block)
         p = properties_of(table, pairs.kind[block])
@@ -66,65 +88,3 @@ def _pair_forces_lanes(codes, table, dt, particles, pairs, share, overlap_limit)
         if any_lane(overlap > overlap_limit * minimum(r_i, r_j)):
             excess = start
     return excess
-
-
-@njit(error_model="numpy")
-def _pair_forces_plain(codes, table, dt, particles, pairs, share, overlap_limit):
-    """One pair at a time, float64 throughout."""
-    excess = -1
-    for m in range(len(share.blocks) * WIDTH):
-        block, lane = np.int64(share.blocks[m // WIDTH]), m % WIDTH
-        k = block * WIDTH + lane
-        i, j = pairs.first[k], pairs.second[k]
-        x, a, b = particles.position, particles.kinetic[i], particles.kinetic[j]
-        h = pairs.history[block]
-        separation = (x[i, 0] - x[j, 0], x[i, 1] - x[j, 1], x[i, 2] - x[j, 2])
-        p = properties_of(table, pairs.kind[block])
-        overlap, inverse = pair_overlap(separation, a[6], b[6])
-        if not pair_is_active(codes, p, overlap, a[6], b[6], h[6, lane]):
-            continue
-        first = (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7])
-        second = (b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7])
-        history = (
-            h[0, lane], h[1, lane], h[2, lane], h[3, lane],
-            h[4, lane], h[5, lane], h[6, lane], h[7, lane], h[8, lane],
-        )  # fmt: skip
-        on_first, on_second, history = pair_contact(
-            codes, p, dt, separation, inverse, overlap, first, second, history
-        )
-        for f in range(FIELDS):
-            h[f, lane] = history[f]
-        for f in range(8):
-            particles.force[share.to_first[k], f] += on_first[f]
-            particles.force[share.to_second[k], f] += on_second[f]
-        if overlap > overlap_limit * min(a[6], b[6]):
-            excess = k
-    return excess
-
-
-def pair_forces(
-    codes: LawCodes,
-    table: np.ndarray,
-    dt: float,
-    particles: Particles,
-    pairs: Pairs,
-    share: Share,
-    overlap_limit: float,
-) -> int:
-    """Add the forces of a thread's pairs to the particles and update the contacts' history.
-
-    Returns a pair (its block's first in the fast path) whose overlap exceeds overlap_limit *
-    radius, or -1.
-    """
-    raise NotImplementedError("compiled code only")
-
-
-@overload(pair_forces)
-def _pair_forces(codes, table, dt, particles, pairs, share, overlap_limit):
-    fast = particles.types[1].dtype == types.float32
-    chosen = _pair_forces_lanes if fast else _pair_forces_plain
-
-    def call(codes, table, dt, particles, pairs, share, overlap_limit):
-        return chosen(codes, table, dt, particles, pairs, share, overlap_limit)
-
-    return call

@@ -8,14 +8,15 @@ lanes (the fast path): numba picks the implementation by type. Nothing here know
 that meets lanes is broadcast.
 """
 
-import math
+import functools
+import inspect
 import operator
+from collections.abc import Callable
 from typing import Any
 
 from llvmlite import ir
 from numba import njit, types
 from numba.core import cgutils
-from numba.core.errors import RequireLiteralValue
 from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, models, overload, register_model
 
@@ -48,6 +49,7 @@ F32 = LaneType("f32", ir.FloatType(), WIDTH, MASK)
 F64 = LaneType("f64", ir.DoubleType(), WIDTH, MASK)
 ROW_MASK = LaneType("row_mask", ir.IntType(1), ROW)
 ROW_F32 = LaneType("row_f32", ir.FloatType(), ROW, ROW_MASK)
+FLOATS = (F32, F64, ROW_F32)
 
 
 @register_model(LaneType)
@@ -71,19 +73,26 @@ def broadcast(builder: Any, value: Any, lane_type: Any) -> Any:
     return builder.shuffle_vector(first, ir.Constant(vector, ir.Undefined), spread)
 
 
-def _register_binary(op, emit, compares=False):
-    cases = []
-    for lane in (F32, F64, ROW_F32):
-        out = lane.mask if compares else lane
-        for pair in ((lane, lane), (lane, types.float64), (types.float64, lane)):
-            cases.append(signature(out, *pair))
+def _for_lanes(op, emit, cases):
+    """Compile `op` for `cases`, types (result, *arguments), as `emit` (builder, *vectors) has it; a
+    scalar fills every lane."""
+    for _, *kinds in cases:
+        lane = next((kind for kind in kinds if kind in FLOATS), None)
 
-            def lower(context, builder, sig, args, lane=lane):
-                return emit(builder, *(broadcast(builder, a, lane) for a in args))
+        def lower(context, builder, sig, args, lane=lane):
+            return emit(builder, *(broadcast(builder, value, lane) for value in args))
 
-            lower_builtin(op, *pair)(lower)
-    infer_global(op)(type(f"_Lane_{op.__name__}", (ConcreteTemplate,), {"cases": cases}))
+        lower_builtin(op, *kinds)(lower)
+    typed = {"cases": [signature(*case) for case in cases]}
+    infer_global(op)(type(f"_Lane_{op.__name__}", (ConcreteTemplate,), typed))
 
+
+PAIRS = [
+    (lane, *two)
+    for lane in FLOATS
+    for two in ((lane, lane), (lane, types.float64), (types.float64, lane))
+]
+"""(lane, two arguments of which one may be a scalar)."""
 
 for _op, _method in (
     (operator.add, "fadd"),
@@ -91,38 +100,15 @@ for _op, _method in (
     (operator.mul, "fmul"),
     (operator.truediv, "fdiv"),
 ):
-    _register_binary(_op, lambda b, x, y, m=_method: getattr(b, m)(x, y, flags=_CONTRACT))
+    _for_lanes(_op, lambda b, x, y, m=_method: getattr(b, m)(x, y, flags=_CONTRACT), PAIRS)
 for _op, _sign in (
     (operator.lt, "<"),
     (operator.le, "<="),
     (operator.gt, ">"),
     (operator.ge, ">="),
 ):
-    _register_binary(_op, lambda b, x, y, s=_sign: b.fcmp_ordered(s, x, y), compares=True)
-
-
-def _register_mask(op, method):
-    def lower(context, builder, sig, args):
-        return getattr(builder, method)(*args)
-
-    lower_builtin(op, MASK, MASK)(lower)
-    cases = [signature(MASK, MASK, MASK)]
-    infer_global(op)(type(f"_Mask_{op.__name__}", (ConcreteTemplate,), {"cases": cases}))
-
-
-_register_mask(operator.and_, "and_")
-_register_mask(operator.or_, "or_")
-
-
-@infer_global(operator.neg)
-class _LaneNeg(ConcreteTemplate):
-    cases = (signature(F32, F32), signature(F64, F64))
-
-
-@lower_builtin(operator.neg, F32)
-@lower_builtin(operator.neg, F64)
-def _lower_neg(context, builder, sig, args):
-    return builder.fneg(args[0])
+    masks = [(lane.mask, x, y) for lane, x, y in PAIRS]
+    _for_lanes(_op, lambda b, x, y, s=_sign: b.fcmp_ordered(s, x, y), masks)
 
 
 def _vector_intrinsic(builder, name, value, *more):
@@ -135,80 +121,53 @@ def _vector_intrinsic(builder, name, value, *more):
     return builder.call(function, [value, *more])
 
 
-@intrinsic
-def _lane_sqrt(typingctx, x):
-    def codegen(context, builder, sig, args):
-        return _vector_intrinsic(builder, "sqrt", args[0])
-
-    return x(x), codegen
+def _any(builder, mask):
+    bits = builder.bitcast(mask, ir.IntType(mask.type.count))
+    return builder.icmp_unsigned("!=", bits, ir.Constant(bits.type, 0))
 
 
-@intrinsic
-def _lane_power(typingctx, x, exponent):
-    def codegen(context, builder, sig, args):
-        power = broadcast(builder, args[1], sig.args[0])
-        return _vector_intrinsic(builder, "pow", args[0], power)
-
-    return x(x, exponent), codegen
-
-
-@intrinsic
-def _lane_where(typingctx, mask, a, b):
-    out = a if isinstance(a, LaneType) else b
-
-    def codegen(context, builder, sig, args):
-        chosen = [broadcast(builder, v, sig.return_type) for v in args[1:]]
-        return builder.select(args[0], *chosen)
-
-    return out(mask, a, b), codegen
-
-
-@intrinsic
-def _lane_narrow(typingctx, x):
-    def codegen(context, builder, sig, args):
-        return builder.fptrunc(args[0], F32.vector)
-
-    return F32(x), codegen
+_for_lanes(operator.and_, lambda b, x, y: b.and_(x, y), [(MASK, MASK, MASK)])
+_for_lanes(operator.or_, lambda b, x, y: b.or_(x, y), [(MASK, MASK, MASK)])
+_for_lanes(operator.neg, lambda b, x: b.fneg(x), [(F32, F32), (F64, F64)])
+_for_lanes(sqrt, lambda b, x: _vector_intrinsic(b, "sqrt", x), [(F32, F32), (F64, F64)])
+_for_lanes(
+    power,
+    lambda b, x, exponent: _vector_intrinsic(b, "pow", x, exponent),
+    [(lane, lane, types.float64) for lane in (F32, F64)],
+)
+_for_lanes(
+    where,
+    lambda b, mask, x, y: b.select(mask, x, y),
+    [(lane, lane.mask, x, y) for lane, x, y in PAIRS],
+)
+_for_lanes(narrow, lambda b, x: b.fptrunc(x, F32.vector), [(F32, F64)])
+_for_lanes(widen, lambda b, x: b.fpext(x, F64.vector), [(F64, F32)])
+_for_lanes(any_lane, _any, [(types.boolean, MASK), (types.boolean, ROW_MASK)])
 
 
-@intrinsic
-def _lane_widen(typingctx, x):
-    def codegen(context, builder, sig, args):
-        return builder.fpext(args[0], F64.vector)
-
-    return F64(x), codegen
-
-
-@intrinsic
-def _lane_any(typingctx, mask):
-    def codegen(context, builder, sig, args):
-        bits = builder.bitcast(args[0], ir.IntType(mask.vector.count))
-        return builder.icmp_unsigned("!=", bits, ir.Constant(bits.type, 0))
-
-    return types.boolean(mask), codegen
+def _in_lanes(kind):
+    """Return whether a type is one of the fast path: lanes, an array of float32, or a tuple that
+    has one."""
+    if isinstance(kind, types.BaseTuple):
+        return any(map(_in_lanes, kind.types))
+    return isinstance(kind, LaneType) or getattr(kind, "dtype", None) == types.float32
 
 
-def _is_lane(t):
-    return isinstance(t, LaneType)
+def fast_path(plain: Callable, **options: Any) -> Callable:
+    """Decorator of what compiled code calls in place of `plain` where it is given float32 or lanes;
+    for float64 `plain` itself is compiled. options: numba's, for both."""
+
+    def choose(fast):
+        overload(plain, jit_options={"error_model": "numpy"} | options, strict=False)(
+            lambda *kinds: fast if any(map(_in_lanes, kinds)) else plain
+        )
+        return fast
+
+    return choose
 
 
-@overload(sqrt, jit_options={"forceinline": True})
-def _sqrt(x):
-    return (lambda x: _lane_sqrt(x)) if _is_lane(x) else (lambda x: math.sqrt(x))
-
-
-@overload(power, jit_options={"forceinline": True})
-def _power(x, exponent):
-    if _is_lane(x):
-        return lambda x, exponent: _lane_power(x, exponent)
-    return lambda x, exponent: x**exponent
-
-
-@overload(where, jit_options={"forceinline": True})
-def _where(condition, a, b):
-    if _is_lane(condition):
-        return lambda condition, a, b: _lane_where(condition, a, b)
-    return lambda condition, a, b: a if condition else b
+for _function in (sqrt, power, where, narrow, widen, any_lane):
+    fast_path(_function, forceinline=True)(None)  # the forms for lanes are those above
 
 
 @overload(maximum, jit_options={"forceinline": True})
@@ -221,23 +180,27 @@ def _minimum(a, b):
     return lambda a, b: where(a < b, a, b)
 
 
-@overload(narrow, jit_options={"forceinline": True})
-def _narrow(x):
-    return (lambda x: _lane_narrow(x)) if _is_lane(x) else (lambda x: x)
+def emits(returns: Any) -> Callable:
+    """Decorator of a function that writes what is compiled for a call: (context, builder, types of
+    the arguments, *arguments) -> LLVM's value, or a list of them for a tuple, or None. returns:
+    numba's type of the result."""
 
+    def register(emit):
+        def codegen(context, builder, sig, args):
+            made = emit(context, builder, sig.args, *args)
+            if isinstance(made, list):
+                return context.make_tuple(builder, sig.return_type, made)
+            return context.get_dummy_value() if made is None else made
 
-@overload(widen, jit_options={"forceinline": True})
-def _widen(x):
-    return (lambda x: _lane_widen(x)) if _is_lane(x) else (lambda x: x)
+        @functools.wraps(emit)
+        def typed(typingctx, *kinds):
+            return returns(*kinds), codegen
 
+        _, *of_call = inspect.signature(emit).parameters.values()
+        typed.__signature__ = inspect.Signature(of_call[1:])  # type: ignore[attr-defined]
+        return intrinsic(typed)
 
-@overload(any_lane, jit_options={"forceinline": True})
-def _any_lane(condition):
-    return (
-        (lambda condition: _lane_any(condition))
-        if _is_lane(condition)
-        else (lambda condition: condition)
-    )
+    return register
 
 
 # --- memory ---------------------------------------------------------------------------------------
@@ -246,13 +209,12 @@ def _any_lane(condition):
 # instruction.
 
 
-def _pointer(context, builder, array_type, array, element_type):
-    data = context.make_array(array_type)(context, builder, array).data
-    return builder.bitcast(data, element_type.as_pointer())
+def place_in(context: Any, builder: Any, array_type: Any, array: Any, index: Any) -> Any:
+    """Pointer to number `index`, int64, of a contiguous array."""
+    return builder.gep(context.make_array(array_type)(context, builder, array).data, [index])
 
 
-def _load(builder, base, offset, vector, align):
-    pointer = builder.gep(base, [offset])
+def _load(builder, pointer, vector, align):
     load = builder.load(builder.bitcast(pointer, vector.as_pointer()))
     load.align = align
     return load
@@ -309,36 +271,25 @@ def _transpose(builder, rows):
 
 def _indices(context, builder, array_type, array, start):
     """The `WIDTH` int32 indices from `start`, as 64-bit integers."""
-    base = _pointer(context, builder, array_type, array, ir.IntType(32))
-    out = []
-    for lane in range(WIDTH):
-        pointer = builder.gep(base, [builder.add(start, _constant(lane))])
-        out.append(builder.zext(builder.load(pointer), ir.IntType(64)))
-    return out
+    base = place_in(context, builder, array_type, array, start)
+    places = [builder.gep(base, [_constant(lane)]) for lane in range(WIDTH)]
+    return [builder.zext(builder.load(place), ir.IntType(64)) for place in places]
 
 
 def _columns(builder, rows):
     """Eight vectors of `WIDTH` from the addresses of `WIDTH` rows of eight float32, aligned to 32
     bytes."""
-    loaded = []
-    for row in rows:
-        load = builder.load(builder.bitcast(row, ROW_F32.vector.as_pointer()))
-        load.align = 4 * ROW
-        loaded.append(load)
+    loaded = [_load(builder, row, ROW_F32.vector, 4 * ROW) for row in rows]
     return _transpose(builder, [_join(builder, loaded[k::8]) for k in range(8)])
 
 
-@intrinsic
-def gather_rows(typingctx, rows, index, start):
+@emits(types.UniTuple(F32, 8))
+def gather_rows(context, builder, kinds, rows, index, start):
     """The eight F32 columns of rows `index[start:start+WIDTH]` of rows (n, 8) float32, aligned to
     32 bytes, which may lie apart; index (m,) int32."""
-
-    def codegen(context, builder, sig, args):
-        index = _indices(context, builder, sig.args[1], args[1], args[2])
-        places = [_row(context, builder, sig.args[0], args[0], k, ROW_F32.vector) for k in index]
-        return context.make_tuple(builder, sig.return_type, _columns(builder, places))
-
-    return types.UniTuple(F32, 8)(rows, index, start), codegen
+    index = _indices(context, builder, kinds[1], index, start)
+    places = [_row(context, builder, kinds[0], rows, k, ROW_F32.vector) for k in index]
+    return _columns(builder, places)
 
 
 def _pair_rows(builder, double, i, j, combine):
@@ -346,10 +297,9 @@ def _pair_rows(builder, double, i, j, combine):
     vectors of `WIDTH`, eight pairs at a time in groups of four: one for each of the four
     numbers."""
     four, made = ir.VectorType(ir.DoubleType(), 4), []
-    for a, b in zip(i, j, strict=True):
-        ra = _load(builder, double, builder.mul(a, _constant(8)), four, 32)
-        rb = _load(builder, double, builder.mul(b, _constant(8)), four, 32)
-        made.append(combine(ra, rb))
+    for pair in zip(i, j, strict=True):
+        places = [builder.gep(double, [builder.mul(k, _constant(8))]) for k in pair]
+        made.append(combine(*(_load(builder, place, four, 32) for place in places)))
     eights = []
     for h in range(0, WIDTH, 8):
         r = [_join(builder, [made[h + k], made[h + k + 4]]) for k in range(4)]
@@ -363,27 +313,22 @@ def _pair_rows(builder, double, i, j, combine):
     return [_join(builder, list(parts)) for parts in zip(*eights, strict=True)]
 
 
-@intrinsic
-def gather_separations(typingctx, rows, first, second, start):
+@emits(types.UniTuple(F64, 4))
+def gather_separations(context, builder, kinds, rows, first, second, start):
     """(dx, dy, dz) as `gather_pairs` has it, and the sum of the radii, F64; far less than all that
     a contact needs."""
+    double = place_in(context, builder, kinds[0], rows, _constant(0))
+    i = _indices(context, builder, kinds[1], first, start)
+    j = _indices(context, builder, kinds[2], second, start)
 
-    def codegen(context, builder, sig, args):
-        double = _pointer(context, builder, sig.args[0], args[0], ir.DoubleType())
-        i = _indices(context, builder, sig.args[1], args[1], args[3])
-        j = _indices(context, builder, sig.args[2], args[2], args[3])
+    def difference_and_sum(a, b):
+        return _shuffle(builder, builder.fsub(a, b), builder.fadd(a, b), [0, 1, 2, 7])
 
-        def difference_and_sum(a, b):
-            return _shuffle(builder, builder.fsub(a, b), builder.fadd(a, b), [0, 1, 2, 7])
-
-        values = _pair_rows(builder, double, i, j, difference_and_sum)
-        return context.make_tuple(builder, sig.return_type, values)
-
-    return types.UniTuple(F64, 4)(rows, first, second, start), codegen
+    return _pair_rows(builder, double, i, j, difference_and_sum)
 
 
-@intrinsic
-def gather_pairs(typingctx, rows, first, second, start):
+@emits(types.Tuple([F64] * 3 + [F32] * 16))
+def gather_pairs(context, builder, kinds, rows, first, second, start):
     """Load `WIDTH` pairs of particle rows.
 
     Parameters: rows (n, 8) float64 buffer of 64-byte rows; first, second (m,) int32; start: first
@@ -391,154 +336,100 @@ def gather_pairs(typingctx, rows, first, second, start):
     Returns (dx, dy, dz) = position of first minus position of second, F64, then the eight F32
     columns of the first particle and the eight of the second.
     """
-    out = types.Tuple([F64] * 3 + [F32] * 16)
-
-    def codegen(context, builder, sig, args):
-        double = _pointer(context, builder, sig.args[0], args[0], ir.DoubleType())
-        single = builder.bitcast(double, ir.FloatType().as_pointer())
-        i = _indices(context, builder, sig.args[1], args[1], args[3])
-        j = _indices(context, builder, sig.args[2], args[2], args[3])
-        values = _pair_rows(builder, double, i, j, builder.fsub)[:3]
-        for index in (i, j):
-            places = [builder.add(builder.mul(k, _constant(16)), _constant(8)) for k in index]
-            values += _columns(builder, [builder.gep(single, [k]) for k in places])
-        return context.make_tuple(builder, sig.return_type, values)
-
-    return out(rows, first, second, start), codegen
+    double = place_in(context, builder, kinds[0], rows, _constant(0))
+    single = builder.bitcast(double, ir.FloatType().as_pointer())
+    i = _indices(context, builder, kinds[1], first, start)
+    j = _indices(context, builder, kinds[2], second, start)
+    values = _pair_rows(builder, double, i, j, builder.fsub)[:3]
+    for index in (i, j):
+        places = [builder.add(builder.mul(k, _constant(16)), _constant(8)) for k in index]
+        values += _columns(builder, [builder.gep(single, [k]) for k in places])
+    return values
 
 
-@intrinsic
-def scatter_add(typingctx, target, index, start, columns):
+@emits(types.none)
+def scatter_add(context, builder, kinds, target, index, start, columns):
     """Add eight lane columns to rows `index[start:start+WIDTH]` of target (n, 8) float32, one lane
     after the other.
 
     Lanes are added in order, so a particle that stands in several lanes receives every share.
     """
-
-    def codegen(context, builder, sig, args):
-        base = _pointer(context, builder, sig.args[0], args[0], ir.FloatType())
-        index = _indices(context, builder, sig.args[1], args[1], args[2])
-        columns = [builder.extract_value(args[3], k) for k in range(8)]
-        eight, groups = ir.VectorType(ir.FloatType(), 8), _transpose(builder, columns)
-        rows = [
-            _shuffle(builder, group, group, list(range(start, start + 8)))
-            for start in range(0, WIDTH, 8)
-            for group in groups
-        ]
-        for k, row in zip(index, rows, strict=True):
-            pointer = builder.bitcast(
-                builder.gep(base, [builder.mul(k, _constant(8))]), eight.as_pointer()
-            )
-            old = builder.load(pointer)
-            old.align = 32
-            builder.store(builder.fadd(old, row), pointer).align = 32
-        return context.get_dummy_value()
-
-    return types.none(target, index, start, columns), codegen
+    base = place_in(context, builder, kinds[0], target, _constant(0))
+    index = _indices(context, builder, kinds[1], index, start)
+    groups = _transpose(builder, [builder.extract_value(columns, k) for k in range(8)])
+    rows = [
+        _shuffle(builder, group, group, list(range(first, first + 8)))
+        for first in range(0, WIDTH, 8)
+        for group in groups
+    ]
+    for k, row in zip(index, rows, strict=True):
+        place = builder.gep(base, [builder.mul(k, _constant(8))])
+        old = _load(builder, place, ROW_F32.vector, 32)
+        place = builder.bitcast(place, ROW_F32.vector.as_pointer())
+        builder.store(builder.fadd(old, row), place).align = 32
 
 
 def _field(context, builder, array_type, array, block, k):
     """Pointer to field k of block `block` of blocks (m, FIELDS, WIDTH) float32."""
-    base = _pointer(context, builder, array_type, array, ir.FloatType())
-    place = builder.add(builder.mul(block, _constant(FIELDS * WIDTH)), _constant(WIDTH * k))
-    return builder.bitcast(builder.gep(base, [place]), F32.vector.as_pointer())
+    row = builder.add(builder.mul(block, _constant(FIELDS)), k)
+    place = place_in(context, builder, array_type, array, builder.mul(row, _constant(WIDTH)))
+    return builder.bitcast(place, F32.vector.as_pointer())
 
 
-@intrinsic
-def load_field(typingctx, blocks, block, field):
-    """Field `field`, a literal, of block `block` of blocks (m, FIELDS, WIDTH) float32, as F32."""
-    if not isinstance(field, types.IntegerLiteral):
-        raise RequireLiteralValue("field")
-    number = field.literal_value
-
-    def codegen(context, builder, sig, args):
-        load = builder.load(_field(context, builder, sig.args[0], *args[:2], number))
-        load.align = 4 * WIDTH
-        return load
-
-    return F32(blocks, block, field), codegen
+@emits(F32)
+def load_field(context, builder, kinds, blocks, block, field):
+    """Field `field` of block `block` of blocks (m, FIELDS, WIDTH) float32, as F32."""
+    return _load(
+        builder, _field(context, builder, kinds[0], blocks, block, field), F32.vector, 4 * WIDTH
+    )
 
 
-@intrinsic
-def store_field(typingctx, blocks, block, field, value):
-    """Store an F32 as field `field`, a literal, of block `block` of blocks (m, FIELDS, WIDTH)
-    float32."""
-    if not isinstance(field, types.IntegerLiteral):
-        raise RequireLiteralValue("field")
-    number = field.literal_value
-
-    def codegen(context, builder, sig, args):
-        pointer = _field(context, builder, sig.args[0], *args[:2], number)
-        builder.store(args[3], pointer).align = 4 * WIDTH
-        return context.get_dummy_value()
-
-    return types.none(blocks, block, field, value), codegen
-
-
-@intrinsic
-def load_block(typingctx, blocks, block):
+@emits(types.UniTuple(F32, FIELDS))
+def load_block(context, builder, kinds, blocks, block):
     """All fields of block `block` of blocks (m, FIELDS, WIDTH) float32 as FIELDS F32."""
-
-    def codegen(context, builder, sig, args):
-        values = []
-        for k in range(FIELDS):
-            load = builder.load(_field(context, builder, sig.args[0], *args, k))
-            load.align = 4 * WIDTH
-            values.append(load)
-        return context.make_tuple(builder, sig.return_type, values)
-
-    return types.UniTuple(F32, FIELDS)(blocks, block), codegen
+    places = [
+        _field(context, builder, kinds[0], blocks, block, _constant(k)) for k in range(FIELDS)
+    ]
+    return [_load(builder, place, F32.vector, 4 * WIDTH) for place in places]
 
 
-@intrinsic
-def store_block(typingctx, blocks, block, fields):
+@emits(types.none)
+def store_block(context, builder, kinds, blocks, block, fields):
     """Store the F32 of a tuple into the first fields of block `block` of blocks (m, FIELDS, WIDTH)
     float32."""
-
-    def codegen(context, builder, sig, args):
-        for k in range(len(sig.args[2])):
-            pointer = _field(context, builder, sig.args[0], *args[:2], k)
-            builder.store(builder.extract_value(args[2], k), pointer).align = 4 * WIDTH
-        return context.get_dummy_value()
-
-    return types.none(blocks, block, fields), codegen
+    for k in range(len(kinds[2])):
+        pointer = _field(context, builder, kinds[0], blocks, block, _constant(k))
+        builder.store(builder.extract_value(fields, k), pointer).align = 4 * WIDTH
 
 
-@intrinsic
-def load_lanes(typingctx, values, start):
+@emits(F32)
+def load_lanes(context, builder, kinds, values, start):
     """values[start : start + WIDTH] of a (m,) float32 as F32."""
-
-    def codegen(context, builder, sig, args):
-        base = _pointer(context, builder, sig.args[0], args[0], ir.FloatType())
-        return _load(builder, base, args[1], F32.vector, 4)
-
-    return F32(values, start), codegen
+    return _load(builder, place_in(context, builder, kinds[0], values, start), F32.vector, 4)
 
 
-@intrinsic
-def bits_of(typingctx, mask):
+@emits(types.int64)
+def bits_of(context, builder, kinds, mask):
     """A mask as an int64: bit k is lane k."""
-
-    def codegen(context, builder, sig, args):
-        bits = builder.bitcast(args[0], ir.IntType(WIDTH))
-        return builder.zext(bits, ir.IntType(64))
-
-    return types.int64(mask), codegen
+    return builder.zext(builder.bitcast(mask, ir.IntType(WIDTH)), ir.IntType(64))
 
 
-@intrinsic
-def lowest_bit(typingctx, bits):
+@emits(types.int64)
+def lowest_bit(context, builder, kinds, bits):
     """Number of the lowest bit that is set; bits must not be 0."""
-
-    def codegen(context, builder, sig, args):
-        return builder.cttz(args[0], ir.Constant(ir.IntType(1), 1))
-
-    return types.int64(types.int64), codegen
+    return builder.cttz(bits, ir.Constant(ir.IntType(1), 1))
 
 
 inlined = njit(forceinline=True, error_model="numpy")
 """Decorator of a kernel's part that takes named tuples of arrays: a real call would copy kilobytes
 of pointers."""
+
+
+@inlined
+def column(block, lane):
+    """Lane `lane` of a block (FIELDS, WIDTH) as FIELDS numbers."""
+    b, k = block, lane
+    return b[0, k], b[1, k], b[2, k], b[3, k], b[4, k], b[5, k], b[6, k], b[7, k], b[8, k]
 
 
 # --- one row at a time ----------------------------------------------------------------------------
@@ -556,54 +447,36 @@ def _row(context, builder, array_type, array, index, vector):
     return builder.bitcast(start, vector.as_pointer())
 
 
-@intrinsic
-def load_row(typingctx, rows, index):
+@emits(ROW_F32)
+def load_row(context, builder, kinds, rows, index):
     """Row `index` of rows (n, 8) float32, aligned to 32 bytes, as ROW_F32."""
-
-    def codegen(context, builder, sig, args):
-        load = builder.load(_row(context, builder, sig.args[0], *args, ROW_F32.vector))
-        load.align = 4 * ROW
-        return load
-
-    return ROW_F32(rows, index), codegen
+    place = _row(context, builder, kinds[0], rows, index, ROW_F32.vector)
+    return _load(builder, place, ROW_F32.vector, 4 * ROW)
 
 
-@intrinsic
-def store_row(typingctx, rows, index, values):
+@emits(types.none)
+def store_row(context, builder, kinds, rows, index, values):
     """Store a ROW_F32 as row `index` of rows (n, 8) float32, aligned to 32 bytes."""
-
-    def codegen(context, builder, sig, args):
-        pointer = _row(context, builder, sig.args[0], *args[:2], ROW_F32.vector)
-        builder.store(args[2], pointer).align = 4 * ROW
-        return context.get_dummy_value()
-
-    return types.none(rows, index, values), codegen
+    pointer = _row(context, builder, kinds[0], rows, index, ROW_F32.vector)
+    builder.store(values, pointer).align = 4 * ROW
 
 
-@intrinsic
-def spread(typingctx, linear, angular):
+@emits(ROW_F32)
+def spread(context, builder, kinds, linear, angular):
     """ROW_F32 with `linear` in lanes 0-2, `angular` in 3-5 and 0 in 6 and 7; both float32."""
-
-    def codegen(context, builder, sig, args):
-        one, other = (broadcast(builder, a, ROW_F32) for a in args)
-        both = _shuffle(builder, one, other, [0, 1, 2, 11, 12, 13, 6, 7])
-        zero = ir.Constant(both.type, [0.0] * ROW)
-        return _shuffle(builder, both, zero, [0, 1, 2, 3, 4, 5, 14, 15])
-
-    return ROW_F32(linear, angular), codegen
+    one, other = (broadcast(builder, a, ROW_F32) for a in (linear, angular))
+    both = _shuffle(builder, one, other, [0, 1, 2, 11, 12, 13, 6, 7])
+    zero = ir.Constant(both.type, [0.0] * ROW)
+    return _shuffle(builder, both, zero, [0, 1, 2, 3, 4, 5, 14, 15])
 
 
-@intrinsic
-def linear_lanes(typingctx, x, y, z):
+@emits(ROW_F32)
+def linear_lanes(context, builder, kinds, x, y, z):
     """ROW_F32 with three float32 in lanes 0-2 and 0 beyond."""
-
-    def codegen(context, builder, sig, args):
-        out = ir.Constant(ROW_F32.vector, [0.0] * ROW)
-        for k, value in enumerate(args):
-            out = builder.insert_element(out, value, ir.Constant(ir.IntType(32), k))
-        return out
-
-    return ROW_F32(x, y, z), codegen
+    out = ir.Constant(ROW_F32.vector, [0.0] * ROW)
+    for k, value in enumerate((x, y, z)):
+        out = builder.insert_element(out, value, ir.Constant(ir.IntType(32), k))
+    return out
 
 
 def _sum_of_squares(builder, values, lanes):
@@ -615,35 +488,23 @@ def _sum_of_squares(builder, values, lanes):
     return total
 
 
-@intrinsic
-def angular_square(typingctx, values):
+@emits(types.float32)
+def angular_square(context, builder, kinds, values):
     """Sum of the squares of lanes 3-5 of a ROW_F32, a float32."""
-
-    def codegen(context, builder, sig, args):
-        return _sum_of_squares(builder, args[0], (3, 4, 5))
-
-    return types.float32(values), codegen
+    return _sum_of_squares(builder, values, (3, 4, 5))
 
 
-@intrinsic
-def move_row(typingctx, position, drift, index, step):
+@emits(types.boolean)
+def move_row(context, builder, kinds, position, drift, index, step):
     """Add lanes 0-2 of the ROW_F32 `step`, whose lane 3 is 0, to a row of position (n, 4) float64
     and of drift (n, 4) float32; True when the drift's square exceeds its fourth number."""
-
-    def codegen(context, builder, sig, args):
-        four = _shuffle(builder, args[3], args[3], [0, 1, 2, 3])
-        wide, narrow_ = (ir.VectorType(t, 4) for t in (ir.DoubleType(), ir.FloatType()))
-        where_ = _row(context, builder, sig.args[0], args[0], args[2], wide)
-        place = builder.load(where_)
-        place.align = 32
-        moved = builder.fadd(place, builder.fpext(four, wide))
-        builder.store(moved, where_).align = 32
-        where_ = _row(context, builder, sig.args[1], args[1], args[2], narrow_)
-        before = builder.load(where_)
-        before.align = 16
-        after = builder.fadd(before, four)
-        builder.store(after, where_).align = 16
-        limit = builder.extract_element(after, ir.Constant(ir.IntType(32), 3))
-        return builder.fcmp_ordered(">", _sum_of_squares(builder, after, (0, 1, 2)), limit)
-
-    return types.boolean(position, drift, index, step), codegen
+    four = _shuffle(builder, step, step, [0, 1, 2, 3])
+    wide, single = (ir.VectorType(t, 4) for t in (ir.DoubleType(), ir.FloatType()))
+    place = _row(context, builder, kinds[0], position, index, wide)
+    moved = builder.fadd(_load(builder, place, wide, 32), builder.fpext(four, wide))
+    builder.store(moved, place).align = 32
+    place = _row(context, builder, kinds[1], drift, index, single)
+    after = builder.fadd(_load(builder, place, single, 16), four)
+    builder.store(after, place).align = 16
+    limit = builder.extract_element(after, ir.Constant(ir.IntType(32), 3))
+    return builder.fcmp_ordered(">", _sum_of_squares(builder, after, (0, 1, 2)), limit)

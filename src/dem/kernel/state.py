@@ -8,6 +8,7 @@ to. Two rows beyond the last are ghosts, far from everything, that fill up the l
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from dem.kernel.simd import FIELDS, WIDTH
 
 GHOSTS = 2
 FAR = 1e6  # where the ghosts are [m]
+REAL = {"mixed": np.float32, "double": np.float64}
 
 
 class Particles(NamedTuple):
@@ -86,13 +88,6 @@ class WallScratch(NamedTuple):
     """(m, 3) float64 force on the particle of each contact that acts [N]."""
     turn: np.ndarray
     """(m, 3) float64 torque of rolling and torsion on it [N m]."""
-    stage: np.ndarray
-    """(5, FIELDS, WIDTH) real: geometry, wall spin, history in; force columns, history out, and the
-    torque of rolling and torsion in place of the spin."""
-    staged: np.ndarray
-    """(WIDTH,) int32 candidate in each lane."""
-    rows: np.ndarray
-    """(WIDTH,) int32 row of its particle."""
 
 
 class Clusters(NamedTuple):
@@ -120,34 +115,24 @@ class Clusters(NamedTuple):
 
 def aligned(shape: tuple[int, ...], dtype: DTypeLike) -> np.ndarray:
     """Zeroed array whose data starts on a 64-byte boundary, so that a row is a cache line."""
-    size = int(np.prod(shape)) * np.dtype(dtype).itemsize
+    size = math.prod(shape) * np.dtype(dtype).itemsize
     raw = np.zeros(size + 64, np.uint8)
-    start = -raw.ctypes.data % 64
-    return raw[start : start + size].view(dtype).reshape(shape)
+    return np.ndarray(shape, dtype, raw, offset=-raw.ctypes.data % 64)
 
 
 def new_particles(n: int, precision: str) -> Particles:
     """Particles for n rows and the ghosts; precision is 'mixed' or 'double'."""
-    rows = n + GHOSTS
+    rows, real = n + GHOSTS, REAL[precision]
     if precision == "mixed":
-        real = np.float32
         buffer = aligned((rows, 8), np.float64)
-        position = buffer[:, :4]
-        kinetic = buffer.view(np.float32)[:, 8:]
+        position, kinetic = buffer[:, :4], buffer.view(np.float32)[:, 8:]
     else:
-        real = np.float64  # type: ignore[assignment]
         position, kinetic = aligned((rows, 4), np.float64), aligned((rows, 8), np.float64)
+    inverse, force, drift, carry = (aligned((rows, k), real) for k in (2, 8, 4, 8))
     particles = Particles(
-        position,
-        kinetic,
-        aligned((rows, 2), real),
-        aligned((rows, 8), real),
-        aligned((rows, 4), real),
-        aligned((rows, 8), real),
-        np.full(rows, -1, np.int64),
-        np.zeros(rows, np.int32),
-        np.full(rows, -1, np.int32),
-    )
+        position, kinetic, inverse, force, drift, carry, tag=np.full(rows, -1, np.int64),
+        material=np.zeros(rows, np.int32), cluster=np.full(rows, -1, np.int32),
+    )  # fmt: skip
     place_ghosts(particles, n)
     return particles
 
@@ -165,58 +150,29 @@ def place_ghosts(particles: Particles, n: int) -> None:
 
 def new_pairs(capacity: int, precision: str) -> Pairs:
     """Room for `capacity` pairs, rounded up to whole blocks."""
-    real = np.float32 if precision == "mixed" else np.float64
     blocks = -(-capacity // WIDTH)
-    return Pairs(
-        np.zeros(blocks * WIDTH, np.int32),
-        np.zeros(blocks * WIDTH, np.int32),
-        np.zeros(blocks, np.int32),
-        aligned((blocks, FIELDS, WIDTH), real),
-    )
+    first, second = np.zeros((2, blocks * WIDTH), np.int32)
+    history = aligned((blocks, FIELDS, WIDTH), REAL[precision])
+    return Pairs(first, second, np.zeros(blocks, np.int32), history)
 
 
 def new_wall_contacts(capacity: int) -> WallContacts:
     """Room for `capacity` candidate wall contacts."""
-    return WallContacts(
-        np.zeros(capacity, np.int32), np.zeros(capacity, np.int32), np.zeros((capacity, FIELDS))
-    )
+    particle, element = np.zeros((2, capacity), np.int32)
+    return WallContacts(particle, element, np.zeros((capacity, FIELDS)))
 
 
-def new_wall_scratch(capacity: int, precision: str) -> WallScratch:
+def new_wall_scratch(capacity: int) -> WallScratch:
     """Scratch for `capacity` candidate wall contacts."""
-    return WallScratch(
-        np.zeros((capacity, 3)),
-        np.zeros(capacity),
-        np.zeros(capacity, np.int64),
-        np.zeros(capacity, np.bool_),
-        np.zeros(capacity, np.bool_),
-        np.zeros((capacity, 3)),
-        np.zeros((capacity, 3)),
-        *new_stage(precision),
-    )
-
-
-def new_stage(precision: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """`stage`, `staged` and `rows` of `WallScratch`: what each thread needs for itself, in cache
-    lines of its own."""
-    real = np.float32 if precision == "mixed" else np.float64
-    return (
-        aligned((5, FIELDS, WIDTH), real),
-        aligned((WIDTH,), np.int32),
-        aligned((WIDTH,), np.int32),
-    )
+    point, push, turn = np.zeros((3, capacity, 3))
+    merged, acts = np.zeros((2, capacity), np.bool_)
+    coverer = np.zeros(capacity, np.int64)
+    return WallScratch(point, np.zeros(capacity), coverer, merged, acts, push, turn)
 
 
 def no_clusters() -> Clusters:
     """Clusters without any."""
-    return Clusters(
-        np.zeros(1, np.int64),
-        np.zeros(0, np.int64),
-        np.zeros((0, 3)),
-        np.zeros((0, 3)),
-        np.zeros((0, 3, 3)),
-        np.zeros((0, 3)),
-        np.zeros((0, 3)),
-        np.zeros(0),
-        np.zeros((0, 3)),
-    )
+    start, member = np.zeros(1, np.int64), np.zeros(0, np.int64)
+    offset, position, velocity, momentum, inertia = np.zeros((5, 0, 3))
+    rotation, mass = np.zeros((0, 3, 3)), np.zeros(0)
+    return Clusters(start, member, offset, position, rotation, velocity, momentum, mass, inertia)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from dem.contact.properties import LawCodes
+from dem.contact.registry import LawCodes
 from dem.kernel.clusters import advance_clusters
 from dem.kernel.drag import apply_drag
 from dem.kernel.integrate import advance_particles
@@ -47,15 +47,12 @@ def advance(
     overlaps too much or -1.
     """
     codes, table, kind_of, dt = model.codes, model.table, model.kind_of, model.dt
-    own, near, limit = share.particles, share.contacts, model.overlap_limit
+    own, limit = share.particles, model.overlap_limit
     found, count = share.found[share.me], len(own.tag)
     for s in range(steps):
         clear_forces(own.force)
         clear_forces(share.kept)
-        excess = wall_forces(
-            codes, table, kind_of, dt, particles, walls, near, len(near.element), share.scratch,
-            limit,
-        )  # fmt: skip
+        excess = wall_forces(codes, table, kind_of, dt, particles, walls, share, limit)
         found[WALL] = excess + share.first_contact if excess >= 0 else -1
         found[PAIR] = pair_forces(codes, table, dt, particles, pairs, share, limit)
         meet(share)

@@ -16,11 +16,10 @@ import numpy as np
 from llvmlite import ir
 from numba import njit, types
 from numba.core import cgutils
-from numba.extending import intrinsic
 
 from dem.errors import DemError
-from dem.kernel.simd import WIDTH, inlined
-from dem.kernel.state import GHOSTS, Particles, WallContacts, WallScratch, aligned, new_stage
+from dem.kernel.simd import FIELDS, WIDTH, emits, inlined, place_in
+from dem.kernel.state import GHOSTS, Particles, WallContacts, WallScratch, aligned
 
 if TYPE_CHECKING:
     from dem.kernel.state import Pairs
@@ -52,6 +51,14 @@ class Share(NamedTuple):
     first_contact: int
     """Where these begin in the list of all."""
     scratch: WallScratch
+    stage: np.ndarray
+    """(5, FIELDS, WIDTH) real, for its wall contacts: geometry, wall spin, history in; force
+    columns, history out, and the torque of rolling and torsion in place of the spin. In cache lines
+    of its own, as are the next two."""
+    staged: np.ndarray
+    """(WIDTH,) int32 candidate in each lane."""
+    rows: np.ndarray
+    """(WIDTH,) int32 row of its particle."""
     blocks: np.ndarray
     """(b,) uint32 its blocks of pairs, in ascending order."""
     to_first: np.ndarray
@@ -86,102 +93,65 @@ def use_threads(number: int | str) -> None:
     os.environ[VARIABLE] = str(threads_chosen(number))
 
 
-class Plan(NamedTuple):
-    """How the work is dealt to threads."""
-
-    cuts: np.ndarray
-    """(threads + 1,) int64 first row of each thread's grains."""
-    edges: np.ndarray
-    """(threads + 1,) int64 first of its wall contacts."""
-    holder: np.ndarray
-    """(blocks,) int32 thread of each block of pairs."""
-    to_first: np.ndarray
-    to_second: np.ndarray
-    """As in `Share`."""
-    kept: np.ndarray
-    """(threads + 1,) int64 first row of the forces that each thread keeps; the last is the number
-    of rows of forces."""
-    inbox: np.ndarray
-    """(q, 3) int32 thread, kept row and grain, in the list's order."""
-
-
-def plan_shares(
-    threads: int, n: int, pairs: Pairs, count: int, contacts: WallContacts, contact_count: int
-) -> Plan:
-    """`Plan` for up to `threads` threads, fewer where there are few grains, of n grains, `count`
-    pairs and the wall contacts."""
-    size, blocks = max(1, min(threads, n // LEAST)), count // WIDTH
-    cuts = np.zeros(size + 1, np.int64)
-    cuts[1:] = n
-    if size == 1:
-        edges, kept = np.array([0, contact_count]), np.full(2, n + GHOSTS)
-        holder, inbox = np.zeros(blocks, np.int32), np.zeros((0, 3), np.int32)
-        return Plan(cuts, edges, holder, pairs.first, pairs.second, kept, inbox)
-    _cut_rows(n, pairs, blocks, contacts, contact_count, cuts)
-    owner, holder = np.zeros(n, np.int32), np.zeros(blocks, np.int32)
-    by_lanes, waiting = pairs.history.dtype == np.float32, np.zeros((0, 4), np.int32)
-    number = _deal(n, pairs, blocks, cuts, owner, holder, by_lanes, waiting)
-    waiting = np.zeros((number, 4), np.int32)
-    _deal(n, pairs, blocks, cuts, owner, holder, by_lanes, waiting)
-    thread, grain, pair, second = waiting.T
-    # the kept rows of one thread lie together; `waiting` is in the order of the list
-    row = np.empty(number, np.int32)
-    row[np.argsort(thread, kind="stable")] = n + GHOSTS + np.arange(number)
-    to_first, to_second = pairs.first[:count].copy(), pairs.second[:count].copy()
-    to_first[pair[second == 0]], to_second[pair[second == 1]] = row[second == 0], row[second == 1]
-    kept = n + GHOSTS + np.concatenate([[0], np.cumsum(np.bincount(thread, minlength=size))])
-    edges = np.searchsorted(contacts.particle[:contact_count], cuts)
-    inbox = np.column_stack([owner[grain], row, grain]).astype(np.int32)
-    return Plan(cuts, edges, holder, to_first, to_second, kept, inbox)
-
-
-class Board(NamedTuple):
-    """What the threads of a run keep from list to list."""
-
-    found: np.ndarray
-    gate: np.ndarray
-    """As in `Share`."""
-    stages: list
-    """What of the walls' scratch no two threads share, for each."""
-
-
-def new_board(size: int, precision: str) -> Board:
-    """`Board` for `size` threads."""
-    # a cache line for each: two threads that write to one wait for each other
-    found, gate = aligned((size, LINE), np.int64), aligned((LINE,), np.int64)
-    return Board(found, gate, [new_stage(precision) for _ in range(size)])
-
-
 def shares_of(
-    plan: Plan, particles: Particles, contacts: WallContacts, scratch: WallScratch, board: Board
-) -> list[Share]:
-    """The `Share` of each thread of a plan, whose number is that of the board."""
-    size, shares = len(board.stages), []
-    for k, own in enumerate(board.stages):
-        rows, edge = slice(*plan.cuts[k : k + 2]), slice(*plan.edges[k : k + 2])
-        room = [array[edge] for array in scratch[: -len(own)]]
+    threads: int, n: int, particles: Particles, pairs: Pairs, count: int,
+    contacts: WallContacts, contact_count: int, scratch: WallScratch,
+) -> tuple[list[Share], Particles]:  # fmt: skip
+    """The `Share` of each of up to `threads` threads, fewer where there are few grains, of n
+    grains, `count` pairs and the wall contacts; and the particles, with room behind them for the
+    forces that are kept."""
+    size, blocks = max(1, min(threads, n // LEAST)), count // WIDTH
+    cuts, holder = np.array([0] + [n] * size), np.zeros(blocks, np.int32)
+    to_first, to_second, kept = pairs.first, pairs.second, np.full(size + 1, n + GHOSTS)
+    inbox = np.zeros((0, 3), np.int32)
+    if size > 1:
+        _cut_rows(n, pairs, blocks, contacts, contact_count, cuts)
+        owner, waiting = np.zeros(n, np.int32), np.empty((2 * count, 4), np.int32)
+        by_lanes = pairs.history.dtype == np.float32
+        number = _deal(n, pairs, blocks, cuts, owner, holder, by_lanes, waiting)
+        thread, grain, pair, second = waiting[:number].T
+        # the kept rows of one thread lie together; `waiting` is in the order of the list
+        row = np.empty(number, np.int32)
+        row[np.argsort(thread, kind="stable")] = n + GHOSTS + np.arange(number)
+        to_first, to_second = pairs.first[:count].copy(), pairs.second[:count].copy()
+        to_first[pair[second == 0]] = row[second == 0]
+        to_second[pair[second == 1]] = row[second == 1]
+        kept[1:] += np.cumsum(np.bincount(thread, minlength=size))
+        inbox = np.column_stack([owner[grain], row, grain]).astype(np.int32)
+    force = particles.force
+    if kept[-1] > len(force):
+        room = aligned((int(1.2 * kept[-1]), force.shape[1]), force.dtype)
+        particles = particles._replace(force=room)
+    edges = np.searchsorted(contacts.particle[:contact_count], cuts)
+    # a cache line for each: two threads that write to one wait for each other
+    board, lanes = aligned((size + 1, LINE), np.int64), aligned((size, 2, WIDTH), np.int32)
+    stages, shares = aligned((size, 5, FIELDS, WIDTH), force.dtype), []
+    for k in range(size):
+        rows, edge = slice(*cuts[k : k + 2]), slice(*edges[k : k + 2])
         # a view of one row has another type than one of several, and all would be compiled for it
         rows_and_one = slice(rows.start, rows.stop + 1)
-        moved = Particles(*(array[rows] for array in particles))._replace(
-            position=particles.position[rows_and_one], kinetic=particles.kinetic[rows_and_one]
-        )
         share = Share(
             me=k,
             size=size,
-            particles=moved,
+            particles=Particles(*(array[rows] for array in particles))._replace(
+                position=particles.position[rows_and_one], kinetic=particles.kinetic[rows_and_one]
+            ),
             contacts=WallContacts(*(array[edge] for array in contacts)),
-            first_contact=int(plan.edges[k]),
-            scratch=WallScratch(*room, *own),
-            blocks=np.flatnonzero(plan.holder == k).astype(np.uint32),
-            to_first=plan.to_first,
-            to_second=plan.to_second,
-            kept=particles.force[plan.kept[k] : plan.kept[k + 1]],
-            inbox=plan.inbox[plan.inbox[:, 0] == k, 1:],
-            found=board.found,
-            gate=board.gate,
+            first_contact=int(edges[k]),
+            scratch=WallScratch(*(array[edge] for array in scratch)),
+            stage=stages[k],
+            staged=lanes[k, 0],
+            rows=lanes[k, 1],
+            blocks=np.flatnonzero(holder == k).astype(np.uint32),
+            to_first=to_first,
+            to_second=to_second,
+            kept=particles.force[kept[k] : kept[k + 1]],
+            inbox=inbox[inbox[:, 0] == k, 1:],
+            found=board[:size],
+            gate=board[size],
         )
         shares.append(share)
-    return shares
+    return shares, particles
 
 
 @njit(cache=True)
@@ -208,9 +178,9 @@ def _cut_rows(n, pairs, blocks, contacts, contact_count, cuts):
 @njit(cache=True)
 def _deal(n, pairs, blocks, cuts, owner, holder, by_lanes, waiting):
     """Deal the blocks of pairs to the threads: fills owner (n,), the thread of each grain, holder
-    (blocks,), and as many rows of waiting (q, 4) as there are: the forces that cannot be added
-    directly, in the order of the list: thread, grain, pair, whether it is the pair's second.
-    Returns the number of these forces.
+    (blocks,), and the first rows of waiting (2 m, 4): the forces that cannot be added directly, in
+    the order of the list: thread, grain, pair, whether it is the pair's second. Returns the number
+    of these forces.
 
     by_lanes: in the fast path a block adds all forces on the first ones before those on the
     second."""
@@ -229,9 +199,8 @@ def _deal(n, pairs, blocks, cuts, owner, holder, by_lanes, waiting):
             if grain >= n or (owner[grain] == holder[block] and not broken[grain]):
                 continue
             broken[grain] = True
-            if number < len(waiting):
-                waiting[number, 0], waiting[number, 1] = holder[block], grain
-                waiting[number, 2], waiting[number, 3] = k, second
+            waiting[number, 0], waiting[number, 1] = holder[block], grain
+            waiting[number, 2], waiting[number, 3] = k, second
             number += 1
     return number
 
@@ -280,55 +249,30 @@ def meet(share):
             _nap()
 
 
-def _place(context, builder, array_type, array, index):
-    data = context.make_array(array_type)(context, builder, array).data
-    return builder.gep(data, [index])
-
-
-@intrinsic
-def _atomic_add(typingctx, numbers, index):
+@emits(types.int64)
+def _atomic_add(context, builder, kinds, numbers, index):
     """Add one to numbers[index], (m,) int64; returns what was there."""
-
-    def codegen(context, builder, sig, args):
-        one = ir.Constant(ir.IntType(64), 1)
-        place = _place(context, builder, sig.args[0], *args)
-        return builder.atomic_rmw("add", place, one, "seq_cst")
-
-    return types.int64(numbers, types.int64), codegen
+    place = place_in(context, builder, kinds[0], numbers, index)
+    return builder.atomic_rmw("add", place, ir.Constant(ir.IntType(64), 1), "seq_cst")
 
 
-@intrinsic
-def _atomic_load(typingctx, numbers, index):
+@emits(types.int64)
+def _atomic_load(context, builder, kinds, numbers, index):
     """numbers[index], as the other threads have left it."""
-
-    def codegen(context, builder, sig, args):
-        return builder.load_atomic(_place(context, builder, sig.args[0], *args), "seq_cst", 8)
-
-    return types.int64(numbers, types.int64), codegen
+    return builder.load_atomic(place_in(context, builder, kinds[0], numbers, index), "seq_cst", 8)
 
 
-@intrinsic
-def _atomic_clear(typingctx, numbers, index):
+@emits(types.none)
+def _atomic_clear(context, builder, kinds, numbers, index):
     """Set numbers[index] to zero."""
-
-    def codegen(context, builder, sig, args):
-        zero = ir.Constant(ir.IntType(64), 0)
-        place = _place(context, builder, sig.args[0], *args)
-        builder.store_atomic(zero, place, "seq_cst", 8)
-        return context.get_dummy_value()
-
-    return types.none(numbers, types.int64), codegen
+    place = place_in(context, builder, kinds[0], numbers, index)
+    builder.store_atomic(ir.Constant(ir.IntType(64), 0), place, "seq_cst", 8)
 
 
-@intrinsic
-def _nap(typingctx):
+@emits(types.none)
+def _nap(context, builder, kinds):
     """Sleep for as short a time as the system can."""
-
-    def codegen(context, builder, sig, args):
-        if os.name == "posix":  # elsewhere there is one thread, and no such function
-            kind = ir.FunctionType(ir.IntType(32), [ir.IntType(32)])
-            sleep = cgutils.get_or_insert_function(builder.module, kind, "usleep")
-            builder.call(sleep, [ir.Constant(ir.IntType(32), NAP_US)])
-        return context.get_dummy_value()
-
-    return types.none(), codegen
+    if os.name == "posix":  # elsewhere there is one thread, and no such function
+        kind = ir.FunctionType(ir.IntType(32), [ir.IntType(32)])
+        sleep = cgutils.get_or_insert_function(builder.module, kind, "usleep")
+        builder.call(sleep, [ir.Constant(ir.IntType(32), NAP_US)])

@@ -49,16 +49,8 @@ class WallSet:
         """
         if any(b["name"] == name for b in self.bodies):
             raise ValueError(f"there is already a wall body named {name!r}")
-        self.bodies.append(
-            {
-                "name": name,
-                "material": material,
-                "origin": origin,
-                "velocity": velocity,
-                "spin": spin,
-                "free": free,
-            }
-        )
+        moves = {"origin": origin, "velocity": velocity, "spin": spin, "free": free}
+        self.bodies.append({"name": name, "material": material} | moves)
         return self
 
     def _add(self, kind, numbers, extent=0.0):
@@ -146,11 +138,8 @@ class WallSet:
         for k, b in enumerate(self.bodies):
             if b["material"] not in material_names:
                 raise ValueError(f"wall {b['name']!r}: unknown material {b['material']!r}")
-            walls.origin[k], walls.velocity[k], walls.spin[k] = (
-                b["origin"],
-                b["velocity"],
-                b["spin"],
-            )
+            for key in ("origin", "velocity", "spin"):
+                getattr(walls, key)[k] = b[key]
             if b["free"]:
                 axis = np.asarray(b["free"]["axis"], float)
                 walls.axis[k] = axis / length(axis)

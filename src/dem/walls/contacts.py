@@ -1,21 +1,18 @@
 """Contacts of particles with walls: the candidate list and the forces."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit, types
-from numba.extending import overload
+from numba import njit
 
 from dem.contact.model import wall_contact
 from dem.contact.row import properties_of
-from dem.kernel.decorator import law
 from dem.kernel.neighbours import LEVELS
 from dem.kernel.simd import (
     FIELDS,
     WIDTH,
+    column,
+    fast_path,
     gather_rows,
     inlined,
     load_block,
@@ -27,13 +24,11 @@ from dem.walls.geometry import (
     RECTANGLE,
     TRIANGLE,
     closest_point,
+    in_space,
     into_body,
     out_of_body,
 )
 from dem.walls.joints import resolve_joints
-
-if TYPE_CHECKING:
-    from dem.contact.properties import LawCodes, PairProperties
 
 
 @inlined
@@ -63,24 +58,21 @@ def _bounds(walls, e, low, high):
     low[:] = np.inf
     high[:] = -np.inf
     for k in range(8):
-        c = out_of_body(walls.rotation, b, corners[k, 0], corners[k, 1], corners[k, 2])
+        c = in_space(walls, b, corners[k, 0], corners[k, 1], corners[k, 2])
         for a in range(3):
-            low[a] = min(low[a], c[a] + walls.origin[b, a])
-            high[a] = max(high[a], c[a] + walls.origin[b, a])
+            low[a], high[a] = min(low[a], c[a]), max(high[a], c[a])
 
 
 @njit(cache=True, error_model="numpy")
 def find_wall_contacts(
-    n, particles, walls, allowance, reach, cell_size, dims, first_cell, low, start, contacts, found
+    n, particles, walls, allowance, reach, cell_size, dims, first_cell, low, start, contacts
 ):
     """List the candidate contacts, sorted by particle; returns their number (see `find_pairs` for
-    too little room).
-
-    allowance (b,) is what each body may travel [m]; found (m, 2) int32 is scratch as long as the
-    list's room.
-    """
+    too little room). allowance (b,) is what each body may travel [m]."""
+    found = np.empty((len(contacts.particle), 2), np.int32)
     count = np.int64(0)  # see `resolve_joints`
     box_low, box_high = np.empty(3), np.empty(3)
+    lo, hi = np.empty(3, np.int64), np.empty(3, np.int64)
     for e in range(len(walls.kind)):
         extra = allowance[walls.body[e]]
         if walls.kind[e] == PLANE:
@@ -96,7 +88,6 @@ def find_wall_contacts(
             if size == 0.0:
                 continue
             margin = 0.5 * size + extra
-            lo, hi = np.empty(3, np.int64), np.empty(3, np.int64)
             for k in range(3):
                 lo[k] = max(math.floor((box_low[k] - margin - low[k]) / size), 0)
                 hi[k] = min(math.floor((box_high[k] + margin - low[k]) / size), dims[lv, k] - 1)
@@ -152,10 +143,9 @@ def _measure(particles, walls, contacts, count, scratch):
 
 
 @njit(cache=True, error_model="numpy")
-def wall_forces(
-    codes, table, kind_of, dt, particles, walls, contacts, count, scratch, overlap_limit
-):
-    """Add the wall forces to the particles and keep them for the bodies (`load_bodies`).
+def wall_forces(codes, table, kind_of, dt, particles, walls, share, overlap_limit):
+    """Add the wall forces of a thread's grains to them and keep them for the bodies
+    (`load_bodies`).
 
     table: properties of pairs; kind_of (materials, materials): rows of it. Contacts that act are
     collected on a stage until WIDTH of one kind are together. Returns a contact whose overlap
@@ -163,6 +153,7 @@ def wall_forces(
 
     Flat loops over plain arrays, as in `_measure`; indices without sign, which numba need not try
     from the end."""
+    contacts, scratch, count = share.contacts, share.scratch, len(share.contacts.element)
     _measure(particles, walls, contacts, count, scratch)
     resolve_joints(particles, walls, contacts, count, scratch)
     particle, element, history = contacts.particle, contacts.element, contacts.history
@@ -172,7 +163,7 @@ def wall_forces(
     rotation, velocity, spin = walls.rotation, walls.velocity, walls.spin
     point, distance, acts, push = scratch.point, scratch.distance, scratch.acts, scratch.push
     merged, turn = scratch.merged, scratch.turn
-    stage, staged, rows = scratch.stage, scratch.staged, scratch.rows
+    stage, staged, rows = share.stage, share.staged, share.rows
     k, kind, excess, half = 0, -1, -1, 0.5 * dt
     while k < count:
         waiting = 0
@@ -263,54 +254,15 @@ def _put_load(walls, b, fx, fy, fz, tx, ty, tz):
     walls.torque[b, 0], walls.torque[b, 1], walls.torque[b, 2] = tx, ty, tz
 
 
-@law
-def _staged_contact(codes, p, dt, geometry, wall, particle, history):
-    normal, velocity = (
-        (geometry[1], geometry[2], geometry[3]),
-        (geometry[4], geometry[5], geometry[6]),
-    )
-    spin = (wall[0], wall[1], wall[2])
-    return wall_contact(codes, p, dt, geometry[0], normal, velocity, spin, particle, history)
-
-
-@njit(error_model="numpy")
-def _staged_forces_lanes(codes, p, dt, stage, rows, waiting, kinetic, force):
-    """All lanes at once; those beyond `waiting` hold an earlier contact, of a ghost."""
-    for lane in range(waiting, WIDTH):
-        rows[lane] = len(kinetic) - 1
-    columns, turning, history = _staged_contact(
-        codes,
-        p,
-        dt,
-        load_block(stage, 0),
-        load_block(stage, 1),
-        gather_rows(kinetic, rows, 0),
-        load_block(stage, 2),
-    )
-    store_block(stage, 1, turning)
-    store_block(stage, 3, columns)
-    store_block(stage, 4, history)
-    scatter_add(force, rows, 0, columns)
-
-
-@njit(error_model="numpy")
-def _column(block, lane):
-    b = block
-    return (
-        b[0, lane], b[1, lane], b[2, lane], b[3, lane], b[4, lane], b[5, lane], b[6, lane], b[7,
-        lane],
-        b[8, lane],
-    )  # fmt: skip
-
-
-@njit(error_model="numpy")
-def _staged_forces_plain(codes, p, dt, stage, rows, waiting, kinetic, force):
-    """One contact at a time, float64."""
+def staged_forces(codes, p, dt, stage, rows, waiting, kinetic, force):
+    """Contact law of the staged contacts: blocks 0-2 of the stage in, force columns (3), history
+    (4) and the torque of rolling and torsion (1) out; adds the forces to the particles of these
+    rows. Here one contact at a time, in float64."""
     for lane in range(waiting):
         k = kinetic[rows[lane]]
-        columns, turning, history = _staged_contact(
-            codes, p, dt, _column(stage[0], lane), _column(stage[1], lane),
-            (k[0], k[1], k[2], k[3], k[4], k[5], k[6], k[7]), _column(stage[2], lane),
+        columns, turning, history = wall_contact(
+            codes, p, dt, column(stage[0], lane), column(stage[1], lane),
+            (k[0], k[1], k[2], k[3], k[4], k[5], k[6], k[7]), column(stage[2], lane),
         )  # fmt: skip
         for f in range(3):
             stage[1, f, lane] = turning[f]
@@ -321,27 +273,16 @@ def _staged_forces_plain(codes, p, dt, stage, rows, waiting, kinetic, force):
             stage[4, f, lane] = history[f]
 
 
-def staged_forces(
-    codes: LawCodes,
-    p: PairProperties,
-    dt: float,
-    stage: np.ndarray,
-    rows: np.ndarray,
-    waiting: int,
-    kinetic: np.ndarray,
-    force: np.ndarray,
-) -> None:
-    """Contact law of the staged contacts: blocks 0-2 of the stage in, force columns (3), history
-    (4) and the torque of rolling and torsion (1) out; adds the forces to the particles of these
-    rows."""
-    raise NotImplementedError("compiled code only")
-
-
-@overload(staged_forces)
-def _staged_forces(codes, p, dt, stage, rows, waiting, kinetic, force):
-    chosen = _staged_forces_lanes if stage.dtype == types.float32 else _staged_forces_plain
-
-    def call(codes, p, dt, stage, rows, waiting, kinetic, force):
-        return chosen(codes, p, dt, stage, rows, waiting, kinetic, force)
-
-    return call
+@fast_path(staged_forces)
+def _staged_forces_lanes(codes, p, dt, stage, rows, waiting, kinetic, force):
+    """All lanes at once; those beyond `waiting` hold an earlier contact, of a ghost."""
+    for lane in range(waiting, WIDTH):
+        rows[lane] = len(kinetic) - 1
+    geometry, wall, history = load_block(stage, 0), load_block(stage, 1), load_block(stage, 2)
+    columns, turning, history = wall_contact(
+        codes, p, dt, geometry, wall, gather_rows(kinetic, rows, 0), history
+    )
+    store_block(stage, 1, turning)
+    store_block(stage, 3, columns)
+    store_block(stage, 4, history)
+    scatter_add(force, rows, 0, columns)

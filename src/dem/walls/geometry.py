@@ -3,26 +3,28 @@
 An element is a row of numbers:
     PLANE     point (3), normal (3): solid behind the plane
     REVOLVED  r0, z0, r1, z1: the segment from (r0, z0) to (r1, z1), turned about the z axis; a disc
-    with its rim, a ring,
-              a cylinder or a frustum
+              with its rim, a ring, a cylinder or a frustum
     RECTANGLE centre (3), half edge u (3), half edge v (3)
     TRIANGLE  corners a (3), b (3), c (3)
 """
 
 import math
 
-from numba import njit
+from dem.kernel.simd import inlined
 
 PLANE, REVOLVED, RECTANGLE, TRIANGLE = range(4)
 N_PARAMETERS = 9
 
-_leaf = njit(forceinline=True, error_model="numpy")
 
-
-@_leaf
+@inlined
 def into_body(origin, rotation, b, x, y, z):
     """A point of space in the frame of body b; origin (b, 3), rotation (b, 3, 3)."""
-    x, y, z = x - origin[b, 0], y - origin[b, 1], z - origin[b, 2]
+    return along_body(rotation, b, x - origin[b, 0], y - origin[b, 1], z - origin[b, 2])
+
+
+@inlined
+def along_body(rotation, b, x, y, z):
+    """A vector of space in the frame of body b."""
     return (
         rotation[b, 0, 0] * x + rotation[b, 1, 0] * y + rotation[b, 2, 0] * z,
         rotation[b, 0, 1] * x + rotation[b, 1, 1] * y + rotation[b, 2, 1] * z,
@@ -30,7 +32,7 @@ def into_body(origin, rotation, b, x, y, z):
     )
 
 
-@_leaf
+@inlined
 def out_of_body(rotation, b, x, y, z):
     """A vector of the frame of body b in space."""
     return (
@@ -40,7 +42,14 @@ def out_of_body(rotation, b, x, y, z):
     )
 
 
-@_leaf
+@inlined
+def in_space(walls, b, x, y, z):
+    """A point of the frame of body b in space."""
+    x, y, z = out_of_body(walls.rotation, b, x, y, z)
+    return x + walls.origin[b, 0], y + walls.origin[b, 1], z + walls.origin[b, 2]
+
+
+@inlined
 def closest_point(kind, e, x, y, z):
     """Closest point of element `e` to (x, y, z) and the signed distance to it, negative only behind
     a plane."""
@@ -57,7 +66,7 @@ def closest_point(kind, e, x, y, z):
     return px, py, pz, d
 
 
-@_leaf
+@inlined
 def _on_revolved(e, x, y, z):
     rho = math.sqrt(x * x + y * y)
     dr, dz = e[2] - e[0], e[3] - e[1]
@@ -69,7 +78,7 @@ def _on_revolved(e, x, y, z):
     return r, 0.0, pz
 
 
-@_leaf
+@inlined
 def _on_rectangle(e, x, y, z):
     dx, dy, dz = x - e[0], y - e[1], z - e[2]
     uu = e[3] * e[3] + e[4] * e[4] + e[5] * e[5]
@@ -79,7 +88,7 @@ def _on_rectangle(e, x, y, z):
     return e[0] + s * e[3] + t * e[6], e[1] + s * e[4] + t * e[7], e[2] + s * e[5] + t * e[8]
 
 
-@_leaf
+@inlined
 def _on_triangle(e, x, y, z):
     """Voronoi regions of a triangle; Ericson (2005), Real-Time Collision Detection, section
     5.1.5."""

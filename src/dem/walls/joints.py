@@ -26,7 +26,7 @@ import numpy as np
 from numba import njit
 
 from dem.kernel.simd import FIELDS, inlined
-from dem.walls.geometry import closest_point, into_body, out_of_body
+from dem.walls.geometry import closest_point, in_space, into_body
 
 JOINED = 1e-4  # of the grain's radius: gaps up to this between elements are none
 ALONG = 1.0 - 1e-6  # cosine between normals: beyond it one point is straight behind the other
@@ -41,12 +41,8 @@ def resolve_joints(particles, walls, contacts, count, scratch):
     particle, element, history = contacts.particle, contacts.element, contacts.history
     body, kind, parameters, kinetic = walls.body, walls.kind, walls.parameters, particles.kinetic
     origin, rotation, position = walls.origin, walls.rotation, particles.position
-    point, distance, coverer, merged = (
-        scratch.point,
-        scratch.distance,
-        scratch.coverer,
-        scratch.merged,
-    )
+    point, distance = scratch.point, scratch.distance
+    coverer, merged = scratch.coverer, scratch.merged
     # a plain 0 would be tried as a constant first, and all that it is handed to compiled twice
     lo, acting, spanning = np.int64(0), 0, False
     begin, touched, several = np.int64(0), -1, False
@@ -90,10 +86,7 @@ def _between_bodies(particles, walls, contacts, scratch, lo, hi):
         if not (distance[k] < radius or history[k, 6] != 0.0):
             continue
         b = np.uint32(body[element[k]])
-        px, py, pz = out_of_body(walls.rotation, b, point[k, 0], point[k, 1], point[k, 2])
-        px, py, pz = (
-            px + walls.origin[b, 0], py + walls.origin[b, 1], pz + walls.origin[b, 2]
-        )  # fmt: skip
+        px, py, pz = in_space(walls, b, point[k, 0], point[k, 1], point[k, 2])
         for q in range(lo, hi):
             c = np.uint32(body[element[q]])
             nearer = distance[q] < distance[k] or (distance[q] == distance[k] and q < k)
@@ -102,10 +95,7 @@ def _between_bodies(particles, walls, contacts, scratch, lo, hi):
             e = element[q]
             u, v, w = into_body(walls.origin, walls.rotation, c, px, py, pz)
             _, _, _, gap = closest_point(walls.kind[e], walls.parameters[e], u, v, w)
-            sx, sy, sz = out_of_body(walls.rotation, c, point[q, 0], point[q, 1], point[q, 2])
-            sx, sy, sz = (
-                sx + walls.origin[c, 0], sy + walls.origin[c, 1], sz + walls.origin[c, 2]
-            )  # fmt: skip
+            sx, sy, sz = in_space(walls, c, point[q, 0], point[q, 1], point[q, 2])
             cosine = (x - px) * (x - sx) + (y - py) * (y - sy) + (z - pz) * (z - sz)
             if abs(gap) <= JOINED * radius or cosine > ALONG * abs(distance[k] * distance[q]):
                 coverer[k] = q
@@ -119,8 +109,7 @@ def _between_bodies(particles, walls, contacts, scratch, lo, hi):
         if history[last, 6] == 0.0:
             for f in range(FIELDS):
                 history[last, f] = history[k, f]
-        for f in range(FIELDS):
-            history[k, f] = 0.0
+        history[k] = 0.0
         distance[k] = 2.0 * radius
 
 
@@ -140,8 +129,7 @@ def _resolve(element, history, kind, parameters, point, distance, coverer, lo, h
             _take_history(history, coverer, point, lo, hi, k, distance[k] < radius)
     for k in range(lo, hi):
         if coverer[k] >= 0:
-            for f in range(FIELDS):
-                history[k, f] = 0.0
+            history[k] = 0.0
             distance[k] = 2.0 * radius
 
 
@@ -184,7 +172,7 @@ def _take_history(history, coverer, point, lo, hi, k, touches):
     if best >= 0:
         for f in range(FIELDS):
             history[k, f] = history[best, f]
-            history[best, f] = 0.0
+        history[best] = 0.0
 
 
 @njit(cache=True, error_model="numpy")
@@ -214,8 +202,7 @@ def _merge(history, point, distance, merged, lo, hi, radius, x, y, z):
         for f in range(FIELDS):  # springs add up; of what else is kept the larger counts
             both = history[first, f] + history[k, f]
             history[first, f] = both if f < 6 or f == 8 else max(history[first, f], history[k, f])
-            history[k, f] = 0.0
-        merged[k] = True
+        history[k], merged[k] = 0.0, True
     if not joined:
         return
     for k in range(lo, hi):

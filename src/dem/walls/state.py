@@ -57,25 +57,11 @@ class Walls(NamedTuple):
 
 def new_walls(elements: int, bodies: int) -> Walls:
     """Zeroed arrays for a number of elements and bodies, unrotated."""
-    vector = (bodies, 3)
+    kind, body, material = np.zeros((3, elements), np.int32)
+    origin, velocity, spin, axis, force, torque, impulse, angular_impulse = np.zeros((8, bodies, 3))
+    mass, load, drag, travel, extent = np.zeros((5, bodies))
     return Walls(
-        kind=np.zeros(elements, np.int32),
-        parameters=np.zeros((elements, N_PARAMETERS)),
-        body=np.zeros(elements, np.int32),
-        material=np.zeros(elements, np.int32),
-        origin=np.zeros(vector),
-        rotation=np.tile(np.eye(3), (bodies, 1, 1)),
-        velocity=np.zeros(vector),
-        spin=np.zeros(vector),
-        mass=np.zeros(bodies),
-        axis=np.zeros(vector),
-        load=np.zeros(bodies),
-        drag=np.zeros(bodies),
-        force=np.zeros(vector),
-        torque=np.zeros(vector),
-        impulse=np.zeros(vector),
-        angular_impulse=np.zeros(vector),
-        travel=np.zeros(bodies),
-        extent=np.zeros(bodies),
-        unbounded=np.zeros(bodies, np.bool_),
-    )
+        kind, np.zeros((elements, N_PARAMETERS)), body, material,
+        origin, np.tile(np.eye(3), (bodies, 1, 1)), velocity, spin, mass, axis, load, drag,
+        force, torque, impulse, angular_impulse, travel, extent, np.zeros(bodies, np.bool_),
+    )  # fmt: skip

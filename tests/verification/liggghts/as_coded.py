@@ -13,9 +13,7 @@ import dem.contact.rolling.constant_torque_relative as relative
 import dem.contact.rolling.elastic_plastic as elastic_plastic
 import dem.contact.tangential.mindlin as mindlin
 from dem.io.files import write_json
-from dem.kernel.arithmetic import maximum, minimum, sqrt, where
-from dem.kernel.decorator import law
-from dem.kernel.vectors import dot, reject, scale, subtract
+from dem.kernel.arithmetic import dot, law, maximum, minimum, reject, scale, sqrt, subtract, where
 
 from . import cases
 

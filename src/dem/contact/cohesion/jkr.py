@@ -8,8 +8,7 @@ quartic in s."""
 from math import pi
 
 from dem.contact.law import Law, Parameter
-from dem.kernel.arithmetic import maximum, sqrt
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, maximum, sqrt
 
 ROOT_ITERATIONS, ITERATIONS = 5, 8
 # keeps a surface without energy from dividing by zero; far below any length or its root here
@@ -69,24 +68,13 @@ def normal_force(p, radius, r_eff):
 
 
 @law
-def pull_off(p, r_eff):
-    """Pull-off force 3 pi g R* [N]."""
-    return 3.0 * pi * p.cohesion * r_eff
-
-
-@law
 def normal(p, overlap, r_eff, deepest):
     """In place of the normal law: force, stiffness, contact radius, deepest overlap and what loads
     friction beside."""
     radius = contact_radius(p, overlap, r_eff)
     elastic = normal_force(p, radius, r_eff)
-    return elastic, 2.0 * p.young * radius, radius, deepest, 2.0 * pull_off(p, r_eff)
-
-
-@law
-def neck(p, r_eff, grain):
-    """`reach`, whatever the grain's radius."""
-    return reach(p, r_eff)
+    pull_off = 3.0 * pi * p.cohesion * r_eff
+    return elastic, 2.0 * p.young * radius, radius, deepest, 2.0 * pull_off
 
 
 LAW = Law(
@@ -94,7 +82,7 @@ LAW = Law(
     name="jkr",
     equation="δ = a²/R* − √(4πγa/E*), F = 4E*a³/(3R*) − 4√(πγE*) a^1.5",
     source="Johnson et al. (1971)",
-    kernels={"normal": normal, "reach": neck},
+    kernels={"normal": normal, "reach": reach},
     parameters=(
         Parameter(
             key="surface_energy_J_m2",

@@ -13,8 +13,7 @@ import math
 from typing import TYPE_CHECKING
 
 from dem.contact.law import Law, Parameter
-from dem.kernel.arithmetic import maximum, sqrt
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, maximum, sqrt
 
 if TYPE_CHECKING:
     from dem.contact.registry import ContactParameters
@@ -61,12 +60,7 @@ LAW = Law(
     source="Willett et al. (2000); Lian et al. (1993)",
     kernels={"attraction": attraction, "reach": span},
     parameters=(
-        Parameter(
-            key="surface_tension_N_m",
-            name="surface_tension",
-            meaning="surface tension",
-            limits={"gt": 0},
-        ),
+        Parameter("surface_tension_N_m", "surface_tension", "surface tension", {"gt": 0}),
         Parameter(
             key="contact_angle_deg",
             name="contact_angle",

@@ -7,8 +7,7 @@ from math import pi
 
 from dem.contact.export import Export
 from dem.contact.law import Law, Parameter
-from dem.kernel.arithmetic import maximum
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, maximum
 
 LIGGGHTS_AREA, LIGGGHTS_WALL_AREA = 4.0, 2.0
 """Contact area of its sjkr2 over that here, of two grains and at a wall."""

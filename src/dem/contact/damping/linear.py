@@ -8,8 +8,7 @@ is no dashpot.
 import math
 
 from dem.contact.law import Law
-from dem.kernel.arithmetic import sqrt, where
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, sqrt, where
 
 
 def factor(restitution: float) -> float:

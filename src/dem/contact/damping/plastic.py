@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING
 from dem.contact.damping.tsuji import factor
 from dem.contact.law import Law, Parameter
 from dem.grains import sphere
-from dem.kernel.arithmetic import maximum, sqrt, where
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, maximum, sqrt, where
 
 if TYPE_CHECKING:
     from dem.contact.registry import Material
@@ -76,12 +75,8 @@ LAW = Law(
         ),
     ),
     constants=("damping", "yield_pressure"),
-    values=lambda contact: {
-        "damping": factor(contact.restitution),
-        "yield_pressure": contact.yield_pressure,
-    },
+    values=lambda contact: {"damping": factor(contact.restitution)},
     only_with={"normal": ("hertz",)},
     left_out="NOT CONVERTED: damping plastic, whose restitution depends on the impact speed; the "
-    "constant "
-    "coefficient of restitution stands in its place.",
+    "constant coefficient of restitution stands in its place.",
 )

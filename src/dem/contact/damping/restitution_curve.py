@@ -14,14 +14,23 @@ alone is (1, 0), size alone (0, 1), their product (1, 1). The states reach from
 given.
 """
 
-from dem.contact.curve import TINY, constants, curve, logarithm, parameters, values
+from dem.contact.curve import TINY, curve, declared, logarithm
 from dem.contact.damping.tsuji import factor
 from dem.contact.law import Law
-from dem.kernel.arithmetic import maximum, sqrt, where
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, maximum, sqrt, where
 
-KEY = "restitution_curve"
-POWERS = {("speed", "v / 1 m/s"): 1.0, ("size", "d / 1 mm"): 0.0}
+
+def dashpot(contact, share):
+    """Factor of `tsuji` for a share of the contact's restitution."""
+    return factor(min(contact.restitution * share, 1.0))
+
+
+CURVE = declared(
+    "restitution_curve",
+    "restitution",
+    {("speed", "v / 1 m/s"): 1.0, ("size", "d / 1 mm"): 0.0},
+    dashpot,
+)
 
 
 @law
@@ -43,25 +52,18 @@ def damped(p, elastic, stiffness, overlap, grain, m_eff, v_n, deepest):
     return elastic - damping * sqrt(stiffness * m_eff) * v_n, speed
 
 
-def _values(contact):
-    """Constants of `ContactParameters`; the tangential spring's dashpot is that of the middle."""
-
-    def dashpot(share):
-        return factor(min(contact.restitution * share, 1.0))
-
-    middle = dashpot(contact.restitution_curve_3)
-    return {"damping": middle} | values(KEY, POWERS, contact, dashpot)
-
-
 LAW = Law(
     slot="damping",
     name="restitution_curve",
     equation="the dashpot of `tsuji` for e(v^a d^b), v the speed at the first touch",
     source="a free curve through five values",
     kernels={"damped": damped},
-    parameters=parameters(KEY, "restitution", POWERS),
-    constants=constants(KEY, POWERS),
-    values=_values,
+    parameters=CURVE["parameters"],
+    constants=CURVE["constants"],
+    # the tangential spring's dashpot is that of the middle
+    values=lambda contact: (
+        {"damping": dashpot(contact, contact.restitution_curve_3)} | CURVE["values"](contact)
+    ),
     only_with={"normal": ("hertz",)},
     left_out="NOT CONVERTED: damping restitution_curve; the constant coefficient of restitution "
     "stands in its place.",

@@ -9,8 +9,7 @@ the restitution as its only parameter.
 from functools import lru_cache
 
 from dem.contact.law import Law
-from dem.kernel.arithmetic import maximum, sqrt
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, maximum, sqrt
 
 
 def restitution_of(dashpot: float) -> float:
@@ -18,9 +17,8 @@ def restitution_of(dashpot: float) -> float:
 
     With force k x^(3/2), S_n = (3/2) k sqrt(x), so the dashpot of the module's equation has this
     form at m* = k = 1."""
-    from scipy.integrate import (
-        solve_ivp,
-    )  # here, as reading what a law declares must not load scipy
+    # here, as reading what a law declares must not load scipy
+    from scipy.integrate import solve_ivp
 
     def motion(_, y):
         x = max(y[0], 0.0)

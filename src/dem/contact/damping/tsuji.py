@@ -12,8 +12,7 @@ import math
 
 from dem.contact.export import Export
 from dem.contact.law import Law
-from dem.kernel.arithmetic import sqrt
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, sqrt
 
 
 def factor(restitution: float) -> float:

@@ -9,8 +9,7 @@ Brilliantov, Spahn, Hertzsch, Poeschel (1996), Physical Review E 53:5382. A is t
 
 from dem.contact.damping.tsuji import factor
 from dem.contact.law import Law, Parameter
-from dem.kernel.arithmetic import maximum
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, maximum
 
 
 @law
@@ -25,21 +24,10 @@ LAW = Law(
     equation="−A S_n v_n: 1 − e grows as v^(1/5)",
     source="Brilliantov et al. (1996)",
     kernels={"damped": damped},
-    parameters=(
-        Parameter(
-            key="viscoelastic_time_s",
-            name="viscous_time",
-            meaning="dissipation time A",
-            limits={"gt": 0},
-        ),
-    ),
+    parameters=(Parameter("viscoelastic_time_s", "viscous_time", "dissipation time A", {"gt": 0}),),
     constants=("viscous_time",),
-    values=lambda contact: {
-        "damping": factor(contact.restitution),  # of the tangential spring
-        "viscous_time": contact.viscous_time,
-    },
+    values=lambda contact: {"damping": factor(contact.restitution)},  # of the tangential spring
     only_with={"normal": ("hertz",)},
     left_out="NOT CONVERTED: damping viscoelastic, whose restitution depends on the impact speed; "
-    "the constant "
-    "coefficient of restitution stands in its place.",
+    "the constant coefficient of restitution stands in its place.",
 )

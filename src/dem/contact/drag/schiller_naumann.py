@@ -8,13 +8,7 @@ LAW = Law(
     equation="−3πμdv max(1 + 0.15 Re^0.687, 0.44 Re / 24)",
     source="Schiller, Naumann (1933); Newton's range above Re = 1000",
     parameters=(
-        Parameter(
-            key="air_density_kg_m3",
-            name="air_density",
-            meaning="density of the air",
-            limits={"gt": 0},
-            default=1.2,
-        ),
+        Parameter("air_density_kg_m3", "air_density", "density of the air", {"gt": 0}, 1.2),
         Parameter(
             key="air_viscosity_Pa_s",
             name="air_viscosity",

@@ -4,7 +4,7 @@ import math
 
 from dem.contact.export import Export
 from dem.contact.law import Law
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law
 
 
 @law

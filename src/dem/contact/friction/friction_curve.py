@@ -11,14 +11,16 @@ a is `friction_curve_load_power` (1 unless given), b `friction_curve_speed_power
 `wall_friction_curve_1` to `_5` on walls; 1 unless given.
 """
 
-from dem.contact.curve import constants, curve, logarithm, parameters, values
+from dem.contact.curve import curve, declared, logarithm
 from dem.contact.law import Law
-from dem.kernel.arithmetic import sqrt
-from dem.kernel.decorator import law
-from dem.kernel.vectors import dot
+from dem.kernel.arithmetic import dot, law, sqrt
 
-KEY = "friction_curve"
-POWERS = {("load", "F_n / 1 N"): 1.0, ("speed", "u / 1 m/s"): 0.0, ("size", "d / 1 mm"): 0.0}
+CURVE = declared(
+    "friction_curve",
+    "static friction",
+    {("load", "F_n / 1 N"): 1.0, ("speed", "u / 1 m/s"): 0.0, ("size", "d / 1 mm"): 0.0},
+    lambda contact, share: contact.static_friction * share,
+)
 
 
 @law
@@ -44,10 +46,6 @@ LAW = Law(
     equation="μ(F_n^a u^b d^c) F_n, u the speed of sliding",
     source="a free curve through five values",
     kernels={"limit": limit},
-    parameters=parameters(KEY, "static friction", POWERS),
-    constants=constants(KEY, POWERS),
-    values=lambda contact: values(
-        KEY, POWERS, contact, lambda share: contact.static_friction * share
-    ),
+    **CURVE,
     left_out="NOT CONVERTED: friction friction_curve; the coefficient is that of the contact.",
 )

@@ -5,8 +5,7 @@ Soc. A 243:190). The yield locus of the bulk is then curved and runs through the
 """
 
 from dem.contact.law import Law, Parameter
-from dem.kernel.arithmetic import power
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, power
 
 
 @law
@@ -24,25 +23,10 @@ LAW = Law(
     source="Archard (1957)",
     kernels={"limit": limit},
     parameters=(
-        Parameter(
-            key="friction_exponent",
-            name="friction_exponent",
-            meaning="n",
-            limits={"ge": 0, "le": 1 / 3 + 1e-9},
-        ),
-        Parameter(
-            key="friction_reference_force_N",
-            name="friction_reference",
-            meaning="F0",
-            limits={"gt": 0},
-            unset=1.0,
-        ),
+        Parameter("friction_exponent", "friction_exponent", "n", {"ge": 0, "le": 1 / 3 + 1e-9}),
+        Parameter("friction_reference_force_N", "friction_reference", "F0", {"gt": 0}, unset=1.0),
     ),
     constants=("friction_exponent", "friction_reference"),
-    values=lambda contact: {
-        "friction_exponent": contact.friction_exponent,
-        "friction_reference": contact.friction_reference,
-    },
     left_out="NOT CONVERTED: friction stress_dependent; the coefficient is that without load "
     "dependence.",
 )

@@ -17,20 +17,10 @@ pull-off force is 0; a reload in the third branch goes back along it, where the 
 up in parallel to the second. Other codes may take another radius for the patch.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 from dem.contact.law import Law, Parameter
-from dem.kernel.arithmetic import maximum, minimum, sqrt
-from dem.kernel.decorator import law
-
-if TYPE_CHECKING:
-    from dem.contact.registry import ContactParameters
-
-
-TINY = 1e-30
+from dem.kernel.arithmetic import TINY, law, maximum, minimum, sqrt
 
 
 @law
@@ -52,15 +42,6 @@ def normal(p, overlap, r_eff, deepest):
     force = maximum(elastic, -adhesion)
     radius = sqrt(r_eff * pressed)
     return force, 2.0 * p.young * radius, radius, deepest, adhesion
-
-
-def values(contact: ContactParameters) -> dict[str, float]:
-    """Constants of `ContactParameters`."""
-    return {
-        "plasticity": contact.plasticity,
-        "plasticity_root": contact.plasticity ** (1.0 / 3.0),
-        "adhesion_energy": contact.adhesion_energy,
-    }
 
 
 LAW = Law(
@@ -86,7 +67,7 @@ LAW = Law(
         ),
     ),
     constants=("plasticity", "plasticity_root", "adhesion_energy"),
-    values=values,
+    values=lambda contact: {"plasticity_root": contact.plasticity ** (1.0 / 3.0)},
     only_with={
         "damping": ("none",),
         "tangential": ("mindlin",),

@@ -6,8 +6,7 @@ Hertz (1882); Johnson (1985), Contact Mechanics, chapter 4.
 
 from dem.contact.export import Export
 from dem.contact.law import Law
-from dem.kernel.arithmetic import maximum, sqrt
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, maximum, sqrt
 
 
 @law
@@ -26,10 +25,8 @@ LAW = Law(
     equation="F = (4/3) E* √R* δ^1.5, S_n = 2 E* √(R* δ)",
     source="Hertz (1882); Johnson (1985)",
     kernels={"normal": normal},
-    not_with={
-        "damping": ("none",),
-        "tangential": ("linear",),
-    },  # e unmet; a stretched spring gives work
+    # e would be unmet; a stretched spring gives work
+    not_with={"damping": ("none",), "tangential": ("linear",)},
     exports={
         "liggghts": Export(words="model hertz"),
         "lammps": Export(

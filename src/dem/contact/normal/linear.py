@@ -7,8 +7,7 @@ Cundall, Strack (1979), Geotechnique 29:47. An impact lasts pi/sqrt(k/m* (1 - be
 import math
 
 from dem.contact.law import Law, Parameter
-from dem.kernel.arithmetic import maximum, sqrt
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, maximum, sqrt
 
 STIFFNESS = Parameter(
     key="normal_stiffness_N_m",
@@ -16,6 +15,9 @@ STIFFNESS = Parameter(
     meaning="stiffness of the normal spring while it loads, grain on grain and on wall",
     limits={"gt": 0},
 )
+
+BESIDE = {"tangential": ("linear",), "torsion": ("none",), "cohesion": ("none", "liquid_bridge")}
+"""Slot -> laws that go with a linear spring."""
 
 
 def step_of(stiffness: float, mass: float) -> float:
@@ -40,13 +42,7 @@ LAW = Law(
     kernels={"normal": normal},
     parameters=(STIFFNESS,),
     constants=("normal_stiffness",),
-    values=lambda contact: {"normal_stiffness": contact.normal_stiffness},
-    only_with={
-        "damping": ("linear",),
-        "tangential": ("linear",),
-        "torsion": ("none",),
-        "cohesion": ("none", "liquid_bridge"),
-    },
+    only_with={"damping": ("linear",)} | BESIDE,
     longest_step=lambda contact, mass, rayleigh: step_of(contact.normal_stiffness, mass),
     left_out="NOT CONVERTED: normal linear; the exported spring is that of Hertz.",
 )

@@ -10,9 +10,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from dem.contact.law import Law
-from dem.contact.normal.linear import STIFFNESS, step_of
-from dem.kernel.arithmetic import maximum, minimum, sqrt
-from dem.kernel.decorator import law
+from dem.contact.normal.linear import BESIDE, STIFFNESS, step_of
+from dem.kernel.arithmetic import law, maximum, minimum, sqrt
 
 if TYPE_CHECKING:
     from dem.contact.registry import ContactParameters
@@ -29,12 +28,9 @@ def normal(p, overlap, r_eff, deepest):
     return force, p.normal_stiffness + 0.0 * r_eff, sqrt(r_eff * pressed), deepest, 0.0 * r_eff
 
 
-def values(contact: ContactParameters) -> dict[str, float]:
-    """Constants of `ContactParameters`."""
-    return {
-        "normal_stiffness": contact.normal_stiffness,
-        "normal_unloading": contact.normal_stiffness / contact.restitution**2,
-    }
+def unloading_stiffness(contact: ContactParameters) -> float:
+    """k/e^2 [N/m]."""
+    return contact.normal_stiffness / contact.restitution**2  # type: ignore[attr-defined]
 
 
 LAW = Law(
@@ -45,14 +41,9 @@ LAW = Law(
     kernels={"normal": normal},
     parameters=(STIFFNESS,),
     constants=("normal_stiffness", "normal_unloading"),
-    values=values,
-    only_with={
-        "damping": ("none",),
-        "tangential": ("linear",),
-        "torsion": ("none",),
-        "cohesion": ("none", "liquid_bridge"),
-    },
-    longest_step=lambda contact, mass, rayleigh: step_of(values(contact)["normal_unloading"], mass),
+    values=lambda contact: {"normal_unloading": unloading_stiffness(contact)},
+    only_with={"damping": ("none",)} | BESIDE,
+    longest_step=lambda contact, mass, rayleigh: step_of(unloading_stiffness(contact), mass),
     left_out="NOT CONVERTED: normal walton_braun; the exported spring is that of Hertz, with a "
     "dashpot for the same e.",
 )

@@ -12,7 +12,7 @@ The torques of the two spheres are not opposite, so angular momentum is not cons
 
 from dem.contact.export import Export
 from dem.contact.law import Law
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law
 
 
 @law

@@ -8,11 +8,7 @@ does not stop at reversal.
 
 from dem.contact.export import Export
 from dem.contact.law import Law
-from dem.kernel.arithmetic import minimum, sqrt
-from dem.kernel.decorator import law
-from dem.kernel.vectors import dot, reject, scale
-
-TINY = 1e-30
+from dem.kernel.arithmetic import TINY, dot, law, minimum, reject, scale, sqrt
 
 
 @law

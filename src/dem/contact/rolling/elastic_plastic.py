@@ -23,18 +23,15 @@ from typing import TYPE_CHECKING
 from dem.contact.export import Export
 from dem.contact.law import Law, Parameter
 from dem.contact.tangential.mindlin import MERCURY
-from dem.kernel.arithmetic import maximum, minimum, sqrt, where
-from dem.kernel.decorator import law
-from dem.kernel.vectors import dot, reject, scale, subtract
+from dem.kernel.arithmetic import dot, law, maximum, minimum, reject, scale, sqrt, subtract, where
 
 if TYPE_CHECKING:
     from dem.contact.export import Pair
 
 
 LEAST = 1e-35  # N m: keeps a contact without load from dividing by zero
-CONTACT_POINT = (
-    1.4 / 0.4
-)  # moment of inertia of a solid sphere about a point of its surface over that about its centre
+CONTACT_POINT = 1.4 / 0.4
+"""Moment of inertia of a solid sphere about a point of its surface over that about its centre."""
 NEIGHBOURS = 8
 """Contacts of a grain whose rolling springs are at the limit at once; the mean in a packing is 4 to
 6."""
@@ -45,8 +42,7 @@ def limit(damping_ratio: float) -> float:
 
     A spin against those of Z equal neighbours has the frequency w^2 = Z k_r/I and the damping ratio
     z = sqrt(Z I_c/I) eta_r. Leapfrog with a dashpot that sees the spin of half a step before is
-    stable up to
-    w dt = 2 (sqrt(1 + z^2) - z).
+    stable up to w dt = 2 (sqrt(1 + z^2) - z).
     """
     z = math.sqrt(NEIGHBOURS * CONTACT_POINT) * damping_ratio
     return 4.0 * (math.sqrt(1.0 + z * z) - z) ** 2 / NEIGHBOURS
@@ -85,10 +81,11 @@ CONSTANT = (
 def spring_of(pair: Pair) -> float:
     """Rotational stiffness k_r [N m] of a `Pair` under its load: factor S_n (mu_r R*)^2, S_n = 2 E*
     a."""
-    normal = 2.0 * pair.young * pair.contact_radius
-    return (
-        pair.contact.rolling_stiffness * normal * (pair.contact.rolling_friction * pair.radius) ** 2  # type: ignore[attr-defined]
+    normal, arm = (
+        2.0 * pair.young * pair.contact_radius,
+        pair.contact.rolling_friction * pair.radius,
     )
+    return pair.contact.rolling_stiffness * normal * arm**2
 
 
 def mercury_spring(pair: Pair) -> float:
@@ -100,7 +97,7 @@ def mercury_spring(pair: Pair) -> float:
 def dashpot_of(pair: Pair, spring: float) -> float:
     """Coefficient of the rolling dashpot [N m s] of a `Pair` beside a spring [N m]: 2 ratio sqrt(I
     k_r)."""
-    return 2.0 * pair.contact.rolling_damping * math.sqrt(pair.inertia * spring)  # type: ignore[attr-defined]
+    return 2.0 * pair.contact.rolling_damping * math.sqrt(pair.inertia * spring)
 
 
 def _in_edem(factor):
@@ -140,11 +137,7 @@ LAW = Law(
         ),
     ),
     constants=("rolling_stiffness", "rolling_damping", "rolling_limit"),
-    values=lambda contact: {
-        "rolling_stiffness": contact.rolling_stiffness,
-        "rolling_damping": contact.rolling_damping,
-        "rolling_limit": limit(contact.rolling_damping),
-    },
+    values=lambda contact: {"rolling_limit": limit(contact.rolling_damping)},
     exports={
         "liggghts": Export(
             "epsd3",

@@ -8,9 +8,7 @@ the contact unloads.
 
 from dem.contact.law import Law, Parameter
 from dem.contact.tangential.mindlin import settled
-from dem.kernel.arithmetic import sqrt
-from dem.kernel.decorator import law
-from dem.kernel.vectors import at_most, reject, scale, subtract
+from dem.kernel.arithmetic import at_most, law, reject, scale, sqrt, subtract
 
 
 @law
@@ -40,6 +38,5 @@ LAW = Law(
         ),
     ),
     constants=("stiffness_ratio", "damping"),
-    values=lambda contact: {"stiffness_ratio": contact.stiffness_ratio},
     left_out="NOT CONVERTED: tangential linear; the exported spring is that of Mindlin.",
 )

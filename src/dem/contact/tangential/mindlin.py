@@ -13,9 +13,17 @@ import math
 
 from dem.contact.export import Export
 from dem.contact.law import Law
-from dem.kernel.arithmetic import maximum, minimum, sqrt
-from dem.kernel.decorator import law
-from dem.kernel.vectors import TINY, at_most, reject, scale, subtract
+from dem.kernel.arithmetic import (
+    TINY,
+    at_most,
+    law,
+    maximum,
+    minimum,
+    reject,
+    scale,
+    sqrt,
+    subtract,
+)
 
 SLIP = 3.5
 """Over 1/m*, how readily a force at the contact of two solid spheres changes their slip: 1 +

@@ -10,8 +10,7 @@ by (a/a_before)^3 as the stiffness 4 G* a^3: a varying stiffness then creates no
 
 from dem.contact.export import Export
 from dem.contact.law import Law
-from dem.kernel.arithmetic import maximum, minimum, sqrt
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, maximum, minimum, sqrt
 
 
 @law

@@ -1,9 +1,8 @@
 """Coulomb friction with a floor: whatever touches holds at least a small force sideways."""
 
-from dem.kernel.arithmetic import maximum, where
 from dem.contact.export import Export
 from dem.contact.law import Law, Parameter
-from dem.kernel.decorator import law
+from dem.kernel.arithmetic import law, maximum, where
 
 
 @law
@@ -27,7 +26,6 @@ LAW = Law(
         ),
     ),
     constants=("friction_floor",),
-    values=lambda contact: {"friction_floor": contact.friction_floor},
     exports={"lammps": Export("floor", "floor", lambda pair: {"mu": pair.contact.static_friction})},
     left_out="NOT CONVERTED: friction rate_free; the coefficient is that without a floor.",
 )
