@@ -1,5 +1,7 @@
-"""Writing files so that a killed run leaves nothing that looks finished."""
+"""Files that are written so that a killed run leaves nothing that looks finished, and the tables of
+facts that the package brings along."""
 
+import csv
 import errno
 import json
 import os
@@ -60,3 +62,9 @@ def write_json(path: str | Path, data: Mapping[str, Any] | Sequence[Any]) -> Non
 def write_arrays(path: str | Path, arrays: Mapping[str, Any]) -> None:
     """Write a mapping of arrays as .npz, atomically."""
     replace_file(path, lambda stream: np.savez(stream, **arrays))
+
+
+def rows_of(path: str | Path) -> list[dict[str, str]]:
+    """Rows of a table (CSV) of the package, each {column: text}."""
+    with open(path, encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))

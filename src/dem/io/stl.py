@@ -15,23 +15,22 @@ from numpy.typing import ArrayLike
 from dem.errors import InputError, MeshError
 from dem.linear import length
 from dem.tables.limits import FARTHEST_MM, MOST_TRIANGLES, read_limited
+from dem.units import NUMBER
 
 WELD = 1e-6  # of the mesh's size: vertices this close are one
-NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _POINT = rf"\s+({NUMBER})\s+({NUMBER})\s+({NUMBER})"
-_LINES = {
-    "facet": re.compile(rf"facet\s+normal{_POINT}", re.ASCII),
-    "outer": re.compile(r"outer\s+loop", re.ASCII),
-    "vertex": re.compile(rf"vertex{_POINT}", re.ASCII),
-    "endloop": re.compile("endloop"),
-    "endfacet": re.compile("endfacet"),
-}
-_FACET = ("facet", "outer", "vertex", "vertex", "vertex", "endloop", "endfacet")
-_FORMS = {
-    "facet": "facet normal X Y Z",
-    "outer": "outer loop",
-    "vertex": "vertex X Y Z, three numbers such as 1.5 or -2e-3",
-}
+_VERTEX = rf"vertex{_POINT}", "vertex X Y Z, three numbers such as 1.5 or -2e-3"
+_FACET = [
+    (re.compile(pattern, re.ASCII), form)
+    for pattern, form in (
+        (rf"facet\s+normal{_POINT}", "facet normal X Y Z"),
+        (r"outer\s+loop", "outer loop"),
+        *3 * [_VERTEX],
+        ("endloop", "endloop"),
+        ("endfacet", "endfacet"),
+    )
+]
+"""Lines of a facet, and how each is told."""
 HEADER, RECORD = 84, 50
 _BINARY = [("v", "<f4", (4, 3)), ("a", "<u2")]
 SMALLEST_MM = 1e-6
@@ -50,8 +49,13 @@ def read_stl(
     path = Path(path)
     vertices, triangles = _weld(_corners(path) * scale)
     _check_area(path, vertices, triangles)
-    if closed:
-        _check_closed(path, triangles)
+    free = free_edges(triangles) if closed else ()
+    if len(free):
+        raise MeshError(
+            path,
+            f"is not closed: {len(free)} edges do not have two triangles; grains leak through a "
+            "hole. geometry.meshes: open is for surfaces that are meant to have free edges",
+        )
     return vertices, triangles
 
 
@@ -103,13 +107,15 @@ def _from_text(path, data):
         if at == 0 and row.split()[0] == ("endsolid" if inside else "solid"):
             inside = not inside
             continue
-        expected = _FACET[at]
-        match = _LINES[expected].fullmatch(row) if inside else None
+        pattern, form = _FACET[at] if inside else (None, "solid")
+        match = pattern and pattern.fullmatch(row)
         if not match:
-            _refuse_row(path, line, row, expected if inside else "solid", at == 0 and inside)
-        if expected == "facet":
+            allowed = f"{form} or endsolid" if at == 0 and inside else form
+            raise MeshError(path, "is not as an STL file has it", line=line, value=row,
+                            allowed=allowed)  # fmt: skip
+        if at == 0:
             lines.append(line)
-        if expected == "vertex":
+        elif match.groups():
             corners += [float(x) for x in match.groups()]
         at = (at + 1) % len(_FACET)
     if inside:
@@ -117,11 +123,6 @@ def _from_text(path, data):
         raise MeshError(path, "ends before its end", line=line, value=row,
                         allowed="endsolid as the last line")  # fmt: skip
     return np.array(corners, float).reshape(-1, 3, 3), lines
-
-
-def _refuse_row(path, line, row, expected, may_end):
-    allowed = _FORMS.get(expected, expected) + (" or endsolid" if may_end else "")
-    raise MeshError(path, "is not as an STL file has it", line=line, value=row, allowed=allowed)
 
 
 def _check_corners(path, corners, lines):
@@ -149,10 +150,9 @@ def _check_corners(path, corners, lines):
 
 def _weld(corners):
     points = corners.reshape(-1, 3)
-    size = max(float(np.ptp(points, axis=0).max()), 1e-300)
-    _, first, number = np.unique(
-        np.round(points / (WELD * size)), axis=0, return_index=True, return_inverse=True
-    )
+    cell = WELD * max(float(np.ptp(points, axis=0).max()), 1e-300)
+    cells = np.round(points / cell)
+    _, first, number = np.unique(cells, axis=0, return_index=True, return_inverse=True)
     return points[first], number.reshape(-1, 3)
 
 
@@ -167,19 +167,6 @@ def _check_area(path, vertices, triangles):
 
 def free_edges(triangles: np.ndarray) -> np.ndarray:
     """Edges (k, 2), as vertex numbers, that do not have two triangles."""
-    edges = np.sort(
-        np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), 1
-    )
-    edges, count = np.unique(edges, axis=0, return_counts=True)
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    edges, count = np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)
     return edges[count != 2]
-
-
-def _check_closed(path, triangles):
-    free = free_edges(triangles)
-    if len(free):
-        raise MeshError(
-            path,
-            f"is not closed: {len(free)} edges do not have two triangles; grains "
-            f"leak through a hole. "
-            "geometry.meshes: open is for surfaces that are meant to have free edges",
-        )

@@ -11,7 +11,6 @@ import zlib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
-from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -123,40 +122,35 @@ def _revolved(r0, z0, r1, z1):
 
 
 def _write(path, points, verts=(), polys=(), fields=None):
-    counts = {"NumberOfPoints": len(points), "NumberOfVerts": len(verts)}
-    piece = ElementTree.Element("Piece", _text(counts | {"NumberOfPolys": len(polys)}))
-    _arrays(piece, "PointData", fields or {})
-    _arrays(piece, "Points", {"Points": points})
+    text = [
+        '<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64" '
+        'compressor="vtkZLibDataCompressor"><PolyData>',
+        f'<Piece NumberOfPoints="{len(points)}" NumberOfVerts="{len(verts)}" '
+        f'NumberOfPolys="{len(polys)}">',
+        _section("PointData", fields or {}),
+        _section("Points", {"Points": points}),
+    ]
     for name, cells in (("Verts", verts), ("Polys", polys)):
         flat = np.concatenate(cells) if len(cells) else np.empty(0)
         ends = np.cumsum([len(cell) for cell in cells])
         cells = {"connectivity": flat.astype(np.int64), "offsets": ends.astype(np.int64)}
-        _arrays(piece, name, cells)
-    kind = {"type": "PolyData", "version": "1.0", "byte_order": "LittleEndian"}
-    blocks = {"header_type": "UInt64", "compressor": "vtkZLibDataCompressor"}
-    root = ElementTree.Element("VTKFile", kind | blocks)
-    ElementTree.SubElement(root, "PolyData").append(piece)
-    Path(path).parent.mkdir(parents=True, exist_ok=True)
-    replace_file(path, ElementTree.ElementTree(root).write)
+        text.append(_section(name, cells))
+    text.append("</Piece></PolyData></VTKFile>")
+    replace_file(path, lambda stream: stream.write("".join(text).encode()))
 
 
-def _arrays(piece, name, arrays):
-    place = ElementTree.SubElement(piece, name)
+def _section(name, arrays):
+    """Element with an array in each element below: header (blocks, bytes of a block, of the last if
+    it is shorter, compressed bytes) and block in base64."""
+    below = []
     for label, values in arrays.items():
-        little = np.ascontiguousarray(values, values.dtype.newbyteorder("<"))
-        about = {"type": TYPES[values.dtype.str[1:]], "Name": label, "format": "binary"}
-        if values.ndim == 2:
-            about["NumberOfComponents"] = str(values.shape[1])
-        ElementTree.SubElement(place, "DataArray", about).text = _encoded(little.tobytes())
-
-
-def _encoded(data):
-    """Header (blocks, bytes of a block, of the last if it is shorter, compressed bytes) and block
-    in base64."""
-    packed = zlib.compress(data, 1) if data else b""
-    header = np.array([1, len(data), 0, len(packed)] if data else [0], "<u8")
-    return "".join(base64.b64encode(part).decode() for part in (header.tobytes(), packed))
-
-
-def _text(numbers):
-    return {name: str(number) for name, number in numbers.items()}
+        data = np.ascontiguousarray(values, values.dtype.newbyteorder("<")).tobytes()
+        packed = zlib.compress(data, 1) if data else b""
+        header = np.array([1, len(data), 0, len(packed)] if data else [0], "<u8")
+        text = "".join(base64.b64encode(part).decode() for part in (header.tobytes(), packed))
+        wide = f' NumberOfComponents="{values.shape[1]}"' if values.ndim == 2 else ""
+        kind = TYPES[values.dtype.str[1:]]
+        below.append(
+            f'<DataArray type="{kind}" Name="{label}" format="binary"{wide}>{text}</DataArray>'
+        )
+    return f"<{name}>{''.join(below)}</{name}>" if below else f"<{name} />"

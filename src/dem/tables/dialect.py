@@ -13,11 +13,8 @@ from pathlib import Path
 from dem.errors import InputError
 
 NAMES = {
-    "\t": "tab-separated",
-    ";": "semicolon-separated",
-    ",": "comma-separated",
-    "": "one column",
-}
+    "\t": "tab-separated", ";": "semicolon-separated", ",": "comma-separated", "": "one column",
+}  # fmt: skip
 _COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 _POINT = re.compile(r"[+-]?\d*\.\d+(?:[eE][+-]?\d+)?")
 _COMMA_GROUPS = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
@@ -101,9 +98,8 @@ def decimal_of(rows: Sequence[tuple[int, list[str]]], separator: str, path: str 
         return _of_both(commas, points, path)
     if commas:
         return _of_one(commas, _COMMA_GROUPS, ",", path)
-    if (
-        points and separator == ";"
-    ):  # a spreadsheet that separates by semicolons writes decimal commas
+    # a spreadsheet that separates by semicolons writes decimal commas
+    if points and separator == ";":
         return _of_one(points, _POINT_GROUPS, ".", path)
     return "."
 
@@ -136,25 +132,17 @@ def _of_one(cells, groups, mark, path):
     if any(not groups.fullmatch(c) for _, c in cells):
         return mark
     line, text = cells[0]
-    readings = (
-        f"{text.replace(mark, '.')} (decimal {_name(mark)}) or {text.replace(mark, '')} (thousands)"
-    )
+    name = "comma" if mark == "," else "point"
+    readings = f"{text.replace(mark, '.')} (decimal {name}) or {text.replace(mark, '')} (thousands)"
     allowed = "numbers without a mark between thousands, decimals with a point"
-    raise InputError(
-        f"can be read in two ways: {readings}", path=path, line=line, value=text, allowed=allowed
-    )
-
-
-def _name(mark):
-    return "comma" if mark == "," else "point"
+    reason = f"can be read in two ways: {readings}"
+    raise InputError(reason, path=path, line=line, value=text, allowed=allowed)
 
 
 def plain(text: str, decimal: str) -> str:
     """A number's text with a decimal point and without marks between thousands."""
-    return text.replace(".", "").replace(",", ".") if decimal == "," else _without_groups(text)
-
-
-def _without_groups(text):
+    if decimal == ",":
+        return text.replace(".", "").replace(",", ".")
     match = _LEADING.match(text)
     grouped = match and (_ENGLISH.fullmatch(match[1]) or _COMMA_GROUPS.fullmatch(match[1]))
     return text.replace(",", "") if grouped else text

@@ -8,9 +8,8 @@ import zipfile
 from pathlib import Path
 
 from dem.errors import InputError
-from dem.tables.limits import LONGEST_CELL, check_unpacked, read_limited
+from dem.tables.limits import LONGEST_CELL, check_unpacked
 
-WORKBOOK, TEXT = "workbook", "text"
 SAVE_AS = "CSV or tab-separated text, or a workbook .xlsx"
 _OTHERS = (
     (b"\xd0\xcf\x11\xe0", "is an old or encrypted Office file (.xls)"),
@@ -29,18 +28,9 @@ _MARKS = (
 )
 
 
-def read_bytes(path: str | Path) -> bytes:
-    """Content of a file. Raises InputError where it cannot be read, is empty or larger than a table
-    is."""
-    data = read_limited(path, "table")
-    if not data.strip(b"\0 \t\r\n"):
-        raise InputError("is empty", path=path, allowed="a line of headings and the values below")
-    return data
-
-
-def kind_of(data: bytes, path: Path) -> str:
-    """WORKBOOK or TEXT, by content. Raises InputError where the name says otherwise, or for a file
-    of another kind."""
+def is_workbook(data: bytes, path: Path) -> bool:
+    """Return whether a file is a workbook and not a text, by content. Raises InputError where the
+    name says otherwise, or for a file of another kind."""
     found = next((what for start, what in _OTHERS if data.startswith(start)), None)
     if found:
         raise InputError(found, path=path, allowed=SAVE_AS)
@@ -49,18 +39,18 @@ def kind_of(data: bytes, path: Path) -> str:
         if named:
             reason = "is named as a workbook and is none"
             raise InputError(reason, path=path, allowed="a name ending in .csv where it is text")
-        return TEXT
-    if not _is_workbook(data, path):
+        return False
+    if not _holds_workbook(data, path):
         reason = "is a compressed file and no workbook (OpenDocument, or a zip archive)"
         raise InputError(reason, path=path, allowed=SAVE_AS)
     if not named:
         reason = f"is an Excel workbook under the name of a {path.suffix or 'text'} file"
         allowed = f"{path.stem}.xlsx, or the table saved as CSV"
         raise InputError(reason, path=path, allowed=allowed)
-    return WORKBOOK
+    return True
 
 
-def _is_workbook(data, path):
+def _holds_workbook(data, path):
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as packed:
             if "xl/workbook.xml" not in packed.namelist():
@@ -84,7 +74,7 @@ def decode(data: bytes, path: str | Path) -> tuple[str, str]:
         text = data.decode(encoding)
     except UnicodeDecodeError:
         text = None
-    if text is None or _unreadable(text):
+    if text is None or re.search(r"[\x00-\x08\x0e-\x1f\x7f\ufffd]", text):
         raise InputError("is not text", path=path, allowed="UTF-8, UTF-16 or cp1252")
     _check_lengths(text, path)
     return text, encoding.removesuffix("-sig")
@@ -94,14 +84,13 @@ def _check_lengths(text, path):
     """Raise InputError for a line with a cell that is longer than any note: a file of another
     kind."""
     for number, line in enumerate(split_lines(text), 1):
-        if len(line) > LONGEST_CELL:
-            longest = max(re.split("[\t;,]", line), key=len)
-            if len(longest) > LONGEST_CELL:
-                raise InputError(
-                    "has a cell that is longer than any note", path=path, line=number,
-                    value=f"{longest[:40]}... ({len(longest):,} characters)",
-                    allowed=f"at most {LONGEST_CELL:,} characters",
-                )  # fmt: skip
+        longest = max(re.split("[\t;,]", line), key=len) if len(line) > LONGEST_CELL else ""
+        if len(longest) > LONGEST_CELL:
+            raise InputError(
+                "has a cell that is longer than any note", path=path, line=number,
+                value=f"{longest[:40]}... ({len(longest):,} characters)",
+                allowed=f"at most {LONGEST_CELL:,} characters",
+            )  # fmt: skip
 
 
 def _unmarked(data):
@@ -117,10 +106,6 @@ def _unmarked(data):
     except UnicodeDecodeError:
         return "cp1252"
     return "utf-8"
-
-
-def _unreadable(text):
-    return bool(re.search(r"[\x00-\x08\x0e-\x1f\x7f\ufffd]", text))
 
 
 def split_lines(text: str) -> list[str]:

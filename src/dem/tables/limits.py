@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from dem.errors import InputError
+from dem.io.files import rows_of
 
 MB = 1 << 20
 
@@ -26,13 +27,8 @@ class Kind(NamedTuple):
 
 
 KINDS = {
-    "table": Kind("a table", 16 * MB, "the columns and rows that are needed"),
-    "workbook": Kind("a workbook", 16 * MB, "a workbook with the one table, or CSV"),
-    "configuration": Kind("a configuration", MB // 4, "keys and values; tables as files"),
-    "mesh": Kind("a mesh", 16 * MB, "a mesh with fewer triangles"),
-    "photograph": Kind("a photograph", 64 * MB, "a smaller picture"),
-    "sound": Kind("a recording", 64 * MB, "the seconds in which the grain bounces"),
-    "record": Kind("a record", 256 * MB, "what the project wrote"),
+    row["kind"]: Kind(row["words"], int(row["most_kB"]) * 1024, row["advice"])
+    for row in rows_of(Path(__file__).with_name("limits.csv"))
 }
 """Kind of file -> its limit. A reader says which kind it reads."""
 

@@ -6,16 +6,15 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
 from dem.errors import InputError
 from dem.tables import dialect as dialects
-from dem.tables.encoding import WORKBOOK, decode, kind_of, read_bytes, split_lines
-from dem.tables.headings import parted, words_alone
-from dem.tables.limits import LONGEST_CELL, check_cells
+from dem.tables.encoding import decode, is_workbook, split_lines
+from dem.tables.limits import LONGEST_CELL, check_cells, read_limited
 from dem.tables.workbook import DATE, workbook_rows
 
 NEEDED = "a line of headings and the values below"
@@ -23,6 +22,22 @@ _DATE = re.compile(
     r"\d{4}-\d\d-\d\d|\d{1,2}\.\s?[^\W\d]{3,9}\.?|\d{1,2}-[A-Za-z]{3}|[A-Za-z]{3}-\d\d"
 )
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+
+UNITS = {
+    "°", "deg", "rad", "grad", "m", "cm", "mm", "µm", "μm", "um", "g", "kg", "mg", "t", "s", "ms",
+    "min", "h", "%", "N", "kN", "mN", "Pa", "kPa", "MPa", "GPa", "bar", "mbar", "g/s", "kg/s",
+    "kg/h", "g/min", "t/h", "g/cm³", "g/cm3", "kg/m³", "kg/m3", "g/l", "kg/l", "g/ml", "g/mL",
+    "mm/s", "m/s", "N/m", "N/m²", "N/m2", "1/s", "g/cm^3", "kg/m^3",
+}  # fmt: skip
+"""What counts as a unit without brackets about it."""
+SPELLED = {
+    "Grad": "deg", "degree": "deg", "degrees": "deg", "degré": "deg", "degrés": "deg",
+    "Degré": "deg", "Degrés": "deg", "Sekunden": "s", "secondes": "s", "seconds": "s",
+    "Prozent": "%", "percent": "%", "pourcent": "%", "Millimeter": "mm", "millimètres": "mm",
+}  # fmt: skip
+"""Units in words. `Grad` with a capital is the German degree, `grad` may be a gon."""
+_BEHIND = re.compile(r"(.*\S)(?:\s+in\s+|\s+en\s+|\s*,\s+|\s+/\s+)(\S{1,12})")
+_BEGINS_AS_NUMBER = re.compile(r"[+-]?[.,]?\d")
 
 
 @dataclass(frozen=True)
@@ -92,16 +107,27 @@ class Table:
         return [self.number(line, column, text, convert) for line, text in self.texts(column)]
 
 
+def parted(cell: str) -> tuple[str, str]:
+    """(name, unit) of a heading; the unit is empty where none stands behind the name."""
+    cell = cell.strip()
+    opening = max(cell.rfind("["), cell.rfind("("))
+    if cell.endswith(("]", ")")) and opening >= 0:
+        unit = cell[opening + 1 : -1].strip()
+        return (cell[:opening].strip() or cell), SPELLED.get(unit, unit)
+    match = _BEHIND.fullmatch(cell) if len(cell) <= 200 else None
+    if match and (match[2] in UNITS or match[2] in SPELLED):
+        return match[1], SPELLED.get(match[2], match[2])
+    return cell, ""
+
+
+def words_alone(cells: Iterable[str]) -> bool:
+    """Return whether no cell is a number or begins as one does."""
+    return not any(_BEGINS_AS_NUMBER.match(c) for c in cells)
+
+
 def _nearest(name, names):
     near = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
     return f"; did you mean {near[0]}?" if near else ""
-
-
-def _refuse_sheet(sheet, path):
-    """Raise InputError where a sheet is named of what has none."""
-    if sheet is not None:
-        reason = "has no sheets: it is text"
-        raise InputError(reason, path=path, value=sheet, allowed="--sheet for a workbook alone")
 
 
 def read_table(
@@ -115,13 +141,17 @@ def read_table(
     InputError naming file, line and what is allowed.
     """
     path = Path(path)
-    data = read_bytes(path)
-    if kind_of(data, path) == WORKBOOK:
+    data = read_limited(path, "table")
+    if not data.strip(b"\0 \t\r\n"):
+        raise InputError("is empty", path=path, allowed=NEEDED)
+    if is_workbook(data, path):
         rows = workbook_rows(data, path, sheet)
         rows = [(n, r) for n, r in rows if any(r) and not r[0].startswith("#")]
         how = "workbook" if sheet is None else f"workbook, sheet {sheet}"
         return _table(path, rows, None, how, check)
-    _refuse_sheet(sheet, path)
+    if sheet is not None:
+        reason = "has no sheets: it is text"
+        raise InputError(reason, path=path, value=sheet, allowed="--sheet for a workbook alone")
     text, encoding = decode(data, path)
     return table_of(text, path, "" if encoding == "utf-8" else encoding, check)
 

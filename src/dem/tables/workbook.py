@@ -37,13 +37,10 @@ def workbook_rows(
     _check_formulas(formulas[name], cells, path)
     rows, columns = (max(place) for place in zip(*cells, strict=True))
     check_cells(path, rows, columns, rows)
-    cells = {place: _text(value) for place, value in cells.items()} | _merged(
-        values[name], cells, path
-    )
-    return [
-        (row, [cells.get((row, column), "") for column in range(1, columns + 1)])
-        for row in range(1, rows + 1)
-    ]
+    texts = {place: _text(value) for place, value in cells.items()}
+    texts |= _merged(values[name], cells, path)
+    across = range(1, columns + 1)
+    return [(row, [texts.get((row, k), "") for k in across]) for row in range(1, rows + 1)]
 
 
 def _books(data, path):
@@ -54,21 +51,17 @@ def _books(data, path):
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of styles and extensions, which no cell needs
-            return _opened(openpyxl, data)
+            values = openpyxl.load_workbook(io.BytesIO(data), data_only=True)
+            with zipfile.ZipFile(io.BytesIO(data)) as packed:
+                sheets = [n for n in packed.namelist() if n.startswith("xl/worksheets/")]
+                formulas = any(b"<f" in packed.read(name) for name in sheets)
+            return values, openpyxl.load_workbook(io.BytesIO(data)) if formulas else values
     # a damaged part comes out of the library, or of those that unpack and parse for it, as an
     # error of a dozen kinds
     except Exception as error:
         said = (str(error).splitlines() or [type(error).__name__])[0]
         reason = f"cannot be read as a workbook ({said:.200})"
         raise InputError(reason, path=path, allowed="a workbook without password, or CSV") from None
-
-
-def _opened(openpyxl, data):
-    values = openpyxl.load_workbook(io.BytesIO(data), data_only=True)
-    with zipfile.ZipFile(io.BytesIO(data)) as packed:
-        sheets = [n for n in packed.namelist() if n.startswith("xl/worksheets/")]
-        formulas = any(b"<f" in packed.read(name) for name in sheets)
-    return values, openpyxl.load_workbook(io.BytesIO(data)) if formulas else values
 
 
 def _filled(sheet):
