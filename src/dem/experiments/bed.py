@@ -11,7 +11,7 @@ import numpy as np
 from dem.constants import GRAVITY
 from dem.experiments.phases import rest
 from dem.experiments.setup import add_grains, build_simulation
-from dem.grains.sizes import draw_radii, largest_reach
+from dem.grains.sizes import draw_radii, fall_time, largest_reach
 from dem.linear import slope
 
 if TYPE_CHECKING:
@@ -110,6 +110,22 @@ def poured(
 def advance_for(sim: Simulation, duration: float) -> None:
     """Advance by about `duration`, one step at least."""
     sim.advance(max(round(duration / sim.time_step), 1))
+
+
+def force_on(sim: Simulation, name: str, duration: float) -> np.ndarray:
+    """Mean force (3,) [N] of the grains on a wall over about `duration` [s] from now on."""
+    start, before = sim.time, sim.wall_impulse(name)
+    advance_for(sim, duration)
+    return (sim.wall_impulse(name) - before) / (sim.time - start)
+
+
+def lay_lid(sim: Simulation, spec: RunSpec, height: float) -> float:
+    """Put the free wall `lid` at a height [m], as heavy as the grains; returns that mass [kg]. It
+    follows the grains but does not bounce on them."""
+    lid, walls, grains = sim.walls.index("lid"), sim.wall_state, float(sim.mass.sum())
+    walls.origin[lid, 2], walls.mass[lid] = height, grains
+    walls.drag[lid] = grains / fall_time(spec)
+    return grains
 
 
 def _ball(across):

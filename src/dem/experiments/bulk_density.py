@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from dem.constants import GRAVITY
+from dem.experiments import bed, builder, phases, setup
 from dem.experiments.declare import Experiment, Metric, Quantity, lever, refuse, refuse_narrow
-from dem.experiments.late import bed, builder, phases, setup
-from dem.experiments.mesh import at_rims, read_mesh
+from dem.experiments.mesh import at_rims, circle, read_mesh
 from dem.grains.sizes import grain_volume, longest_mm, mean_radius
 from dem.schema import Part, field, mesh_field
 
@@ -89,7 +89,7 @@ class _Vessel:
         if self.mesh:
             self.radius = self.mesh.narrowest(0.0, self.mesh.high)
             self.mesh.agree("its narrowest inside", 2.0 * self.radius, "vessel_diameter_mm")
-            floor = self.mesh.floor(0.95 * self.radius, "its floor")
+            floor = self.mesh.covering(circle(0.95 * self.radius), "its floor")
             self.mesh.in_place("its floor", floor, 0.0)
             self.mesh.take(spec)
 
@@ -145,10 +145,6 @@ def _tap(sim, spec):
     bed.advance_for(sim, CALM * phases.look(spec))
 
 
-def _above_floor(sim):
-    return sim.position - sim.wall_origin("vessel")
-
-
 class _Packed(NamedTuple):
     """Density in the vessel and its standard error [kg/m3], and solid fraction of the core."""
 
@@ -159,7 +155,7 @@ class _Packed(NamedTuple):
 
 def _packed(sim, spec, vessel):
     """`_Packed` of a bed at rest."""
-    position, mass = _above_floor(sim), sim.mass
+    position, mass = sim.position - sim.wall_origin("vessel"), sim.mass
     z = position[:, 2]
     level = float(np.sort(z)[int(SURFACE * len(z)) - 1])
     simulated = float(mass[z <= level].sum()) / vessel.volume(level)

@@ -79,6 +79,10 @@ class Share(Plain):
         return slope * z, slope + 0.0 * z
 
 
+WITH_LOAD = Share("normal_stress_kPa")
+"""The scale of a stress that goes with the load."""
+
+
 @dataclass(frozen=True)
 class LogShare(Plain):
     """A quantity below a lever, as a rebound below the drop height, emulated as the logarithm of

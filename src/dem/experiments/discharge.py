@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dem.experiments import bed, builder, outflow, setup
 from dem.experiments.declare import Experiment, Metric, Quantity, lever, refuse, refuse_narrow
-from dem.experiments.late import bed, builder, outflow, setup
 from dem.flow import FREE_FLOW_RATIO, LOOSE, beverloo
 from dem.grains.sizes import grain_volume, mean_radius
 from dem.io.stl import read_stl
@@ -161,9 +161,8 @@ def drained_angle(sim: "Simulation", silo: "Silo", spec: "RunSpec") -> float:
     position, edge = sim.position, mean_radius(spec)
     out = np.hypot(position[:, 0], position[:, 1])
     low, high = silo.orifice + edge, silo.radius - edge
-    angle = bed.profile_angle(
-        *bed.surface_profile(out, position[:, 2], sim.radius, low, high, RINGS)
-    )
+    profile = bed.surface_profile(out, position[:, 2], sim.radius, low, high, RINGS)
+    angle = bed.profile_angle(*profile)
     return angle if math.isfinite(angle) else 0.0
 
 

@@ -11,16 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dem.experiments import bed, builder, outflow, phases, setup
 from dem.experiments.declare import Experiment, Metric, Quantity, lever, refuse, refuse_narrow
-from dem.experiments.late import bed, builder, outflow, phases, setup
 from dem.experiments.mesh import at_rims, read_mesh, rectangle
 from dem.flow import FREE_FLOW_RATIO, LOOSE
-from dem.grains.sizes import (
-    grain_volume,
-    longest_mm,
-    mean_radius,
-    smallest_radius,
-)
+from dem.grains.sizes import grain_volume, longest_mm, mean_radius, smallest_radius
 from dem.schema import Part, field, mesh_field
 
 if TYPE_CHECKING:
@@ -92,13 +87,17 @@ class _Boxes:
         mesh.four_sided("the upper box", middle, self.upper, self.deep)
         mesh.four_sided("the lower box", 0.5 * self.floor, self.lower, self.deep)
         y = self.deep - gap
-        through = mesh.surface((gap - self.slot, -y), (self.slot - gap, y), "below the slot")
+
+        def over(*ends):
+            return rectangle((min(ends), -y), (max(ends), y))
+
+        through = mesh.covering(over(gap - self.slot, self.slot - gap), "below the slot")
         mesh.in_place("the first surface below the slot", through, 0.0)
         for side in (-1.0, 1.0):
-            ends = sorted([side * (self.slot + gap), side * (self.upper - gap)])
-            ledge = mesh.surface((ends[0], -y), (ends[1], y), "beside the slot its floor")
-            mesh.in_place("the upper floor", ledge, self.floor)
-        below = rectangle((gap - self.lower, -y), (self.lower - gap, y))
+            ledge = over(side * (self.slot + gap), side * (self.upper - gap))
+            found = mesh.covering(ledge, "beside the slot its floor")
+            mesh.in_place("the upper floor", found, self.floor)
+        below = over(gap - self.lower, self.lower - gap)
         floor = mesh.covering(below, "its lower floor", below=0.5 * self.floor)
         mesh.in_place("the lower floor", floor, 0.0)
 
@@ -108,7 +107,7 @@ class _Boxes:
         if self.mesh is None:
             self._own(walls, top)
         else:
-            walls.mesh(self.mesh.vertices, self.mesh.triangles)
+            walls.mesh(*self.mesh.body)
             self._collar(walls, top)
         gate = walls.body("gate", material=setup.WALL)
         return gate.rectangle((0.0, 0.0, self.floor), (self.slot, 0.0, 0.0), (0.0, self.deep, 0.0))

@@ -13,9 +13,9 @@ import numpy as np
 
 from dem.constants import GRAVITY
 from dem.errors import MeasureError
+from dem.experiments import builder, drag, setup
 from dem.experiments.declare import Experiment, Lever, LogShare, Metric, Quantity, lever
-from dem.experiments.late import builder, drag, setup
-from dem.experiments.mesh import outside, read_mesh
+from dem.experiments.mesh import circle, outside, read_mesh
 from dem.grains.sizes import mean_radius
 from dem.schema import Part, field, mesh_field
 from dem.timescales import hertz_contact_time
@@ -69,7 +69,8 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     if sim.model.air[0] > 0.0:  # the air took a part of both speeds
         restitution = flight.leaving / flight.hitting
         impact = float(flight.hitting.mean())
-    contact = _contact_time(spec, radius, impact)
+    grain, wall = (setup.material_of(m) for m in (spec.materials.particle, spec.materials.wall))
+    contact = hertz_contact_time(radius, impact, grain, wall)
     context.finish(sim)
     return {
         "rebound_height_mm": 1e3 * float(rebound.mean()),
@@ -88,8 +89,9 @@ def _target(spec):
     radius = mean_radius(spec)
     mesh = read_mesh(spec, "plate_stl", outside((-radius, -radius), (radius, radius)))
     if mesh:
-        mesh.floor(radius, "under the grain its surface")
-        mesh.in_place("its surface on the z axis", mesh.floor(0.0, "its surface"), 0.0)
+        mesh.covering(circle(radius), "under the grain its surface")
+        axis = mesh.covering(circle(0.0), "its surface")
+        mesh.in_place("its surface on the z axis", axis, 0.0)
     return mesh
 
 
@@ -173,18 +175,10 @@ def _follow(sim, radius, height, limit, output_interval, context):
         context.progress(min(sim.time / limit, 0.99), f"{sim.time:.3f} s")
         context.frame(sim)
     if not (landed | bounced).all():
-        raise MeasureError(
-            f"a grain has not reached the plate after {sim.time:.3g} s; is it too light to fall in "
-            f"this air?"
-        )
+        asked = "is it too light to fall in this air?"
+        raise MeasureError(f"a grain has not reached the plate after {sim.time:.3g} s; {asked}")
     leaving = np.where(np.isnan(leaving), 0.0, leaving)
     return Flight(np.maximum(highest, 0.0), np.maximum(sampled, 0.0), hitting, leaving)
-
-
-def _contact_time(spec, radius, impact):
-    """Duration of the elastic impact on the plate [s]."""
-    grain, wall = (setup.material_of(m) for m in (spec.materials.particle, spec.materials.wall))
-    return hertz_contact_time(radius, impact, grain, wall)
 
 
 EXPERIMENT = Experiment(
@@ -203,8 +197,8 @@ EXPERIMENT = Experiment(
         ),
         Metric(
             "effective_restitution",
-            "speed after over speed before the impact: in a vacuum the root of rebound over drop "
-            "height",
+            "speed after over speed before the impact: in a vacuum the "
+            "root of rebound over drop height",
             0.0,
             1.1,
         ),

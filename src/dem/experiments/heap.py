@@ -13,12 +13,12 @@ import numpy as np
 
 from dem.constants import GRAVITY
 from dem.errors import MeasureError, RefusedStateError, SpecError
+from dem.experiments import builder, phases, setup
 from dem.experiments.declare import Experiment, Metric, Quantity, lever, refuse, refuse_narrow
-from dem.experiments.late import builder, phases, setup
 from dem.flow import C_BEVERLOO, FREE_FLOW_RATIO, LOOSE, beverloo
 from dem.grains.sizes import draw_radii, grain_volume, largest_reach, mean_radius
 from dem.io.stl import read_stl
-from dem.measure.heap import coverage, measure_heap, readings_apart
+from dem.measure.heap import LOST_BELOW, read_at_rest, slopes_of, standing, take_lost
 from dem.schema import Part, field
 
 if TYPE_CHECKING:
@@ -43,11 +43,8 @@ Below, they lie about."""
 
 PACKING = 0.6  # solid fraction above the orifice
 NEAR_CAPACITY = 0.3  # feed within this share of the capacity: heaps come in two kinds
-LOST_BELOW = 0.2  # radii of the plate; grains this far below it have spilled
 AT_ORIFICE = 0.2  # radii of the orifice; grains this far below it have not left it
-JITTER = (
-    0.09  # of half a grain's length: grains are made on a lattice of 2.2 of these, moved at random
-)
+JITTER = 0.09  # of half a grain's length: grains are made on a lattice, moved at random
 
 
 class HeapGeometry(Part):
@@ -77,9 +74,8 @@ def check(spec: "RunSpec") -> None:
     g = spec.geometry
     refuse_narrow("orifice_diameter_mm", spec, MIN_ORIFICE_RATIO)
     if g.funnel_top_diameter_mm <= g.orifice_diameter_mm:
-        refuse(
-            "funnel_top_diameter_mm", spec, f"more than the orifice ({g.orifice_diameter_mm:g} mm)"
-        )
+        allowed = f"more than the orifice ({g.orifice_diameter_mm:g} mm)"
+        refuse("funnel_top_diameter_mm", spec, allowed)
     refuse_narrow("plate_diameter_mm", spec, LEAST_PLATE)
     if g.plate_rim_height_mm >= g.discharge_height_mm:
         allowed = f"less than the orifice's height ({g.discharge_height_mm:g} mm)"
@@ -100,11 +96,9 @@ def _check_fill(spec):
     room = math.pi / 3.0 * (high**3 - low**3) / slope  # [mm3]
     fits = int(LOOSE * 1e-9 * room / grain_volume(spec))
     if spec.particles.count > fits:
-        allowed = (
-            f"at most {fits}, which the closed funnel takes, or a wider "
-            f"geometry.funnel_top_diameter_mm"
-        )
-        raise SpecError("particles.count", spec.particles.count, allowed)
+        allowed = f"at most {fits}, which the closed funnel takes"
+        wider = "or a wider geometry.funnel_top_diameter_mm"
+        raise SpecError("particles.count", spec.particles.count, f"{allowed}, {wider}")
 
 
 def impact_speed(spec: "RunSpec") -> float:
@@ -141,11 +135,9 @@ def advice(spec: "RunSpec") -> list[str]:
     if g.feed == "rain" and abs(passes / feed - 1.0) < NEAR_CAPACITY:
         found.append(
             f"the orifice passes about {passes:.0f} grains/s by Beverloo and {feed:.0f} are made: "
-            f"within "
-            f"{NEAR_CAPACITY:.0%} the funnel packs in some runs and not in others, and the angles "
-            f"differ; lower "
-            f"geometry.generation_rate_per_s below {(1 - NEAR_CAPACITY) * passes:.0f}, or set "
-            f"geometry.feed: opened"
+            f"within {NEAR_CAPACITY:.0%} the funnel packs in some runs and not in others, and the "
+            "angles differ; lower geometry.generation_rate_per_s below "
+            f"{(1 - NEAR_CAPACITY) * passes:.0f}, or set geometry.feed: opened"
         )
     return found
 
@@ -252,12 +244,6 @@ class Source:
         return True
 
 
-def remove_spilled(sim: "Simulation", rig: "Rig") -> int:
-    """Take out grains that have fallen past the plate; returns their number."""
-    position = sim.particles.position[: sim.n]
-    return sim.remove(sim.particles.tag[: sim.n][position[:, 2] < rig.lost_height])
-
-
 def grains_above(sim: "Simulation", height: float) -> int:
     """Number of grains of which a sphere's centre is above `height` [m]."""
     high = sim.particles.position[: sim.n, 2] > height
@@ -280,17 +266,13 @@ class Flow:
         [1/s] at which the middle four fifths of those that left did so."""
         time, made, held = np.array(self.record, float).T
         out = made - held
-        total = out[-1]
+        total, found = out[-1], {"hold_up": int(held.max())}
         if total <= 0:
-            return {"hold_up": int(held.max()), "emptying_time_s": 0.0, "discharge_rate_per_s": 0.0}
+            return found | {"emptying_time_s": 0.0, "discharge_rate_per_s": 0.0}
         last, begin, end = (int(np.argmax(out >= share * total)) for share in (1.0, 0.1, 0.9))
         span = time[end] - time[begin]
         rate = (out[end] - out[begin]) / span if span > 0.0 else total / time[last]
-        return {
-            "hold_up": int(held.max()),
-            "emptying_time_s": float(time[last]),
-            "discharge_rate_per_s": float(rate),
-        }
+        return found | {"emptying_time_s": float(time[last]), "discharge_rate_per_s": float(rate)}
 
 
 def pour(spec: "RunSpec", context: "RunContext") -> "tuple[Simulation, Rig, int, Flow, str]":
@@ -316,14 +298,13 @@ def pour(spec: "RunSpec", context: "RunContext") -> "tuple[Simulation, Rig, int,
     def read():
         if _holds_back(spec, sim, rig):
             raise MeasureError("the funnel still holds grains")
-        heap = _heap(sim, rig)
-        return heap["angle_of_repose_deg"], heap["radial_angle_deg"]
+        return slopes_of(standing(sim, rig.plate_radius, rig.plate_rim))
 
     while sim.time < spec.numerics.max_time_s:
         if not source.exhausted:
             source.make_layer(sim)
         sim.advance(chunk)
-        spilled += remove_spilled(sim, rig)
+        spilled += take_lost(sim, rig.plate_radius)
         flow.note(sim, rig, source.made)
         if source.exhausted and closed and phases.motion(sim) < calm:
             setup.take_away(sim, "gate")
@@ -332,21 +313,14 @@ def pour(spec: "RunSpec", context: "RunContext") -> "tuple[Simulation, Rig, int,
             ended = slopes.ended(sim, read, calm)
             if ended:
                 break
-        context.progress(
-            min(sim.time / expected, 0.99), f"{sim.time:.2f} s, {sim.grain_count} grains"
-        )
+        told = f"{sim.time:.2f} s, {sim.grain_count} grains"
+        context.progress(min(sim.time / expected, 0.99), told)
         context.frame(sim)
         context.checkpoint(
             lambda lost=spilled, shut=closed, seen=slopes.seen: (  # type: ignore[misc]
                 sim.state_dict(),
-                {
-                    "rng": rng.bit_generator.state,
-                    "made": source.made,
-                    "spilled": lost,
-                    "closed": shut,
-                    "flow": flow.record,
-                    "slopes": seen,
-                },
+                {"rng": rng.bit_generator.state, "made": source.made, "spilled": lost}
+                | {"closed": shut, "flow": flow.record, "slopes": seen},
             )
         )
     if not source.exhausted:
@@ -364,12 +338,6 @@ def _holds_back(spec, sim, rig):
     return grains_above(sim, rig.left_height) > MOST_LEFT * spec.particles.count
 
 
-def _heap(sim, rig):
-    """`measure_heap` of the grains above the plate's rim."""
-    where = sim.position - [0.0, 0.0, rig.plate_rim]
-    return measure_heap(where, sim.radius, sim.velocity, rig.plate_radius, sim.grain)
-
-
 def _refuse_clogged(spec, sim, rig, unmade=0):
     """Raise RefusedStateError for a funnel that has not let its grains through."""
     stuck = grains_above(sim, rig.orifice_height)
@@ -377,9 +345,8 @@ def _refuse_clogged(spec, sim, rig, unmade=0):
     raise RefusedStateError(
         "clogged",
         f"the funnel is clogged: after {sim.time:.1f} s {stuck} of {spec.particles.count} grains "
-        f"stand in it{missing}; "
-        "widen geometry.orifice_diameter_mm, make the grains smaller, or give numerics.max_time_s "
-        "more",
+        f"stand in it{missing}; widen geometry.orifice_diameter_mm, make the grains smaller, or "
+        "give numerics.max_time_s more",
     )
 
 
@@ -391,32 +358,23 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     sim, rig, spilled, flow, ended = pour(spec, context)
     context.finish(sim, ended)
     left = grains_above(sim, rig.left_height)
-    metrics = _heap(sim, rig)
-    where = sim.position - [0.0, 0.0, rig.plate_rim]
-    covered = coverage(where, sim.radius, rig.plate_radius)
+    metrics, covered = read_at_rest(sim, context, rig.plate_radius, rig.plate_rim)
     if covered < LEAST_COVERAGE:
         raise RefusedStateError(
             "uncovered",
             f"the plate is not covered: grains lie on {covered:.0%} of it, {LEAST_COVERAGE:.0%} at "
-            f"least are needed; "
-            "more grains, a smaller geometry.plate_diameter_mm, or a lower "
+            "least are needed; more grains, a smaller geometry.plate_diameter_mm, or a lower "
             "geometry.discharge_height_mm",
         )
-    apart = readings_apart(metrics)
-    if apart:
-        context.note(apart)
-    return (
-        metrics
-        | {
-            "spilled": spilled,
-            "in_funnel": left,
-            "rest_time_s": sim.time,
-            "rest_energy_ratio": phases.motion(sim),
-            "share_in_funnel": left / spec.particles.count,
-            "plate_coverage": covered,
-        }
-        | flow.metrics()
-    )
+    metrics |= {
+        "spilled": spilled,
+        "in_funnel": left,
+        "rest_time_s": sim.time,
+        "rest_energy_ratio": phases.motion(sim),
+        "share_in_funnel": left / spec.particles.count,
+        "plate_coverage": covered,
+    }
+    return metrics | flow.metrics()
 
 
 EXPERIMENT = Experiment(

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from dem.errors import InputError, MeshError
 from dem.flow import LOOSE
@@ -79,6 +80,11 @@ class Mesh:
         self.spec, self.path = spec, path
         self.vertices, self.triangles = vertices, triangles
         self.slack = SLACK * smallest_radius(spec)
+
+    @property
+    def body(self) -> tuple[np.ndarray, np.ndarray]:
+        """Vertices and triangles, as a `WallSet` takes them."""
+        return self.vertices, self.triangles
 
     @property
     def low(self) -> float:
@@ -191,8 +197,9 @@ class Mesh:
                 f"{AGREES:.0%}"
             )
 
-    def in_place(self, what: str, heights: np.ndarray, wanted: float) -> None:
-        """Refuse a surface of which not all heights (n,) [m] are `wanted`."""
+    def in_place(self, what: str, heights: ArrayLike, wanted: float) -> None:
+        """Refuse a surface of which not all heights, (n,) or one [m], are `wanted`."""
+        heights = np.atleast_1d(heights)
         wrong = heights[np.argmax(np.abs(heights - wanted))]
         if abs(wrong - wanted) > self.slack:
             self.refuse(
@@ -200,21 +207,11 @@ class Mesh:
                 f"{1e3 * self.slack:.2g} mm"
             )
 
-    def surface(
-        self, low: np.ndarray, high: np.ndarray, what: str, side: float = 1.0
-    ) -> np.ndarray:
-        """Heights (GRID * GRID,) [m] of the mesh from above (side 1) or from below (-1) over the
-        rectangle low..high, both (2,). Refuses a mesh that does not cover it."""
-        return self.covering(rectangle(low, high), what, side)
-
-    def floor(self, radius: float, what: str) -> np.ndarray:
-        """The same from above over a circle of `radius` [m] about the z axis."""
-        return self.covering(circle(radius), what)
-
     def covering(
         self, points: np.ndarray, what: str, side: float = 1.0, below: float = np.inf
     ) -> np.ndarray:
-        """The same over points (n, 2), of what lies below a height [m]."""
+        """Heights (n,) [m] of the mesh from above (side 1) or below (-1) over points (n, 2), of
+        what lies below a height [m]. Refuses a mesh that does not cover them."""
         heights = self.heights(points)
         found = np.where(heights < below, side * heights, -np.inf).max(axis=1)
         if not np.isfinite(found).all():
@@ -222,15 +219,17 @@ class Mesh:
             self.refuse(f"is too small or lies elsewhere: {what} misses ({x:.4g}, {y:.4g}) mm")
         return side * found
 
-    def tip(
-        self, low: np.ndarray, high: np.ndarray, surface: np.ndarray, side: float = 1.0
-    ) -> float:
-        """Height [m] of the highest point (side 1) or the lowest (-1) over that rectangle.
+    def topped(self, low: np.ndarray, high: np.ndarray, what: str, side: float = 1.0) -> np.ndarray:
+        """Heights (GRID * GRID,) [m] of `covering` over the rectangle low..high, both (2,). Refuses
+        a mesh of which the highest point (side 1) or the lowest (-1) over it is not at z = 0.
 
-        surface: of the same arguments. The mesh is made of triangles, so that its highest point is
-        over a corner of the rectangle or on an edge, at an end of what lies over the rectangle.
+        The mesh is made of triangles, so that this point is over a corner of the rectangle or on an
+        edge, at an end of what lies over the rectangle.
         """
-        return side * float((side * np.append(surface, self._ridges(low, high))).max())
+        surface = self.covering(rectangle(low, high), what, side)
+        tip = side * float((side * np.append(surface, self._ridges(low, high))).max())
+        self.in_place(f"its {'highest' if side > 0.0 else 'lowest'} point", tip, 0.0)
+        return surface
 
     def _ridges(self, low, high):
         """Heights (2, k) [m] of the ends of the mesh's edges, each cut to the rectangle

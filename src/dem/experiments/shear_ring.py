@@ -16,8 +16,8 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from dem.constants import GRAVITY
-from dem.experiments.declare import Experiment, Metric, Quantity, Share, lever, refuse
-from dem.experiments.late import builder, phases, setup
+from dem.experiments import bed, builder, phases, setup
+from dem.experiments.declare import WITH_LOAD, Experiment, Metric, Quantity, lever, refuse
 from dem.experiments.mesh import annulus, read_mesh
 from dem.grains.sizes import draw_radii, fall_time, largest_reach, longest_mm, smallest_radius
 from dem.schema import Part, field, mesh_field
@@ -106,13 +106,11 @@ def _meshes(spec):
         if mesh is None:
             continue
         plate = mesh.covering(annulus(inner + gap, outer - gap), "over the ring its surface", side)
-        mesh.in_place("its surface between the vanes", np.array([(side * plate).min()]), 0.0)
+        mesh.in_place("its surface between the vanes", (side * plate).min(), 0.0)
         out = float(np.hypot(*mesh.vertices[:, :2].T).max())
         if out > outer + mesh.slack:
-            mesh.refuse(
-                f"reaches {1e3 * out:.4g} mm from the axis; allowed: {1e3 * outer:.4g} mm, the "
-                f"outer wall"
-            )
+            most = f"{1e3 * outer:.4g} mm, the outer wall"
+            mesh.refuse(f"reaches {1e3 * out:.4g} mm from the axis; allowed: {most}")
     return found
 
 
@@ -123,19 +121,13 @@ class Ring:
         self.spec, g = spec, spec.geometry
         self.inner, self.outer = 0.5e-3 * g.inner_diameter_mm, 0.5e-3 * g.outer_diameter_mm
         self.area = math.pi * (self.outer**2 - self.inner**2)
-        self.moment = (
-            2.0 / 3.0 * math.pi * (self.outer**3 - self.inner**3)
-        )  # of the area about the axis [m3]
+        # of the area about the axis [m3]
+        self.moment = 2.0 / 3.0 * math.pi * (self.outer**3 - self.inner**3)
         self.rate = 1e-3 * g.shear_speed_mm_s / (0.5 * (self.inner + self.outer))
         radii = draw_radii(spec, spec.particles.count, rng)
         self.fall_time = fall_time(spec)
         self.sim = setup.build_simulation(spec, self.build_walls(spec, largest_reach(spec)))
-        top = self.fill(spec, radii, largest_reach(spec), rng)
-        lid, walls = self.sim.walls.index("lid"), self.sim.wall_state
-        walls.origin[lid, 2] = top
-        walls.mass[lid] = float(self.sim.mass.sum())
-        # the lid follows the grains but does not bounce on them
-        walls.drag[lid] = walls.mass[lid] / self.fall_time
+        bed.lay_lid(self.sim, spec, self.fill(spec, radii, largest_reach(spec), rng))
 
     def build_walls(self, spec: "RunSpec", r: float) -> "WallSet":
         """`WallSet` of trough and lid for grains that reach `r` [m]."""
@@ -155,9 +147,9 @@ class Ring:
 
     def _plate(self, walls, mesh):
         """A mesh, or the plate that the keys tell, to which vanes belong."""
-        if mesh is None:
-            return walls.revolved(self.inner, 0.0, self.outer, 0.0)
-        return walls.mesh(mesh.vertices, mesh.triangles)
+        if mesh:
+            return walls.mesh(*mesh.body)
+        return walls.revolved(self.inner, 0.0, self.outer, 0.0)
 
     def _vanes(self, walls, low, high):
         middle, half = 0.5 * (self.inner + self.outer), 0.5 * (self.outer - self.inner)
@@ -252,13 +244,7 @@ EXPERIMENT = Experiment(
     prepare=_meshes,  # an unusable mesh is refused here
     poured=True,
     quantity=Quantity(
-        "shear_stress",
-        "kPa",
-        1e-4,
-        1e4,
-        "shear stress",
-        relative=True,
-        scale=Share("normal_stress_kPa"),
+        "shear_stress", "kPa", 1e-4, 1e4, "shear stress", relative=True, scale=WITH_LOAD
     ),
     levers=lever("normal_stress_kPa", 1e-3, 1e4, "normal stress", needed=True),
 )

@@ -12,18 +12,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dem.constants import GRAVITY
+from dem.experiments import bed, builder, phases, setup
 from dem.experiments.declare import (
+    WITH_LOAD,
     Experiment,
     Metric,
     Quantity,
-    Share,
     lever,
     refuse,
     refuse_narrow,
 )
-from dem.experiments.late import bed, builder, phases, setup
 from dem.experiments.mesh import outside, read_mesh
-from dem.grains.sizes import draw_radii, fall_time, largest_reach, longest_mm, smallest_radius
+from dem.grains.sizes import draw_radii, largest_reach, longest_mm, smallest_radius
 from dem.schema import Part, field, mesh_field
 
 if TYPE_CHECKING:
@@ -58,10 +58,8 @@ def check(spec: "RunSpec") -> None:
     refuse_narrow("ring_diameter_mm", spec, LEAST_WIDTH)
     layers = spec.particles.count * largest**2 / g.ring_diameter_mm**2
     if layers < 2.0:
-        allowed = (
-            f"at most {largest * math.sqrt(0.5 * spec.particles.count):.3g}: two layers of "
-            f"grains, or more grains"
-        )
+        most = largest * math.sqrt(0.5 * spec.particles.count)
+        allowed = f"at most {most:.3g}: two layers of grains, or more grains"
         refuse("ring_diameter_mm", spec, allowed)
 
 
@@ -101,8 +99,7 @@ def _plate(spec):
     mesh = read_mesh(spec, "plate_stl", outside(low, high))
     if mesh is None:
         return None
-    surface = mesh.surface(low, high, "under the ring and along its path its surface")
-    mesh.in_place("its highest point", np.array([mesh.tip(low, high, surface)]), 0.0)
+    surface = mesh.topped(low, high, "under the ring and along its path its surface")
     if surface.min() < -smallest_radius(spec):
         mesh.refuse(
             f"is {-1e3 * surface.min():.4g} mm deep; allowed: the smallest grain's radius, "
@@ -114,10 +111,7 @@ def _plate(spec):
 def _walls(spec, top):
     radius, gap = 0.5e-3 * spec.geometry.ring_diameter_mm, GAP * largest_reach(spec)
     walls, mesh = builder.WallSet().body("plate", material=setup.WALL), _plate(spec)
-    if mesh is None:
-        walls.plane((0, 0, 0), (0, 0, 1))
-    else:
-        walls.mesh(mesh.vertices, mesh.triangles)
+    walls.mesh(*mesh.body) if mesh else walls.plane((0, 0, 0), (0, 0, 1))
     walls.body("ring", material=setup.WALL).cylinder(radius, gap, 2.0 * top)
     free = {"mass": 1.0, "axis": (0, 0, 1), "load": 0.0}
     return walls.body("lid", material=setup.WALL, origin=(0.0, 0.0, top), free=free).disc(radius)
@@ -125,12 +119,7 @@ def _walls(spec, top):
 
 def _press(sim, spec, force):
     """Lower the lid onto the grains and load it with `force` [N], its own weight counted."""
-    lid, walls = sim.walls.index("lid"), sim.wall_state
-    grains = float(sim.mass.sum())
-    walls.mass[lid] = grains
-    # the lid follows the grains but does not bounce on them
-    walls.drag[lid] = grains / fall_time(spec)
-    walls.origin[lid, 2] = float((sim.position[:, 2] + sim.radius).max())
+    grains = bed.lay_lid(sim, spec, float((sim.position[:, 2] + sim.radius).max()))
     weight = grains * GRAVITY
     for part in np.linspace(0.0, 1.0, RAMP + 1)[1:]:
         sim.move_wall("lid", load=weight - part * force)
@@ -141,14 +130,9 @@ def _press(sim, spec, force):
 def _slide(sim, path, speed):
     """Friction and normal force [N] on the plate, means over STRETCHES of its path [m]."""
     sim.move_wall("plate", velocity=(speed, 0.0, 0.0))
-    friction, normal = [], []
-    for _ in range(STRETCHES):
-        start, before = sim.time, sim.wall_impulse("plate")
-        bed.advance_for(sim, path / speed / STRETCHES)
-        force = (sim.wall_impulse("plate") - before) / (sim.time - start)
-        friction.append(-force[0])
-        normal.append(-force[2])
-    return np.array(friction), np.array(normal)
+    duration = path / speed / STRETCHES
+    forces = np.array([bed.force_on(sim, "plate", duration) for _ in range(STRETCHES)])
+    return -forces[:, 0], -forces[:, 2]
 
 
 EXPERIMENT = Experiment(
@@ -171,13 +155,7 @@ EXPERIMENT = Experiment(
     prepare=_plate,  # an unusable mesh is refused here
     poured=True,
     quantity=Quantity(
-        "wall_shear_stress",
-        "kPa",
-        1e-4,
-        1e4,
-        "wall shear stress",
-        relative=True,
-        scale=Share("normal_stress_kPa"),
+        "wall_shear_stress", "kPa", 1e-4, 1e4, "wall shear stress", relative=True, scale=WITH_LOAD
     ),
     levers=lever("normal_stress_kPa", 1e-3, 1e4, "normal stress", needed=True),
     mechanisms=("wall_adhesion", "stress_dependent_friction"),

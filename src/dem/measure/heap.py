@@ -7,14 +7,20 @@ and one line along its flank. Both lines are least-squares fits over the part of
 left out.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from dem.errors import MeasureError
 from dem.linear import length, slope
+
+if TYPE_CHECKING:
+    from dem.run import RunContext
+    from dem.simulation import Simulation
 
 VIEWS = 36
 AZIMUTHS = 120
@@ -26,6 +32,7 @@ APART_DEG = 3.0
 """Between the two readings of one heap, beyond which it has no one angle: a cone of grains gives
 both alike to half a degree (docs/verification.md), a ridge or a heap off the axis does not."""
 MIN_HEIGHT = 1.5  # mean diameters of the spheres: less is a layer, not a heap
+LOST_BELOW = 0.2  # radii of the plate; grains this far below it have run off
 
 
 def measure_heap(
@@ -42,10 +49,7 @@ def measure_heap(
     Raises MeasureError when no heap stands on the plate.
     """
     position, radius, velocity = (np.asarray(a, float) for a in (position, radius, velocity))
-    slow = length(velocity) < FLYING
-    on_plate = slow & (np.hypot(position[:, 0], position[:, 1]) < plate_radius + radius)
-    on_plate &= position[:, 2] > 0.0
-    on_plate &= _supported(position, radius, on_plate)
+    on_plate = heap_grains(position, radius, velocity, plate_radius)
     p, r = position[on_plate], radius[on_plate]
     count = len(p) if grain is None else len(np.unique(grain[on_plate]))
     if count < 20:
@@ -66,10 +70,50 @@ def measure_heap(
     }
 
 
+def heap_grains(
+    position: np.ndarray, radius: np.ndarray, velocity: np.ndarray, plate_radius: float
+) -> np.ndarray:
+    """Which grains (n,) belong to the heap. position (n, 3), radius (n,), plate_radius [m],
+    velocity (n, 3) [m/s]."""
+    slow = length(velocity) < FLYING
+    on_plate = slow & (np.hypot(position[:, 0], position[:, 1]) < plate_radius + radius)
+    on_plate &= position[:, 2] > 0.0
+    return on_plate & _supported(position, radius, on_plate)
+
+
+def standing(sim: Simulation, plate_radius: float, rim: float = 0.0) -> dict[str, Any]:
+    """`measure_heap` of the grains of a simulation above a plate whose rim is as high, both [m]."""
+    where = sim.position - [0.0, 0.0, rim]
+    return measure_heap(where, sim.radius, sim.velocity, plate_radius, sim.grain)
+
+
+def read_at_rest(
+    sim: Simulation, context: RunContext, plate_radius: float, rim: float = 0.0
+) -> tuple[dict[str, Any], float]:
+    """Metrics as `standing` gives them, and `coverage`; the context notes where the heap has no one
+    angle."""
+    found = standing(sim, plate_radius, rim)
+    apart = readings_apart(found)
+    if apart:
+        context.note(apart)
+    return found, coverage(sim.position - [0.0, 0.0, rim], sim.radius, plate_radius)
+
+
+def slopes_of(heap: Mapping[str, float]) -> tuple[float, float]:
+    """Both angles [deg] of a heap whose metrics are given."""
+    return heap["angle_of_repose_deg"], heap["radial_angle_deg"]
+
+
+def take_lost(sim: Simulation, plate_radius: float) -> int:
+    """Take out grains that have fallen past a plate [m]; returns their number."""
+    height = sim.particles.position[: sim.n, 2]
+    return sim.remove(sim.particles.tag[: sim.n][height < -LOST_BELOW * plate_radius])
+
+
 def readings_apart(metrics: Mapping[str, float]) -> str | None:
     """A sentence where the two readings of a heap, keys of `measure_heap`, differ by more than
     APART_DEG; None where they agree."""
-    flanks, radial = metrics["angle_of_repose_deg"], metrics["radial_angle_deg"]
+    flanks, radial = slopes_of(metrics)
     if abs(flanks - radial) <= APART_DEG:
         return None
     return (
