@@ -31,9 +31,8 @@ def limits_of(spec: RunSpec) -> list[str]:
         return []
     return [
         f"laws.{law.slot} {law.name} {law.holds_at_rest}: the result holds for heaps and beds at "
-        f"rest or sheared "
-        "slowly, not for grains in a drum or mixer; there calibrate with a law on the relative "
-        "spin and torsion"
+        "rest or sheared slowly, not for grains in a drum or mixer; there calibrate with a law on "
+        "the relative spin and torsion"
         for law in laws_of(spec).chosen()
         if law.holds_at_rest
     ]
@@ -43,9 +42,8 @@ def warnings_of(spec: RunSpec) -> list[str]:
     """Sentences, each with the setting to change, about a valid `RunSpec`; an empty list when all
     is well."""
     experiment = experiment_of(spec)
-    doubtful = _doubtful(spec.model_dump(mode="json"))
     return [
-        *doubtful,
+        *_doubtful(spec.model_dump(mode="json")),
         *experiment.advice(spec),
         *_short_contacts(experiment, spec),
         *_trembling(experiment, spec),
@@ -67,27 +65,20 @@ def _doubtful(data, prefix=""):
 
 
 def _short_contacts(experiment, spec):
-    """A time step that resolves the shortest contact too coarsely: its restitution comes out
-    low."""
+    """A time step that resolves the shortest contact too coarsely: its restitution comes out low.
+    That is the smallest grain's on the wall: grains on grains are softer and lighter."""
     if experiment.impact_speed is None:
         return []
     speed = experiment.impact_speed(spec)
-    steps = _steps_per_contact(spec, speed)
+    grain, wall = (material_of(m) for m in (spec.materials.particle, spec.materials.wall))
+    steps = hertz_contact_time(smallest_radius(spec), speed, grain, wall) / time_step_of(spec)
     if steps >= experiment.least_steps:
         return []
     return [
         f"an impact at {speed:.2g} m/s lasts {steps:.1f} time steps; below "
-        f"{experiment.least_steps} the "
-        "restitution is not the one asked for: lower numerics.rayleigh_fraction"
+        f"{experiment.least_steps} the restitution is not the one asked for: lower "
+        "numerics.rayleigh_fraction"
     ]
-
-
-def _steps_per_contact(spec, speed):
-    """Of the smallest grain on the wall, which is the shortest contact: grains on grains are softer
-    and lighter."""
-    grain = material_of(spec.materials.particle)
-    wall = material_of(spec.materials.wall)
-    return hertz_contact_time(smallest_radius(spec), speed, grain, wall) / time_step_of(spec)
 
 
 def _trembling(experiment, spec):

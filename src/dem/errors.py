@@ -37,15 +37,11 @@ class InputError(DemError):
     ) -> None:
         self.path, self.line, self.column, self.key = path, line, column, key
         self.reason, self.value, self.allowed = reason, value, allowed
-        where = [str(path)] if path else []
-        where += [f"line {line}"] if line else []
-        where += [f"column {column}"] if column else []
-        text = f"{', '.join(where)}: " if where else ""
-        text += f"{key}: " if key else ""
-        text += reason
-        text += f" (got {value!r:.200})" if value is not None else ""
-        text += f"; allowed: {allowed}" if allowed else ""
-        super().__init__(text)
+        parts = str(path or ""), line and f"line {line}", column and f"column {column}"
+        where = ", ".join(part for part in parts if part)
+        said = reason if value is None else f"{reason} (got {value!r:.200})"
+        text = ": ".join(part for part in (where, key, said) if part)
+        super().__init__(f"{text}; allowed: {allowed}" if allowed else text)
 
 
 class MeshError(InputError):

@@ -17,7 +17,6 @@ import re
 import stat
 import sys
 import tempfile
-from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -98,26 +97,18 @@ def forget_cut_off(folder: Path) -> None:
     last look. Raises OSError."""
     mark = folder / LOOKED
     since = mark.stat().st_mtime - SLACK_S if mark.exists() else 0.0
-    for file in _files(folder):
+    for file in folder.rglob("*.nb[ic]"):
         if file.stat().st_mtime >= since and not whole(file):
-            os.unlink(file)
+            file.unlink()
     mark.touch()
 
 
-def _files(folder: Path) -> Iterator[os.DirEntry[str]]:
-    for entry in os.scandir(folder):
-        if entry.is_dir(follow_symlinks=False):
-            yield from _files(Path(entry.path))
-        elif entry.name[-4:] in PARTS:
-            yield entry
-
-
-def whole(file: str | os.PathLike[str]) -> bool:
+def whole(file: Path) -> bool:
     """Return whether one of numba's files (.nbi, .nbc) holds its pickles to their ends, and nothing
     more. Nothing in it is run. Raises OSError."""
-    stream = io.BytesIO(Path(file).read_bytes())
+    stream = io.BytesIO(file.read_bytes())
     try:
-        for _ in range(PARTS[Path(file).suffix]):
+        for _ in range(PARTS[file.suffix]):
             for _ in pickletools.genops(stream):
                 pass
     except ValueError:  # an opcode that is none, or an argument that ends early

@@ -26,20 +26,13 @@ if TYPE_CHECKING:
 RESULT, FAILED, STATE = "result.json", "failed.json", "final.npz"
 RUN_NAME = re.compile(r"[a-z_]+-[0-9a-f]{16}")
 
-
 OTHER = "other: "
+CHANGED = "has changed since it was written: its checksum does not fit"
 
 MANIFEST = {"run": str, "inputs": dict, "software": dict, "files": dict}
 SHAPES = {
-    RESULT: {
-        "experiment": str,
-        "seed": int,
-        "spec": dict,
-        "engine": str,
-        "metrics": dict,
-        "numerics": dict,
-        "manifest": dict,
-    },
+    RESULT: {"experiment": str, "seed": int, "spec": dict, "engine": str}
+    | {"metrics": dict, "numerics": dict, "manifest": dict},
     FAILED: {"engine": str, "error": str, "kind": str, "manifest": dict},
 }
 """File -> kind of value of each key that it must hold, at least."""
@@ -120,17 +113,13 @@ def read_failure(folder: str | Path) -> dict[str, Any]:
 def _read(folder, name, files):
     path = folder / name
     try:
-        result = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise ResultError(path, "is missing", missing=True) from None
-    except OSError as error:
-        raise ResultError(path, f"cannot be read ({error.strerror})") from None
+        result = json.loads(_or_refused(path, Path.read_bytes, missing=True).decode())
     except (ValueError, RecursionError):
         raise ResultError(path, "is damaged: it cannot be read as JSON") from None
     if not isinstance(result, dict) or "manifest" not in result:
         raise ResultError(path, "has no manifest: it was written by an old version or by hand")
     if not is_sealed(result):
-        raise ResultError(path, "has changed since it was written: its checksum does not fit")
+        raise ResultError(path, CHANGED)
     _check_shape(path, result, SHAPES[name])
     _check_shape(path, result["manifest"], MANIFEST, "manifest.")
     _check_values(path, result)
@@ -138,7 +127,8 @@ def _read(folder, name, files):
     if RUN_NAME.fullmatch(folder.name) and folder.name != run:
         raise ResultError(path, f"is the result of another run, {run}")
     for file, digest in result["manifest"]["files"].items() if files else ():
-        _check_file(folder / file, digest)
+        if _or_refused(folder / file, digest_of) != digest:
+            raise ResultError(folder / file, CHANGED)
     return result
 
 
@@ -161,12 +151,12 @@ def _check_values(path, result):
             raise ResultError(path, f"is not as a run is written: {said}")
 
 
-def _check_file(path, digest):
+def _or_refused(path, read, missing=False):
+    """What read(path) gives. Raises ResultError where the file cannot be read; `missing`: whether
+    there is no result then."""
     try:
-        found = digest_of(path)
+        return read(path)
     except FileNotFoundError:
-        raise ResultError(path, "is missing") from None
+        raise ResultError(path, "is missing", missing) from None
     except OSError as error:
         raise ResultError(path, f"cannot be read ({error.strerror})") from None
-    if found != digest:
-        raise ResultError(path, "has changed since it was written: its checksum does not fit")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
@@ -11,8 +11,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from dem.errors import DemError
 from dem.experiments import experiment_of
-from dem.measure.heap import VIEWS
-from dem.render.flanks import fitted_flanks, heap_grains
+from dem.measure.heap import LOWER, UPPER, VIEWS, fit_flank, heap_grains, outline
 from dem.render.raster import View, shade
 
 if TYPE_CHECKING:
@@ -37,6 +36,16 @@ FORMATS = {
     ".png": {"optimize": True},
     ".jpg": {"quality": 88},
 }
+
+
+@dataclass(frozen=True)
+class Flank:
+    """A fitted flank: its angle [deg] and its ends (2,) [m], distance from the axis (signed) and
+    height."""
+
+    angle_deg: float
+    begin: tuple
+    end: tuple
 
 
 def draw_run(
@@ -217,20 +226,45 @@ def _telling_view(run, plate):
     return min(180.0 * np.arange(VIEWS) / VIEWS, key=distance)
 
 
+def fitted_flanks(
+    position: np.ndarray, radius: np.ndarray, plate_radius: float, azimuth: float
+) -> list[Flank | None]:
+    """The flanks left and right, each a `Flank` or None, of the silhouette seen at `azimuth` [deg].
+
+    Both angles are `dem.measure.heap.fit_flank`'s; the line runs through the mean of the points it
+    was fitted to. position (n, 3), radius (n,) [m].
+    """
+    turn = np.radians(azimuth)
+    across = position[:, 0] * np.cos(turn) + position[:, 1] * np.sin(turn)
+    stations = np.arange(0.0, plate_radius, 0.25 * float(np.mean(radius)))
+    limit = plate_radius - float(np.mean(radius))
+    sides = ((s, outline(s * across, position[:, 2], radius, stations)) for s in (-1.0, 1.0))
+    return [_segment(stations, profile, limit, side) for side, profile in sides]
+
+
+def _segment(distance, height, limit, side):
+    angle = fit_flank(distance, height, limit)
+    if not np.isfinite(angle):
+        return None
+    top, slope = float(height.max()), -np.tan(np.radians(angle))
+    flank = (distance <= limit) & (height <= UPPER * top) & (height >= LOWER * top)
+    flank &= distance > distance[(distance <= limit) & (height > UPPER * top)].max(initial=0.0)
+    x, y = float(distance[flank].mean()), float(height[flank].mean())
+    ends = [(side * (x + (level - y) / slope), level) for level in (1.05 * top, 0.0)]
+    return Flank(angle, *ends)
+
+
 def _draw_flanks(draw, view, run, plate):
     flanks = fitted_flanks(run.position, run.radius, plate, view.azimuth)
     font, thick = font_of(view.width), max(view.width // 250, 2)
-    for flank in flanks:
-        if flank:
-            ends = pixel(view, *flank.begin), pixel(view, *flank.end)
-            draw.line(ends, fill=LINE, width=thick)
-            side = 1 if flank.end[0] > 0 else -1
-            middle = pixel(
-                view, *(0.5 * (a + b) for a, b in zip(flank.begin, flank.end, strict=True))
-            )
-            at = middle[0] + side * font.size, middle[1] - font.size
-            anchor = "lm" if side > 0 else "rm"
-            draw.text(at, f"{flank.angle_deg:.1f}°", font=font, fill=LINE, anchor=anchor)
+    for flank in filter(None, flanks):
+        ends = pixel(view, *flank.begin), pixel(view, *flank.end)
+        draw.line(ends, fill=LINE, width=thick)
+        side, anchor = (1, "lm") if flank.end[0] > 0 else (-1, "rm")
+        middle = [0.5 * (a + b) for a, b in zip(flank.begin, flank.end, strict=True)]
+        x, y = pixel(view, *middle)
+        at = x + side * font.size, y - font.size
+        draw.text(at, f"{flank.angle_deg:.1f}°", font=font, fill=LINE, anchor=anchor)
     m = run.metrics
     text = f"angle of repose {m['angle_of_repose_deg']:.1f}°, mean of {2 * VIEWS} flanks"
     if m.get("in_funnel"):

@@ -96,16 +96,15 @@ def shade(
         points[plate] = flat[plate]
         normal[plate], albedo[plate] = (0.0, 0.0, 1.0), 0.80
         hit = hit | plate
-    lamp = _lamp(view)
+    # the lamp looks at the scene from over the viewer's shoulder
+    side = int(1.5 * max(view.width, view.height))
+    azimuth, elevation = view.azimuth + LAMP[0], LAMP[1]
+    lamp = replace(view, azimuth=azimuth, elevation=elevation, width=side, height=side)
     direct = np.clip(normal @ lamp.axes[2], 0.0, None)
+    ambient = AMBIENT
     if len(position):
         direct *= np.where(_shadowed(lamp, points, position, radius), SHADOW, 1.0)
-        direct, ambient = (
-            direct,
-            AMBIENT * _openness(depth, hit, view.scale * float(np.mean(radius))),
-        )
-    else:
-        ambient = AMBIENT
+        ambient = AMBIENT * _openness(depth, hit, view.scale * float(np.mean(radius)))
     half = lamp.axes[2] + view.axes[2]
     gloss = GLOSS * np.clip(normal @ (half / np.linalg.norm(half)), 0.0, None) ** 30
     light = np.asarray(ambient + DIFFUSE * direct)[..., None]
@@ -121,12 +120,6 @@ def _plate(view, depth, plate_radius):
     plate = np.hypot(flat[..., 0], flat[..., 1]) < plate_radius
     plate &= view.scale * there > depth
     return plate, np.where(plate, view.scale * there, depth), flat
-
-
-def _lamp(view):
-    """The lamp's own view of the scene; it looks from over the viewer's shoulder."""
-    side = int(1.5 * max(view.width, view.height))
-    return replace(view, azimuth=view.azimuth + LAMP[0], elevation=LAMP[1], width=side, height=side)
 
 
 def _shadowed(lamp, points, position, radius):
