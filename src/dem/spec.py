@@ -441,11 +441,8 @@ def _check_time_step(spec):
     """The Rayleigh time limits a step that is given. A law that is stiffer than the elastic contact
     behind it says which step [s] it bears."""
     given, fraction = spec.numerics.time_step_s, spec.numerics.rayleigh_fraction
-    rayleigh, mass, contacts = (
-        rayleigh_of(spec),
-        _least_mass(spec),
-        contact_parameters(spec).values(),
-    )
+    rayleigh, mass = rayleigh_of(spec), _least_mass(spec)
+    contacts = contact_parameters(spec).values()
     dt = fraction * rayleigh if given is None else given
     limit, limits = MAX_RAYLEIGH_FRACTION * rayleigh, []
     for law in laws_of(spec).chosen():

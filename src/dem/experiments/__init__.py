@@ -87,10 +87,7 @@ def outside_files() -> list[Path]:
 def source_outside(name: str) -> Path | None:
     """Path of the file outside the package that declares an experiment; None for one of the
     package's own."""
-    for path in outside_files():
-        if _declared_in(path).name == name:
-            return path
-    return None
+    return next((path for path in outside_files() if _declared_in(path).name == name), None)
 
 
 @cache

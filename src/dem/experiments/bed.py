@@ -67,9 +67,8 @@ def fill(
     """
     layer, place = np.divmod(np.arange(len(radii)), len(sites))
     height = bottom + (1.1 + PITCH * layer) * reach
-    along = np.column_stack([sites[place], height])
-    position = np.empty_like(along)
-    position[:, list(order)] = along
+    position = np.empty((len(radii), 3))
+    position[:, list(order)] = np.column_stack([sites[place], height])
     speed = shake(reach)
     velocity = rng.uniform(-speed, speed, position.shape)
     add_grains(sim, spec, position, radii, velocity, rng)
@@ -97,8 +96,7 @@ def poured(
     """
     reach, radii = largest_reach(spec), draw_radii(spec, spec.particles.count, rng)
     if isinstance(inside, tuple):
-        wide, deep = inside
-        sites = sites_in_rectangle((-wide, -deep), inside, reach, rng)
+        sites = sites_in_rectangle([-half for half in inside], inside, reach, rng)
     else:
         sites = sites_in_circle(inside, reach, rng)
     sim = build_simulation(spec, walls(highest_site(len(radii), sites, floor, reach)))

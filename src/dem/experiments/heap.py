@@ -6,7 +6,7 @@ passes the rim of the plate falls away. The run ends when the heap is at rest or
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -251,38 +251,32 @@ def grains_above(sim: "Simulation", height: float) -> int:
     return int((cluster < 0).sum()) + len(np.unique(cluster[cluster >= 0]))
 
 
-class Flow:
-    """How many grains stand in the funnel over time, and what that says of the discharge."""
+def flow_of(record: Sequence[Sequence[float]]) -> dict[str, Any]:
+    """Most grains in the funnel at once, time of the last that left it [s], and the mean rate [1/s]
+    at which the middle four fifths of those that left did so.
 
-    def __init__(self, record: Iterable[Sequence[float]] = ()) -> None:
-        self.record = [list(row) for row in record]
-
-    def note(self, sim: "Simulation", rig: "Rig", made: int) -> None:
-        """Keep time [s], grains made so far and grains above the orifice."""
-        self.record.append([sim.time, made, grains_above(sim, rig.orifice_height)])
-
-    def metrics(self) -> dict[str, Any]:
-        """Most grains in the funnel at once, time of the last that left it [s], and the mean rate
-        [1/s] at which the middle four fifths of those that left did so."""
-        time, made, held = np.array(self.record, float).T
-        out = made - held
-        total, found = out[-1], {"hold_up": int(held.max())}
-        if total <= 0:
-            return found | {"emptying_time_s": 0.0, "discharge_rate_per_s": 0.0}
-        last, begin, end = (int(np.argmax(out >= share * total)) for share in (1.0, 0.1, 0.9))
-        span = time[end] - time[begin]
-        rate = (out[end] - out[begin]) / span if span > 0.0 else total / time[last]
-        return found | {"emptying_time_s": float(time[last]), "discharge_rate_per_s": float(rate)}
+    record: rows of time [s], grains made so far and grains above the orifice.
+    """
+    time, made, held = np.array(record, float).T
+    out = made - held
+    total, found = out[-1], {"hold_up": int(held.max())}
+    if total <= 0:
+        return found | {"emptying_time_s": 0.0, "discharge_rate_per_s": 0.0}
+    last, begin, end = (int(np.argmax(out >= share * total)) for share in (1.0, 0.1, 0.9))
+    span = time[end] - time[begin]
+    rate = (out[end] - out[begin]) / span if span > 0.0 else total / time[last]
+    return found | {"emptying_time_s": float(time[last]), "discharge_rate_per_s": float(rate)}
 
 
-def pour(spec: "RunSpec", context: "RunContext") -> "tuple[Simulation, Rig, int, Flow, str]":
+def pour(spec: "RunSpec", context: "RunContext") -> "tuple[Simulation, Rig, int, list, str]":
     """Build the heap described by `spec` and wait until its slopes stand. Returns the simulation,
-    the rig, the grains spilled, the `Flow`, and why it ended. Raises RefusedStateError where the
-    funnel is clogged or never opened, or the grains still move at max_time_s."""
+    the rig, the grains spilled, the record for `flow_of`, and why it ended. Raises
+    RefusedStateError where the funnel is clogged or never opened, or the grains still move at
+    max_time_s."""
     rig = Rig(spec.geometry)
     rng = np.random.default_rng(spec.seed)
     sim = setup.build_simulation(spec, rig.walls())
-    source, flow = Source(spec, rig, rng), Flow()
+    source, flow = Source(spec, rig, rng), []  # type: Any, list[list[float]]
     spilled, closed, ended = 0, rig.opened, ""
     slopes, calm = phases.Slopes(spec), spec.numerics.rest_energy_ratio
     resumed = context.resume()
@@ -291,7 +285,7 @@ def pour(spec: "RunSpec", context: "RunContext") -> "tuple[Simulation, Rig, int,
         sim.restore(arrays)
         rng.bit_generator.state = meta["rng"]
         source.made, spilled, closed = meta["made"], meta["spilled"], meta["closed"]
-        flow, slopes = Flow(meta["flow"]), phases.Slopes(spec, meta["slopes"])
+        flow, slopes = meta["flow"], phases.Slopes(spec, meta["slopes"])
     chunk = max(round(source.interval / sim.time_step), 1)
     expected = spec.particles.count / spec.geometry.generation_rate_per_s + 0.7
 
@@ -305,7 +299,7 @@ def pour(spec: "RunSpec", context: "RunContext") -> "tuple[Simulation, Rig, int,
             source.make_layer(sim)
         sim.advance(chunk)
         spilled += take_lost(sim, rig.plate_radius)
-        flow.note(sim, rig, source.made)
+        flow.append([sim.time, source.made, grains_above(sim, rig.orifice_height)])
         if source.exhausted and closed and phases.motion(sim) < calm:
             setup.take_away(sim, "gate")
             closed = False
@@ -320,13 +314,12 @@ def pour(spec: "RunSpec", context: "RunContext") -> "tuple[Simulation, Rig, int,
             lambda lost=spilled, shut=closed, seen=slopes.seen: (  # type: ignore[misc]
                 sim.state_dict(),
                 {"rng": rng.bit_generator.state, "made": source.made, "spilled": lost}
-                | {"closed": shut, "flow": flow.record, "slopes": seen},
+                | {"closed": shut, "flow": flow, "slopes": seen},
             )
         )
-    if not source.exhausted:
-        _refuse_clogged(spec, sim, rig, len(source.radii) - source.made)
-    if not closed and _holds_back(spec, sim, rig):
-        _refuse_clogged(spec, sim, rig)
+    unmade = len(source.radii) - source.made
+    if unmade or (not closed and _holds_back(spec, sim, rig)):
+        _refuse_clogged(spec, sim, rig, unmade)
     if not ended:
         phase = "filling the closed funnel" if closed else "pouring"
         phases.refuse(phase, sim.time, phases.motion(sim), math.nan, calm)
@@ -374,7 +367,7 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
         "share_in_funnel": left / spec.particles.count,
         "plate_coverage": covered,
     }
-    return metrics | flow.metrics()
+    return metrics | flow_of(flow)
 
 
 EXPERIMENT = Experiment(

@@ -46,18 +46,15 @@ def read_mesh(
     path = getattr(spec.geometry, key)
     if path is None:
         return None
-    vertices, triangles = read_stl(path, 1e-3)
-    edges = free_edges(triangles)
+    mesh = Mesh(spec, path, *read_stl(path, 1e-3))
+    edges = free_edges(mesh.triangles)
     if may_end is not None:
-        edges = edges[~may_end(vertices[edges], vertices)]
+        edges = edges[~may_end(mesh.vertices[edges], mesh.vertices)]
     if len(edges):
-        x, y, z = 1e3 * vertices[edges[0]].mean(axis=0)
-        raise MeshError(
-            path,
-            f"leaks: edges without two triangles: {len(edges)}, the first of them at "
-            f"({x:.4g}, {y:.4g}, {z:.4g}) mm; close the mesh there",
-        )
-    return Mesh(spec, path, vertices, triangles)
+        x, y, z = 1e3 * mesh.vertices[edges[0]].mean(axis=0)
+        first = f"{len(edges)}, the first of them at ({x:.4g}, {y:.4g}, {z:.4g}) mm"
+        mesh.refuse(f"leaks: edges without two triangles: {first}; close the mesh there")
+    return mesh
 
 
 def check_meshes_of(spec: RunSpec) -> None:
@@ -72,29 +69,16 @@ def check_meshes_of(spec: RunSpec) -> None:
 
 
 class Mesh:
-    """A mesh with its measures; vertices (v, 3) [m], triangles (t, 3) vertex numbers."""
+    """A mesh with its measures; vertices (v, 3) [m], triangles (t, 3) vertex numbers, `low` and
+    `high`: its least and greatest height [m]."""
 
     def __init__(
         self, spec: RunSpec, path: str | Path, vertices: np.ndarray, triangles: np.ndarray
     ) -> None:
         self.spec, self.path = spec, path
-        self.vertices, self.triangles = vertices, triangles
+        self.vertices, self.triangles = self.body = vertices, triangles
+        self.low, self.high = float(vertices[:, 2].min()), float(vertices[:, 2].max())
         self.slack = SLACK * smallest_radius(spec)
-
-    @property
-    def body(self) -> tuple[np.ndarray, np.ndarray]:
-        """Vertices and triangles, as a `WallSet` takes them."""
-        return self.vertices, self.triangles
-
-    @property
-    def low(self) -> float:
-        """Lowest height [m]."""
-        return float(self.vertices[:, 2].min())
-
-    @property
-    def high(self) -> float:
-        """Greatest height [m]."""
-        return float(self.vertices[:, 2].max())
 
     def heights(self, points: np.ndarray) -> np.ndarray:
         """Heights (n, t) [m] at which the vertical through each of points (n, 2) meets each
@@ -145,14 +129,11 @@ class Mesh:
         closest = a + np.nan_to_num(near)[:, None] * e
         return found, float(np.hypot(*closest.T).min())
 
-    def area(self, height: float) -> float:
-        """Area [m2] around the z axis that the mesh encloses at a height."""
-        return float((self.around(height)[0] ** 2).mean()) * math.pi
-
     def volume(self, level: float) -> float:
-        """Volume [m3] that it encloses from z = 0 to a level."""
+        """Volume [m3] around the z axis that it encloses from z = 0 to a level."""
         middle = level * (np.arange(LEVELS) + 0.5) / LEVELS
-        return level * float(np.mean([self.area(z) for z in middle]))
+        areas = [float((self.around(z)[0] ** 2).mean()) * math.pi for z in middle]
+        return level * float(np.mean(areas))
 
     def narrowest(self, low: float, high: float) -> float:
         """Least distance [m] of the mesh from the z axis between two heights, read at LEVELS."""
@@ -169,7 +150,7 @@ class Mesh:
     def extended(self, walls: WallSet, top: float) -> WallSet:
         """Add the mesh to the last body of a `WallSet`, with a cylinder from its rim up to `top`
         [m], within which grains are made. Returns the set."""
-        walls.mesh(self.vertices, self.triangles)
+        walls.mesh(*self.body)
         if top > self.high:
             walls.cylinder(self.around((1.0 - 1e-6) * self.high)[1], self.high, top)
         return walls
@@ -182,30 +163,24 @@ class Mesh:
         x, y = np.abs(out * np.cos(turn)), np.abs(out * np.sin(turn))
         wrong = np.argmax(np.abs(np.maximum(x - half_x, y - half_y)))
         if abs(max(x[wrong] - half_x, y[wrong] - half_y)) > self.slack:
-            self.refuse(
-                f"{what} reaches to x = {1e3 * x[wrong]:.4g}, y = {1e3 * y[wrong]:.4g} mm at z = "
-                f"{1e3 * height:.4g} mm; allowed: sides at {1e3 * half_x:.4g} and "
-                f"{1e3 * half_y:.4g} mm"
-            )
+            found = f"{what} reaches to x = {1e3 * x[wrong]:.4g}, y = {1e3 * y[wrong]:.4g} mm"
+            allowed = f"sides at {1e3 * half_x:.4g} and {1e3 * half_y:.4g} mm"
+            self.refuse(f"{found} at z = {1e3 * height:.4g} mm; allowed: {allowed}")
 
     def agree(self, what: str, found: float, key: str) -> None:
         """Refuse a length `found` [m] that is not what geometry.`key` says [mm]."""
         given = getattr(self.spec.geometry, key)
         if abs(1e3 * found - given) > AGREES * given:
-            self.refuse(
-                f"{what} is {1e3 * found:.4g} mm; allowed: geometry.{key}, {given:g} mm, within "
-                f"{AGREES:.0%}"
-            )
+            allowed = f"geometry.{key}, {given:g} mm, within {AGREES:.0%}"
+            self.refuse(f"{what} is {1e3 * found:.4g} mm; allowed: {allowed}")
 
     def in_place(self, what: str, heights: ArrayLike, wanted: float) -> None:
         """Refuse a surface of which not all heights, (n,) or one [m], are `wanted`."""
         heights = np.atleast_1d(heights)
         wrong = heights[np.argmax(np.abs(heights - wanted))]
         if abs(wrong - wanted) > self.slack:
-            self.refuse(
-                f"{what} lies at z = {1e3 * wrong:.4g} mm; allowed: {1e3 * wanted:.4g} mm, within "
-                f"{1e3 * self.slack:.2g} mm"
-            )
+            allowed = f"{1e3 * wanted:.4g} mm, within {1e3 * self.slack:.2g} mm"
+            self.refuse(f"{what} lies at z = {1e3 * wrong:.4g} mm; allowed: {allowed}")
 
     def covering(
         self, points: np.ndarray, what: str, side: float = 1.0, below: float = np.inf

@@ -71,14 +71,6 @@ def pressing(sim: Simulation) -> float:
     return max(float((down * down * walls.mass + down * walls.load / GRAVITY)[free].sum()), 0.0)
 
 
-def carried(sim: Simulation, impulse: np.ndarray, duration: float) -> float:
-    """Mean force of the grains on all walls along gravity, over their weight [-]: 1 at rest.
-
-    impulse: `pressed` a `duration` [s] ago [N s].
-    """
-    return over_weight(sim, (pressed(sim) - impulse) / duration)  # type: ignore[return-value]
-
-
 def over_weight(sim: Simulation, force: np.ndarray) -> float | None:
     """Part of a force (3,) [N] along gravity over the weight of all grains [-]; None without grains
     or gravity."""
@@ -87,28 +79,23 @@ def over_weight(sim: Simulation, force: np.ndarray) -> float | None:
     return float((force * sim.gravity).sum()) / (weight * strength) if weight else None
 
 
-def pressed(sim: Simulation) -> np.ndarray:
-    """Time integral of the force of the grains on all walls together since the start (3,) [N s]."""
-    return sim.wall_state.impulse.sum(0)
-
-
 def rest(sim: Simulation, spec: RunSpec, limit: float, phase: str) -> None:
     """Wait until the grains rest. Raises RefusedStateError where they do not within `limit` [s].
 
     phase: what ends, for the sentence. They rest below a `motion` of CALM; a state that moves no
     more but is not carried yet is waited for.
     """
-    start, pause = sim.time, look(spec)
-    moved = load = np.nan
+    start, pause, moved, load = sim.time, look(spec), np.nan, np.nan
     while sim.time - start < limit:
-        before, begin = pressed(sim), sim.time
+        before, begin = sim.wall_state.impulse.sum(0), sim.time
         sim.advance(max(round(pause / sim.time_step), 1))
         if sim.time - start <= SOONEST * pause:
             continue
         moved = motion(sim)
         if moved >= CALM:
             continue
-        load = carried(sim, before, sim.time - begin)
+        force = (sim.wall_state.impulse.sum(0) - before) / (sim.time - begin)
+        load = over_weight(sim, force)  # 1 at rest
         if abs(load - 1.0) < CARRIED:
             return
     refuse(phase, sim.time - start, moved, load)
@@ -150,15 +137,12 @@ def refuse(phase: str, waited: float, moved: float, load: float, calm: float = C
     if np.isnan(moved):
         found = f"{waited:.3g} s are too short to tell"
     elif moved >= calm:
-        found = (
-            f"after {waited:.3g} s they move with {moved:.1e} of the energy that lifts them by a "
-            f"radius; at rest they have less than {calm:.0e}"
-        )
+        energy = f"{moved:.1e} of the energy that lifts them by a radius"
+        found = f"they move with {energy}; at rest they have less than {calm:.0e}"
     else:
-        found = (
-            f"after {waited:.3g} s the walls carry {load:.3g} of their weight; at rest 1 to within "
-            f"{CARRIED:g}"
-        )
+        found = f"the walls carry {load:.3g} of their weight; at rest 1 to within {CARRIED:g}"
+    if not np.isnan(moved):
+        found = f"after {waited:.3g} s {found}"
     raise RefusedStateError(
         "restless",
         f"{phase}: the grains are not at rest: {found}; give numerics.max_time_s more, or lower "

@@ -61,21 +61,18 @@ def _add_clumps(sim, spec, shape, position, radius, velocity, rng):
 
 
 def _add_pairs(sim, spec, elongation, position, radius, velocity, rng):
-    density = spec.materials.particle.density_kg_m3
-    mass = sphere.mass(radius, density)
-    a = sphere_radius(radius, elongation)
+    density, a = spec.materials.particle.density_kg_m3, sphere_radius(radius, elongation)
     axis = rng.normal(size=(len(a), 3))
     axis /= length(axis)[:, None]
     about, across = moments(a, elongation, density)
     along = axis[:, :, None] * axis[:, None, :]
-    inertia = about[:, None, None] * along + across[:, None, None] * (np.eye(3) - along)
     half = ((elongation - 1.0) * a)[:, None] * axis
     sim.add_clusters(
         np.stack([position - half, position + half], axis=1),
         np.stack([a, a], axis=1),
         velocity=velocity,
-        mass=mass,
-        inertia=inertia,
+        mass=sphere.mass(radius, density),
+        inertia=about[:, None, None] * along + across[:, None, None] * (np.eye(3) - along),
     )
 
 

@@ -61,15 +61,13 @@ class Table:
     def require(self, *columns: str) -> None:
         """Raise InputError for the first of the columns that is missing, with the nearest name
         that is there."""
-        for column in columns:
-            if column not in self.header:
-                raise InputError(
-                    f"is missing{_nearest(column, self.header)}",
-                    path=self.path,
-                    line=self.header_line,
-                    column=column,
-                    allowed=f"a heading of this name; there are {', '.join(self.header)}",
-                )
+        missing = next((column for column in columns if column not in self.header), None)
+        if missing is not None:
+            near = difflib.get_close_matches(missing, self.header, n=1, cutoff=0.6)
+            reason = f"is missing; did you mean {near[0]}?" if near else "is missing"
+            allowed = f"a heading of this name; there are {', '.join(self.header)}"
+            raise InputError(reason, path=self.path, line=self.header_line, column=missing,
+                             allowed=allowed)  # fmt: skip
 
     def number(
         self,
@@ -85,21 +83,18 @@ class Table:
 
         Raises InputError naming line, column and value.
         """
-        where = {"path": self.path, "line": line, "column": column}  # type: dict
+        where = {"path": self.path, "line": line, "column": column, "value": text or None}  # type: dict
         if not text:
             raise InputError("is empty", **where, allowed="a number")
         if _DATE.fullmatch(text):
-            raise InputError(
-                DATE, **where, value=text, allowed="a number in a cell of the kind text"
-            )
+            raise InputError(DATE, **where, allowed="a number in a cell of the kind text")
         point = dialects.plain(text, self.decimal)
         try:
             value = convert(point) if convert else float(point)
         except ValueError as error:
-            reason = str(error) if convert else "is not a number"
-            raise InputError(reason, **where, value=text) from None
+            raise InputError(str(error) if convert else "is not a number", **where) from None
         if finite and not math.isfinite(value):
-            raise InputError("is not finite", **where, value=text, allowed="a number")
+            raise InputError("is not finite", **where, allowed="a number")
         return value
 
     def numbers(self, column: str, convert: Callable[[str], float] | None = None) -> list[float]:
@@ -123,11 +118,6 @@ def parted(cell: str) -> tuple[str, str]:
 def words_alone(cells: Iterable[str]) -> bool:
     """Return whether no cell is a number or begins as one does."""
     return not any(_BEGINS_AS_NUMBER.match(c) for c in cells)
-
-
-def _nearest(name, names):
-    near = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
-    return f"; did you mean {near[0]}?" if near else ""
 
 
 def read_table(
