@@ -73,13 +73,11 @@ class _Boxes:
         self.upper, self.lower = 0.5e-3 * g.upper_width_mm, 0.5e-3 * g.lower_width_mm
         self.deep, self.slot = 0.5e-3 * g.depth_mm, 0.5e-3 * g.slot_width_mm
         self.floor = 1e-3 * g.fall_height_mm
-        self.mesh = read_mesh(spec, "boxes_stl", at_rims())
-        if self.mesh:
-            self._check(spec)
-
-    def _check(self, spec):
-        """Floors, slot and sides of a mesh must be where the keys have them."""
-        mesh, gap = self.mesh, smallest_radius(spec)
+        mesh = self.mesh = read_mesh(spec, "boxes_stl", at_rims())
+        if mesh is None:
+            return
+        # its floors, slot and sides must be where the keys have them
+        gap = smallest_radius(spec)
         volume = 4.0 * self.upper * self.deep * (mesh.high - self.floor)
         if LOOSE * volume < spec.particles.count * grain_volume(spec):
             mesh.refuse("is too low: loosely poured, the grains reach above its rim")
@@ -115,10 +113,8 @@ class _Boxes:
     def _collar(self, walls, top):
         """Sides of the upper box above a mesh, within which grains are made."""
         half = 0.5 * (top - self.mesh.high)
-        if half <= 0.0:
-            return
-        for side in (-1.0, 1.0):
-            z = top - half
+        z = top - half
+        for side in (-1.0, 1.0) if half > 0.0 else ():
             walls.rectangle((side * self.upper, 0.0, z), (0.0, self.deep, 0.0), (0.0, 0.0, half))
             walls.rectangle((0.0, side * self.deep, z), (self.upper, 0.0, 0.0), (0.0, 0.0, half))
 

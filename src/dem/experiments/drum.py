@@ -96,12 +96,10 @@ class _Drum:
     def __init__(self, spec):
         g = spec.geometry
         self.radius, self.width = 0.5e-3 * g.drum_diameter_mm, 1e-3 * g.drum_width_mm
-        self.clear, self.mesh = self.radius, read_mesh(spec, "shell_stl")
-        if self.mesh:
-            self._check()
-
-    def _check(self):
-        mesh, middle = self.mesh, 0.5 * self.width
+        mesh, middle = read_mesh(spec, "shell_stl"), 0.5 * self.width
+        self.clear, self.mesh = self.radius, mesh
+        if mesh is None:
+            return
         widest = float(mesh.around(middle)[0].max())
         mesh.agree("its widest inside", 2.0 * widest, "drum_diameter_mm")
         self.clear = mesh.narrowest(0.0, self.width)

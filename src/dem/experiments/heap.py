@@ -80,25 +80,18 @@ def check(spec: "RunSpec") -> None:
     if g.plate_rim_height_mm >= g.discharge_height_mm:
         allowed = f"less than the orifice's height ({g.discharge_height_mm:g} mm)"
         refuse("plate_rim_height_mm", spec, allowed)
-    if g.feed == "opened":
-        _check_fill(spec)
+    low, high = 0.5 * g.orifice_diameter_mm, 0.5 * g.funnel_top_diameter_mm
+    slope = math.tan(math.radians(g.funnel_half_angle_deg))
+    room = math.pi / 3.0 * (high**3 - low**3) / slope  # [mm3] below the rim, of a closed funnel
+    fits = int(LOOSE * 1e-9 * room / grain_volume(spec))
+    if g.feed == "opened" and spec.particles.count > fits:
+        allowed = f"at most {fits}, which the closed funnel takes"
+        wider = "or a wider geometry.funnel_top_diameter_mm"
+        raise SpecError("particles.count", spec.particles.count, f"{allowed}, {wider}")
     pouring = spec.particles.count / g.generation_rate_per_s
     if spec.numerics.max_time_s <= pouring:
         allowed = f"more than the {pouring:g} s in which particles.count grains are made"
         raise SpecError("numerics.max_time_s", spec.numerics.max_time_s, allowed)
-
-
-def _check_fill(spec):
-    """The closed funnel must take all grains, loosely packed, below its rim."""
-    g = spec.geometry
-    low, high = 0.5 * g.orifice_diameter_mm, 0.5 * g.funnel_top_diameter_mm
-    slope = math.tan(math.radians(g.funnel_half_angle_deg))
-    room = math.pi / 3.0 * (high**3 - low**3) / slope  # [mm3]
-    fits = int(LOOSE * 1e-9 * room / grain_volume(spec))
-    if spec.particles.count > fits:
-        allowed = f"at most {fits}, which the closed funnel takes"
-        wider = "or a wider geometry.funnel_top_diameter_mm"
-        raise SpecError("particles.count", spec.particles.count, f"{allowed}, {wider}")
 
 
 def impact_speed(spec: "RunSpec") -> float:

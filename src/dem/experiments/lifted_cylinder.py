@@ -54,20 +54,17 @@ class Rig:
     def __init__(self, spec: "RunSpec") -> None:
         self.radius = 0.5e-3 * spec.geometry.cylinder_diameter_mm
         self.plate = 0.5e-3 * spec.geometry.plate_diameter_mm
-        self.mesh = read_mesh(spec, "cylinder_stl", at_rims(low=True))
-        if self.mesh:
-            self._check()
-
-    def _check(self):
-        mesh = self.mesh
-        mesh.in_place("its lower rim", np.array([mesh.low]), 0.0)
+        mesh = self.mesh = read_mesh(spec, "cylinder_stl", at_rims(low=True))
+        if mesh is None:
+            return
+        mesh.in_place("its lower rim", mesh.low, 0.0)
         self.radius = mesh.narrowest(0.0, mesh.high)
         mesh.agree("its narrowest inside", 2.0 * self.radius, "cylinder_diameter_mm")
         if np.isfinite(mesh.heights(circle(0.95 * self.radius))).any():
             mesh.refuse("has a floor or a lid, with which it would lift the grains; open both ends")
         if np.hypot(*mesh.vertices[:, :2].T).max() > self.plate:
             mesh.refuse("is wider than the plate; widen geometry.plate_diameter_mm")
-        mesh.take(mesh.spec)
+        mesh.take(spec)
 
     def walls(self, top: float) -> "WallSet":
         """Plate, and cylinder up to `top` [m]."""

@@ -118,31 +118,27 @@ class Slopes:
         if moved >= STILL:
             self.seen.clear()
         elif not self.seen or sim.time - self.seen[-1][0] >= 0.25 * self.span:
-            self._note(sim.time, read)
+            try:
+                self.seen.append([sim.time, *read()])
+            except MeasureError:  # no slope yet
+                self.seen.clear()
             if self.seen and sim.time - self.seen[0][0] >= self.span:
                 if np.ptp(np.array(self.seen)[:, 1:], axis=0).max() <= WITHIN:
                     return STOOD
                 del self.seen[0]
         return ""
 
-    def _note(self, time, read):
-        try:
-            self.seen.append([time, *read()])
-        except MeasureError:  # no slope yet
-            self.seen.clear()
-
 
 def refuse(phase: str, waited: float, moved: float, load: float, calm: float = CALM) -> None:
     """Raise RefusedStateError for a phase whose grains do not rest."""
+    found = f"after {waited:.3g} s "
     if np.isnan(moved):
         found = f"{waited:.3g} s are too short to tell"
     elif moved >= calm:
-        energy = f"{moved:.1e} of the energy that lifts them by a radius"
-        found = f"they move with {energy}; at rest they have less than {calm:.0e}"
+        found += f"they move with {moved:.1e} of the energy that lifts them by a radius; at rest "
+        found += f"they have less than {calm:.0e}"
     else:
-        found = f"the walls carry {load:.3g} of their weight; at rest 1 to within {CARRIED:g}"
-    if not np.isnan(moved):
-        found = f"after {waited:.3g} s {found}"
+        found += f"the walls carry {load:.3g} of their weight; at rest 1 to within {CARRIED:g}"
     raise RefusedStateError(
         "restless",
         f"{phase}: the grains are not at rest: {found}; give numerics.max_time_s more, or lower "

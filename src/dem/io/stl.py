@@ -48,7 +48,11 @@ def read_stl(
     """
     path = Path(path)
     vertices, triangles = _weld(_corners(path) * scale)
-    _check_area(path, vertices, triangles)
+    a, b, c = np.moveaxis(vertices[triangles], 1, 0)
+    size = float(np.ptp(vertices, axis=0).max())
+    flat = np.flatnonzero(length(np.cross(b - a, c - a)) < 1e-12 * size**2)
+    if len(flat):
+        raise MeshError(path, f"triangle {int(flat[0]) + 1} has no area")
     free = free_edges(triangles) if closed else ()
     if len(free):
         raise MeshError(
@@ -91,10 +95,7 @@ def _corners(path):
 
 def _from_text(path, data):
     """(corners (t, 3, 3), lines (t) of the facets) of an ASCII file."""
-    try:
-        text = data.decode("ascii")
-    except UnicodeDecodeError:
-        text = ""
+    text = data.decode("ascii") if data.isascii() else ""
     if not text.lstrip().startswith("solid"):
         raise MeshError(
             path, "is no STL file, or one that was cut off",
@@ -154,15 +155,6 @@ def _weld(corners):
     cells = np.round(points / cell)
     _, first, number = np.unique(cells, axis=0, return_index=True, return_inverse=True)
     return points[first], number.reshape(-1, 3)
-
-
-def _check_area(path, vertices, triangles):
-    p = vertices[triangles]
-    area = length(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]))
-    size = float(np.ptp(vertices, axis=0).max())
-    flat = np.flatnonzero(area < 1e-12 * size**2)
-    if len(flat):
-        raise MeshError(path, f"triangle {int(flat[0]) + 1} has no area")
 
 
 def free_edges(triangles: np.ndarray) -> np.ndarray:

@@ -63,7 +63,10 @@ def draw_run(
     """
     plate = plate_of(run.spec)
     heap = plate is not None and "angle_of_repose_deg" in run.metrics
-    run = _heap_of(run, plate) if heap else run
+    if heap:  # without what hangs in the funnel and would make the heap small, or falls beside it
+        part = heap_grains(run.position, run.radius, run.velocity, plate)
+        kept = {k: getattr(run, k)[part] for k in ("position", "radius", "velocity", "tag")}
+        run = replace(run, **kept)
     if azimuth is None:
         azimuth = _telling_view(run, plate) if heap else 0.0
     view = frame(run.position, run.radius, plate, OVERSAMPLING * width, azimuth, elevation)
@@ -204,14 +207,6 @@ def frame(
     return replace(
         view, scale=scale, centre=tuple(np.array(middle) @ view.axes), width=width, height=height
     )
-
-
-def _heap_of(run, plate):
-    """The run without what hangs in the funnel, which would make the heap small, and without what
-    falls beside it."""
-    part = heap_grains(run.position, run.radius, run.velocity, plate)
-    kept = {k: getattr(run, k)[part] for k in ("position", "radius", "velocity", "tag")}
-    return replace(run, **kept)
 
 
 def _telling_view(run, plate):

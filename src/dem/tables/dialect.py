@@ -49,21 +49,16 @@ def separator_of(
     line, header = lines[0]
     found = [s for s in ("\t", ";", ",") if len(cells_of(header, s, path, line)) > 1]
     if len(found) > 1:
-        found = [s for s in found if _consistent(lines, s, path)] or found
+        # the one that gives no row more cells than the header has
+        counts = {s: [len(cells_of(text, s, path, n)) for n, text in lines] for s in found}
+        found = [s for s in found if max(counts[s]) == counts[s][0]] or found
     if len(found) > 1:
-        readings = " or ".join(
-            f"{' | '.join(cells_of(header, s, path, line))} ({NAMES[s]})" for s in found
-        )
-        raise InputError(f"can be read in two ways: {readings}", path=path, line=line,
+        rows = [f"{' | '.join(cells_of(header, s, path, line))} ({NAMES[s]})" for s in found]
+        raise InputError(f"can be read in two ways: {' or '.join(rows)}", path=path, line=line,
                           allowed="one separator: tab, semicolon or comma")  # fmt: skip
     if not found:
         _check_single(lines, path)
     return found[0] if found else ""
-
-
-def _consistent(lines, separator, path):
-    width = len(cells_of(lines[0][1], separator, path, lines[0][0]))
-    return all(len(cells_of(text, separator, path, n)) <= width for n, text in lines[1:])
 
 
 def _check_single(lines, path):
@@ -76,17 +71,14 @@ def _check_single(lines, path):
                                   allowed="one cell, or a heading for each column")  # fmt: skip
     values = [(n, text.strip().strip('"').rstrip(";\t")) for n, text in lines[1:]]
     counted = [text.split(",")[0] for _, text in values if _COMMA.fullmatch(text)]
-    if len(counted) > 1 and len(counted) == len(values) and _counts_up(counted):
+    # as the first of two columns counts the rows of a table
+    up = [str(k) for k in range(1 + len(counted))]
+    if len(counted) > 1 and len(counted) == len(values) and counted in (up[:-1], up[1:]):
         line, text = values[0]
         first, second = text.split(",")
         readings = f"{first}.{second} (decimal comma) or the values {first} and {second}"
         raise InputError(f"can be read in two ways: {readings}", path=path, line=line, value=text,
                           allowed="decimal points, or a heading for each column")  # fmt: skip
-
-
-def _counts_up(texts):
-    """Return whether numbers count 1, 2, 3 as the rows of a table do."""
-    return texts[0] in ("0", "1") and texts == [str(int(texts[0]) + k) for k in range(len(texts))]
 
 
 def decimal_of(rows: Sequence[tuple[int, list[str]]], separator: str, path: str | Path) -> str:
@@ -115,14 +107,12 @@ def _number_in(cell):
 
 def _of_both(commas, points, path):
     """Thousands of one kind may stand beside decimals of the other."""
-    if all(_POINT_GROUPS.fullmatch(c) for _, c in points) and any(
-        _GERMAN.fullmatch(c) for _, c in commas
+    for mark, own, whole, other, groups in (
+        (",", commas, _GERMAN, points, _POINT_GROUPS),
+        (".", points, _ENGLISH, commas, _COMMA_GROUPS),
     ):
-        return ","
-    if all(_COMMA_GROUPS.fullmatch(c) for _, c in commas) and any(
-        _ENGLISH.fullmatch(c) for _, c in points
-    ):
-        return "."
+        if all(groups.fullmatch(c) for _, c in other) and any(whole.fullmatch(c) for _, c in own):
+            return mark
     (line, comma), (other, point) = commas[0], points[0]
     reason = f"mixes decimal commas and points: {comma} here, {point} on line {other}"
     raise InputError(reason, path=path, line=line, allowed="one decimal mark in the whole table")

@@ -13,9 +13,8 @@ from pathlib import Path
 
 from dem.errors import InputError
 from dem.tables import dialect as dialects
-from dem.tables.encoding import decode, is_workbook, split_lines
+from dem.tables.encoding import DATE, decode, is_workbook, split_lines, workbook_rows
 from dem.tables.limits import LONGEST_CELL, check_cells, read_limited
-from dem.tables.workbook import DATE, workbook_rows
 
 NEEDED = "a line of headings and the values below"
 _DATE = re.compile(
@@ -243,20 +242,16 @@ def _header(cells, path, line):
     return names, units
 
 
-def _halves(cells):
-    """The last two neighbours that a decimal comma may have parted, else the last two."""
-    pairs = list(pairwise(cells))[::-1]
-    whole = (p for p in pairs if re.fullmatch(r"[+-]?\d+", p[0]) and p[1].isdecimal())
-    return next(whole, pairs[0])
-
-
 def _fitted(cells, header, separator, path, line):
     """Cells of a row, as many as the header has. Raises InputError for cells without heading."""
     value = (separator or ",").join(cells)[:80]
     if len(cells) > len(header):
         reason = f"has {len(cells)} cells under {len(header)} columns"
         if separator == "," and cells[-1]:
-            left, right = _halves(cells)
+            # the last two neighbours that a decimal comma may have parted, else the last two
+            pairs = list(pairwise(cells))[::-1]
+            whole = (p for p in pairs if re.fullmatch(r"[+-]?\d+", p[0]) and p[1].isdecimal())
+            left, right = next(whole, pairs[0])
             reason += f": is {left},{right} one number with a decimal comma, or {left} and {right}?"
         allowed = "a cell a column; semicolons or tabs between cells where decimals have commas"
         raise InputError(reason, path=path, line=line, value=value, allowed=allowed)
