@@ -7,6 +7,7 @@ key, its value and what is allowed.
 import hashlib
 import json
 import math
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, Union
 
@@ -261,10 +262,9 @@ def parse_spec(data: Any, file: str | Path | None = None) -> "RunSpec":
     if not isinstance(kind, str) or kind not in GEOMETRY:
         raise SpecError("experiment", kind, ", ".join(GEOMETRY), file)
     try:
-        geometry = GEOMETRY[kind].model_validate(data.get("geometry") or {})  # type: ignore[attr-defined]
+        data["geometry"] = GEOMETRY[kind].model_validate(data.get("geometry") or {})  # type: ignore[attr-defined]
     except ValidationError as error:
         raise _first_error(error, file, GEOMETRY[kind], ["geometry"]) from None
-    data["geometry"] = geometry
     for part, defaults in experiments()[kind].defaults.items():
         given = data.get(part) or {}
         if isinstance(given, dict):
@@ -289,13 +289,10 @@ def require_material(spec: "RunSpec", file: str | Path | None = None) -> None:
     given."""
     if spec.particles.sizes is None and "diameter_mm" not in spec.particles.model_fields_set:
         raise SpecError("particles.diameter_mm", None, GIVEN, file)
-    parts = {
-        "materials.particle": spec.materials.particle,
-        "contacts.particle_wall": spec.contacts.particle_wall,
-    }
-    if experiment_of(spec).poured:
-        parts["contacts.particle_particle"] = spec.contacts.particle_particle
-    for name, part in parts.items():
+    names = ["materials.particle", "contacts.particle_wall"]
+    names += ["contacts.particle_particle"] if experiment_of(spec).poured else []
+    for name in names:
+        part = attrgetter(name)(spec)
         for key in type(part).model_fields:
             if key not in part.model_fields_set:
                 raise SpecError(f"{name}.{key}", None, GIVEN, file)
@@ -311,8 +308,7 @@ def load_spec(path: str | Path) -> "RunSpec":
         line = line_of(error.key, lines)
         if line is None:
             raise
-        where = f"{path}, line {line}"
-        raise SpecError(error.key, error.value, error.allowed, where) from None
+        raise SpecError(error.key, error.value, error.allowed, f"{path}, line {line}") from None
 
 
 def _first_error(error, file, model, prefix):

@@ -11,6 +11,7 @@ the wide vessel lies between the core's and that of the narrow one:
 core + (narrow - core) * narrow diameter / wide diameter."""
 
 import math
+from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -81,17 +82,15 @@ class _Vessel:
     the vessel's own where a narrower one is simulated."""
 
     def __init__(self, spec):
-        g = spec.geometry
-        wide = g.vessel_diameter_mm
-        narrow = wide if g.simulated_diameter_mm is None else g.simulated_diameter_mm
+        wide = spec.geometry.vessel_diameter_mm
+        narrow = spec.geometry.simulated_diameter_mm or wide
         self.radius, self.share = 0.5e-3 * narrow, narrow / wide
-        self.mesh = read_mesh(spec, "vessel_stl", at_rims())
-        if self.mesh:
-            self.radius = self.mesh.narrowest(0.0, self.mesh.high)
-            self.mesh.agree("its narrowest inside", 2.0 * self.radius, "vessel_diameter_mm")
-            floor = self.mesh.covering(circle(0.95 * self.radius), "its floor")
-            self.mesh.in_place("its floor", floor, 0.0)
-            self.mesh.take(spec)
+        mesh = self.mesh = read_mesh(spec, "vessel_stl", at_rims())
+        if mesh:
+            self.radius = mesh.narrowest(0.0, mesh.high)
+            mesh.agree("its narrowest inside", 2.0 * self.radius, "vessel_diameter_mm")
+            mesh.in_place("its floor", mesh.covering(circle(0.95 * self.radius), "its floor"), 0.0)
+            mesh.take(spec)
 
     def walls(self, top: float) -> "WallSet":
         """Vessel, open at `top`; a mesh goes on as a cylinder above its rim while grains are
@@ -174,9 +173,9 @@ def _eighths(position, radius, cube, core, low, high):
     """Solid fraction (8,) of the widest cylinders in the quarters of a core's halves: four beside
     each other touch the core's side and their neighbours."""
     wide, middle, found = core / (1.0 + math.sqrt(2.0)), 0.5 * (low + high), []
-    for x, y in ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)):
-        moved = position - (x * wide, y * wide, 0.0)
+    for x, y in product((wide, -wide), repeat=2):
         for ends in ((low, middle), (middle, high)):
+            moved = position - (x, y, 0.0)
             found.append(bed.solid_fraction(moved, radius, cube, wide, *ends))
     return np.array(found)
 

@@ -87,7 +87,8 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     mean_side = sides / (4.0 * 1e-3 * g.box_width_mm * heights[-1])
     found = _curve(heights, stresses, 1e3 * g.seating_stress_kPa)
     solid = float(4.0 / 3.0 * math.pi * sim.cubed_radius.sum()) / (area * heights[-1])
-    press.relieve()
+    while press.step(press.speed) > 0.0:  # up, until the lid carries nothing
+        pass
     for k in range(4):
         setup.take_away(sim, f"side{k}")
     strength = press.strongest(g.unconfined_strain * heights[-1])
@@ -169,13 +170,12 @@ class _Press:
         sim.wall_state.origin[sim.walls.index("lid"), 2] = top
         self.look, self.velocity = LOOK * top / speed, 0.0
 
-    def _step(self, speed):
-        """Mean stress [Pa] on the lid while it moves for a look."""
-        sim = self.sim
+    def step(self, speed: float) -> float:
+        """Mean stress [Pa] on the lid while it moves upwards at a speed [m/s] for a look."""
         if speed != self.velocity:  # a wall that is given a speed asks for new lists
-            sim.move_wall("lid", velocity=(0.0, 0.0, speed))
+            self.sim.move_wall("lid", velocity=(0.0, 0.0, speed))
             self.velocity = speed
-        return bed.force_on(sim, "lid", self.look)[2] / self.area
+        return bed.force_on(self.sim, "lid", self.look)[2] / self.area
 
     def down_to(self, load: float, lowest: float) -> tuple[np.ndarray, np.ndarray]:
         """Heights [m] of the lid, in the middle of each look, and stresses [Pa] until it carries
@@ -183,7 +183,7 @@ class _Press:
         heights, stresses = [], [0.0]
         while stresses[-1] < load:
             before = self.sim.wall_origin("lid")[2]
-            stresses.append(self._step(-self.speed))
+            stresses.append(self.step(-self.speed))
             after = self.sim.wall_origin("lid")[2]
             heights.append(0.5 * (before + after))
             if after < lowest:
@@ -193,15 +193,10 @@ class _Press:
                 )
         return np.array(heights), np.array(stresses[1:])
 
-    def relieve(self) -> None:
-        """Raise the lid until it carries nothing."""
-        while self._step(self.speed) > 0.0:
-            pass
-
     def strongest(self, path: float) -> float:
         """Largest stress [Pa] on the way down by `path` [m], as a mean over some looks."""
         looks = max(round(path / (self.speed * self.look)), MEAN)
-        found = np.cumsum([0.0] + [self._step(-self.speed) for _ in range(looks)])
+        found = np.cumsum([0.0] + [self.step(-self.speed) for _ in range(looks)])
         return float(max((found[MEAN:] - found[:-MEAN]).max() / MEAN, 0.0))
 
 

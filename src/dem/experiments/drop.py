@@ -53,11 +53,10 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     """Drop the grains described by `spec`; returns the metrics of docs/architecture.md."""
     g = spec.geometry
     radius, height = mean_radius(spec), 1e-3 * g.drop_height_mm
+    impact = math.sqrt(2.0 * GRAVITY * height)
     walls, apart = _targets(spec)
     sim = setup.build_simulation(spec, walls)
-    rng = np.random.default_rng(spec.seed)
-    impact = math.sqrt(2.0 * GRAVITY * height)
-    phase = (np.arange(g.drops) + rng.random()) / g.drops
+    phase = (np.arange(g.drops) + np.random.default_rng(spec.seed).random()) / g.drops
     start = height + phase * impact * sim.time_step
     position = np.column_stack([np.arange(g.drops) * apart, np.zeros(g.drops), radius + start])
     sim.add_particles(position, radius)

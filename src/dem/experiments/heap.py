@@ -169,9 +169,8 @@ class Rig:
         if self.funnel_stl:
             walls.mesh(*read_stl(self.funnel_stl, 1e-3, self.closed_meshes))
         else:
-            walls.frustum(
-                self.orifice_radius, self.orifice_height, self.mouth_radius, self.rim_height
-            )
+            low, high = (self.orifice_radius, self.orifice_height), self.rim_height
+            walls.frustum(*low, self.mouth_radius, high)
         # a collar above the funnel keeps the falling grains in, whatever the funnel is made of
         walls.body("collar", material=setup.WALL)
         walls.cylinder(self.mouth_radius, self.rim_height, self.collar_height)
@@ -184,10 +183,8 @@ class Source:
     """Makes grains layer by layer in the mouth of the funnel."""
 
     def __init__(self, spec: "RunSpec", rig: "Rig", rng: np.random.Generator) -> None:
-        self.spec = spec
+        self.spec, self.rng, self.made = spec, rng, 0
         self.radii = draw_radii(spec, spec.particles.count, rng)
-        self.made = 0
-        self.rng = rng
         self.speed = spec.geometry.injection_speed_m_s
         r = largest_reach(spec)
         self.pitch = 2.2 * r

@@ -72,14 +72,14 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     g = spec.geometry
     cell = Ring(spec, np.random.default_rng(spec.seed))
     context.progress(0.05, "filling")
-    cell.rest(FILLED, "filling")
+    phases.rest(cell.sim, spec, FILLED * cell.fall_time, "filling")
     cell.load(g.preshear_normal_stress_kPa or g.normal_stress_kPa)
-    cell.rest(PRESSED, "pressing")
+    phases.rest(cell.sim, spec, PRESSED * cell.fall_time, "pressing")
     context.progress(0.3, "pre-shear")
     preshear, _ = cell.shear(1e-3 * g.preshear_displacement_mm)
     cell.load(g.normal_stress_kPa)
-    cell.rest(RELIEVED, "relieving")
-    density = cell.bulk_density()
+    phases.rest(cell.sim, spec, RELIEVED * cell.fall_time, "relieving")
+    density = float(cell.sim.mass.sum()) / (cell.sim.wall_origin("lid")[2] * cell.area)
     context.progress(0.6, "shear")
     curve, normal = cell.shear(1e-3 * g.shear_displacement_mm)
     context.finish(cell.sim)
@@ -197,12 +197,7 @@ class Ring:
         # in steps: dropped at once, the lid would strike the grains
         for part in np.linspace(0.0, 1.0, 21)[1:]:
             self.sim.move_wall("lid", load=now + part * (wanted - now))
-            self.sim.advance(max(round(RAMP / 20 * self.fall_time / self.sim.time_step), 1))
-
-    def rest(self, limit: float, phase: str) -> None:
-        """Wait until the grains rest, `limit` fall times at most. Raises RefusedStateError where
-        they do not."""
-        phases.rest(self.sim, self.spec, limit * self.fall_time, phase)
+            bed.advance_for(self.sim, RAMP / 20 * self.fall_time)
 
     def shear(self, path: float) -> tuple[np.ndarray, float]:
         """Turn the trough so that the mean radius travels `path` [m]; returns shear stress
@@ -220,10 +215,6 @@ class Ring:
         normal = (sim.wall_impulse("lid")[2] - press) / (span * STRETCHES) / self.area * 1e-3
         sim.move_wall("trough", spin=(0.0, 0.0, 0.0))
         return np.array(stress), normal
-
-    def bulk_density(self) -> float:
-        """Mass of grains over the volume between floor and lid [kg/m3]."""
-        return float(self.sim.mass.sum()) / (self.sim.wall_origin("lid")[2] * self.area)
 
 
 EXPERIMENT = Experiment(
