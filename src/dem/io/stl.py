@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dem.errors import InputError, MeshError
+from dem.errors import InputError, MeshError, refused
 from dem.linear import length
 from dem.tables.limits import FARTHEST_MM, MOST_TRIANGLES, read_limited
 from dem.units import NUMBER
@@ -46,20 +46,19 @@ def read_stl(
     large or not as the format has it, for coordinates that are no place in a rig, for a triangle
     without area, and for a mesh that is open where it must not be.
     """
-    path = Path(path)
-    vertices, triangles = _weld(_corners(path) * scale)
-    a, b, c = np.moveaxis(vertices[triangles], 1, 0)
-    size = float(np.ptp(vertices, axis=0).max())
-    flat = np.flatnonzero(length(np.cross(b - a, c - a)) < 1e-12 * size**2)
-    if len(flat):
-        raise MeshError(path, f"triangle {int(flat[0]) + 1} has no area")
-    free = free_edges(triangles) if closed else ()
-    if len(free):
-        raise MeshError(
-            path,
-            f"is not closed: {len(free)} edges do not have two triangles; grains leak through a "
-            "hole. geometry.meshes: open is for surfaces that are meant to have free edges",
-        )
+    try:
+        vertices, triangles = _weld(_corners(Path(path)) * scale)
+        a, b, c = np.moveaxis(vertices[triangles], 1, 0)
+        size = float(np.ptp(vertices, axis=0).max())
+        flat = np.flatnonzero(length(np.cross(b - a, c - a)) < 1e-12 * size**2)
+        if len(flat):
+            raise refused("no area", path=Path(path), number=int(flat[0]) + 1)
+        free = free_edges(triangles) if closed else ()
+        if len(free):
+            raise refused("not closed", path=Path(path), edges=len(free))
+    except InputError as error:
+        facts = vars(error)
+        raise MeshError(facts.pop("path"), facts.pop("reason"), **facts) from None
     return vertices, triangles
 
 
@@ -78,11 +77,7 @@ def write_stl(path: str | Path, vertices: ArrayLike, triangles: ArrayLike) -> No
 
 def _corners(path):
     """Corners (t, 3, 3) of the triangles, in units of the file."""
-    try:
-        data = read_limited(path, "mesh")
-    except InputError as error:
-        facts = {k: v for k, v in vars(error).items() if k not in ("path", "reason")}
-        raise MeshError(path, error.reason, **facts) from None
+    data = read_limited(path, "mesh")
     count = struct.unpack_from("<I", data, HEADER - 4)[0] if len(data) >= HEADER else 0
     if count and len(data) == HEADER + RECORD * count:
         corners = np.frombuffer(data, _BINARY, offset=HEADER)["v"][:, 1:].astype(float)
@@ -97,11 +92,7 @@ def _from_text(path, data):
     """(corners (t, 3, 3), lines (t) of the facets) of an ASCII file."""
     text = data.decode("ascii") if data.isascii() else ""
     if not text.lstrip().startswith("solid"):
-        raise MeshError(
-            path, "is no STL file, or one that was cut off",
-            allowed="text that begins with solid, or 50 bytes for each triangle that its head "
-            "names, after 84",
-        )  # fmt: skip
+        raise refused("no stl", path=path)
     rows = [(n, row.strip()) for n, row in enumerate(text.splitlines(), 1) if row.strip()]
     corners, lines, at, inside = [], [], 0, False
     for line, row in rows:
@@ -111,9 +102,8 @@ def _from_text(path, data):
         pattern, form = _FACET[at] if inside else (None, "solid")
         match = pattern and pattern.fullmatch(row)
         if not match:
-            allowed = f"{form} or endsolid" if at == 0 and inside else form
-            raise MeshError(path, "is not as an STL file has it", line=line, value=row,
-                            allowed=allowed)  # fmt: skip
+            form += " or endsolid" if at == 0 and inside else ""
+            raise refused("no stl row", path=path, line=line, value=row, form=form)
         if at == 0:
             lines.append(line)
         elif match.groups():
@@ -121,32 +111,26 @@ def _from_text(path, data):
         at = (at + 1) % len(_FACET)
     if inside:
         line, row = rows[-1]
-        raise MeshError(path, "ends before its end", line=line, value=row,
-                        allowed="endsolid as the last line")  # fmt: skip
+        raise refused("cut stl", path=path, line=line, value=row)
     return np.array(corners, float).reshape(-1, 3, 3), lines
 
 
 def _check_corners(path, corners, lines):
     """corners (t, 9) in units of the file; lines (t) of the facets, None in a binary file."""
     if not len(corners):
-        raise MeshError(path, "holds no triangles", allowed="one or more")
+        raise refused("no triangles", path=path)
     if len(corners) > MOST_TRIANGLES:
-        raise MeshError(path, "has too many triangles", value=len(corners),
-                        allowed=f"at most {MOST_TRIANGLES:,}")  # fmt: skip
+        raise refused("many triangles", path=path, value=len(corners), most=MOST_TRIANGLES)
     near = np.abs(corners) <= FARTHEST_MM  # nan is not
     wrong = np.flatnonzero(~near.all(axis=1))
     if len(wrong):
         k = wrong[0]
-        which = f"triangle {k + 1} " if lines is None else ""
-        raise MeshError(
-            path, f"{which}has a corner that is no place in a rig",
-            line=None if lines is None else lines[k], value=float(corners[k][np.argmin(near[k])]),
-            allowed=f"coordinates of at most {FARTHEST_MM:g} mm",
-        )  # fmt: skip
+        which, line = (f"triangle {k + 1} ", None) if lines is None else ("", lines[k])
+        far = float(corners[k][np.argmin(near[k])])
+        raise refused("far corner", path=path, line=line, value=far, which=which, most=FARTHEST_MM)
     size = np.ptp(corners.reshape(-1, 3), axis=0).max()
     if size < SMALLEST_MM:
-        raise MeshError(path, "has no size", value=f"{size:.3g} mm across",
-                        allowed=f"{SMALLEST_MM:g} mm or more; lengths are mm")  # fmt: skip
+        raise refused("no size", path=path, value=f"{size:.3g} mm across", least=SMALLEST_MM)
 
 
 def _weld(corners):

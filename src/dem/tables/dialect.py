@@ -10,7 +10,7 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from dem.errors import InputError
+from dem.errors import refused
 
 NAMES = {
     "\t": "tab-separated", ";": "semicolon-separated", ",": "comma-separated", "": "one column",
@@ -30,9 +30,8 @@ def cells_of(text: str, separator: str, path: str | Path, line: int) -> list[str
     try:
         (cells,) = csv.reader([text], delimiter=separator or "\t", strict=True)
     except (csv.Error, ValueError):
-        open_mark = '"' in text
-        reason = "has a quotation mark that is not closed" if open_mark else "has too long a cell"
-        raise InputError(reason, path=path, line=line, value=text.strip()[:60]) from None
+        fault = "open quote" if '"' in text else "long quote"
+        raise refused(fault, path=path, line=line, value=text.strip()[:60]) from None
     return [c.strip() for c in cells]
 
 
@@ -43,8 +42,7 @@ def separator_of(
     do not."""
     if declared is not None:
         if declared not in (*NAMES, "|"):
-            raise InputError("declares a separator that is none", path=path, line=1,
-                             value=f"sep={declared}", allowed="sep=; or tab, comma, |")  # fmt: skip
+            raise refused("no separator", path=path, line=1, value=f"sep={declared}")
         return declared
     line, header = lines[0]
     found = [s for s in ("\t", ";", ",") if len(cells_of(header, s, path, line)) > 1]
@@ -54,8 +52,7 @@ def separator_of(
         found = [s for s in found if max(counts[s]) == counts[s][0]] or found
     if len(found) > 1:
         rows = [f"{' | '.join(cells_of(header, s, path, line))} ({NAMES[s]})" for s in found]
-        raise InputError(f"can be read in two ways: {' or '.join(rows)}", path=path, line=line,
-                          allowed="one separator: tab, semicolon or comma")  # fmt: skip
+        raise refused("separators", path=path, line=line, readings=" or ".join(rows))
     if not found:
         _check_single(lines, path)
     return found[0] if found else ""
@@ -66,19 +63,16 @@ def _check_single(lines, path):
     for line, text in lines[1:]:
         for separator in ("\t", ";"):
             if len([c for c in cells_of(text, separator, path, line) if c]) > 1:
-                reason = f"has more cells than the header, which is {lines[0][1].strip()!r}"
-                raise InputError(reason, path=path, line=line, value=text.strip(),
-                                  allowed="one cell, or a heading for each column")  # fmt: skip
+                told = {"value": text.strip(), "header": lines[0][1].strip()}
+                raise refused("more cells", path=path, line=line, **told)
     values = [(n, text.strip().strip('"').rstrip(";\t")) for n, text in lines[1:]]
     counted = [text.split(",")[0] for _, text in values if _COMMA.fullmatch(text)]
     # as the first of two columns counts the rows of a table
     up = [str(k) for k in range(1 + len(counted))]
     if len(counted) > 1 and len(counted) == len(values) and counted in (up[:-1], up[1:]):
         line, text = values[0]
-        first, second = text.split(",")
-        readings = f"{first}.{second} (decimal comma) or the values {first} and {second}"
-        raise InputError(f"can be read in two ways: {readings}", path=path, line=line, value=text,
-                          allowed="decimal points, or a heading for each column")  # fmt: skip
+        halves = dict(zip(("first", "second"), text.split(","), strict=True))
+        raise refused("comma or column", path=path, line=line, value=text, **halves)
 
 
 def decimal_of(rows: Sequence[tuple[int, list[str]]], separator: str, path: str | Path) -> str:
@@ -114,19 +108,16 @@ def _of_both(commas, points, path):
         if all(groups.fullmatch(c) for _, c in other) and any(whole.fullmatch(c) for _, c in own):
             return mark
     (line, comma), (other, point) = commas[0], points[0]
-    reason = f"mixes decimal commas and points: {comma} here, {point} on line {other}"
-    raise InputError(reason, path=path, line=line, allowed="one decimal mark in the whole table")
+    raise refused("both marks", path=path, line=line, comma=comma, point=point, other=other)
 
 
 def _of_one(cells, groups, mark, path):
     if any(not groups.fullmatch(c) for _, c in cells):
         return mark
     line, text = cells[0]
+    ways = {"decimal": text.replace(mark, "."), "whole": text.replace(mark, "")}
     name = "comma" if mark == "," else "point"
-    readings = f"{text.replace(mark, '.')} (decimal {name}) or {text.replace(mark, '')} (thousands)"
-    allowed = "numbers without a mark between thousands, decimals with a point"
-    reason = f"can be read in two ways: {readings}"
-    raise InputError(reason, path=path, line=line, value=text, allowed=allowed)
+    raise refused("thousands", path=path, line=line, value=text, name=name, **ways)
 
 
 def plain(text: str, decimal: str) -> str:

@@ -10,11 +10,9 @@ import warnings
 import zipfile
 from pathlib import Path
 
-from dem.errors import InputError
+from dem.errors import InputError, refused
 from dem.tables.limits import LONGEST_CELL, check_cells, check_unpacked
 
-DATE = "is a date: a spreadsheet turned a number such as 26.1 into one"
-SAVE_AS = "CSV or tab-separated text, or a workbook .xlsx"
 _OTHERS = (
     (b"\xd0\xcf\x11\xe0", "is an old or encrypted Office file (.xls)"),
     (b"%PDF", "is a PDF"),
@@ -37,20 +35,18 @@ def is_workbook(data: bytes, path: Path) -> bool:
     name says otherwise, or for a file of another kind."""
     found = next((what for start, what in _OTHERS if data.startswith(start)), None)
     if found:
-        raise InputError(found, path=path, allowed=SAVE_AS)
+        raise refused("other kind", path=path, what=found)
     named = path.suffix.lower() in (".xlsx", ".xlsm")
     if not data.startswith(b"PK\x03\x04"):
         if named:
-            reason = "is named as a workbook and is none"
-            raise InputError(reason, path=path, allowed="a name ending in .csv where it is text")
+            raise refused("no workbook", path=path)
         return False
     if not _holds_workbook(data, path):
-        reason = "is a compressed file and no workbook (OpenDocument, or a zip archive)"
-        raise InputError(reason, path=path, allowed=SAVE_AS)
+        what = "is a compressed file and no workbook (OpenDocument, or a zip archive)"
+        raise refused("other kind", path=path, what=what)
     if not named:
-        reason = f"is an Excel workbook under the name of a {path.suffix or 'text'} file"
-        allowed = f"{path.stem}.xlsx, or the table saved as CSV"
-        raise InputError(reason, path=path, allowed=allowed)
+        name = {"named": path.suffix or "text", "stem": path.stem}
+        raise refused("workbook by another name", path=path, **name)
     return True
 
 
@@ -79,7 +75,7 @@ def decode(data: bytes, path: str | Path) -> tuple[str, str]:
     except UnicodeDecodeError:
         text = None
     if text is None or re.search(r"[\x00-\x08\x0e-\x1f\x7f\ufffd]", text):
-        raise InputError("is not text", path=path, allowed="UTF-8, UTF-16 or cp1252")
+        raise refused("not text", path=path)
     _check_lengths(text, path)
     return text, encoding.removesuffix("-sig")
 
@@ -90,11 +86,8 @@ def _check_lengths(text, path):
     for number, line in enumerate(split_lines(text), 1):
         longest = max(re.split("[\t;,]", line), key=len) if len(line) > LONGEST_CELL else ""
         if len(longest) > LONGEST_CELL:
-            raise InputError(
-                "has a cell that is longer than any note", path=path, line=number,
-                value=f"{longest[:40]}... ({len(longest):,} characters)",
-                allowed=f"at most {LONGEST_CELL:,} characters",
-            )  # fmt: skip
+            begins = f"{longest[:40]}... ({len(longest):,} characters)"
+            raise refused("long cell", path=path, line=number, value=begins, most=LONGEST_CELL)
 
 
 def _unmarked(data):
@@ -128,13 +121,12 @@ def workbook_rows(
     values, formulas = _books(data, path)
     filled = {s.title: found for s in values.worksheets if (found := _filled(s))}
     if not filled:
-        raise InputError("is empty", path=path, allowed="a sheet with headings and values")
+        raise refused("empty workbook", path=path)
     names = ", ".join(filled)
     if sheet is not None and sheet not in filled:
-        raise InputError("has no such sheet with cells", path=path, value=sheet, allowed=names)
+        raise refused("no such sheet", path=path, value=sheet, names=names)
     if sheet is None and len(filled) > 1:
-        allowed = "one sheet with cells, or the sheet named by --sheet where a command takes it"
-        raise InputError("has several sheets", path=path, value=names, allowed=allowed)
+        raise refused("several sheets", path=path, value=names)
     name = sheet or next(iter(filled))
     cells = filled[name]
     _check_formulas(formulas[name], cells, path)
@@ -163,8 +155,7 @@ def _books(data, path):
     # error of a dozen kinds
     except Exception as error:
         said = (str(error).splitlines() or [type(error).__name__])[0]
-        reason = f"cannot be read as a workbook ({said:.200})"
-        raise InputError(reason, path=path, allowed="a workbook without password, or CSV") from None
+        raise refused("damaged workbook", path=path, said=said) from None
 
 
 def _filled(sheet):
@@ -177,10 +168,8 @@ def _filled(sheet):
 def _check_formulas(sheet, cells, path):
     for (row, column), cell in sorted(sheet._cells.items()):
         if cell.data_type == "f" and (row, column) not in cells:
-            raise InputError(
-                "is a formula without its result", path=path, line=row, column=cell.column_letter,
-                value=str(cell.value), allowed="the workbook opened and saved once, or values",
-            )  # fmt: skip
+            where = {"line": row, "column": cell.column_letter}
+            raise refused("formula", path=path, value=str(cell.value), **where)
 
 
 def _merged(sheet, cells, path):
@@ -192,10 +181,8 @@ def _merged(sheet, cells, path):
         if value is None or area.min_row == area.max_row:
             continue
         if isinstance(value, int | float):
-            raise InputError(
-                f"is merged down to line {area.max_row}: one reading or several?", path=path,
-                line=area.min_row, value=_text(value), allowed="a cell for each reading",
-            )  # fmt: skip
+            place = {"line": area.min_row, "last": area.max_row}
+            raise refused("merged", path=path, value=_text(value), **place)
         last = max(row for row, _ in cells)
         rows = range(area.min_row + 1, min(area.max_row, last) + 1)
         found |= {(row, area.min_col): _text(value) for row in rows}

@@ -12,7 +12,7 @@ import zipfile
 from pathlib import Path
 from typing import NamedTuple
 
-from dem.errors import InputError
+from dem.errors import refused
 from dem.io.files import rows_of
 
 MB = 1 << 20
@@ -56,17 +56,15 @@ def check_file(path: str | Path, kind: str) -> int:
     try:
         found = os.stat(path)
     except (OSError, ValueError) as error:  # a name with a zero in it is a ValueError
-        reason = getattr(error, "strerror", None) or "the name is none of a file"
-        raise InputError(f"cannot be read ({reason})", path=path) from None
+        why = getattr(error, "strerror", None) or "the name is none of a file"
+        raise refused("unreadable", path=path, why=why) from None
     if stat.S_ISDIR(found.st_mode):
-        raise InputError("cannot be read (Is a directory)", path=path)
+        raise refused("unreadable", path=path, why="Is a directory")
     if not stat.S_ISREG(found.st_mode):
-        raise InputError("is no plain file", path=path, allowed=of.words)
+        raise refused("no plain file", path=path, words=of.words)
     if found.st_size > of.most:
-        raise InputError(
-            f"is too large for {of.words}", path=path, value=f"{found.st_size / MB:.3g} MB",
-            allowed=f"at most {of.most / MB:g} MB: {of.advice}",
-        )  # fmt: skip
+        size, limit = f"{found.st_size / MB:.3g} MB", of._asdict() | {"most": of.most / MB}
+        raise refused("too large a file", path=path, value=size, **limit)
     return found.st_size
 
 
@@ -77,7 +75,7 @@ def read_limited(path: str | Path, kind: str) -> bytes:
         with open(path, "rb") as stream:
             data = stream.read(KINDS[kind].most)
     except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", path=path) from None
+        raise refused("unreadable", path=path, why=error.strerror) from None
     if kind == "configuration":
         refuse_long_numbers(data, path)
     return data
@@ -88,10 +86,8 @@ def refuse_long_numbers(data: bytes, path: str | Path) -> None:
     found = _ENDLESS.search(data)
     if found:
         line = data.count(b"\n", 0, found.start()) + 1
-        raise InputError(
-            "is no number", path=path, value=f"line {line}: {found[0][:40].decode()}...",
-            allowed=f"at most {MOST_DIGITS:,} digits",
-        )  # fmt: skip
+        begins = f"line {line}: {found[0][:40].decode()}..."
+        raise refused("long number", path=path, value=begins, most=MOST_DIGITS)
 
 
 def check_unpacked(packed: zipfile.ZipFile, path: str | Path) -> None:
@@ -99,17 +95,14 @@ def check_unpacked(packed: zipfile.ZipFile, path: str | Path) -> None:
     The library reads no more of a part than it says to hold."""
     size = sum(part.file_size for part in packed.infolist())
     if size > MOST_UNPACKED:
-        raise InputError(
-            "unpacks to more than a table can be", path=path, value=f"{size / MB:.3g} MB",
-            allowed=f"at most {MOST_UNPACKED / MB:g} MB: one table without pictures, or CSV",
-        )  # fmt: skip
+        most = MOST_UNPACKED / MB
+        raise refused("unpacks", path=path, value=f"{size / MB:.3g} MB", most=most)
 
 
 def check_cells(path: str | Path, rows: int, columns: int, line: int | None = None) -> None:
     """Raise InputError for a table of more rows, columns or cells than any laboratory's."""
     if rows <= MOST_ROWS and columns <= MOST_COLUMNS and rows * columns <= MOST_CELLS:
         return
-    raise InputError(
-        "is too large a table", path=path, line=line, value=f"{rows} rows, {columns} columns",
-        allowed=f"at most {MOST_ROWS:,} rows, {MOST_COLUMNS:,} columns and {MOST_CELLS:,} cells",
-    )  # fmt: skip
+    most = {"rows": MOST_ROWS, "columns": MOST_COLUMNS, "cells": MOST_CELLS}
+    found = f"{rows} rows, {columns} columns"
+    raise refused("too large a table", path=path, line=line, value=found, **most)
