@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from dem.errors import ResultError
 from dem.fingerprint import cpu_target, engine_fingerprint, software
-from dem.io.checked import digest_of, is_sealed, sealed
-from dem.io.files import write_json
+from dem.io.files import digest_of, is_sealed, sealed, write_json
 from dem.spec import content_hash, input_digests
 
 if TYPE_CHECKING:

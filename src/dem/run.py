@@ -22,8 +22,7 @@ from dem.errors import BusyError, DemError, MeasureError, ResultError, StoppedEr
 from dem.experiments import experiment_of
 from dem.experiments.phases import over_weight
 from dem.fingerprint import engine_fingerprint
-from dem.io.checked import read_checked_arrays, write_checked_arrays
-from dem.io.files import sweep_partial, write_arrays
+from dem.io.files import read_checked_arrays, sweep_partial, write_arrays, write_checked_arrays
 from dem.results import FAILED, RESULT, STATE, is_current, read_result, run_name, write_result
 from dem.spec import canonical
 

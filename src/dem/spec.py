@@ -21,7 +21,7 @@ from dem.grains import sphere
 from dem.grains.clump import fault, shape_of
 from dem.grains.dumbbell import MAX_ELONGATION
 from dem.grains.sizes import classes, rayleigh_of, smallest_radius, spheres_in
-from dem.io.checked import digest_of
+from dem.io.files import digest_of
 from dem.io.grain_tables import COLUMNS, read_clump, read_sizes
 from dem.io.mapping import line_of, read_mapping
 from dem.materials import contact_parameters, laws_of

@@ -140,10 +140,8 @@ def _punch(spec):
     mesh.topped(low, high, "its underside", side=-1.0)
     widest = float(np.abs(mesh.vertices[:, :2]).max())
     if widest > half + mesh.slack:
-        mesh.refuse(
-            f"reaches {1e3 * widest:.4g} mm from the middle, into the walls of the box; allowed: "
-            f"{1e3 * half:.4g} mm"
-        )
+        found = f"reaches {1e3 * widest:.4g} mm from the middle, into the walls of the box"
+        mesh.refuse(f"{found}; allowed: {1e3 * half:.4g} mm")
     return mesh
 
 
@@ -187,10 +185,8 @@ class _Press:
             after = self.sim.wall_origin("lid")[2]
             heights.append(0.5 * (before + after))
             if after < lowest:
-                raise MeasureError(
-                    f"the lid came to the end of its travel at {1e-3 * stresses[-1]:.3g} kPa: "
-                    "raise geometry.lid_travel_mm"
-                )
+                ended = f"the end of its travel at {1e-3 * stresses[-1]:.3g} kPa"
+                raise MeasureError(f"the lid came to {ended}: raise geometry.lid_travel_mm")
         return np.array(heights), np.array(stresses[1:])
 
     def strongest(self, path: float) -> float:

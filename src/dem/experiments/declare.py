@@ -155,54 +155,40 @@ def nothing(spec: RunSpec) -> list[str]:
 
 @dataclass(frozen=True)
 class Experiment:
-    """One virtual experiment.
+    """One virtual experiment. What can be called takes a `RunSpec`, and `run` the
+    `dem.run.RunContext` beside it."""
 
-    name : as a run spec's `experiment` has it
-    title : for a heading
-    geometry : `Part` with the keys of a run spec's `geometry`
-    run : run(spec, context) -> {metric: number}; context is a `dem.run.RunContext`
-    metrics : `Metric` of each number that a run gives
-    defaults : {part: {key: default}} of a run spec where they differ from the schema's
-    check : check(spec) raises SpecError for a geometry that cannot be run
-    prepare : prepare(spec) raises DemError for meshes that the geometry names and that cannot be
-        used
-    advice : advice(spec) -> sentences about what is valid but risky
-    impact_speed : impact_speed(spec) -> highest speed [m/s] at which grains are expected to hit;
-        None where none falls
-    least_steps : time steps in the shortest contact below which a run is warned of
-    poured : whether grains are made by `dem.experiments.setup.add_grains`, which may be several
-        bonded spheres, pairs or clumps; their runs scatter from seed to seed, as grains never lie
-        twice alike
-    resumes : whether a run that was cut off continues from its checkpoint
-    walls : walls(spec) -> `WallSet` with which it starts, for pictures of runs of other engines,
-        which keep no walls; ours keep those of any experiment
-    heap_plate : heap_plate(spec) -> radius [m] of the disc that a heap stands on at the end; None
-        without a heap
-    quantity : what a laboratory measures; None where the diagnosis does not know the experiment
-    levers : {column: Lever} beside the grain's diameter and the scale factor, which every
-        experiment has, and the number of grains where they are poured
-    mechanisms : names of the catalogue's mechanisms that show on it, beside those that name it
-        themselves
-    """
-
-    name: str
-    title: str
-    geometry: type
-    run: Callable
-    metrics: tuple
+    name: str  # as a run spec's `experiment` has it
+    title: str  # for a heading
+    geometry: type  # `Part` with the keys of a run spec's `geometry`
+    run: Callable  # -> {metric: number}
+    metrics: tuple  # `Metric` of each number that a run gives
     defaults: dict = field(default_factory=dict)
-    check: Callable = nothing
+    """{part: {key: default}} of a run spec where they differ from the schema's."""
+    check: Callable = nothing  # raises SpecError for a geometry that cannot be run
     prepare: Callable = nothing
-    advice: Callable = nothing
+    """Raises DemError for meshes that the geometry names and that cannot be used."""
+    advice: Callable = nothing  # -> sentences about what is valid but risky
     impact_speed: Callable | None = None
-    least_steps: float = 0.0
+    """-> highest speed [m/s] at which grains are expected to hit; None where none falls."""
+    least_steps: float = 0.0  # in the shortest contact, below which a run is warned of
     poured: bool = False
-    resumes: bool = False
+    """Whether grains are made by `dem.experiments.setup.add_grains`, which may be several bonded
+    spheres, pairs or clumps; their runs scatter from seed to seed, as grains never lie twice
+    alike."""
+    resumes: bool = False  # whether a run that was cut off continues from its checkpoint
     walls: Callable | None = None
+    """-> `WallSet` with which it starts, for pictures of runs of other engines, which keep no
+    walls; ours keep those of any experiment."""
     heap_plate: Callable | None = None
+    """-> radius [m] of the disc that a heap stands on at the end; None without a heap."""
     quantity: Quantity | None = None
+    """What a laboratory measures; None where the diagnosis does not know the experiment."""
     levers: dict = field(default_factory=dict)
+    """{column: Lever} beside the grain's diameter and the scale factor, which every experiment has,
+    and the number of grains where they are poured."""
     mechanisms: tuple = ()
+    """Names of the catalogue's that show on it, beside those that name it themselves."""
 
     def __post_init__(self):
         if self.poured:

@@ -239,8 +239,6 @@ def _valid(angles, what):
     angles = np.array(angles)
     good = angles[np.isfinite(angles)]
     if len(good) < max(len(angles) // 2, 2):
-        raise MeasureError(
-            f"no heap: {len(angles) - len(good)} of {len(angles)} flanks of the {what} are too "
-            f"short"
-        )
+        short = f"{len(angles) - len(good)} of {len(angles)} flanks of the {what} are too short"
+        raise MeasureError(f"no heap: {short}")
     return good

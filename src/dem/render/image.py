@@ -31,11 +31,9 @@ LABELS = {
     "height": ("height [mm]", "cividis"),
 }
 """What the colour of a grain tells: its label and its colours."""
-FORMATS = {
-    ".webp": {"quality": 82, "method": 4},
-    ".png": {"optimize": True},
-    ".jpg": {"quality": 88},
-}
+FORMATS: dict[str, dict] = {
+    ".webp": {"quality": 82, "method": 4}, ".png": {"optimize": True}, ".jpg": {"quality": 88},
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
