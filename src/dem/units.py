@@ -8,7 +8,6 @@ slip of the unit moves it by powers of ten.
 
 import re
 from collections.abc import Mapping
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -102,21 +101,13 @@ def _entry(value, place, key):
         raise
 
 
-@cache
-def _registry():
-    import pint  # takes half a second, which a study without units need not wait for
-
-    return pint.UnitRegistry()
-
-
 def _convert(number, own, unit):
-    import pint
+    import pint  # takes half a second, which a study without units need not wait for
 
     if not _SPELLED.fullmatch(own):
         raise UnitError(f"{own!r} is no unit; allowed: {unit} or another unit of its kind")
-    registry = _registry()
     try:
-        quantity = number * registry.parse_units(_spelled(own))
+        quantity = number * pint.application_registry.parse_units(_spelled(own))
         # rounded to the digits of a decimal number: 1.35 g/cm3 is 1350 kg/m3, not
         # 1350.0000000000002
         return float(f"{quantity.to(_spelled(unit)).magnitude:.15g}")

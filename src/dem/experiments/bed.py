@@ -126,14 +126,10 @@ def lay_lid(sim: Simulation, spec: RunSpec, height: float) -> float:
     return grains
 
 
-def _ball(across):
-    """Middles (p, 3) of the cells of a lattice, so many across, inside the unit sphere."""
-    line = (2.0 * np.arange(across) + 1.0) / across - 1.0
-    points = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
-    return points[(points * points).sum(1) < 1.0]
-
-
-BALL = _ball(8)
+_LINE = (2.0 * np.arange(8) + 1.0) / 8 - 1.0
+_CUBE = np.stack(np.meshgrid(_LINE, _LINE, _LINE, indexing="ij"), axis=-1).reshape(-1, 3)
+BALL = _CUBE[(_CUBE * _CUBE).sum(1) < 1.0]
+"""Middles (p, 3) of the cells of a lattice, eight across, inside the unit sphere."""
 
 
 def solid_fraction(

@@ -114,8 +114,17 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     sim = bed.poured(spec, vessel.walls, vessel.radius, 0.0, rng)
     context.progress(0.3, "poured")
     poured = _packed(sim, spec, vessel)
+    height = 1e-3 * g.tap_height_mm
+    fall = math.sqrt(2.0 * height / GRAVITY)
     for tap in range(g.taps):
-        _tap(sim, spec)
+        # the vessel is raised and falls; it stops dead, the grains do not
+        for speed, duration in (
+            (height / (LIFT * fall), LIFT * fall),
+            (-height / fall, fall),
+            (0.0, CALM * phases.look(spec)),
+        ):
+            sim.move_wall("vessel", velocity=(0.0, 0.0, speed))
+            bed.advance_for(sim, duration)
         context.progress(0.3 + 0.7 * (tap + 1) / g.taps, f"tap {tap + 1} of {g.taps}")
         context.frame(sim)
     phases.rest(sim, spec, REST * phases.look(spec), "tapping")
@@ -130,18 +139,6 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
         "poured_solid_fraction": poured.solid,
         "tapped_solid_fraction": tapped.solid,
     }
-
-
-def _tap(sim, spec):
-    """Raise the vessel and let it fall; it stops dead, the grains do not."""
-    height = 1e-3 * spec.geometry.tap_height_mm
-    fall = math.sqrt(2.0 * height / GRAVITY)
-    sim.move_wall("vessel", velocity=(0.0, 0.0, height / (LIFT * fall)))
-    bed.advance_for(sim, LIFT * fall)
-    sim.move_wall("vessel", velocity=(0.0, 0.0, -height / fall))
-    bed.advance_for(sim, fall)
-    sim.move_wall("vessel", velocity=(0.0, 0.0, 0.0))
-    bed.advance_for(sim, CALM * phases.look(spec))
 
 
 class _Packed(NamedTuple):

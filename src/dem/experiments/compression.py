@@ -105,28 +105,25 @@ SIDES = ((0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0))  # axis of each wall's normal
 
 
 def _filled(spec, rng):
-    half, high = 0.5e-3 * spec.geometry.box_width_mm, 1e-3 * spec.geometry.box_height_mm
+    half = 0.5e-3 * spec.geometry.box_width_mm
 
     def walls(top):
-        return _walls(spec, half, max(top, high))
+        return _walls(spec, half, max(top, 1e-3 * spec.geometry.box_height_mm))
 
     if spec.geometry.packing == "poured":
         return bed.poured(spec, walls, (half, half), 0.0, rng)
     reach, radii = largest_reach(spec), draw_radii(spec, spec.particles.count, rng)
     sites = bed.sites_in_rectangle((-half, -half), (half, half), reach, rng)
     sim = setup.build_simulation(spec, walls(bed.highest_site(len(radii), sites, 0.0, reach)))
-    sim.add_particles(_lattice(half, radii), radii)
-    bed.advance_for(sim, 2.0 * phases.look(spec))
-    return sim
-
-
-def _lattice(half, radii):
-    """Grain on grain, touching each other, floor and walls: centres (n, 3)."""
+    # grain on grain, touching each other, floor and walls
     across = round(half / radii[0])
     place = (2.0 * np.arange(across) + 1.0) * half / across - half
     layer, rest = np.divmod(np.arange(len(radii)), across**2)
     row, column = np.divmod(rest, across)
-    return np.column_stack([place[row], place[column], radii[0] * (2.0 * layer + 1.0)])
+    high = radii[0] * (2.0 * layer + 1.0)
+    sim.add_particles(np.column_stack([place[row], place[column], high]), radii)
+    bed.advance_for(sim, 2.0 * phases.look(spec))
+    return sim
 
 
 def _punch(spec):

@@ -61,11 +61,17 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     position = np.column_stack([np.arange(g.drops) * apart, np.zeros(g.drops), radius + start])
     sim.add_particles(position, radius)
     # a restitution of one would come back after three quarters of a whole bounce
-    limit = 2.2 * _longest_fall(sim, height)
+    fall = math.sqrt(2.0 * height / GRAVITY)
+    density, viscosity = sim.model.air
+    if density > 0.0:
+        # the time in vacuum and that at terminal speed add up to more than the fall takes
+        weight, diameter = GRAVITY * float(sim.mass.min()), 2.0 * float(sim.radius.min())
+        fall += height / drag.terminal_speed(weight, diameter, density, viscosity)
+    limit = 2.2 * fall
     flight = _follow(sim, radius, height, limit, g.output_interval_s, context)
     rebound = flight.sampled if g.output_interval_s else flight.apex
     restitution = np.sqrt(np.maximum(flight.apex, 0.0) / start)
-    if sim.model.air[0] > 0.0:  # the air took a part of both speeds
+    if density > 0.0:  # the air took a part of both speeds
         restitution = flight.leaving / flight.hitting
         impact = float(flight.hitting.mean())
     grain, wall = (setup.material_of(m) for m in (spec.materials.particle, spec.materials.wall))
@@ -83,40 +89,19 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     }
 
 
-def _target(spec):
-    """`Mesh` of the target; None for a plate."""
-    radius = mean_radius(spec)
-    mesh = read_mesh(spec, "plate_stl", outside((-radius, -radius), (radius, radius)))
-    if mesh:
-        mesh.covering(circle(radius), "under the grain its surface")
-        axis = mesh.covering(circle(0.0), "its surface")
-        mesh.in_place("its surface on the z axis", axis, 0.0)
-    return mesh
-
-
 def _targets(spec):
     """Walls under all grains, and the distance of the grains [m], along x."""
-    walls = builder.WallSet().body("plate", material=setup.WALL)
-    apart, mesh = APART * mean_radius(spec), _target(spec)
+    radius, walls = mean_radius(spec), builder.WallSet().body("plate", material=setup.WALL)
+    mesh, apart = read_mesh(spec, "plate_stl", outside(2 * [-radius], 2 * [radius])), APART * radius
     if mesh is None:
         return walls.plane((0, 0, 0), (0, 0, 1)), apart
+    mesh.covering(circle(radius), "under the grain its surface")
+    axis = mesh.covering(circle(0.0), "its surface")
+    mesh.in_place("its surface on the z axis", axis, 0.0)
     apart += 2.0 * float(np.abs(mesh.vertices[:, 0]).max())
     for k in range(spec.geometry.drops):
         walls.mesh(mesh.vertices + [k * apart, 0.0, 0.0], mesh.triangles)
     return walls, apart
-
-
-def _longest_fall(sim, height):
-    """Time [s] within which the grains of `sim` have fallen by `height` [m].
-
-    In air the time in vacuum and that of the whole height at terminal speed add up to more than the
-    fall takes."""
-    fall = math.sqrt(2.0 * height / GRAVITY)
-    density, viscosity = sim.model.air
-    if density > 0.0:
-        weight, diameter = GRAVITY * float(sim.mass.min()), 2.0 * float(sim.radius.min())
-        fall += height / drag.terminal_speed(weight, diameter, density, viscosity)
-    return fall
 
 
 class Flight(NamedTuple):
@@ -208,7 +193,7 @@ EXPERIMENT = Experiment(
     ),
     # a drop is over in one contact, which must be resolved (44 steps at 1.7 m/s)
     defaults={"numerics": {"rayleigh_fraction": 0.05}},
-    prepare=_target,  # an unusable mesh is refused here
+    prepare=_targets,  # an unusable mesh is refused here
     impact_speed=impact_speed,
     least_steps=20,  # the rebound goes with the square of the restitution
     quantity=Quantity(

@@ -59,16 +59,12 @@ def motion(sim: Simulation) -> float:
     lift = GRAVITY * float((mass * sim.radius).sum())
     if not lift:
         return 0.0  # no grain moves where all have spilled
-    return energy / lift / (1.0 + pressing(sim) / float(mass.sum()))
-
-
-def pressing(sim: Simulation) -> float:
-    """Mass whose weight is the load on the grains [kg]: of the free walls, and of what presses on
-    them; none where they are held up."""
+    # the mass whose weight is the load: of the free walls, and of what presses on them
     walls = sim.wall_state
-    free = walls.mass > 0.0
     down = (walls.axis * sim.gravity).sum(1) / max(float(length(sim.gravity)), 1e-300)
-    return max(float((down * down * walls.mass + down * walls.load / GRAVITY)[free].sum()), 0.0)
+    loads = (down * down * walls.mass + down * walls.load / GRAVITY)[walls.mass > 0.0]
+    pressing = max(float(loads.sum()), 0.0)  # none where they are held up
+    return energy / lift / (1.0 + pressing / float(mass.sum()))
 
 
 def over_weight(sim: Simulation, force: np.ndarray) -> float | None:

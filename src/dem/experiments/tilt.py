@@ -93,20 +93,14 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     }
 
 
-def _cluster(radius, spacing, rng):
-    """Centres (4, 3) of a square of touching or spaced grains, turned at random in the plane of the
-    plate."""
-    turn = rng.uniform(0.0, 2.0 * math.pi)
-    corner = turn + math.pi / 4.0 + np.arange(4) * math.pi / 2.0
-    arm = math.sqrt(2.0) * (0.5 * spacing)
-    return np.column_stack([arm * np.cos(corner), arm * np.sin(corner), np.full(4, radius)])
-
-
 def _slide(spec, rng, context):
     g = spec.geometry
     radius = mean_radius(spec)
     sim = setup.build_simulation(spec, _walls(spec))
-    centres = _cluster(radius, 2e-3 * g.spacing_mm if g.spacing_mm else 2.0 * radius, rng)
+    # a square of touching or spaced grains, turned at random in the plane of the plate
+    corner = rng.uniform(0.0, 2.0 * math.pi) + math.pi / 4.0 + np.arange(4) * math.pi / 2.0
+    arm = math.sqrt(2.0) * (0.5 * (2e-3 * g.spacing_mm if g.spacing_mm else 2.0 * radius))
+    centres = np.column_stack([arm * np.cos(corner), arm * np.sin(corner), np.full(4, radius)])
     sim.add_clusters([centres + (0.0, 0.0, 1e-3 * radius)], radius)
     settled = SETTLE * fall_time(spec)
     sim.advance(round(settled / sim.time_step))

@@ -78,7 +78,11 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     context.progress(0.3, "filled")
     _press(sim, spec, 1e3 * g.normal_stress_kPa * area)
     context.progress(0.5, "loaded")
-    friction, normal = _slide(sim, 1e-3 * g.slide_mm, 1e-3 * g.slide_speed_mm_s)
+    speed = 1e-3 * g.slide_speed_mm_s
+    sim.move_wall("plate", velocity=(speed, 0.0, 0.0))
+    duration = 1e-3 * g.slide_mm / speed / STRETCHES
+    forces = np.array([bed.force_on(sim, "plate", duration) for _ in range(STRETCHES)])
+    friction, normal = -forces[:, 0], -forces[:, 2]
     context.finish(sim)
     late = slice(STRETCHES // 2, None)
     shear, press = float(friction[late].mean()), float(normal[late].mean())
@@ -125,14 +129,6 @@ def _press(sim, spec, force):
         sim.move_wall("lid", load=weight - part * force)
         bed.advance_for(sim, 0.4 * phases.look(spec))
     phases.rest(sim, spec, REST * phases.look(spec), "loading")
-
-
-def _slide(sim, path, speed):
-    """Friction and normal force [N] on the plate, means over STRETCHES of its path [m]."""
-    sim.move_wall("plate", velocity=(speed, 0.0, 0.0))
-    duration = path / speed / STRETCHES
-    forces = np.array([bed.force_on(sim, "plate", duration) for _ in range(STRETCHES)])
-    return -forces[:, 0], -forces[:, 2]
 
 
 EXPERIMENT = Experiment(

@@ -101,24 +101,19 @@ def wall_surface(kind: int, p: Sequence[float] | np.ndarray) -> tuple[np.ndarray
     """Corners (n, 3) [m] of a bounded wall element in its body's frame, and its polygons, each the
     numbers of its corners."""
     if kind == REVOLVED:
-        return _revolved(*p[:4])
+        turn, here = 2.0 * np.pi * np.arange(RESOLUTION) / RESOLUTION, np.arange(RESOLUTION)
+        rings = [
+            np.column_stack([r * np.cos(turn), r * np.sin(turn), np.full(RESOLUTION, z)])
+            for r, z in (p[:2], p[2:4])
+        ]
+        after = (here + 1) % RESOLUTION
+        quads = np.column_stack([here, after, after + RESOLUTION, here + RESOLUTION])
+        return np.concatenate(rings), list(quads)
     if kind == RECTANGLE:
         c, u, v = np.array(p[:3]), np.array(p[3:6]), np.array(p[6:9])
         return np.array([c - u - v, c + u - v, c + u + v, c - u + v]), [np.arange(4)]
     assert kind == TRIANGLE
     return np.array(p, float).reshape(3, 3), [np.arange(3)]
-
-
-def _revolved(r0, z0, r1, z1):
-    turn = 2.0 * np.pi * np.arange(RESOLUTION) / RESOLUTION
-    rings = [
-        np.column_stack([r * np.cos(turn), r * np.sin(turn), np.full(RESOLUTION, z)])
-        for r, z in ((r0, z0), (r1, z1))
-    ]
-    here = np.arange(RESOLUTION)
-    after = (here + 1) % RESOLUTION
-    quads = np.column_stack([here, after, after + RESOLUTION, here + RESOLUTION])
-    return np.concatenate(rings), list(quads)
 
 
 def _write(path, points, verts=(), polys=(), fields=None):

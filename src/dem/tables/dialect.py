@@ -80,8 +80,17 @@ def decimal_of(rows: Sequence[tuple[int, list[str]]], separator: str, path: str 
     cells = [(line, number) for line, row in rows for cell in row if (number := _number_in(cell))]
     commas = [(n, c) for n, c in cells if _COMMA.fullmatch(c) or _GERMAN.fullmatch(c)]
     points = [(n, c) for n, c in cells if _POINT.fullmatch(c) or _ENGLISH.fullmatch(c)]
+    # thousands of one kind may stand beside decimals of the other
+    for mark, own, whole, other, groups in (
+        (",", commas, _GERMAN, points, _POINT_GROUPS),
+        (".", points, _ENGLISH, commas, _COMMA_GROUPS),
+    ):
+        only_groups = other and all(groups.fullmatch(c) for _, c in other)
+        if only_groups and any(whole.fullmatch(c) for _, c in own):
+            return mark
     if commas and points:
-        return _of_both(commas, points, path)
+        (line, comma), (other, point) = commas[0], points[0]
+        raise refused("both marks", path=path, line=line, comma=comma, point=point, other=other)
     if commas:
         return _of_one(commas, _COMMA_GROUPS, ",", path)
     # a spreadsheet that separates by semicolons writes decimal commas
@@ -97,18 +106,6 @@ def _number_in(cell):
     if not match or not re.fullmatch(r"(\s*[^\d\s.,;]\S*)?", cell[match.end() :]):
         return None
     return match[1] if any(mark in match[1] for mark in ".,") else None
-
-
-def _of_both(commas, points, path):
-    """Thousands of one kind may stand beside decimals of the other."""
-    for mark, own, whole, other, groups in (
-        (",", commas, _GERMAN, points, _POINT_GROUPS),
-        (".", points, _ENGLISH, commas, _COMMA_GROUPS),
-    ):
-        if all(groups.fullmatch(c) for _, c in other) and any(whole.fullmatch(c) for _, c in own):
-            return mark
-    (line, comma), (other, point) = commas[0], points[0]
-    raise refused("both marks", path=path, line=line, comma=comma, point=point, other=other)
 
 
 def _of_one(cells, groups, mark, path):

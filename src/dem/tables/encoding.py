@@ -76,18 +76,13 @@ def decode(data: bytes, path: str | Path) -> tuple[str, str]:
         text = None
     if text is None or re.search(r"[\x00-\x08\x0e-\x1f\x7f\ufffd]", text):
         raise refused("not text", path=path)
-    _check_lengths(text, path)
-    return text, encoding.removesuffix("-sig")
-
-
-def _check_lengths(text, path):
-    """Raise InputError for a line with a cell that is longer than any note: a file of another
-    kind."""
+    # a cell that is longer than any note is that of a file of another kind
     for number, line in enumerate(split_lines(text), 1):
         longest = max(re.split("[\t;,]", line), key=len) if len(line) > LONGEST_CELL else ""
         if len(longest) > LONGEST_CELL:
             begins = f"{longest[:40]}... ({len(longest):,} characters)"
             raise refused("long cell", path=path, line=number, value=begins, most=LONGEST_CELL)
+    return text, encoding.removesuffix("-sig")
 
 
 def _unmarked(data):
@@ -129,7 +124,10 @@ def workbook_rows(
         raise refused("several sheets", path=path, value=names)
     name = sheet or next(iter(filled))
     cells = filled[name]
-    _check_formulas(formulas[name], cells, path)
+    for (row, column), cell in sorted(formulas[name]._cells.items()):
+        if cell.data_type == "f" and (row, column) not in cells:
+            where = {"line": row, "column": cell.column_letter}
+            raise refused("formula", path=path, value=str(cell.value), **where)
     rows, columns = (max(place) for place in zip(*cells, strict=True))
     check_cells(path, rows, columns, rows)
     texts = {place: _text(value) for place, value in cells.items()}
@@ -163,13 +161,6 @@ def _filled(sheet):
     they may reach to the last row that a spreadsheet has. The library's own way to the rows would
     make every cell up to the last one."""
     return {place: c.value for place, c in sheet._cells.items() if c.value not in (None, "")}
-
-
-def _check_formulas(sheet, cells, path):
-    for (row, column), cell in sorted(sheet._cells.items()):
-        if cell.data_type == "f" and (row, column) not in cells:
-            where = {"line": row, "column": cell.column_letter}
-            raise refused("formula", path=path, value=str(cell.value), **where)
 
 
 def _merged(sheet, cells, path):
