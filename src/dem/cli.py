@@ -47,7 +47,10 @@ class _Parser(argparse.ArgumentParser):
         """Exit with status 2 and one line on stderr."""
         hint = ""
         if "unrecognized" in message:
-            known = [option for parser in self._all() for option in parser._option_string_actions]
+            # of this parser and of those of its commands
+            own = [a for a in self._actions if isinstance(a, argparse._SubParsersAction)]
+            all_of = [self, *(parser for action in own for parser in action.choices.values())]
+            known = [option for parser in all_of for option in parser._option_string_actions]
             near = (
                 difflib.get_close_matches(w, known, 1) for w in message.split() if w[:2] == "--"
             )
@@ -57,11 +60,6 @@ class _Parser(argparse.ArgumentParser):
                 "marks"
             )  # fmt: skip
         self.exit(2, f"{self.prog}: {message}{hint}. {self.prog} --help says what is allowed\n")
-
-    def _all(self):
-        """This parser and those of its commands."""
-        own = [a for a in self._actions if isinstance(a, argparse._SubParsersAction)]
-        return [self, *(parser for action in own for parser in action.choices.values())]
 
 
 def _pixels(text):

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from dem.walls.builder import WallSet
 
 
+MayEnd = Callable[[np.ndarray, np.ndarray], np.ndarray]
+"""Which free edges a mesh may have: (ends (k, 2, 3), vertices) -> (k,) bool."""
+
 AGREES = 0.05
 """Share by which a mesh's size may differ from the key that tells it; a circle of 10 sides is 4.9 %
 narrower over its flats."""
@@ -34,14 +37,11 @@ RAYS = 97  # on which a ring is measured, a prime number
 GRID = 25  # points along a side at which a plate is measured
 
 
-def read_mesh(
-    spec: RunSpec, key: str, may_end: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None
-) -> Mesh | None:
+def read_mesh(spec: RunSpec, key: str, may_end: MayEnd | None = None) -> Mesh | None:
     """`Mesh` that geometry.`key` names [mm in the file]; None where it names none.
 
-    may_end(ends (k, 2, 3), vertices) -> (k,) bool: which free edges the mesh may have, as at the
-    rim of a vessel of no thickness; none unless given. Raises MeshError for a mesh that cannot be
-    read and for one that leaks.
+    may_end: which free edges the mesh may have, as at the rim of a vessel of no thickness; none
+    unless given. Raises MeshError for a mesh that cannot be read and for one that leaks.
     """
     path = getattr(spec.geometry, key)
     if path is None:
@@ -246,7 +246,7 @@ def annulus(inner: float, outer: float) -> np.ndarray:
     return np.stack([out * np.cos(turn), out * np.sin(turn)], axis=-1).reshape(-1, 2)
 
 
-def at_rims(low: bool = False) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+def at_rims(low: bool = False) -> MayEnd:
     """`may_end` of vessels: at the upper rim, and with `low` at the lower one too."""
 
     def may_end(ends, vertices):
@@ -257,9 +257,7 @@ def at_rims(low: bool = False) -> Callable[[np.ndarray, np.ndarray], np.ndarray]
     return may_end
 
 
-def outside(
-    low: Sequence[float] | np.ndarray, high: Sequence[float] | np.ndarray
-) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+def outside(low: ArrayLike, high: ArrayLike) -> MayEnd:
     """`may_end` of plates: outside the rectangle low..high, both (2,) [m], in which grains are."""
 
     def may_end(ends, vertices):

@@ -76,7 +76,12 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     bed.fill(sim, spec, radii, sites, 0.0, reach, rng)
     phases.rest(sim, spec, spec.numerics.max_time_s, "filling")
     context.progress(0.3, "filled")
-    _press(sim, spec, 1e3 * g.normal_stress_kPa * area)
+    # lower the lid onto the grains and load it, its own weight counted
+    weight = bed.lay_lid(sim, spec, float((sim.position[:, 2] + sim.radius).max())) * GRAVITY
+    for part in np.linspace(0.0, 1.0, RAMP + 1)[1:]:
+        sim.move_wall("lid", load=weight - part * (1e3 * g.normal_stress_kPa * area))
+        bed.advance_for(sim, 0.4 * phases.look(spec))
+    phases.rest(sim, spec, REST * phases.look(spec), "loading")
     context.progress(0.5, "loaded")
     speed = 1e-3 * g.slide_speed_mm_s
     sim.move_wall("plate", velocity=(speed, 0.0, 0.0))
@@ -119,16 +124,6 @@ def _walls(spec, top):
     walls.body("ring", material=setup.WALL).cylinder(radius, gap, 2.0 * top)
     free = {"mass": 1.0, "axis": (0, 0, 1), "load": 0.0}
     return walls.body("lid", material=setup.WALL, origin=(0.0, 0.0, top), free=free).disc(radius)
-
-
-def _press(sim, spec, force):
-    """Lower the lid onto the grains and load it with `force` [N], its own weight counted."""
-    grains = bed.lay_lid(sim, spec, float((sim.position[:, 2] + sim.radius).max()))
-    weight = grains * GRAVITY
-    for part in np.linspace(0.0, 1.0, RAMP + 1)[1:]:
-        sim.move_wall("lid", load=weight - part * force)
-        bed.advance_for(sim, 0.4 * phases.look(spec))
-    phases.rest(sim, spec, REST * phases.look(spec), "loading")
 
 
 EXPERIMENT = Experiment(

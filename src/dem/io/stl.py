@@ -47,7 +47,10 @@ def read_stl(
     without area, and for a mesh that is open where it must not be.
     """
     try:
-        vertices, triangles = _weld(_corners(Path(path)) * scale)
+        corners = (_corners(Path(path)) * scale).reshape(-1, 3)
+        cells = np.round(corners / (WELD * max(float(np.ptp(corners, axis=0).max()), 1e-300)))
+        _, first, number = np.unique(cells, axis=0, return_index=True, return_inverse=True)
+        vertices, triangles = corners[first], number.reshape(-1, 3)
         a, b, c = np.moveaxis(vertices[triangles], 1, 0)
         size = float(np.ptp(vertices, axis=0).max())
         flat = np.flatnonzero(length(np.cross(b - a, c - a)) < 1e-12 * size**2)
@@ -131,14 +134,6 @@ def _check_corners(path, corners, lines):
     size = np.ptp(corners.reshape(-1, 3), axis=0).max()
     if size < SMALLEST_MM:
         raise refused("no size", path=path, value=f"{size:.3g} mm across", least=SMALLEST_MM)
-
-
-def _weld(corners):
-    points = corners.reshape(-1, 3)
-    cell = WELD * max(float(np.ptp(points, axis=0).max()), 1e-300)
-    cells = np.round(points / cell)
-    _, first, number = np.unique(cells, axis=0, return_index=True, return_inverse=True)
-    return points[first], number.reshape(-1, 3)
 
 
 def free_edges(triangles: np.ndarray) -> np.ndarray:

@@ -58,12 +58,18 @@ def measure_heap(
     if height < MIN_HEIGHT * 2.0 * float(np.mean(r)):
         raise MeasureError(f"no heap: the grains on the plate stand {1e3 * height:.2f} mm high")
     flanks = silhouette_angles(p, r, plate_radius)
-    seen = *surface(p, r, plate_radius), _clear_of_rim(plate_radius, r)
-    radial = radial_angles(*seen)
+    # the surface over each of SECTORS sectors, and averaged over the azimuth
+    stations, seen = surface(p, r, plate_radius)
+    limit = _clear_of_rim(plate_radius, r)
+    sectors = seen.reshape(SECTORS, -1, len(stations)).mean(axis=1)
+    radial = _valid([fit_flank(stations, s, limit) for s in sectors], "radial surface")
+    angle = fit_flank(stations, seen.mean(axis=0), limit)
+    if not np.isfinite(angle):
+        raise MeasureError("no heap: the radial surface has no flank")
     return {
         "angle_of_repose_deg": float(np.mean(flanks)),
         "angle_of_repose_sd_deg": float(np.std(flanks, ddof=1)),
-        "radial_angle_deg": radial_angle(*seen),
+        "radial_angle_deg": angle,
         "radial_angle_sd_deg": float(np.std(radial, ddof=1)),
         "height_mm": 1e3 * height,
         "on_plate": count,
@@ -217,22 +223,6 @@ def coverage(position: np.ndarray, radius: np.ndarray, plate_radius: float) -> f
     low = (position[:, 2] > 0.0) & _supported(position, radius, position[:, 2] > 0.0)
     stations, height = surface(position[low], radius[low], plate_radius)
     return float(((height > 0.0) * stations).sum() / (AZIMUTHS * stations.sum()))
-
-
-def radial_angle(stations: np.ndarray, height: np.ndarray, limit: float) -> float:
-    """Angle [deg] of the flank of a `surface` averaged over the azimuth, within `limit` [m] of the
-    axis. Raises MeasureError where it has no flank."""
-    angle = fit_flank(stations, height.mean(axis=0), limit)
-    if not np.isfinite(angle):
-        raise MeasureError("no heap: the radial surface has no flank")
-    return angle
-
-
-def radial_angles(stations: np.ndarray, height: np.ndarray, limit: float) -> np.ndarray:
-    """Angles [deg] of a `surface` averaged over each of SECTORS sectors that have a flank within
-    `limit` [m] of the axis."""
-    sectors = height.reshape(SECTORS, -1, len(stations)).mean(axis=1)
-    return _valid([fit_flank(stations, s, limit) for s in sectors], "radial surface")
 
 
 def _valid(angles, what):

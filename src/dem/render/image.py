@@ -25,12 +25,13 @@ GROUND, INK, LINE, STEEL = (240, 242, 245), (29, 36, 48), (209, 60, 31), (120, 1
 OVERSAMPLING = 2
 ROOM = 0.16  # for the labels above and below, in image widths
 LABELS = {
-    "size": ("diameter [mm]", "viridis"),
-    "speed": ("speed [m/s]", "YlOrRd"),
-    "order": ("poured first to last", "viridis"),
-    "height": ("height [mm]", "cividis"),
+    "size": ("diameter [mm]", "viridis", lambda run: 2e3 * run.radius),
+    "speed": ("speed [m/s]", "YlOrRd", lambda run: np.linalg.norm(run.velocity, axis=1)),
+    "order": ("poured first to last", "viridis", lambda run: _rank(run.tag)),
+    "height": ("height [mm]", "cividis", lambda run: 1e3 * run.position[:, 2]),
 }
-"""What the colour of a grain tells: its label and its colours."""
+"""What the colour of a grain tells: its label, its colours, and the values of a run's grains (n,)
+in the label's unit."""
 FORMATS: dict[str, dict] = {
     ".webp": {"quality": 82, "method": 4}, ".png": {"optimize": True}, ".jpg": {"quality": 88},
 }  # fmt: skip
@@ -57,7 +58,8 @@ def draw_run(
 
     A heap with an angle seen from the side (elevation 0) has its fitted flanks drawn; unless
     `azimuth` is given it is seen from where its two flanks come nearest to the run's angle of
-    repose.
+    repose. `colour` is a key of LABELS; auto is size where sizes differ, speed where grains move,
+    else order.
     """
     plate = plate_of(run.spec)
     heap = plate is not None and "angle_of_repose_deg" in run.metrics
@@ -68,61 +70,41 @@ def draw_run(
     if azimuth is None:
         azimuth = _telling_view(run, plate) if heap else 0.0
     view = frame(run.position, run.radius, plate, OVERSAMPLING * width, azimuth, elevation)
-    quantity = colour_by(colour, run.radius, run.velocity)
-    values = values_of(quantity, run.position, run.radius, run.velocity, run.tag)
+    if colour != "auto":
+        quantity = colour
+    elif np.ptp(run.radius) > 1e-6 * run.radius.max():
+        quantity = "size"
+    else:
+        quantity = "speed" if LABELS["speed"][2](run).max() > 0.1 else "order"
+    values = LABELS[quantity][2](run)
     limits = float(values.min(initial=0.0 if quantity == "speed" else np.inf)), float(values.max())
-    image = paint(view, run.position, run.radius, colours_of(quantity, values, limits), plate)
+    image = paint(view, run.position, run.radius, _colours_of(quantity, values, limits), plate)
     draw = ImageDraw.Draw(image)
     if heap and elevation == 0.0:
         _draw_flanks(draw, view, run, plate)
     font = font_of(view.width)
     place = 0.02 * view.width, view.height - 1.9 * font.size
-    draw_bar(draw, quantity, limits, place, (view.width // 8, int(0.8 * font.size)), font)
+    _draw_bar(draw, quantity, limits, place, (view.width // 8, int(0.8 * font.size)), font)
     return image.resize((width, view.height // OVERSAMPLING), Image.Resampling.LANCZOS)
 
 
-def colour_by(choice: str, radius: np.ndarray, velocity: np.ndarray) -> str:
-    """The quantity that `choice` comes to: auto is size where sizes differ, speed where grains
-    move, else order. radius (n,) [m], velocity (n, 3) [m/s]."""
-    if choice != "auto":
-        return choice
-    if np.ptp(radius) > 1e-6 * radius.max():
-        return "size"
-    return "speed" if np.linalg.norm(velocity, axis=1).max() > 0.1 else "order"
+def _rank(tag):
+    """Place (n,) of each grain in the order in which they were made, from 0 to 1."""
+    return np.argsort(np.argsort(tag)) / max(len(tag) - 1, 1)
 
 
-def values_of(
-    quantity: str, position: np.ndarray, radius: np.ndarray, velocity: np.ndarray, tag: np.ndarray
-) -> np.ndarray:
-    """Values (n,) of a quantity, in the unit of its label. position (n, 3), radius (n,) [m],
-    velocity (n, 3) [m/s], tag (n,)."""
-    return {
-        "size": lambda: 2e3 * radius,
-        "speed": lambda: np.linalg.norm(velocity, axis=1),
-        "order": lambda: np.argsort(np.argsort(tag)) / max(len(tag) - 1, 1),
-        "height": lambda: 1e3 * position[:, 2],
-    }[quantity]()
-
-
-def colours_of(quantity: str, values: np.ndarray, limits: tuple[float, float]) -> np.ndarray:
+def _colours_of(quantity, values, limits):
     """Colours (n, 3) in 0..1 of values between limits (low, high)."""
     low, high = limits
     share = np.clip((values - low) / (high - low), 0.0, 1.0) if high > low else 0.5 + 0.0 * values
     return mpl.colormaps[LABELS[quantity][1]](share)[:, :3]
 
 
-def draw_bar(
-    draw: Any,
-    quantity: str,
-    limits: tuple[float, float],
-    at: tuple[float, float],
-    size: tuple[int, int],
-    font: Any,
-) -> None:
+def _draw_bar(draw, quantity, limits, at, size, font):
     """Draw the colour bar with its label and its ends at (x, y) [px], `size` (width, height)
     [px]."""
     (x, y), (width, height) = at, size
-    ramp = colours_of(quantity, np.linspace(0.0, 1.0, width), (0.0, 1.0))
+    ramp = _colours_of(quantity, np.linspace(0.0, 1.0, width), (0.0, 1.0))
     for k, colour in enumerate(ramp):
         draw.line([x + k, y, x + k, y + height], fill=tuple(int(255 * c) for c in colour))
     text = LABELS[quantity][0]

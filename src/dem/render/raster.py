@@ -104,7 +104,11 @@ def shade(
     ambient = AMBIENT
     if len(position):
         direct *= np.where(_shadowed(lamp, points, position, radius), SHADOW, 1.0)
-        ambient = AMBIENT * _openness(depth, hit, view.scale * float(np.mean(radius)))
+        # 1 where a pixel lies in the open, less where its surroundings stand nearer to the viewer
+        filled = np.where(hit, depth, depth[hit].min() if hit.any() else 0.0)
+        reach = 1.5 * (view.scale * float(np.mean(radius)))
+        around = gaussian_filter(filled, reach, truncate=2.0)
+        ambient = AMBIENT * (1.0 - OCCLUSION * np.clip((around - filled) / reach, 0.0, 1.0))
     half = lamp.axes[2] + view.axes[2]
     gloss = GLOSS * np.clip(normal @ (half / np.linalg.norm(half)), 0.0, None) ** 30
     light = np.asarray(ambient + DIFFUSE * direct)[..., None]
@@ -129,10 +133,3 @@ def _shadowed(lamp, points, position, radius):
     column, row = (np.clip(np.rint(c), 0, lamp.width - 1).astype(int) for c in (column, row))
     bias = 0.35 * lamp.scale * float(np.mean(radius))
     return (lit[row, column] > z + bias).reshape(points.shape[:2])
-
-
-def _openness(depth, hit, radius):
-    """1 where a pixel lies in the open, less where its surroundings stand nearer to the viewer."""
-    filled = np.where(hit, depth, depth[hit].min() if hit.any() else 0.0)
-    around = gaussian_filter(filled, 1.5 * radius, truncate=2.0)
-    return 1.0 - OCCLUSION * np.clip((around - filled) / (1.5 * radius), 0.0, 1.0)
