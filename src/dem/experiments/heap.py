@@ -288,7 +288,7 @@ def pour(spec: "RunSpec", context: "RunContext") -> "tuple[Simulation, Rig, int,
         if not source.exhausted:
             source.make_layer(sim)
         sim.advance(chunk)
-        spilled += take_lost(sim, rig.plate_radius)
+        spilled += take_lost(sim, rig.lost_height)
         flow.append([sim.time, source.made, grains_above(sim, rig.orifice_height)])
         if source.exhausted and closed and phases.motion(sim) < calm:
             setup.take_away(sim, "gate")

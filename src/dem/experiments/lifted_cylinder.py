@@ -14,7 +14,7 @@ from dem.experiments import bed, builder, phases, setup
 from dem.experiments.declare import Experiment, Metric, Quantity, lever, refuse, refuse_narrow
 from dem.experiments.mesh import at_rims, circle, read_mesh
 from dem.grains.sizes import longest_mm
-from dem.measure.heap import read_at_rest, slopes_of, standing, take_lost
+from dem.measure.heap import LOST_BELOW, read_at_rest, slopes_of, standing, take_lost
 from dem.schema import Part, field, mesh_field
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ def _lift(sim, spec, context, depth, plate):
     sim.move_wall("cylinder", velocity=(0.0, 0.0, speed))
     while sim.time - start < clear + spec.numerics.max_time_s:
         bed.advance_for(sim, 2.0 * phases.look(spec))
-        lost += take_lost(sim, plate)
+        lost += take_lost(sim, -LOST_BELOW * plate)
         gone = sim.time - start
         ended = gone > clear and slopes.ended(sim, lambda: slopes_of(standing(sim, plate)))
         if ended:

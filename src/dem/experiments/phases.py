@@ -91,7 +91,7 @@ def rest(sim: Simulation, spec: RunSpec, limit: float, phase: str) -> None:
         if moved >= CALM:
             continue
         force = (sim.wall_state.impulse.sum(0) - before) / (sim.time - begin)
-        load = over_weight(sim, force)  # 1 at rest
+        load = float(over_weight(sim, force))  # type: ignore[arg-type]  # 1 at rest
         if abs(load - 1.0) < CARRIED:
             return
     refuse(phase, sim.time - start, moved, load)

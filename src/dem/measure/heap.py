@@ -110,10 +110,10 @@ def slopes_of(heap: Mapping[str, float]) -> tuple[float, float]:
     return heap["angle_of_repose_deg"], heap["radial_angle_deg"]
 
 
-def take_lost(sim: Simulation, plate_radius: float) -> int:
-    """Take out grains that have fallen past a plate [m]; returns their number."""
-    height = sim.particles.position[: sim.n, 2]
-    return sim.remove(sim.particles.tag[: sim.n][height < -LOST_BELOW * plate_radius])
+def take_lost(sim: Simulation, height: float) -> int:
+    """Take out grains that have fallen below a height [m]; returns their number."""
+    lost = sim.particles.position[: sim.n, 2] < height
+    return sim.remove(sim.particles.tag[: sim.n][lost])
 
 
 def readings_apart(metrics: Mapping[str, float]) -> str | None:

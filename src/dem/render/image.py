@@ -64,7 +64,7 @@ def draw_run(
     plate = plate_of(run.spec)
     heap = plate is not None and "angle_of_repose_deg" in run.metrics
     if heap:  # without what hangs in the funnel and would make the heap small, or falls beside it
-        part = heap_grains(run.position, run.radius, run.velocity, plate)
+        part = heap_grains(run.position, run.radius, run.velocity, plate)  # type: ignore[arg-type]
         kept = {k: getattr(run, k)[part] for k in ("position", "radius", "velocity", "tag")}
         run = replace(run, **kept)
     if azimuth is None:
