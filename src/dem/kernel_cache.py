@@ -53,20 +53,14 @@ def kernel_cache() -> Path:
         # a process that this one has started finds the folder of this one
         bases = [base.parent if NAME.fullmatch(base.name) else base]
     else:
-        bases = [b / "granular-calibration" for b in _user_caches()]
+        bases = [Path(os.environ["XDG_CACHE_HOME"])] if os.environ.get("XDG_CACHE_HOME") else []
+        with suppress(RuntimeError):  # no HOME, and nobody knows this user
+            bases.append(Path.home() / ".cache")
+        bases = [base / "granular-calibration" for base in bases]
     for base in bases:
         if _writable(base / name):
             return base / name
     return _private_folder() / name
-
-
-def _user_caches():
-    if os.environ.get("XDG_CACHE_HOME"):
-        yield Path(os.environ["XDG_CACHE_HOME"])
-    try:
-        yield Path.home() / ".cache"
-    except RuntimeError:  # no HOME, and nobody knows this user
-        return
 
 
 def _writable(folder):

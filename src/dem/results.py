@@ -121,7 +121,13 @@ def _read(folder, name, files):
         raise ResultError(path, CHANGED)
     _check_shape(path, result, SHAPES[name])
     _check_shape(path, result["manifest"], MANIFEST, "manifest.")
-    _check_values(path, result)
+    for key, value in (result["metrics"] or {}).items():
+        if value is not None and type(value) not in (int, float):
+            raise ResultError(path, f"is not as a run is written: metrics.{key} is {value!r:.80}")
+    for file, digest in result["manifest"]["files"].items():  # named without a folder
+        if Path(file).name != file or not isinstance(digest, str):
+            said = f"manifest.files.{file:.80} is {digest!r:.80}"
+            raise ResultError(path, f"is not as a run is written: {said}")
     run = result["manifest"]["run"]
     if RUN_NAME.fullmatch(folder.name) and folder.name != run:
         raise ResultError(path, f"is the result of another run, {run}")
@@ -136,17 +142,6 @@ def _check_shape(path, found, wanted, within=""):
         value = found.get(key)
         if not isinstance(value, kind) or isinstance(value, bool):
             said = f"{within}{key} is {value!r:.80}, not of the kind {kind.__name__}"
-            raise ResultError(path, f"is not as a run is written: {said}")
-
-
-def _check_values(path, result):
-    """Metrics are numbers or None; files are named without a folder and have a digest as text."""
-    for key, value in (result["metrics"] or {}).items():
-        if value is not None and type(value) not in (int, float):
-            raise ResultError(path, f"is not as a run is written: metrics.{key} is {value!r:.80}")
-    for file, digest in result["manifest"]["files"].items():
-        if Path(file).name != file or not isinstance(digest, str):
-            said = f"manifest.files.{file:.80} is {digest!r:.80}"
             raise ResultError(path, f"is not as a run is written: {said}")
 
 

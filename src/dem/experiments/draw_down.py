@@ -102,33 +102,28 @@ class _Boxes:
     def walls(self, top: float) -> "WallSet":
         """Two floors, four sides, front and back up to `top`, and the gate over the slot."""
         walls = builder.WallSet().body("boxes", material=setup.WALL)
-        if self.mesh is None:
-            self._own(walls, top)
-        else:
+        flat, up = np.array([0.0, self.deep, 0.0]), np.array([0.0, 0.0, 1.0])
+        out = np.array([1.0, 0.0, 0.0])
+        if self.mesh:
             walls.mesh(*self.mesh.body)
-            self._collar(walls, top)
+            # sides of the upper box above the mesh, within which grains are made
+            half = 0.5 * (top - self.mesh.high)
+            z = top - half
+            for side in (-1.0, 1.0) if half > 0.0 else ():
+                walls.rectangle((side * self.upper, 0.0, z), flat, half * up)
+                walls.rectangle((0.0, side * self.deep, z), self.upper * out, half * up)
+        else:
+            high, ledge = 0.5 * (top - self.floor), 0.5 * (self.upper - self.slot)
+            wide, low = max(self.upper, self.lower), 0.5 * self.floor
+            walls.rectangle((0.0, 0.0, 0.0), self.lower * out, flat)
+            for side in (-1.0, 1.0):
+                middle = side * 0.5 * (self.slot + self.upper)
+                walls.rectangle((middle, 0.0, self.floor), ledge * out, flat)
+                walls.rectangle((side * self.upper, 0.0, self.floor + high), flat, high * up)
+                walls.rectangle((side * self.lower, 0.0, low), flat, low * up)
+                walls.rectangle((0.0, side * self.deep, 0.5 * top), wide * out, 0.5 * top * up)
         gate = walls.body("gate", material=setup.WALL)
         return gate.rectangle((0.0, 0.0, self.floor), (self.slot, 0.0, 0.0), (0.0, self.deep, 0.0))
-
-    def _collar(self, walls, top):
-        """Sides of the upper box above a mesh, within which grains are made."""
-        half = 0.5 * (top - self.mesh.high)
-        z = top - half
-        for side in (-1.0, 1.0) if half > 0.0 else ():
-            walls.rectangle((side * self.upper, 0.0, z), (0.0, self.deep, 0.0), (0.0, 0.0, half))
-            walls.rectangle((0.0, side * self.deep, z), (self.upper, 0.0, 0.0), (0.0, 0.0, half))
-
-    def _own(self, walls, top):
-        high, ledge = 0.5 * (top - self.floor), 0.5 * (self.upper - self.slot)
-        flat, up = np.array([0.0, self.deep, 0.0]), np.array([0.0, 0.0, 1.0])
-        wide, out = max(self.upper, self.lower), np.array([1.0, 0.0, 0.0])
-        walls.rectangle((0.0, 0.0, 0.0), self.lower * out, flat)
-        for side in (-1.0, 1.0):
-            middle = side * 0.5 * (self.slot + self.upper)
-            walls.rectangle((middle, 0.0, self.floor), ledge * out, flat)
-            walls.rectangle((side * self.upper, 0.0, self.floor + high), flat, high * up)
-            walls.rectangle((side * self.lower, 0.0, 0.5 * self.floor), flat, 0.5 * self.floor * up)
-            walls.rectangle((0.0, side * self.deep, 0.5 * top), wide * out, 0.5 * top * up)
 
 
 def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
