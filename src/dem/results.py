@@ -5,22 +5,16 @@ it is, what was computed with, and the checksums of the files beside it; a check
 stands at its end.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from dem.errors import ResultError
 from dem.fingerprint import cpu_target, engine_fingerprint, software
 from dem.io.files import digest_of, is_sealed, sealed, write_json
-from dem.spec import content_hash, input_digests
-
-if TYPE_CHECKING:
-    from dem.spec import RunSpec
-
+from dem.spec import RunSpec, content_hash, input_digests
 
 RESULT, FAILED, STATE = "result.json", "failed.json", "final.npz"
 RUN_NAME = re.compile(r"[a-z_]+-[0-9a-f]{16}")

@@ -24,11 +24,10 @@ from dem.experiments.phases import over_weight
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import read_checked_arrays, sweep_partial, write_arrays, write_checked_arrays
 from dem.results import FAILED, RESULT, STATE, is_current, read_result, run_name, write_result
-from dem.spec import canonical
+from dem.spec import RunSpec, canonical
 
 if TYPE_CHECKING:
     from dem.simulation import Simulation
-    from dem.spec import RunSpec
 
 
 class RunContext:

@@ -1,7 +1,5 @@
 """What a run left in its folder: read for drawing, and written for ParaView."""
 
-from __future__ import annotations
-
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,9 +1,8 @@
 """The image of a finished run; a heap with the lines that its angle of repose was read from."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -12,14 +11,9 @@ from PIL import Image, ImageDraw, ImageFont
 from dem.errors import DemError
 from dem.experiments import experiment_of
 from dem.measure.heap import LOWER, UPPER, VIEWS, fit_flank, heap_grains, outline
+from dem.render.files import FinishedRun
 from dem.render.raster import View, shade
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from dem.render.files import FinishedRun
-    from dem.spec import RunSpec
-
+from dem.spec import RunSpec
 
 GROUND, INK, LINE, STEEL = (240, 242, 245), (29, 36, 48), (209, 60, 31), (120, 128, 140)
 OVERSAMPLING = 2
