@@ -1,10 +1,6 @@
 """From a run spec to a simulation: materials, laws, time step and grain sizes. Units become SI
 here."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -16,11 +12,8 @@ from dem.grains.sizes import clump_shape, rayleigh_of
 from dem.linear import length
 from dem.materials import PARTICLE, WALL, contact_parameters, laws_of, material_of
 from dem.simulation import Air, Simulation, SkinPolicy
-
-if TYPE_CHECKING:
-    from dem.spec import RunSpec
-    from dem.walls.builder import WallSet
-
+from dem.spec import RunSpec
+from dem.walls.builder import WallSet
 
 FAR = -1e3  # height at which a wall that was taken away meets nothing [m]
 

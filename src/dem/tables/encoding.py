@@ -41,25 +41,21 @@ def is_workbook(data: bytes, path: Path) -> bool:
         if named:
             raise refused("no workbook", path=path)
         return False
-    if not _holds_workbook(data, path):
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as packed:
+            holds = "xl/workbook.xml" in packed.namelist()
+            if holds:
+                check_unpacked(packed, path)
+    except InputError:
+        raise
+    except Exception:  # its directory may be damaged in a dozen ways
+        holds = False
+    if not holds:
         what = "is a compressed file and no workbook (OpenDocument, or a zip archive)"
         raise refused("other kind", path=path, what=what)
     if not named:
         name = {"named": path.suffix or "text", "stem": path.stem}
         raise refused("workbook by another name", path=path, **name)
-    return True
-
-
-def _holds_workbook(data, path):
-    try:
-        with zipfile.ZipFile(io.BytesIO(data)) as packed:
-            if "xl/workbook.xml" not in packed.namelist():
-                return False
-            check_unpacked(packed, path)
-    except InputError:
-        raise
-    except Exception:  # its directory may be damaged in a dozen ways
-        return False
     return True
 
 
