@@ -12,7 +12,7 @@ core + (narrow - core) * narrow diameter / wide diameter."""
 
 import math
 from itertools import product
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -113,7 +113,7 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     vessel = _Vessel(spec)
     sim = bed.poured(spec, vessel.walls, vessel.radius, 0.0, rng)
     context.progress(0.3, "poured")
-    poured = _packed(sim, spec, vessel)
+    poured, poured_error, poured_solid = _packed(sim, spec, vessel)
     height = 1e-3 * g.tap_height_mm
     fall = math.sqrt(2.0 * height / GRAVITY)
     for tap in range(g.taps):
@@ -128,29 +128,22 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
         context.progress(0.3 + 0.7 * (tap + 1) / g.taps, f"tap {tap + 1} of {g.taps}")
         context.frame(sim)
     phases.rest(sim, spec, REST * phases.look(spec), "tapping")
-    tapped = _packed(sim, spec, vessel)
+    tapped, tapped_error, tapped_solid = _packed(sim, spec, vessel)
     context.finish(sim, phases.REST)
     return {
-        "poured_density_kg_m3": poured.density,
-        "poured_density_error_kg_m3": poured.error,
-        "tapped_density_kg_m3": tapped.density,
-        "tapped_density_error_kg_m3": tapped.error,
-        "hausner_ratio": tapped.density / poured.density,
-        "poured_solid_fraction": poured.solid,
-        "tapped_solid_fraction": tapped.solid,
+        "poured_density_kg_m3": poured,
+        "poured_density_error_kg_m3": poured_error,
+        "tapped_density_kg_m3": tapped,
+        "tapped_density_error_kg_m3": tapped_error,
+        "hausner_ratio": tapped / poured,
+        "poured_solid_fraction": poured_solid,
+        "tapped_solid_fraction": tapped_solid,
     }
 
 
-class _Packed(NamedTuple):
-    """Density in the vessel and its standard error [kg/m3], and solid fraction of the core."""
-
-    density: float
-    error: float
-    solid: float
-
-
 def _packed(sim, spec, vessel):
-    """`_Packed` of a bed at rest."""
+    """Density in the vessel and its standard error [kg/m3], and solid fraction of the core, of a
+    bed at rest."""
     position, mass = sim.position - sim.wall_origin("vessel"), sim.mass
     z = position[:, 2]
     level = float(np.sort(z)[int(SURFACE * len(z)) - 1])
@@ -163,7 +156,7 @@ def _packed(sim, spec, vessel):
     density = vessel.share * simulated + (1.0 - vessel.share) * unbounded
     parts = _eighths(position, sim.radius, sim.cubed_radius, *core)
     relative = float(parts.std(ddof=1)) / math.sqrt(len(parts)) / solid
-    return _Packed(density, density * relative, solid)
+    return density, density * relative, solid
 
 
 def _eighths(position, radius, cube, core, low, high):

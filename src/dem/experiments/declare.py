@@ -8,12 +8,14 @@ the experiments.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dem.constants import GRAVITY
 from dem.errors import MeasureError, SpecError
 from dem.grains.sizes import longest_mm
 from dem.units import unit_of
@@ -79,7 +81,7 @@ class Share(Plain):
         return slope * z, slope + 0.0 * z
 
 
-WITH_LOAD = Share("normal_stress_kPa")
+LOAD = Share("normal_stress_kPa")
 """The scale of a stress that goes with the load."""
 
 
@@ -146,6 +148,11 @@ def lever(
 ) -> dict[str, Lever]:
     """{key: `Lever`} of a key of the geometry, whose ending is the unit."""
     return {key: Lever(least, most, words, unit_of(key) or "", ("geometry", key), needed)}
+
+
+def falls(key: str) -> Callable[[RunSpec], float]:
+    """`impact_speed` of a fall in a vacuum from a height of the geometry [mm]."""
+    return lambda spec: math.sqrt(2.0 * GRAVITY * 1e-3 * getattr(spec.geometry, key))
 
 
 def nothing(spec: RunSpec) -> list[str]:

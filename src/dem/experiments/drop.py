@@ -7,14 +7,14 @@ those of the lowest point above the plate, as on the bench.
 """
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dem.constants import GRAVITY
 from dem.errors import MeasureError
 from dem.experiments import builder, drag, setup
-from dem.experiments.declare import Experiment, Lever, LogShare, Metric, Quantity, lever
+from dem.experiments.declare import Experiment, Lever, LogShare, Metric, Quantity, falls, lever
 from dem.experiments.mesh import circle, outside, read_mesh
 from dem.grains.sizes import mean_radius
 from dem.schema import Part, field, mesh_field
@@ -44,11 +44,6 @@ class DropGeometry(Part):
     )
 
 
-def impact_speed(spec: "RunSpec") -> float:
-    """Speed [m/s] of a fall in a vacuum."""
-    return math.sqrt(2.0 * GRAVITY * 1e-3 * spec.geometry.drop_height_mm)
-
-
 def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     """Drop the grains described by `spec`; returns the metrics of docs/architecture.md."""
     g = spec.geometry
@@ -68,19 +63,20 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
         weight, diameter = GRAVITY * float(sim.mass.min()), 2.0 * float(sim.radius.min())
         fall += height / drag.terminal_speed(weight, diameter, density, viscosity)
     limit = 2.2 * fall
-    flight = _follow(sim, radius, height, limit, g.output_interval_s, context)
-    rebound = flight.sampled if g.output_interval_s else flight.apex
-    restitution = np.sqrt(np.maximum(flight.apex, 0.0) / start)
+    apex, sampled, hitting, leaving = _follow(
+        sim, radius, height, limit, g.output_interval_s, context
+    )
+    rebound = sampled if g.output_interval_s else apex
+    restitution = np.sqrt(np.maximum(apex, 0.0) / start)
     if density > 0.0:  # the air took a part of both speeds
-        restitution = flight.leaving / flight.hitting
-        impact = float(flight.hitting.mean())
+        restitution, impact = leaving / hitting, float(hitting.mean())
     grain, wall = (setup.material_of(m) for m in (spec.materials.particle, spec.materials.wall))
     contact = hertz_contact_time(radius, impact, grain, wall)
     context.finish(sim)
     return {
         "rebound_height_mm": 1e3 * float(rebound.mean()),
         "rebound_height_sd_mm": 1e3 * float(rebound.std(ddof=1)) if g.drops > 1 else 0.0,
-        "true_rebound_height_mm": 1e3 * float(flight.apex.mean()),
+        "true_rebound_height_mm": 1e3 * float(apex.mean()),
         "effective_restitution": float(restitution.mean()),
         "effective_restitution_sd": float(restitution.std(ddof=1)) if g.drops > 1 else 0.0,
         "impact_speed_m_s": impact,
@@ -104,19 +100,9 @@ def _targets(spec):
     return walls, apart
 
 
-class Flight(NamedTuple):
-    """Of each grain (n,): highest point [m], that at output instants [m], and the speed at the
-    plate before and after the first impact [m/s]."""
-
-    apex: np.ndarray
-    sampled: np.ndarray
-    hitting: np.ndarray
-    leaving: np.ndarray
-
-
 def _follow(sim, radius, height, limit, output_interval, context):
-    """The `Flight` of each grain: the highest point after the first impact at any time, and at
-    output instants only, and the speeds before and after the impact.
+    """Highest point [m] of each grain (n,) after the first impact at any time, and at output
+    instants only, and the speeds at the plate before and after the impact [m/s].
 
     The apex by energy is z + v^2/2g while the grain rises freely. With air drag the true apex is
     the largest z. So the larger of the heights reached is kept, and the energy estimate is used in
@@ -162,7 +148,7 @@ def _follow(sim, radius, height, limit, output_interval, context):
         asked = "is it too light to fall in this air?"
         raise MeasureError(f"a grain has not reached the plate after {sim.time:.3g} s; {asked}")
     leaving = np.where(np.isnan(leaving), 0.0, leaving)
-    return Flight(np.maximum(highest, 0.0), np.maximum(sampled, 0.0), hitting, leaving)
+    return np.maximum(highest, 0.0), np.maximum(sampled, 0.0), hitting, leaving
 
 
 EXPERIMENT = Experiment(
@@ -194,7 +180,7 @@ EXPERIMENT = Experiment(
     # a drop is over in one contact, which must be resolved (44 steps at 1.7 m/s)
     defaults={"numerics": {"rayleigh_fraction": 0.05}},
     prepare=_targets,  # an unusable mesh is refused here
-    impact_speed=impact_speed,
+    impact_speed=falls("drop_height_mm"),
     least_steps=20,  # the rebound goes with the square of the restitution
     quantity=Quantity(
         "rebound_height",

@@ -11,10 +11,17 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from dem.constants import GRAVITY
 from dem.errors import MeasureError, RefusedStateError, SpecError
 from dem.experiments import builder, phases, setup
-from dem.experiments.declare import Experiment, Metric, Quantity, lever, refuse, refuse_narrow
+from dem.experiments.declare import (
+    Experiment,
+    Metric,
+    Quantity,
+    falls,
+    lever,
+    refuse,
+    refuse_narrow,
+)
 from dem.flow import C_BEVERLOO, FREE_FLOW_RATIO, LOOSE, beverloo
 from dem.grains.sizes import draw_radii, grain_volume, largest_reach, mean_radius
 from dem.io.stl import read_stl
@@ -92,11 +99,6 @@ def check(spec: "RunSpec") -> None:
     if spec.numerics.max_time_s <= pouring:
         allowed = f"more than the {pouring:g} s in which particles.count grains are made"
         raise SpecError("numerics.max_time_s", spec.numerics.max_time_s, allowed)
-
-
-def impact_speed(spec: "RunSpec") -> float:
-    """Speed [m/s] of a fall from the orifice to the plate."""
-    return math.sqrt(2.0 * GRAVITY * 1e-3 * spec.geometry.discharge_height_mm)
 
 
 def capacity(spec: "RunSpec") -> float:
@@ -389,7 +391,7 @@ EXPERIMENT = Experiment(
     check=check,
     prepare=lambda spec: Rig(spec.geometry).walls(),  # an unusable mesh is refused here
     advice=advice,
-    impact_speed=impact_speed,
+    impact_speed=falls("discharge_height_mm"),  # to the plate
     # at 5 the restitution comes out 2 % low (docs/evidence.md, steps in a contact)
     least_steps=5,
     poured=True,

@@ -17,7 +17,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from dem.constants import GRAVITY
 from dem.experiments import bed, builder, phases, setup
-from dem.experiments.declare import WITH_LOAD, Experiment, Metric, Quantity, lever, refuse
+from dem.experiments.declare import LOAD, Experiment, Metric, Quantity, lever, refuse
 from dem.experiments.mesh import annulus, read_mesh
 from dem.grains.sizes import draw_radii, fall_time, largest_reach, longest_mm, smallest_radius
 from dem.schema import Part, field, mesh_field
@@ -234,8 +234,6 @@ EXPERIMENT = Experiment(
     check=check,
     prepare=_meshes,  # an unusable mesh is refused here
     poured=True,
-    quantity=Quantity(
-        "shear_stress", "kPa", 1e-4, 1e4, "shear stress", relative=True, scale=WITH_LOAD
-    ),
+    quantity=Quantity("shear_stress", "kPa", 1e-4, 1e4, "shear stress", relative=True, scale=LOAD),
     levers=lever("normal_stress_kPa", 1e-3, 1e4, "normal stress", needed=True),
 )

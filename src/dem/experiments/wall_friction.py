@@ -13,15 +13,7 @@ import numpy as np
 
 from dem.constants import GRAVITY
 from dem.experiments import bed, builder, phases, setup
-from dem.experiments.declare import (
-    WITH_LOAD,
-    Experiment,
-    Metric,
-    Quantity,
-    lever,
-    refuse,
-    refuse_narrow,
-)
+from dem.experiments.declare import LOAD, Experiment, Metric, Quantity, lever, refuse, refuse_narrow
 from dem.experiments.mesh import outside, read_mesh
 from dem.grains.sizes import draw_radii, largest_reach, longest_mm, smallest_radius
 from dem.schema import Part, field, mesh_field
@@ -146,7 +138,7 @@ EXPERIMENT = Experiment(
     prepare=_plate,  # an unusable mesh is refused here
     poured=True,
     quantity=Quantity(
-        "wall_shear_stress", "kPa", 1e-4, 1e4, "wall shear stress", relative=True, scale=WITH_LOAD
+        "wall_shear_stress", "kPa", 1e-4, 1e4, "wall shear stress", relative=True, scale=LOAD
     ),
     levers=lever("normal_stress_kPa", 1e-3, 1e4, "normal stress", needed=True),
     mechanisms=("wall_adhesion", "stress_dependent_friction"),
