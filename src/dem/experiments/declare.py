@@ -150,7 +150,7 @@ def lever(
     return {key: Lever(least, most, words, unit_of(key) or "", ("geometry", key), needed)}
 
 
-def falls(key: str) -> Callable[[RunSpec], float]:
+def fall(key: str) -> Callable[[RunSpec], float]:
     """`impact_speed` of a fall in a vacuum from a height of the geometry [mm]."""
     return lambda spec: math.sqrt(2.0 * GRAVITY * 1e-3 * getattr(spec.geometry, key))
 

@@ -14,7 +14,7 @@ import numpy as np
 from dem.constants import GRAVITY
 from dem.errors import MeasureError
 from dem.experiments import builder, drag, setup
-from dem.experiments.declare import Experiment, Lever, LogShare, Metric, Quantity, falls, lever
+from dem.experiments.declare import Experiment, Lever, LogShare, Metric, Quantity, fall, lever
 from dem.experiments.mesh import circle, outside, read_mesh
 from dem.grains.sizes import mean_radius
 from dem.schema import Part, field, mesh_field
@@ -56,13 +56,13 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     position = np.column_stack([np.arange(g.drops) * apart, np.zeros(g.drops), radius + start])
     sim.add_particles(position, radius)
     # a restitution of one would come back after three quarters of a whole bounce
-    fall = math.sqrt(2.0 * height / GRAVITY)
+    longest = math.sqrt(2.0 * height / GRAVITY)
     density, viscosity = sim.model.air
     if density > 0.0:
         # the time in vacuum and that at terminal speed add up to more than the fall takes
         weight, diameter = GRAVITY * float(sim.mass.min()), 2.0 * float(sim.radius.min())
-        fall += height / drag.terminal_speed(weight, diameter, density, viscosity)
-    limit = 2.2 * fall
+        longest += height / drag.terminal_speed(weight, diameter, density, viscosity)
+    limit = 2.2 * longest
     apex, sampled, hitting, leaving = _follow(
         sim, radius, height, limit, g.output_interval_s, context
     )
@@ -180,7 +180,7 @@ EXPERIMENT = Experiment(
     # a drop is over in one contact, which must be resolved (44 steps at 1.7 m/s)
     defaults={"numerics": {"rayleigh_fraction": 0.05}},
     prepare=_targets,  # an unusable mesh is refused here
-    impact_speed=falls("drop_height_mm"),
+    impact_speed=fall("drop_height_mm"),
     least_steps=20,  # the rebound goes with the square of the restitution
     quantity=Quantity(
         "rebound_height",

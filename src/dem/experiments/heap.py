@@ -13,15 +13,7 @@ import numpy as np
 
 from dem.errors import MeasureError, RefusedStateError, SpecError
 from dem.experiments import builder, phases, setup
-from dem.experiments.declare import (
-    Experiment,
-    Metric,
-    Quantity,
-    falls,
-    lever,
-    refuse,
-    refuse_narrow,
-)
+from dem.experiments.declare import Experiment, Metric, Quantity, fall, lever, refuse, refuse_narrow
 from dem.flow import C_BEVERLOO, FREE_FLOW_RATIO, LOOSE, beverloo
 from dem.grains.sizes import draw_radii, grain_volume, largest_reach, mean_radius
 from dem.io.stl import read_stl
@@ -391,7 +383,7 @@ EXPERIMENT = Experiment(
     check=check,
     prepare=lambda spec: Rig(spec.geometry).walls(),  # an unusable mesh is refused here
     advice=advice,
-    impact_speed=falls("discharge_height_mm"),  # to the plate
+    impact_speed=fall("discharge_height_mm"),  # to the plate
     # at 5 the restitution comes out 2 % low (docs/evidence.md, steps in a contact)
     least_steps=5,
     poured=True,
