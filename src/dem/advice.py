@@ -42,14 +42,9 @@ def warnings_of(spec: RunSpec) -> list[str]:
     """Sentences, each with the setting to change, about a valid `RunSpec`; an empty list when all
     is well."""
     experiment = experiment_of(spec)
-    return [
-        *_doubtful(spec.model_dump(mode="json")),
-        *experiment.advice(spec),
-        *_short_contacts(experiment, spec),
-        *_trembling(experiment, spec),
-        *_creeping(spec),
-        *_dragged(spec),
-    ]
+    said = [*_doubtful(spec.model_dump(mode="json")), *experiment.advice(spec)]
+    said += [*_short_contacts(experiment, spec), *_trembling(experiment, spec)]
+    return [*said, *_creeping(spec), *_dragged(spec)]
 
 
 def _doubtful(data, prefix=""):

@@ -94,10 +94,9 @@ class RunContext:
         write_checked_arrays(self.checkpoint_path, arrays | {"meta": np.array(meta)})
         self._saved = time.monotonic()
         if stopping:
-            raise StoppedError(
-                f"stopped at {100 * self._fraction:.0f} %; the state is in {self.checkpoint_path}, "
-                "and the run goes on from there when it is started again"
-            )
+            more = "and the run goes on from there when it is started again"
+            state = f"the state is in {self.checkpoint_path}, {more}"
+            raise StoppedError(f"stopped at {100 * self._fraction:.0f} %; {state}")
 
     def _key(self):
         return [canonical(self.spec), engine_fingerprint()]

@@ -87,10 +87,8 @@ def _entry(value, place, key):
     if isinstance(value, dict):
         return converted(value, f"{place}.")
     if isinstance(value, list):
-        return [
-            _entry(v, f"{place}.{n}" if isinstance(v, dict) else place, key)
-            for n, v in enumerate(value)
-        ]
+        places = (f"{place}.{n}" if isinstance(v, dict) else place for n, v in enumerate(value))
+        return [_entry(v, at, key) for v, at in zip(value, places, strict=True)]
     unit = unit_of(key)
     if unit is None or not has_unit(value):
         return value

@@ -36,11 +36,10 @@ def sites_in_rectangle(
     low: Sequence[float], high: Sequence[float], reach: float, rng: np.random.Generator
 ) -> np.ndarray:
     """The same within low..high, both (2,)."""
-    lines = [
-        np.arange(a + 1.05 * reach, b - 1.04 * reach, PITCH * reach)
-        for a, b in zip(low, high, strict=True)
-    ]
-    x, y = (v.ravel() for v in np.meshgrid(*lines, indexing="ij"))
+    (left, front), (right, back), pitch = low, high, PITCH * reach
+    across = np.arange(left + 1.05 * reach, right - 1.04 * reach, pitch)
+    deep = np.arange(front + 1.05 * reach, back - 1.04 * reach, pitch)
+    x, y = (v.ravel() for v in np.meshgrid(across, deep, indexing="ij"))
     return rng.permutation(np.column_stack([x, y]))
 
 
@@ -154,10 +153,8 @@ def surface_profile(
     edges = np.linspace(low, high, bins + 1)
     strip = np.digitize(along, edges) - 1
     top = np.full(bins, np.nan)
-    for k in range(bins):
-        own = strip == k
-        if own.any():
-            top[k] = (height[own] + radius[own]).max()
+    for k in np.intersect1d(strip, np.arange(bins)):
+        top[k] = (height + radius)[strip == k].max()
     return 0.5 * (edges[1:] + edges[:-1]), top
 
 

@@ -211,17 +211,15 @@ class Experiment:
         one that is missing or physically impossible."""
         found = self.run(spec, context)
         known = {m.name: m for m in self.metrics}
-        if set(found) != set(known):
-            names = ", ".join(sorted(set(found) ^ set(known)))
-            raise MeasureError(
-                f"{self.name}: {names}: metrics that are declared and those given differ"
-            )
+        names = ", ".join(sorted(found.keys() ^ known.keys()))
+        if names:
+            reason = "metrics that are declared and those given differ"
+            raise MeasureError(f"{self.name}: {names}: {reason}")
         for name, value in found.items():
-            m = known[name]
-            if value is not None and not m.least <= value <= m.most:
-                raise MeasureError(
-                    f"{self.name}: {name} = {value:g} is not possible; {m.least:g} to {m.most:g} is"
-                )
+            least, most = known[name].least, known[name].most
+            if value is not None and not least <= value <= most:
+                reason = f"{value:g} is not possible; {least:g} to {most:g} is"
+                raise MeasureError(f"{self.name}: {name} = {reason}")
         return found
 
 

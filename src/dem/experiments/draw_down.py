@@ -169,10 +169,8 @@ def _angles(sim, spec, boxes):
     edge = mean_radius(spec)
     stays = boxes.slot + edge, boxes.upper - edge
     heap = 2.0 * edge, boxes.lower - edge  # from a grain beside its crest to the wall
-    return (
-        _flanks(position[above], radius[above], *stays, boxes.floor),
-        -_flanks(position[~above], radius[~above], *heap, 0.0),
-    )
+    shear = _flanks(position[above], radius[above], *stays, boxes.floor)
+    return shear, -_flanks(position[~above], radius[~above], *heap, 0.0)
 
 
 def _flanks(position, radius, low, high, floor):

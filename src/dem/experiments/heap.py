@@ -114,10 +114,8 @@ def advice(spec: "RunSpec") -> list[str]:
     g, found = spec.geometry, []
     ratio = 0.5e-3 * g.orifice_diameter_mm / largest_reach(spec)
     if ratio < FREE_FLOW_RATIO:
-        found.append(
-            f"geometry.orifice_diameter_mm is {ratio:.1f} of the largest grain; below "
-            f"{FREE_FLOW_RATIO:g} the funnel may clog"
-        )
+        told = f"is {ratio:.1f} of the largest grain; below {FREE_FLOW_RATIO:g} the funnel may clog"
+        found.append(f"geometry.orifice_diameter_mm {told}")
     passes, feed = capacity(spec), g.generation_rate_per_s
     if g.feed == "rain" and abs(passes / feed - 1.0) < NEAR_CAPACITY:
         found.append(

@@ -29,10 +29,8 @@ def watch(
     times, masses, quiet, start = [0.0], [0.0], 0, sim.time
     while sim.n and quiet < QUIET:
         if times[-1] > limit:
-            raise MeasureError(
-                f"grains still leave after {limit:g} s; give numerics.max_time_s more, widen the "
-                "opening, or take fewer grains"
-            )
+            more = "give numerics.max_time_s more, widen the opening, or take fewer grains"
+            raise MeasureError(f"grains still leave after {limit:g} s; {more}")
         bed.advance_for(sim, phases.look(spec))
         gone = leave()
         times.append(sim.time - start)

@@ -102,10 +102,9 @@ def _plate(spec):
         return None
     surface = mesh.topped(low, high, "under the ring and along its path its surface")
     if surface.min() < -smallest_radius(spec):
-        mesh.refuse(
-            f"is {-1e3 * surface.min():.4g} mm deep; allowed: the smallest grain's radius, "
-            f"{1e3 * smallest_radius(spec):.4g} mm, or grains leave under the ring"
-        )
+        allowed = f"the smallest grain's radius, {1e3 * smallest_radius(spec):.4g} mm"
+        found = f"is {-1e3 * surface.min():.4g} mm deep"
+        mesh.refuse(f"{found}; allowed: {allowed}, or grains leave under the ring")
     return mesh
 
 

@@ -34,12 +34,8 @@ def write_grains(
     """Write grains to a .vtp file, atomically: position [m], velocity [m/s] (n, 3); radius [m] and
     tag (n,). Glyph by `radius` to see spheres."""
     velocity = np.asarray(velocity, float).reshape(-1, 3)
-    fields = {
-        "radius": np.asarray(radius, float),
-        "velocity": velocity,
-        "speed": length(velocity),
-        "id": np.asarray(tag, np.int64),
-    }
+    fields = {"radius": np.asarray(radius, float), "velocity": velocity}
+    fields |= {"speed": length(velocity), "id": np.asarray(tag, np.int64)}
     each = np.arange(len(velocity))[:, None]  # a vertex a grain
     _write(path, np.asarray(position, float).reshape(-1, 3), verts=list(each), fields=fields)
 
