@@ -25,8 +25,7 @@ from dem.fingerprint import kernel_fingerprint, stack_digest
 NAME = re.compile(r"engine-[0-9a-f]{16}-[0-9a-f]{12}")
 PARTS = {".nbi": 2, ".nbc": 1}
 """Suffix of numba's files -> pickles in one: an index has a version before it."""
-LOOKED = ".looked"
-"""Its time is that of the last look for files that are cut off."""
+LOOKED = ".looked"  # its time is that of the last look for files that are cut off
 SLACK_S = 60.0
 """Files so much older than the last look are looked at again: its process may have begun earlier
 [s]."""
@@ -75,14 +74,12 @@ def _writable(folder):
 def _private_folder():
     """A folder of this user's own: compiled code of a stranger must never be loaded."""
     folder = Path(tempfile.gettempdir()) / f"granular-calibration-{os.getuid()}"
-    try:
+    with suppress(OSError):
         folder.mkdir(mode=0o700, exist_ok=True)
         status = folder.lstat()
         own = stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid()
         if own and not status.st_mode & 0o022 and os.access(folder, os.W_OK):
             return folder
-    except OSError:
-        pass
     return Path(tempfile.mkdtemp(prefix="granular-calibration-"))
 
 

@@ -81,8 +81,7 @@ class Share(Plain):
         return slope * z, slope + 0.0 * z
 
 
-LOAD = Share("normal_stress_kPa")
-"""The scale of a stress that goes with the load."""
+LOAD = Share("normal_stress_kPa")  # the scale of a stress that goes with the load
 
 
 @dataclass(frozen=True)

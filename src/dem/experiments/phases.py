@@ -33,13 +33,11 @@ CARRIED = 0.05
 """Of the weight: how far the mean force on the walls over a look may be from it. A bed that still
 falls or packs is off by the acceleration of its grains over g."""
 
-STANDS = 10.0
-"""Looks over which a slope must stand: 0.1 s for grains of 2 mm."""
+STANDS = 10.0  # looks over which a slope must stand: 0.1 s for grains of 2 mm
 WITHIN = 0.1  # how far it may move meanwhile [deg]
 STILL = 1e-2  # energy of motion below which a slope may stand
 RESTS = 1e-5  # and below which it is read at once
-REST, STOOD = "at rest", "its slopes stand"
-"""Why a run ended that reads a slope."""
+REST, STOOD = "at rest", "its slopes stand"  # why a run ended that reads a slope
 
 
 def look(spec: RunSpec) -> float:

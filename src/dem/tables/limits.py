@@ -36,15 +36,12 @@ MOST_DIGITS = 1_000
 """Of a number in a configuration: Python writes out none of thousands, not even in a message."""
 _ENDLESS = re.compile(rb"[0-9A-Fa-f_:xX]{%d,}" % (MOST_DIGITS + 1))
 """Decimal, of another base, or by sixties, as YAML takes them."""
-MOST_UNPACKED = 24 * MB
-"""Bytes of all parts of a compressed file together."""
+MOST_UNPACKED = 24 * MB  # bytes of all parts of a compressed file together
 MOST_ROWS, MOST_COLUMNS, MOST_CELLS = 200_000, 1_000, 500_000
 """Of a table, of whatever kind of file."""
-LONGEST_CELL = 4_000
-"""Characters."""
+LONGEST_CELL = 4_000  # characters
 MOST_TRIANGLES = 300_000
-FARTHEST_MM = 1e6
-"""Of a mesh: coordinates are millimetres."""
+FARTHEST_MM = 1e6  # of a mesh: coordinates are millimetres
 MOST_PIXELS = 64_000_000
 LONGEST_SOUND_S = 300.0
 
