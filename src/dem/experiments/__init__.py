@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
     from dem.spec import RunSpec
 
-
 HELPERS = ("bed", "declare", "mesh", "outflow", "phases", "setup")
 FOLDERS = "DEM_EXPERIMENTS"
 

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from dem.spec import RunSpec
     from dem.walls.builder import WallSet
 
-
 LEAST_WIDTH = 5.0  # of the largest grain: narrower, the walls order all of the bed
 LIFT = 1.2  # time in which the vessel is raised, of that in which it falls
 CALM = 6.0  # looks that the grains get after each tap

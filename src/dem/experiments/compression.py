@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from dem.run import RunContext
     from dem.spec import RunSpec
 
-
 LEAST_WIDTH = 5.0  # of the largest grain
 LOOK = 1e-4  # path of the lid between looks, over the depth
 MEAN = 20  # looks over which the strength is a mean: single grains that jump do not count

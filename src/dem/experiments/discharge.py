@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from dem.spec import RunSpec
     from dem.walls.builder import WallSet
 
-
 LEAST_WALL = 2.5  # cylinder over orifice: narrower, the wall sets the flow
 LEAST_DEPTH = 2.0  # bed over orifice: lower, the flow goes with the depth
 RINGS = 8  # of the slope that stays

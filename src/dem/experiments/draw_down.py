@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from dem.spec import RunSpec
     from dem.walls.builder import WallSet
 
-
 LEAST_DEPTH = 3.0  # of the largest grain
 STRIPS = 10  # of each flank
 

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from dem.run import RunContext
     from dem.spec import RunSpec
 
-
 APART = 20.0  # radii between grains: they never meet
 MISSED = 5e-6  # of the drop height, at an apex between two looks
 LEAST_REBOUND = 1e-4  # of the drop height; a grain that sticks has no logarithm

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from dem.spec import RunSpec
     from dem.walls.builder import WallSet
 
-
 LEAST_DIAMETER, LEAST_WIDTH = 10.0, 3.0  # of the largest grain
 LOOKS = 40  # while the angle is read
 STRIPS = 16  # of the surface

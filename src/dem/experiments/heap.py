@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from dem.spec import RunSpec
     from dem.walls.builder import WallSet
 
-
 MIN_ORIFICE_RATIO = 3.0  # orifice over largest grain; below it any funnel clogs
 LEAST_PLATE = 4.0  # plate over largest grain
 MOUTH_ABOVE_RIM = 0.25  # where grains are made, above the funnel's rim: radii of its mouth

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from dem.spec import RunSpec
     from dem.walls.builder import WallSet
 
-
 LEAST_WIDTH = 5.0  # of the largest grain
 
 

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from dem.simulation import Simulation
     from dem.spec import RunSpec
 
-
 LOOK = 1.0  # between looks at the grains, in fall times of the mean grain
 SOONEST = 5.0  # looks before grains may count as at rest: thrown grains are slow at their highest
 CALM = 1e-4

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from dem.spec import RunSpec
     from dem.walls.builder import WallSet
 
-
 VANES = 24
 RAMP = 4.0  # duration of a change of load, in fall times of the mean grain
 PITCH = 2.1  # between grains when they are made, in reaches

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from dem.run import RunContext
     from dem.spec import RunSpec
 
-
 SETTLE = 5.0  # fall times that the grains get to come to rest on the level plate
 LOOK = 0.2  # fall times between looks at the cluster; the angle is read to tilt rate times this
 

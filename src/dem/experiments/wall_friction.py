@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from dem.run import RunContext
     from dem.spec import RunSpec
 
-
 LEAST_WIDTH = 5.0  # of the largest grain
 STRETCHES = 20  # the path is cut into so many means
 RAMP = 10  # changes of the load until it is full

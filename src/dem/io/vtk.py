@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from dem.simulation import Simulation
     from dem.walls.builder import WallSet
 
-
 RESOLUTION = 64  # facets of a surface of revolution
 TYPES = {"f8": "Float64", "i8": "Int64"}
 
