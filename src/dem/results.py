@@ -92,18 +92,15 @@ def _manifest(spec):
     }
 
 
-def read_result(folder: str | Path, files: bool = True) -> dict[str, Any]:
-    """Content of a folder's result.json. Raises ResultError where it is missing, damaged or of
-    another run; `files`: check those that belong to it as well."""
-    return _read(Path(folder), RESULT, files)
-
-
 def read_failure(folder: str | Path) -> dict[str, Any]:
     """Content of a folder's failed.json. Raises ResultError as `read_result`."""
-    return _read(Path(folder), FAILED, True)
+    return read_result(folder, name=FAILED)
 
 
-def _read(folder, name, files):
+def read_result(folder: str | Path, files: bool = True, name: str = RESULT) -> dict[str, Any]:
+    """Content of a folder's result.json, or of failed.json. Raises ResultError where it is missing,
+    damaged or of another run; `files`: check those that belong to it as well."""
+    folder = Path(folder)
     path = folder / name
     try:
         result = json.loads(_or_refused(path, Path.read_bytes, missing=True).decode())

@@ -105,7 +105,7 @@ class RunContext:
         """Write a VTK frame when one is due."""
         interval = self.spec.output.frame_interval_s
         if interval and sim.time >= self._frames * interval:
-            from dem.io.vtk import write_frame, write_walls  # needs XML, which few runs do
+            from dem.io.vtk import write_frame, write_walls  # few runs do
 
             if self._frames == 0:
                 write_walls(self.out / "frames" / "walls.vtp", sim.walls, sim.position)

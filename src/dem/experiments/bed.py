@@ -1,7 +1,10 @@
 """Beds of grains for the experiments: filled in layers, thrown about, and read. All in SI."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,8 +14,10 @@ from dem.experiments.setup import add_grains, build_simulation
 from dem.grains.sizes import draw_radii, fall_time, largest_reach
 from dem.linear import slope
 from dem.simulation import Simulation
-from dem.spec import RunSpec
 from dem.walls.builder import WallSet
+
+if TYPE_CHECKING:
+    from dem.spec import RunSpec  # which loads the experiments, and they this
 
 SHAKE = 3.0  # speed of the grains when they are made, of sqrt(g reach): it breaks the lattice
 PITCH = 2.15  # between grains when they are made, in reaches

@@ -1,6 +1,9 @@
 """What leaves a vessel through an opening: mass over time, and the steady flow. All in SI."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -8,7 +11,9 @@ from dem.errors import MeasureError
 from dem.experiments import bed, phases
 from dem.linear import slope
 from dem.simulation import Simulation
-from dem.spec import RunSpec
+
+if TYPE_CHECKING:
+    from dem.spec import RunSpec  # which loads the experiments, and they this
 
 STEADY = 0.1, 0.4  # shares of the mass that leaves, between which the flow is read
 QUIET = 15  # looks without a grain leaving: the flow has ended

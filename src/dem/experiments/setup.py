@@ -1,6 +1,10 @@
 """From a run spec to a simulation: materials, laws, time step and grain sizes. Units become SI
 here."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -12,8 +16,10 @@ from dem.grains.sizes import clump_shape, rayleigh_of
 from dem.linear import length
 from dem.materials import PARTICLE, WALL, contact_parameters, laws_of, material_of
 from dem.simulation import Air, Simulation, SkinPolicy
-from dem.spec import RunSpec
 from dem.walls.builder import WallSet
+
+if TYPE_CHECKING:
+    from dem.spec import RunSpec  # which loads the experiments, and they this
 
 FAR = -1e3  # height at which a wall that was taken away meets nothing [m]
 

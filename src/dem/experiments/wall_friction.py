@@ -62,7 +62,12 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     radii = draw_radii(spec, spec.particles.count, rng)
     sites = bed.sites_in_circle(radius, reach, rng)
     top = bed.highest_site(len(radii), sites, 0.0, reach)
-    sim = setup.build_simulation(spec, _walls(spec, top))
+    mesh, walls = _plate(spec), builder.WallSet().body("plate", material=setup.WALL)
+    walls.mesh(*mesh.body) if mesh else walls.plane((0, 0, 0), (0, 0, 1))
+    walls.body("ring", material=setup.WALL).cylinder(radius, GAP * reach, 2.0 * top)
+    free = {"mass": 1.0, "axis": (0, 0, 1), "load": 0.0}
+    walls.body("lid", material=setup.WALL, origin=(0.0, 0.0, top), free=free).disc(radius)
+    sim = setup.build_simulation(spec, walls)
     sim.wall_state.mass[sim.walls.index("lid")] = 0.0  # it hangs until it is lowered
     bed.fill(sim, spec, radii, sites, 0.0, reach, rng)
     phases.rest(sim, spec, spec.numerics.max_time_s, "filling")
@@ -105,15 +110,6 @@ def _plate(spec):
         found = f"is {-1e3 * surface.min():.4g} mm deep"
         mesh.refuse(f"{found}; allowed: {allowed}, or grains leave under the ring")
     return mesh
-
-
-def _walls(spec, top):
-    radius, gap = 0.5e-3 * spec.geometry.ring_diameter_mm, GAP * largest_reach(spec)
-    walls, mesh = builder.WallSet().body("plate", material=setup.WALL), _plate(spec)
-    walls.mesh(*mesh.body) if mesh else walls.plane((0, 0, 0), (0, 0, 1))
-    walls.body("ring", material=setup.WALL).cylinder(radius, gap, 2.0 * top)
-    free = {"mass": 1.0, "axis": (0, 0, 1), "load": 0.0}
-    return walls.body("lid", material=setup.WALL, origin=(0.0, 0.0, top), free=free).disc(radius)
 
 
 EXPERIMENT = Experiment(

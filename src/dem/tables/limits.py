@@ -2,13 +2,11 @@
 
 Every reader takes its bytes from `read_limited`, or has `check_file` look at a file that a library
 opens by itself. A file that is larger, or that is no plain file, gets one sentence.
-`check_unpacked` does the same for what lies inside a compressed file.
 """
 
 import os
 import re
 import stat
-import zipfile
 from pathlib import Path
 from typing import NamedTuple
 
@@ -85,15 +83,6 @@ def refuse_long_numbers(data: bytes, path: str | Path) -> None:
         line = data.count(b"\n", 0, found.start()) + 1
         begins = f"line {line}: {found[0][:40].decode()}..."
         raise refused("long number", path=path, value=begins, most=MOST_DIGITS)
-
-
-def check_unpacked(packed: zipfile.ZipFile, path: str | Path) -> None:
-    """Raise InputError for a compressed file whose parts are larger than MOST_UNPACKED together.
-    The library reads no more of a part than it says to hold."""
-    size = sum(part.file_size for part in packed.infolist())
-    if size > MOST_UNPACKED:
-        most = MOST_UNPACKED / MB
-        raise refused("unpacks", path=path, value=f"{size / MB:.3g} MB", most=most)
 
 
 def check_cells(path: str | Path, rows: int, columns: int, line: int | None = None) -> None:
