@@ -137,8 +137,8 @@ def _check_shape(path, found, wanted, within=""):
 
 
 def _or_refused(path, read, missing=False):
-    """What read(path) gives. Raises ResultError where the file cannot be read; `missing`: whether
-    there is no result then."""
+    """Return what read(path) gives. Raises ResultError where the file cannot be read; `missing`:
+    whether there is no result then."""
     try:
         return read(path)
     except FileNotFoundError:

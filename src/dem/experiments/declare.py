@@ -179,7 +179,7 @@ class Experiment:
     """-> highest speed [m/s] at which grains are expected to hit; None where none falls."""
     least_steps: float = 0.0  # in the shortest contact, below which a run is warned of
     poured: bool = False
-    """Whether grains are made by `dem.experiments.setup.add_grains`, which may be several bonded
+    """True where grains are made by `dem.experiments.setup.add_grains`, which may be several bonded
     spheres, pairs or clumps; their runs scatter from seed to seed, as grains never lie twice
     alike."""
     resumes: bool = False  # whether a run that was cut off continues from its checkpoint
@@ -189,7 +189,7 @@ class Experiment:
     heap_plate: Callable | None = None
     """-> radius [m] of the disc that a heap stands on at the end; None without a heap."""
     quantity: Quantity | None = None
-    """What a laboratory measures; None where the diagnosis does not know the experiment."""
+    """The reading of a laboratory; None where the diagnosis does not know the experiment."""
     levers: dict = field(default_factory=dict)
     """{column: Lever} beside the grain's diameter and the scale factor, which every experiment has,
     and the number of grains where they are poured."""

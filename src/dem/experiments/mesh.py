@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 MayEnd = Callable[[np.ndarray, np.ndarray], np.ndarray]
-"""Which free edges a mesh may have: (ends (k, 2, 3), vertices) -> (k,) bool."""
+"""Choice of the free edges that a mesh may have: (ends (k, 2, 3), vertices) -> (k,) bool."""
 
 AGREES = 0.05
 """Share by which a mesh's size may differ from the key that tells it; a circle of 10 sides is 4.9 %

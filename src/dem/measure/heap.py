@@ -79,7 +79,7 @@ def measure_heap(
 def heap_grains(
     position: np.ndarray, radius: np.ndarray, velocity: np.ndarray, plate_radius: float
 ) -> np.ndarray:
-    """Which grains (n,) belong to the heap. position (n, 3), radius (n,), plate_radius [m],
+    """Grains (n,) bool that belong to the heap. position (n, 3), radius (n,), plate_radius [m],
     velocity (n, 3) [m/s]."""
     slow = length(velocity) < FLYING
     on_plate = slow & (np.hypot(position[:, 0], position[:, 1]) < plate_radius + radius)
