@@ -19,7 +19,7 @@ from pydantic import BaseModel
 from pydantic_core import to_jsonable_python
 
 from dem.fingerprint import code_of, engine_fingerprint
-from dem.io.checked import digest_of
+from dem.io.files import digest_of
 
 SOURCES = Path(__file__).parents[1]
 PACKAGES = ("dem", "calibration", "diagnosis", "paper")

@@ -31,9 +31,8 @@ def limits_of(spec: RunSpec) -> list[str]:
         return []
     return [
         f"laws.{law.slot} {law.name} {law.holds_at_rest}: the result holds for heaps and beds at "
-        f"rest or sheared "
-        "slowly, not for grains in a drum or mixer; there calibrate with a law on the relative "
-        "spin and torsion"
+        "rest or sheared slowly, not for grains in a drum or mixer; there calibrate with a law on "
+        "the relative spin and torsion"
         for law in laws_of(spec).chosen()
         if law.holds_at_rest
     ]
@@ -43,15 +42,9 @@ def warnings_of(spec: RunSpec) -> list[str]:
     """Sentences, each with the setting to change, about a valid `RunSpec`; an empty list when all
     is well."""
     experiment = experiment_of(spec)
-    doubtful = _doubtful(spec.model_dump(mode="json"))
-    return [
-        *doubtful,
-        *experiment.advice(spec),
-        *_short_contacts(experiment, spec),
-        *_trembling(experiment, spec),
-        *_creeping(spec),
-        *_dragged(spec),
-    ]
+    said = [*_doubtful(spec.model_dump(mode="json")), *experiment.advice(spec)]
+    said += [*_short_contacts(experiment, spec), *_trembling(experiment, spec)]
+    return [*said, *_creeping(spec), *_dragged(spec)]
 
 
 def _doubtful(data, prefix=""):
@@ -67,52 +60,40 @@ def _doubtful(data, prefix=""):
 
 
 def _short_contacts(experiment, spec):
-    """A time step that resolves the shortest contact too coarsely: its restitution comes out
-    low."""
+    """A time step that resolves the shortest contact too coarsely: its restitution comes out low.
+    That is the smallest grain's on the wall: grains on grains are softer and lighter."""
     if experiment.impact_speed is None:
-        return []
+        return
     speed = experiment.impact_speed(spec)
-    steps = _steps_per_contact(spec, speed)
-    if steps >= experiment.least_steps:
-        return []
-    return [
-        f"an impact at {speed:.2g} m/s lasts {steps:.1f} time steps; below "
-        f"{experiment.least_steps} the "
-        "restitution is not the one asked for: lower numerics.rayleigh_fraction"
-    ]
-
-
-def _steps_per_contact(spec, speed):
-    """Of the smallest grain on the wall, which is the shortest contact: grains on grains are softer
-    and lighter."""
-    grain = material_of(spec.materials.particle)
-    wall = material_of(spec.materials.wall)
-    return hertz_contact_time(smallest_radius(spec), speed, grain, wall) / time_step_of(spec)
+    grain, wall = (material_of(m) for m in (spec.materials.particle, spec.materials.wall))
+    steps = hertz_contact_time(smallest_radius(spec), speed, grain, wall) / time_step_of(spec)
+    if steps < experiment.least_steps:
+        yield (
+            f"an impact at {speed:.2g} m/s lasts {steps:.1f} time steps; below "
+            f"{experiment.least_steps} the restitution is not the one asked for: lower "
+            "numerics.rayleigh_fraction"
+        )
 
 
 def _trembling(experiment, spec):
     """A time step at which the spin of grains grows that others press."""
     known = (DEFAULTS["normal"], DEFAULTS["tangential"])  # whose stiffness `pressed_step` has
     if not experiment.poured or (spec.laws.normal, spec.laws.tangential) != known:
-        return []
+        return
     pressure = pressure_of(spec)
     material = material_of(spec.materials.particle)
     contact = contact_parameters(spec)[PARTICLE, PARTICLE]
     longest = pressed_step(smallest_radius(spec), material, contact, pressure, laws_of(spec))
-    share = longest / time_step_of(spec)
-    if share >= 1.0:
-        return []
+    share, given = longest / time_step_of(spec), spec.numerics.time_step_s
     fraction = math.floor(100.0 * share * spec.numerics.rayleigh_fraction) / 100.0
-    lower = (
-        f"numerics.rayleigh_fraction to {fraction:g}"
-        if spec.numerics.time_step_s is None
-        else f"numerics.time_step_s to {share * spec.numerics.time_step_s:.2g}"
-    )
-    return [
-        f"grains of restitution {spec.contacts.particle_particle.restitution:g} under "
-        f"{1e-3 * pressure:.2g} kPa may tremble at this time step and come to rest late or never: "
-        f"lower {lower}"
-    ]
+    lower = f"rayleigh_fraction to {fraction:g}"
+    if given is not None:
+        lower = f"time_step_s to {share * given:.2g}"
+    if share < 1.0:
+        yield (
+            f"grains of restitution {contact.restitution:g} under {1e-3 * pressure:.2g} kPa may "
+            f"tremble at this time step and come to rest late or never: lower numerics.{lower}"
+        )
 
 
 def _creeping(spec):
@@ -129,12 +110,11 @@ def _creeping(spec):
 def _dragged(spec):
     """Drag on grains of bonded spheres."""
     alone = spec.particles.clump is None and spec.particles.elongation == 1.0
-    if spec.laws.drag == "none" or alone:
-        return []
-    return [
-        f"laws.drag {spec.laws.drag} acts on each sphere of a grain as if it were alone: grains of "
-        "several spheres fall too slowly; trust it for single spheres"
-    ]
+    if spec.laws.drag != "none" and not alone:
+        yield (
+            f"laws.drag {spec.laws.drag} acts on each sphere of a grain as if it were alone: "
+            "grains of several spheres fall too slowly; trust it for single spheres"
+        )
 
 
 def pressure_of(spec: RunSpec) -> float:

@@ -4,23 +4,16 @@ import argparse
 import difflib
 import os
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
+import yaml
 from tqdm import tqdm
 
 from dem.errors import DemError, StoppedError
 from dem.experiments import experiments
 from dem.tables.limits import check_file
-
-RUN = (
-    "Run one experiment. One that was cut off goes on from its checkpoint, "
-    "`output.checkpoint_interval_s` old at most, "
-    "and ends the same to the bit: {resumed}. The others take seconds, keep no checkpoint and "
-    "begin anew."
-)
-COLOURS = ("auto", "size", "speed", "order", "height")
 
 
 def main(argv: Sequence[str] | None = None, more: Iterable[Callable[[Any], object]] = ()) -> int:
@@ -54,7 +47,10 @@ class _Parser(argparse.ArgumentParser):
         """Exit with status 2 and one line on stderr."""
         hint = ""
         if "unrecognized" in message:
-            known = [option for parser in self._all() for option in parser._option_string_actions]
+            # of this parser and of those of its commands
+            own = [a for a in self._actions if isinstance(a, argparse._SubParsersAction)]
+            all_of = [self, *(parser for action in own for parser in action.choices.values())]
+            known = [option for parser in all_of for option in parser._option_string_actions]
             near = (
                 difflib.get_close_matches(w, known, 1) for w in message.split() if w[:2] == "--"
             )
@@ -65,10 +61,41 @@ class _Parser(argparse.ArgumentParser):
             )  # fmt: skip
         self.exit(2, f"{self.prog}: {message}{hint}. {self.prog} --help says what is allowed\n")
 
-    def _all(self):
-        """This parser and those of its commands."""
-        own = [a for a in self._actions if isinstance(a, argparse._SubParsersAction)]
-        return [self, *(parser for action in own for parser in action.choices.values())]
+
+def _pixels(text):
+    if not text.isdigit() or not 100 <= int(text) <= 4000:
+        raise argparse.ArgumentTypeError(f"{text} is no width; allowed: 100 to 4000 pixels")
+    return int(text)
+
+
+def _whole(text):
+    if not text.removeprefix("-").isdigit():
+        raise argparse.ArgumentTypeError(f"{text} is no whole number, such as 10000")
+    return int(text)
+
+
+TYPES: dict[str, Any] = {
+    "path": Path, "int": int, "float": float, "whole": _whole, "pixels": _pixels,
+}  # fmt: skip
+
+
+def add_commands(
+    commands: Any,
+    told: Mapping[str, Any],
+    command_of: Callable[[str, list[str]], Callable[[argparse.Namespace], object]],
+) -> None:
+    """Add commands to `commands`, what `add_subparsers` gives.
+
+    told: {name: {help, description, options: {option: what argparse takes}}}, with a key of TYPES
+    for a type; command_of: (name, names of the options) -> function of the parsed arguments.
+    """
+    for name, own in told.items():
+        parser = commands.add_parser(name, help=own["help"], description=own.get("description"))
+        given = []
+        for option, how in own["options"].items():
+            kind = {"type": TYPES[how["type"]]} if "type" in how else {}
+            given.append(parser.add_argument(option, **how | kind).dest)
+        parser.set_defaults(command=command_of(name, given))
 
 
 def _parser(more):
@@ -78,60 +105,15 @@ def _parser(more):
         "calibration --help lists the stages of a study.",
     )
     commands = parser.add_subparsers(required=True, metavar="command")
-    resumed = [name for name, e in experiments().items() if e.resumes]
-    go = commands.add_parser(
-        "run", help="run one experiment", description=RUN.format(resumed=", ".join(resumed))
-    )
-    go.add_argument("spec", type=Path, help="YAML file; `dem init` writes one")
-    go.add_argument(
-        "--out", type=Path, required=True, help="folder for result.json, final.npz, frames"
-    )
-    go.add_argument("--seed", type=int, help="seed in place of the spec's")
-    go.add_argument(
-        "--frames", type=float, metavar="SECONDS", help="write VTK frames at this interval"
-    )
-    go.add_argument(
-        "--threads",
-        metavar="N",
-        help="threads of this run, for many grains; the numbers do not depend on it (default: "
-        "DEM_THREADS, else 1)",
-    )
-    go.set_defaults(command=_run)
-    _add_render(commands)
-    check = commands.add_parser("check", help="check a spec without running it")
-    check.add_argument("spec", type=Path)
-    check.set_defaults(command=_check)
-    init = commands.add_parser("init", help="write a commented spec")
-    init.add_argument("--experiment", choices=list(experiments()), default="heap")
-    init.add_argument("--out", type=Path, help="file to write; the screen unless given")
-    init.set_defaults(command=_init)
+    told = yaml.safe_load(Path(__file__).with_name("commands.yaml").read_text("utf-8"))
+    resumed = ", ".join(name for name, e in experiments().items() if e.resumes)
+    told["run"]["description"] = told["run"]["description"].format(resumed=resumed)
+    told["init"]["options"]["--experiment"]["choices"] = list(experiments())
+    own = {"run": _run, "render": _render, "check": _check, "init": _init}
+    add_commands(commands, told, lambda name, given: own[name])
     for add in more:
         add(commands)
     return parser
-
-
-def _add_render(commands):
-    render = commands.add_parser("render", help="draw a finished run; no display needed")
-    render.add_argument("run", type=Path, metavar="RUNDIR", help="folder that `dem run` wrote")
-    render.add_argument(
-        "--out",
-        type=Path,
-        help="file to write; RUNDIR/heap.webp or final.vtp unless given",
-    )
-    render.add_argument("--vtk", action="store_true", help="the last state, for ParaView")
-    render.add_argument("--colour", choices=COLOURS, default="auto", help="what the colour tells")
-    render.add_argument("--width", type=_pixels, default=800, help="of the image [px]")
-    render.add_argument(
-        "--azimuth", type=float, help="view from here [deg]; a telling one unless given"
-    )
-    render.add_argument("--elevation", type=float, default=0.0, help="view from above [deg]")
-    render.set_defaults(command=_render)
-
-
-def _pixels(text):
-    if not text.isdigit() or not 100 <= int(text) <= 4000:
-        raise argparse.ArgumentTypeError(f"{text} is no width; allowed: 100 to 4000 pixels")
-    return int(text)
 
 
 def _run(args):

@@ -1,8 +1,11 @@
 """Errors that a user of the engine can meet; each says what was wrong, where, and what is
 allowed."""
 
+from functools import cache
 from pathlib import Path
 from typing import Any
+
+from dem.io.files import rows_of
 
 
 class DemError(Exception):
@@ -37,15 +40,24 @@ class InputError(DemError):
     ) -> None:
         self.path, self.line, self.column, self.key = path, line, column, key
         self.reason, self.value, self.allowed = reason, value, allowed
-        where = [str(path)] if path else []
-        where += [f"line {line}"] if line else []
-        where += [f"column {column}"] if column else []
-        text = f"{', '.join(where)}: " if where else ""
-        text += f"{key}: " if key else ""
-        text += reason
-        text += f" (got {value!r:.200})" if value is not None else ""
-        text += f"; allowed: {allowed}" if allowed else ""
-        super().__init__(text)
+        parts = str(path or ""), line and f"line {line}", column and f"column {column}"
+        where = ", ".join(part for part in parts if part)
+        said = reason if value is None else f"{reason} (got {value!r:.200})"
+        text = ": ".join(part for part in (where, key, said) if part)
+        super().__init__(f"{text}; allowed: {allowed}" if allowed else text)
+
+
+@cache
+def _refusals():
+    return {row["key"]: row for row in rows_of(Path(__file__).with_name("refusals.csv"))}
+
+
+def refused(key: str, **facts: Any) -> InputError:
+    """`InputError` of a fault of refusals.csv, whose texts name some of the facts; path, line,
+    column and value are those of the error."""
+    told, where = _refusals()[key], ("path", "line", "column", "value")
+    reason, allowed = (told[text].format(**facts) for text in ("reason", "allowed"))
+    return InputError(reason, allowed=allowed or None, **{k: facts.get(k) for k in where})
 
 
 class MeshError(InputError):

@@ -17,7 +17,6 @@ import re
 import stat
 import sys
 import tempfile
-from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -26,8 +25,7 @@ from dem.fingerprint import kernel_fingerprint, stack_digest
 NAME = re.compile(r"engine-[0-9a-f]{16}-[0-9a-f]{12}")
 PARTS = {".nbi": 2, ".nbc": 1}
 """Suffix of numba's files -> pickles in one: an index has a version before it."""
-LOOKED = ".looked"
-"""Its time is that of the last look for files that are cut off."""
+LOOKED = ".looked"  # its time is that of the last look for files that are cut off
 SLACK_S = 60.0
 """Files so much older than the last look are looked at again: its process may have begun earlier
 [s]."""
@@ -54,20 +52,14 @@ def kernel_cache() -> Path:
         # a process that this one has started finds the folder of this one
         bases = [base.parent if NAME.fullmatch(base.name) else base]
     else:
-        bases = [b / "granular-calibration" for b in _user_caches()]
+        bases = [Path(os.environ["XDG_CACHE_HOME"])] if os.environ.get("XDG_CACHE_HOME") else []
+        with suppress(RuntimeError):  # no HOME, and nobody knows this user
+            bases.append(Path.home() / ".cache")
+        bases = [base / "granular-calibration" for base in bases]
     for base in bases:
         if _writable(base / name):
             return base / name
     return _private_folder() / name
-
-
-def _user_caches():
-    if os.environ.get("XDG_CACHE_HOME"):
-        yield Path(os.environ["XDG_CACHE_HOME"])
-    try:
-        yield Path.home() / ".cache"
-    except RuntimeError:  # no HOME, and nobody knows this user
-        return
 
 
 def _writable(folder):
@@ -82,14 +74,12 @@ def _writable(folder):
 def _private_folder():
     """A folder of this user's own: compiled code of a stranger must never be loaded."""
     folder = Path(tempfile.gettempdir()) / f"granular-calibration-{os.getuid()}"
-    try:
+    with suppress(OSError):
         folder.mkdir(mode=0o700, exist_ok=True)
         status = folder.lstat()
         own = stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid()
         if own and not status.st_mode & 0o022 and os.access(folder, os.W_OK):
             return folder
-    except OSError:
-        pass
     return Path(tempfile.mkdtemp(prefix="granular-calibration-"))
 
 
@@ -98,26 +88,18 @@ def forget_cut_off(folder: Path) -> None:
     last look. Raises OSError."""
     mark = folder / LOOKED
     since = mark.stat().st_mtime - SLACK_S if mark.exists() else 0.0
-    for file in _files(folder):
+    for file in folder.rglob("*.nb[ic]"):
         if file.stat().st_mtime >= since and not whole(file):
-            os.unlink(file)
+            file.unlink()
     mark.touch()
 
 
-def _files(folder: Path) -> Iterator[os.DirEntry[str]]:
-    for entry in os.scandir(folder):
-        if entry.is_dir(follow_symlinks=False):
-            yield from _files(Path(entry.path))
-        elif entry.name[-4:] in PARTS:
-            yield entry
-
-
-def whole(file: str | os.PathLike[str]) -> bool:
+def whole(file: Path) -> bool:
     """Return whether one of numba's files (.nbi, .nbc) holds its pickles to their ends, and nothing
     more. Nothing in it is run. Raises OSError."""
-    stream = io.BytesIO(Path(file).read_bytes())
+    stream = io.BytesIO(file.read_bytes())
     try:
-        for _ in range(PARTS[Path(file).suffix]):
+        for _ in range(PARTS[file.suffix]):
             for _ in pickletools.genops(stream):
                 pass
     except ValueError:  # an opcode that is none, or an argument that ends early

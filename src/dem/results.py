@@ -5,41 +5,27 @@ it is, what was computed with, and the checksums of the files beside it; a check
 stands at its end.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from dem.errors import ResultError
 from dem.fingerprint import cpu_target, engine_fingerprint, software
-from dem.io.checked import digest_of, is_sealed, sealed
-from dem.io.files import write_json
-from dem.spec import content_hash, input_digests
-
-if TYPE_CHECKING:
-    from dem.spec import RunSpec
-
+from dem.io.files import digest_of, is_sealed, sealed, write_json
+from dem.spec import RunSpec, content_hash, input_digests
 
 RESULT, FAILED, STATE = "result.json", "failed.json", "final.npz"
 RUN_NAME = re.compile(r"[a-z_]+-[0-9a-f]{16}")
 
-
 OTHER = "other: "
+CHANGED = "has changed since it was written: its checksum does not fit"
 
 MANIFEST = {"run": str, "inputs": dict, "software": dict, "files": dict}
 SHAPES = {
-    RESULT: {
-        "experiment": str,
-        "seed": int,
-        "spec": dict,
-        "engine": str,
-        "metrics": dict,
-        "numerics": dict,
-        "manifest": dict,
-    },
+    RESULT: {"experiment": str, "seed": int, "spec": dict, "engine": str}
+    | {"metrics": dict, "numerics": dict, "manifest": dict},
     FAILED: {"engine": str, "error": str, "kind": str, "manifest": dict},
 }
 """File -> kind of value of each key that it must hold, at least."""
@@ -106,39 +92,39 @@ def _manifest(spec):
     }
 
 
-def read_result(folder: str | Path, files: bool = True) -> dict[str, Any]:
-    """Content of a folder's result.json. Raises ResultError where it is missing, damaged or of
-    another run; `files`: check those that belong to it as well."""
-    return _read(Path(folder), RESULT, files)
-
-
 def read_failure(folder: str | Path) -> dict[str, Any]:
     """Content of a folder's failed.json. Raises ResultError as `read_result`."""
-    return _read(Path(folder), FAILED, True)
+    return read_result(folder, name=FAILED)
 
 
-def _read(folder, name, files):
+def read_result(folder: str | Path, files: bool = True, name: str = RESULT) -> dict[str, Any]:
+    """Content of a folder's result.json, or of failed.json. Raises ResultError where it is missing,
+    damaged or of another run; `files`: check those that belong to it as well."""
+    folder = Path(folder)
     path = folder / name
     try:
-        result = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise ResultError(path, "is missing", missing=True) from None
-    except OSError as error:
-        raise ResultError(path, f"cannot be read ({error.strerror})") from None
+        result = json.loads(_or_refused(path, Path.read_bytes, missing=True).decode())
     except (ValueError, RecursionError):
         raise ResultError(path, "is damaged: it cannot be read as JSON") from None
     if not isinstance(result, dict) or "manifest" not in result:
         raise ResultError(path, "has no manifest: it was written by an old version or by hand")
     if not is_sealed(result):
-        raise ResultError(path, "has changed since it was written: its checksum does not fit")
+        raise ResultError(path, CHANGED)
     _check_shape(path, result, SHAPES[name])
     _check_shape(path, result["manifest"], MANIFEST, "manifest.")
-    _check_values(path, result)
+    for key, value in (result["metrics"] or {}).items():
+        if value is not None and type(value) not in (int, float):
+            raise ResultError(path, f"is not as a run is written: metrics.{key} is {value!r:.80}")
+    for file, digest in result["manifest"]["files"].items():  # named without a folder
+        if Path(file).name != file or not isinstance(digest, str):
+            said = f"manifest.files.{file:.80} is {digest!r:.80}"
+            raise ResultError(path, f"is not as a run is written: {said}")
     run = result["manifest"]["run"]
     if RUN_NAME.fullmatch(folder.name) and folder.name != run:
         raise ResultError(path, f"is the result of another run, {run}")
     for file, digest in result["manifest"]["files"].items() if files else ():
-        _check_file(folder / file, digest)
+        if _or_refused(folder / file, digest_of) != digest:
+            raise ResultError(folder / file, CHANGED)
     return result
 
 
@@ -150,23 +136,12 @@ def _check_shape(path, found, wanted, within=""):
             raise ResultError(path, f"is not as a run is written: {said}")
 
 
-def _check_values(path, result):
-    """Metrics are numbers or None; files are named without a folder and have a digest as text."""
-    for key, value in (result["metrics"] or {}).items():
-        if value is not None and type(value) not in (int, float):
-            raise ResultError(path, f"is not as a run is written: metrics.{key} is {value!r:.80}")
-    for file, digest in result["manifest"]["files"].items():
-        if Path(file).name != file or not isinstance(digest, str):
-            said = f"manifest.files.{file:.80} is {digest!r:.80}"
-            raise ResultError(path, f"is not as a run is written: {said}")
-
-
-def _check_file(path, digest):
+def _or_refused(path, read, missing=False):
+    """Return what read(path) gives. Raises ResultError where the file cannot be read; `missing`:
+    whether there is no result then."""
     try:
-        found = digest_of(path)
+        return read(path)
     except FileNotFoundError:
-        raise ResultError(path, "is missing") from None
+        raise ResultError(path, "is missing", missing) from None
     except OSError as error:
         raise ResultError(path, f"cannot be read ({error.strerror})") from None
-    if found != digest:
-        raise ResultError(path, "has changed since it was written: its checksum does not fit")

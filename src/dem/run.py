@@ -22,23 +22,12 @@ from dem.errors import BusyError, DemError, MeasureError, ResultError, StoppedEr
 from dem.experiments import experiment_of
 from dem.experiments.phases import over_weight
 from dem.fingerprint import engine_fingerprint
-from dem.io.checked import read_checked_arrays, write_checked_arrays
-from dem.io.files import sweep_partial, write_arrays
-from dem.results import (
-    FAILED,
-    RESULT,
-    STATE,
-    is_current,
-    read_result,
-    run_name,
-    write_result,
-)
-from dem.spec import canonical
+from dem.io.files import read_checked_arrays, sweep_partial, write_arrays, write_checked_arrays
+from dem.results import FAILED, RESULT, STATE, is_current, read_result, run_name, write_result
+from dem.spec import RunSpec, canonical
 
 if TYPE_CHECKING:
     from dem.simulation import Simulation
-    from dem.spec import RunSpec
-    from dem.walls.state import Walls
 
 
 class RunContext:
@@ -53,6 +42,7 @@ class RunContext:
         stop: threading.Event | None = None,
     ) -> None:
         self.spec, self.out = spec, Path(out)
+        self.checkpoint_path = self.out / "checkpoint.npz"
         self._progress = progress or (lambda fraction, text: None)
         self._stop = stop or threading.Event()
         self._fraction, self._stopping = 0.0, False
@@ -64,21 +54,14 @@ class RunContext:
         """Keep what the reader of the result must know beside its numbers."""
         self.notes.append(sentence)
 
-    @property
-    def checkpoint_path(self) -> Path:
-        """Where the state of an unfinished run is kept."""
-        return self.out / "checkpoint.npz"
-
     def progress(self, fraction: float, text: str) -> None:
         """Tell how far the run is, 0 to 1. Raises StoppedError where the run was asked to stop and
         has come here twice since without a checkpoint between."""
         self._fraction = fraction
         self._progress(fraction, text)
         if self._stopping:
-            raise StoppedError(
-                f"stopped at {100 * fraction:.0f} %; this experiment keeps no checkpoint and "
-                f"begins anew"
-            )
+            told = "this experiment keeps no checkpoint and begins anew"
+            raise StoppedError(f"stopped at {100 * fraction:.0f} %; {told}")
         self._stopping = self._stop.is_set()
 
     def resume(self) -> tuple[dict[str, np.ndarray], dict[str, Any]] | None:
@@ -111,11 +94,9 @@ class RunContext:
         write_checked_arrays(self.checkpoint_path, arrays | {"meta": np.array(meta)})
         self._saved = time.monotonic()
         if stopping:
-            raise StoppedError(
-                f"stopped at {100 * self._fraction:.0f} %; the state is in {self.checkpoint_path}, "
-                f"and the run "
-                "goes on from there when it is started again"
-            )
+            more = "and the run goes on from there when it is started again"
+            state = f"the state is in {self.checkpoint_path}, {more}"
+            raise StoppedError(f"stopped at {100 * self._fraction:.0f} %; {state}")
 
     def _key(self):
         return [canonical(self.spec), engine_fingerprint()]
@@ -124,7 +105,7 @@ class RunContext:
         """Write a VTK frame when one is due."""
         interval = self.spec.output.frame_interval_s
         if interval and sim.time >= self._frames * interval:
-            from dem.io.vtk import write_frame, write_walls  # needs XML, which few runs do
+            from dem.io.vtk import write_frame, write_walls  # few runs do
 
             if self._frames == 0:
                 write_walls(self.out / "frames" / "walls.vtp", sim.walls, sim.position)
@@ -132,19 +113,19 @@ class RunContext:
             self._frames += 1
 
     def finish(self, sim: Simulation, ended: str = "as far as asked") -> None:
-        """Keep the last state, what the numerics came to, and why the run `ended`."""
-        write_arrays(
-            self.out / STATE,
-            {
-                "position": sim.position,
-                "radius": sim.radius,
-                "velocity": sim.velocity,
-                "spin": sim.spin,
-                "tag": sim.tag,
-                "grain": sim.grain,
-            }
-            | wall_arrays(sim.wall_state),
-        )
+        """Keep the last state, what the numerics came to, and why the run `ended`.
+
+        Walls are kept as they stand: kind (e,) and parameters (e, 9) of each element, origin (e, 3)
+        [m] and rotation (e, 3, 3) of its body.
+        """
+        from dem.measure.collision import restitution_error, usual_speed
+
+        kept = ("position", "radius", "velocity", "spin", "tag", "grain")
+        state, walls = {name: getattr(sim, name) for name in kept}, sim.wall_state
+        state |= {"wall_kind": walls.kind, "wall_parameters": walls.parameters}
+        state["wall_origin"] = walls.origin[walls.body]
+        write_arrays(self.out / STATE, state | {"wall_rotation": walls.rotation[walls.body]})
+        speed = usual_speed(self.spec)
         self.summary = {
             "time_step_s": sim.time_step,
             "steps": sim.steps,
@@ -152,29 +133,10 @@ class RunContext:
             "ended": ended,
             "list_rebuilds": sim.rebuilds,
             "precision": sim.precision,
-            "wall_force_over_weight": over_weight(sim, sim.wall_state.force.sum(0)),
-        } | _restitution(self.spec)
-
-
-def _restitution(spec):
-    """{restitution_error, restitution_error_speed_m_s}: what the step makes of a collision, see
-    `dem.measure.collision`; the error is None where grains do not part."""
-    from dem.measure.collision import restitution_error, usual_speed
-
-    speed = usual_speed(spec)
-    error = restitution_error(spec, speed)
-    return {"restitution_error": error, "restitution_error_speed_m_s": speed}
-
-
-def wall_arrays(walls: Walls) -> dict[str, np.ndarray]:
-    """{name: array} of wall elements as they stand, of `Walls`: kind (e,), parameters (e, 9), and
-    origin (e, 3) [m] and rotation (e, 3, 3) of the body of each."""
-    return {
-        "wall_kind": walls.kind,
-        "wall_parameters": walls.parameters,
-        "wall_origin": walls.origin[walls.body],
-        "wall_rotation": walls.rotation[walls.body],
-    }
+            "wall_force_over_weight": over_weight(sim, walls.force.sum(0)),
+            "restitution_error": restitution_error(self.spec, speed),
+            "restitution_error_speed_m_s": speed,
+        }
 
 
 def _refuse_not_finite(arrays):

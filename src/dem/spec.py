@@ -7,6 +7,7 @@ key, its value and what is allowed.
 import hashlib
 import json
 import math
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, Union
 
@@ -20,6 +21,7 @@ from dem.grains import sphere
 from dem.grains.clump import fault, shape_of
 from dem.grains.dumbbell import MAX_ELONGATION
 from dem.grains.sizes import classes, rayleigh_of, smallest_radius, spheres_in
+from dem.io.files import digest_of
 from dem.io.grain_tables import COLUMNS, read_clump, read_sizes
 from dem.io.mapping import line_of, read_mapping
 from dem.materials import contact_parameters, laws_of
@@ -29,6 +31,7 @@ from dem.units import UnitError, converted
 MAX_SIZE_RATIO = 10.0
 MAX_RAYLEIGH_FRACTION = 0.8
 LIGHTEST = 1e-18  # kg
+GIVEN = "this key must be given"
 
 
 class MaterialSpec(Part):
@@ -134,6 +137,9 @@ LawParameters = create_model(  # type: ignore[misc]
 def keys_of(law: Law) -> set[str]:
     """Keys of `law_parameters` that a law has."""
     return {key for group in groups_needed(law) for key in group} | set(keys_allowed(law))
+
+
+SIZE_COLUMNS = ("diameters_mm", "upper_diameters_mm", "fractions")
 
 
 class Sizes(Part):
@@ -256,10 +262,9 @@ def parse_spec(data: Any, file: str | Path | None = None) -> "RunSpec":
     if not isinstance(kind, str) or kind not in GEOMETRY:
         raise SpecError("experiment", kind, ", ".join(GEOMETRY), file)
     try:
-        geometry = GEOMETRY[kind].model_validate(data.get("geometry") or {})  # type: ignore[attr-defined]
+        data["geometry"] = GEOMETRY[kind].model_validate(data.get("geometry") or {})  # type: ignore[attr-defined]
     except ValidationError as error:
-        raise _first_error(error, file, GEOMETRY[kind], "geometry") from None
-    data["geometry"] = geometry
+        raise _first_error(error, file, GEOMETRY[kind], ["geometry"]) from None
     for part, defaults in experiments()[kind].defaults.items():
         given = data.get(part) or {}
         if isinstance(given, dict):
@@ -267,7 +272,7 @@ def parse_spec(data: Any, file: str | Path | None = None) -> "RunSpec":
     try:
         spec = RunSpec.model_validate({k: v for k, v in data.items() if v is not None})
     except ValidationError as error:
-        raise _first_error(error, file, RunSpec, None) from None
+        raise _first_error(error, file, RunSpec, []) from None
     own = experiment_of(spec).check
     try:
         for check in (_check_laws, _check_sizes, _check_shape, _check_mass, _check_time_step, own):
@@ -283,17 +288,14 @@ def require_material(spec: "RunSpec", file: str | Path | None = None) -> None:
     Grain on grain counts where grains are poured, and the wall's own material is steel unless
     given."""
     if spec.particles.sizes is None and "diameter_mm" not in spec.particles.model_fields_set:
-        raise SpecError("particles.diameter_mm", None, "this key must be given", file)
-    parts = {
-        "materials.particle": spec.materials.particle,
-        "contacts.particle_wall": spec.contacts.particle_wall,
-    }
-    if experiment_of(spec).poured:
-        parts["contacts.particle_particle"] = spec.contacts.particle_particle
-    for name, part in parts.items():
+        raise SpecError("particles.diameter_mm", None, GIVEN, file)
+    names = ["materials.particle", "contacts.particle_wall"]
+    names += ["contacts.particle_particle"] if experiment_of(spec).poured else []
+    for name in names:
+        part = attrgetter(name)(spec)
         for key in type(part).model_fields:
             if key not in part.model_fields_set:
-                raise SpecError(f"{name}.{key}", None, "this key must be given", file)
+                raise SpecError(f"{name}.{key}", None, GIVEN, file)
 
 
 def load_spec(path: str | Path) -> "RunSpec":
@@ -306,26 +308,19 @@ def load_spec(path: str | Path) -> "RunSpec":
         line = line_of(error.key, lines)
         if line is None:
             raise
-        where = f"{path}, line {line}"
-        raise SpecError(error.key, error.value, error.allowed, where) from None
+        raise SpecError(error.key, error.value, error.allowed, f"{path}, line {line}") from None
 
 
 def _first_error(error, file, model, prefix):
     first = error.errors()[0]
-    path = [str(p) for p in first["loc"]]
-    if prefix:
-        path.insert(0, prefix)
-    key, value = ".".join(path), first.get("input")
-    if first["type"] == "extra_forbidden":
-        return SpecError(
-            key, value, f"one of the keys {', '.join(_keys_beside(model, first['loc']))}", file
-        )
-    if first["type"] == "missing":
-        return SpecError(key, None, "this key must be given", file)
-    if first["type"] == "model_type":
-        return SpecError(key, value, "a mapping of keys", file)
-    message = first["msg"][0].lower() + first["msg"][1:]
-    return SpecError(key, value, message.removeprefix("input should be "), file)
+    kind, key = first["type"], ".".join(map(str, (*prefix, *first["loc"])))
+    value = None if kind == "missing" else first.get("input")
+    if kind == "extra_forbidden":
+        allowed = f"one of the keys {', '.join(_keys_beside(model, first['loc']))}"
+    else:
+        message = first["msg"][0].lower() + first["msg"][1:]
+        allowed = {"missing": GIVEN, "model_type": "a mapping of keys"}.get(kind, message)
+    return SpecError(key, value, allowed.removeprefix("input should be "), file)
 
 
 def _keys_beside(model, loc):
@@ -358,9 +353,7 @@ def _check_laws(spec):
 def _expand_tables(data, file):
     """Put what tables of sizes and spheres say in place of their names: a run is named after the
     numbers, not after a path. A clump has the size of its table where no other is given."""
-    sizes = _entry_of_table(
-        data, "sizes", ("diameters_mm", "upper_diameters_mm", "fractions"), file
-    )
+    sizes = _entry_of_table(data, "sizes", SIZE_COLUMNS, file)
     if sizes:
         read = read_sizes(sizes["file"], sizes.get("by", "number"))
         data["particles"] = data["particles"] | {"sizes": read}
@@ -441,30 +434,24 @@ def _least_mass(spec):
 
 
 def _check_time_step(spec):
-    dt, rayleigh = spec.numerics.time_step_s, rayleigh_of(spec)
-    limit = MAX_RAYLEIGH_FRACTION * rayleigh
-    chosen = spec.numerics.rayleigh_fraction * rayleigh if dt is None else dt
-    _check_law_step(spec, chosen, limit)
-    if dt is not None and dt > limit:
-        allowed = (
-            f"at most {limit:.4g} s, {MAX_RAYLEIGH_FRACTION} of the smallest grain's Rayleigh time"
-        )
-        raise SpecError("numerics.time_step_s", dt, allowed)
-
-
-def _check_law_step(spec, dt, limit):
-    """A law that is stiffer than the elastic contact behind the Rayleigh time says which step [s]
-    it bears."""
-    mass = _least_mass(spec)
+    """The Rayleigh time limits a step that is given. A law that is stiffer than the elastic contact
+    behind it says which step [s] it bears."""
+    given, fraction = spec.numerics.time_step_s, spec.numerics.rayleigh_fraction
+    rayleigh, mass = rayleigh_of(spec), _least_mass(spec)
+    contacts = contact_parameters(spec).values()
+    dt = fraction * rayleigh if given is None else given
+    limit, limits = MAX_RAYLEIGH_FRACTION * rayleigh, []
     for law in laws_of(spec).chosen():
-        if law.longest_step is None:
-            continue
-        longest = min(law.longest_step(c, mass, limit) for c in contact_parameters(spec).values())
+        if law.longest_step:
+            longest = min(law.longest_step(c, mass, limit) for c in contacts)
+            limits.append((longest, f" where laws.{law.slot} is {law.name}"))
+    if given is not None:
+        limits.append((limit, f", {MAX_RAYLEIGH_FRACTION} of the smallest grain's Rayleigh time"))
+    for longest, why in limits:
+        allowed = f"at most {longest:.4g} s{why}"
+        if dt > longest and given is not None:
+            raise SpecError("numerics.time_step_s", dt, allowed)
         if dt > longest:
-            allowed = f"at most {longest:.4g} s where laws.{law.slot} is {law.name}"
-            if spec.numerics.time_step_s is not None:
-                raise SpecError("numerics.time_step_s", dt, allowed)
-            fraction = spec.numerics.rayleigh_fraction
             allowed = f"at most {fraction * longest / dt:.4g}, a time step of {allowed}"
             raise SpecError("numerics.rayleigh_fraction", fraction, allowed)
 
@@ -480,14 +467,14 @@ def canonical(spec: "RunSpec") -> str:
         data.pop("engine")
     else:  # how long one waits for a result does not change it
         data["engine"]["settings"].pop("timeout_s", None)
-    named = _input_files(spec)
-    geometry |= {key: digest for key, digest in input_digests(spec).items() if digest}
+    named = input_digests(spec)
+    geometry |= {key: digest for key, digest in named.items() if digest}
     if not named:
         geometry.pop("meshes", None)
     # an experiment of the package is part of the engine, which has a fingerprint of its own
     outside = source_outside(spec.experiment)
     if outside is not None:
-        data["experiment_source"] = hashlib.sha256(outside.read_bytes()).hexdigest()
+        data["experiment_source"] = digest_of(outside)
     return json.dumps(data, sort_keys=True, separators=(",", ":"))
 
 
@@ -495,14 +482,10 @@ def input_digests(spec: "RunSpec") -> dict[str, str | None]:
     """{key of the geometry: SHA-256 of the file that it names, None where there is no such
     file}."""
     return {
-        key: hashlib.sha256(Path(path).read_bytes()).hexdigest() if Path(path).is_file() else None
-        for key, path in _input_files(spec).items()
+        key: digest_of(path) if Path(path).is_file() else None
+        for key, path in spec.geometry.model_dump(mode="json").items()
+        if key.endswith("_stl") and path is not None
     }
-
-
-def _input_files(spec):
-    geometry = spec.geometry.model_dump(mode="json")
-    return {k: v for k, v in geometry.items() if k.endswith("_stl") and v is not None}
 
 
 def content_hash(spec: "RunSpec") -> str:

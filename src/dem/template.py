@@ -2,7 +2,7 @@
 
 from pydantic import BaseModel
 
-from dem.spec import RunSpec, parse_spec
+from dem.spec import parse_spec
 
 
 def template(experiment: str) -> str:
@@ -14,29 +14,16 @@ def template(experiment: str) -> str:
         "# those of the grains' material, size and contacts are an example's. A file gives them.",
         f"experiment: {experiment}",
     ]
-    for name, field in RunSpec.model_fields.items():
-        if name == "experiment":
-            continue
-        value = getattr(spec, name)
-        if isinstance(value, BaseModel):
-            lines += _section(name, value, 0)
-        else:
-            lines.append(f"{name}: {_text(value)}  # {field.description}")
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, *_lines(spec, "")]) + "\n"
 
 
-def _section(name, part, depth):
-    pad = "  " * depth
-    lines = [f"{pad}{name}:"]
+def _lines(part, pad):
+    """Lines of a part's keys behind `pad`, and of the parts below it."""
     for key, field in type(part).model_fields.items():
         value = getattr(part, key)
         if isinstance(value, BaseModel):
-            lines += _section(key, value, depth + 1)
-        else:
+            yield f"{pad}{key}:"
+            yield from _lines(value, f"{pad}  ")
+        elif key != "experiment":  # which stands first
             note = field.description or f"one of {', '.join(field.annotation.__args__)}"
-            lines.append(f"{pad}  {key}: {_text(value)}  # {note}")
-    return lines
-
-
-def _text(value):
-    return "null" if value is None else str(value)
+            yield f"{pad}{key}: {'null' if value is None else value}  # {note}"

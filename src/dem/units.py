@@ -1,38 +1,19 @@
 """Units at the border: `1.35 g/cm3` under a key that ends in a unit, and the question a doubtful
 value gets back.
 
-A key carries its unit as its ending (`density_kg_m3`). A value may carry its own; it is then
-converted. A bare number
-is in the key's unit and must be plausible there: a slip of the unit moves it by powers of ten.
+A key carries its unit as its ending (`density_kg_m3`, units.csv). A value may carry its own; it is
+then converted. A bare number is in the key's unit and must be plausible there (plausible.csv): a
+slip of the unit moves it by powers of ten.
 """
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import cache
+from pathlib import Path
 from typing import Any
 
-UNITS = {
-    "_kg_m3": "kg/m³",
-    "_J_m3": "J/m³",
-    "_J_m2": "J/m²",
-    "_mm_s": "mm/s",
-    "_deg_s": "°/s",
-    "_rad_s": "rad/s",
-    "_per_s": "1/s",
-    "_m_s": "m/s",
-    "_kg_s": "kg/s",
-    "_g_s": "g/s",
-    "_N_m": "N/m",
-    "_Pa_s": "Pa·s",
-    "_kPa": "kPa",
-    "_Pa": "Pa",
-    "_mm": "mm",
-    "_deg": "°",
-    "_N": "N",
-    "_s": "s",
-    "_kg": "kg",
-}
+from dem.io.files import rows_of
+
+UNITS = {row["ending"]: row["unit"] for row in rows_of(Path(__file__).with_name("units.csv"))}
 """Ending of a key -> its unit; longer endings come first."""
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
@@ -106,10 +87,8 @@ def _entry(value, place, key):
     if isinstance(value, dict):
         return converted(value, f"{place}.")
     if isinstance(value, list):
-        return [
-            _entry(v, f"{place}.{n}" if isinstance(v, dict) else place, key)
-            for n, v in enumerate(value)
-        ]
+        places = (f"{place}.{n}" if isinstance(v, dict) else place for n, v in enumerate(value))
+        return [_entry(v, at, key) for v, at in zip(value, places, strict=True)]
     unit = unit_of(key)
     if unit is None or not has_unit(value):
         return value
@@ -120,31 +99,20 @@ def _entry(value, place, key):
         raise
 
 
-@cache
-def _registry():
-    import pint  # takes half a second, which a study without units need not wait for
-
-    return pint.UnitRegistry()
-
-
 def _convert(number, own, unit):
-    import pint
+    import pint  # takes half a second, which a study without units need not wait for
 
     if not _SPELLED.fullmatch(own):
         raise UnitError(f"{own!r} is no unit; allowed: {unit} or another unit of its kind")
-    registry = _registry()
     try:
-        quantity = number * registry.parse_units(_spelled(own))
+        quantity = number * pint.application_registry.parse_units(_spelled(own))
         # rounded to the digits of a decimal number: 1.35 g/cm3 is 1350 kg/m3, not
         # 1350.0000000000002
         return float(f"{quantity.to(_spelled(unit)).magnitude:.15g}")
     except pint.DimensionalityError:
-        raise UnitError(
-            f"{own} is of another kind; allowed: {unit}, or what converts to it"
-        ) from None
-    except (
-        Exception
-    ):  # the library's parser raises errors of a dozen kinds for a text that is no unit
+        allowed = f"allowed: {unit}, or what converts to it"
+        raise UnitError(f"{own} is of another kind; {allowed}") from None
+    except Exception:  # the library's parser has a dozen kinds of errors for what is no unit
         raise UnitError(
             f"{own!r} is no known unit; allowed: {unit} or another unit of its kind"
         ) from None
@@ -156,31 +124,12 @@ def _spelled(unit):
     return _POWER.sub(r"**\1", text)
 
 
-@dataclass(frozen=True)
-class Band:
-    """Plausible values of a key, and the units that are written there by mistake."""
-
-    low: float
-    high: float
-    slips: tuple
-
-
-_LENGTHS = ("m", "cm", "µm")
-BANDS = (
-    (re.compile(r"density_kg_m3$"), Band(5.0, 25_000.0, ("g/cm³",))),
-    (re.compile(r"modulus_Pa$"), Band(1e4, 1e12, ("kPa", "MPa", "GPa"))),
-    (re.compile(r"(^|\.)diameters?_mm$"), Band(0.01, 300.0, _LENGTHS)),
-    (re.compile(r"(orifice|plate|top|inner|outer)_diameter_mm$"), Band(0.5, 2e4, _LENGTHS)),
-    (re.compile(r"(discharge|drop)_height_mm$"), Band(0.5, 2e4, _LENGTHS)),
-    (re.compile(r"plate_(length|width)_mm$"), Band(0.5, 2e4, _LENGTHS)),
-    (re.compile(r"(^|\.)height_mm$"), Band(0.1, 2e4, _LENGTHS)),
-    (re.compile(r"rebound_height_mm$"), Band(0.05, 2e4, _LENGTHS)),
-    (re.compile(r"funnel_half_angle_deg$"), Band(3.0, 89.9, ("rad",))),
-    (re.compile(r"(repose|radial_angle)_deg$"), Band(3.0, 89.0, ("rad",))),
-    (re.compile(r"sliding_angle_deg$"), Band(1.5, 89.0, ("rad",))),
-    (re.compile(r"stress_kPa$"), Band(1e-3, 1e4, ("Pa", "MPa"))),
-)
-"""(key, band): values outside are asked about. The bands hold every grain from silt to boulders."""
+BANDS = [
+    (re.compile(row["key"]), float(row["low"]), float(row["high"]), row["slips"].split())
+    for row in rows_of(Path(__file__).with_name("plausible.csv"))
+]
+"""(keys, least, most, units that are written there by mistake): values outside are asked about.
+The bands hold every grain from silt to boulders."""
 
 
 def question(key: str, value: object) -> str | None:
@@ -188,21 +137,17 @@ def question(key: str, value: object) -> str | None:
 
     Of the units written by mistake it names those under which the number would be plausible.
     """
-    band = next((b for pattern, b in BANDS if pattern.search(key)), None)
+    band = next((b for b in BANDS if b[0].search(key)), None)
     if band is None or not isinstance(value, int | float) or isinstance(value, bool) or value <= 0:
         return None
-    if band.low <= value <= band.high:
+    _, low, high, slips = band
+    if low <= value <= high:
         return None
     unit = unit_of(key)
-    guesses = [(slip, _convert(value, slip, unit)) for slip in band.slips]
-    fitting = [
-        f"{value:g} {slip} ({x:.4g} {unit})" for slip, x in guesses if band.low <= x <= band.high
-    ]
-    shifted = [x for x in (value / 10, value / 100) if band.low <= x <= band.high]
-    if fitting:
-        asked = f"; did you mean {' or '.join(fitting)}?"
-    elif shifted and value > band.high:
-        asked = f"; did you mean {' or '.join(f'{x:g}' for x in shifted)} {unit}?"
-    else:
-        asked = ""
-    return f"{value:g} {unit} is outside {band.low:,.9g} to {band.high:,.9g} {unit}{asked}"
+    guesses = [(slip, _convert(value, slip, unit)) for slip in slips]
+    asked = [f"{value:g} {slip} ({x:.4g} {unit})" for slip, x in guesses if low <= x <= high]
+    if not asked and value > high:
+        shifted = [f"{x:g}" for x in (value / 10, value / 100) if low <= x <= high]
+        asked = [f"{' or '.join(shifted)} {unit}"] if shifted else []
+    meant = f"; did you mean {' or '.join(asked)}?" if asked else ""
+    return f"{value:g} {unit} is outside {low:,.9g} to {high:,.9g} {unit}{meant}"

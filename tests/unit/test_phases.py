@@ -12,7 +12,7 @@ from calibration.runs.runner import NO_HEAP, causes
 from dem.contact.registry import ContactParameters, Laws, Material
 from dem.errors import LightBodyError, MeasureError, RefusedStateError
 from dem.experiments import heap, phases, setup
-from dem.experiments.heap import Flow
+from dem.experiments.heap import flow_of
 from dem.measure.heap import coverage, measure_heap, readings_apart
 from dem.run import run
 from dem.spec import parse_spec
@@ -196,11 +196,11 @@ def spec(geometry=(), **changes):
 
 def test_the_flow_of_a_steady_discharge_is_its_rate():
     """100 grains made in a second; they leave at 50 a second from 0.5 s on."""
-    flow = Flow()
+    record = []
     for t in np.linspace(0.0, 3.0, 301):
         made, out = min(100.0 * t, 100.0), np.clip(50.0 * (t - 0.5), 0.0, 100.0)
-        flow.record.append([t, made, made - out])
-    found = flow.metrics()
+        record.append([t, made, made - out])
+    found = flow_of(record)
     assert found["discharge_rate_per_s"] == pytest.approx(50.0, rel=0.02)
     assert found["emptying_time_s"] == pytest.approx(2.5, abs=0.02)
     assert found["hold_up"] == pytest.approx(75, abs=1)

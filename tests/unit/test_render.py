@@ -11,8 +11,7 @@ from dem.errors import DemError
 from dem.io.vtk import write_grains
 from dem.measure.heap import measure_heap, silhouette_angles
 from dem.render import draw_run, read_run
-from dem.render.flanks import fitted_flanks, heap_grains
-from dem.render.image import LINE
+from dem.render.image import LINE, fitted_flanks, heap_grains
 from dem.render.raster import NOBODY, View, cover
 from dem.results import write_result
 from dem.spec import parse_spec

@@ -19,7 +19,7 @@ from filelock import FileLock
 import dem.run
 from calibration.study.config import overlay
 from dem.errors import BusyError, MeasureError, StoppedError
-from dem.io.checked import read_checked_arrays, write_checked_arrays
+from dem.io.files import read_checked_arrays, write_checked_arrays
 from dem.results import read_result
 from dem.run import RunContext, finished, run
 from dem.spec import load_spec, parse_spec

@@ -27,7 +27,6 @@ STARTERS = {
 METHODS = {"exec_module", "load_module", "eval"}
 OWN = {
     "dem/contact/dispatch.py": "a function that the laws' own declarations are written out to",
-    "dem/experiments/late.py": "a module of an installed package, when it is first used",
     "workflow/scripts/reference.py": "snakemake, for each study of the paper's reference",
     "paper/release/__main__.py": "the release's own commands",
 }

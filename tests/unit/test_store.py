@@ -43,7 +43,7 @@ from calibration.stages.screening import plan_screening
 from calibration.study.config import parse_config
 from dem.errors import BlowUpError, MeasureError, RefusedStateError
 from dem.experiments import heap, phases
-from dem.io.checked import sealed
+from dem.io.files import sealed
 from dem.io.stl import write_stl
 from dem.results import write_failure, write_result
 from dem.spec import parse_spec

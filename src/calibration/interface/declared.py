@@ -4,20 +4,12 @@ import argparse
 from collections.abc import Callable
 from functools import partial
 from importlib.resources import files
-from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any
 
 import yaml
 
-
-def _whole(text):
-    if not text.removeprefix("-").isdigit():
-        raise argparse.ArgumentTypeError(f"{text} is no whole number, such as 10000")
-    return int(text)
-
-
-TYPES: dict[str, Any] = {"path": Path, "int": int, "float": float, "whole": _whole}
+from dem import cli
 
 
 def add_commands(
@@ -26,14 +18,13 @@ def add_commands(
     """Add a program's commands to `commands`, what `add_subparsers` gives; own: {command: its
     function of the parsed arguments} where the table names none."""
     text = files("calibration.interface").joinpath("commands.yaml").read_text("utf-8")
-    for name, told in yaml.safe_load(text)[program].items():
-        parser = commands.add_parser(name, help=told["help"], description=told.get("description"))
-        given = []
-        for option, how in told["options"].items():
-            kind = {"type": TYPES[how["type"]]} if "type" in how else {}
-            given.append(parser.add_argument(option, **how | kind).dest)
-        command = partial(_print_of, told["function"], given) if "function" in told else own[name]
-        parser.set_defaults(command=command)
+    told = yaml.safe_load(text)[program]
+
+    def command_of(name, given):
+        function = told[name].get("function")
+        return partial(_print_of, function, given) if function else own[name]
+
+    cli.add_commands(commands, told, command_of)
 
 
 def _print_of(function, given, args):

@@ -29,8 +29,7 @@ from calibration.runs.plans import read_plan, run_id
 from calibration.runs.store import RunStore
 from calibration.study.config import Config
 from dem.errors import DemError, ResultError
-from dem.io.checked import digest_of, is_sealed, sealed
-from dem.io.files import write_json
+from dem.io.files import digest_of, is_sealed, sealed, write_json
 from dem.results import FAILED, RESULT, is_current
 
 FOLDER = ".made_from"

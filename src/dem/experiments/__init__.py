@@ -2,7 +2,11 @@
 nothing else lists them.
 
 Folders of further files are named in the environment variable DEM_EXPERIMENTS, with the system's
-separator of paths."""
+separator of paths.
+
+Modules of the engine that an experiment runs with are loaded when a run first uses something of
+them: a schema must not wait a second for them.
+"""
 
 from __future__ import annotations
 
@@ -19,11 +23,29 @@ from dem.errors import DemError
 from dem.experiments.declare import Experiment
 
 if TYPE_CHECKING:
+    from types import ModuleType
+
     from dem.spec import RunSpec
 
-
-HELPERS = ("bed", "declare", "late", "mesh", "outflow", "phases", "setup")
+HELPERS = ("bed", "declare", "mesh", "outflow", "phases", "setup")
 FOLDERS = "DEM_EXPERIMENTS"
+
+
+def lazily(name: str) -> ModuleType:
+    """The module `name`; its code runs at the first access to one of its attributes."""
+    if name in sys.modules:
+        return sys.modules[name]
+    found = importlib.util.find_spec(name)
+    found.loader = importlib.util.LazyLoader(found.loader)  # type: ignore[union-attr,arg-type]
+    module = importlib.util.module_from_spec(found)  # type: ignore[arg-type]
+    sys.modules[name] = module
+    found.loader.exec_module(module)  # type: ignore[union-attr]
+    return module
+
+
+bed, outflow = lazily("dem.experiments.bed"), lazily("dem.experiments.outflow")
+phases, setup = lazily("dem.experiments.phases"), lazily("dem.experiments.setup")
+builder, drag = lazily("dem.walls.builder"), lazily("dem.kernel.drag")
 
 
 @cache
@@ -64,10 +86,7 @@ def outside_files() -> list[Path]:
 def source_outside(name: str) -> Path | None:
     """Path of the file outside the package that declares an experiment; None for one of the
     package's own."""
-    for path in outside_files():
-        if _declared_in(path).name == name:
-            return path
-    return None
+    return next((path for path in outside_files() if _declared_in(path).name == name), None)
 
 
 @cache

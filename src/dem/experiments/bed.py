@@ -11,14 +11,13 @@ import numpy as np
 from dem.constants import GRAVITY
 from dem.experiments.phases import rest
 from dem.experiments.setup import add_grains, build_simulation
-from dem.grains.sizes import draw_radii, largest_reach
+from dem.grains.sizes import draw_radii, fall_time, largest_reach
 from dem.linear import slope
+from dem.simulation import Simulation
+from dem.walls.builder import WallSet
 
 if TYPE_CHECKING:
-    from dem.simulation import Simulation
-    from dem.spec import RunSpec
-    from dem.walls.builder import WallSet
-
+    from dem.spec import RunSpec  # which loads the experiments, and they this
 
 SHAKE = 3.0  # speed of the grains when they are made, of sqrt(g reach): it breaks the lattice
 PITCH = 2.15  # between grains when they are made, in reaches
@@ -42,11 +41,10 @@ def sites_in_rectangle(
     low: Sequence[float], high: Sequence[float], reach: float, rng: np.random.Generator
 ) -> np.ndarray:
     """The same within low..high, both (2,)."""
-    lines = [
-        np.arange(a + 1.05 * reach, b - 1.04 * reach, PITCH * reach)
-        for a, b in zip(low, high, strict=True)
-    ]
-    x, y = (v.ravel() for v in np.meshgrid(*lines, indexing="ij"))
+    (left, front), (right, back), pitch = low, high, PITCH * reach
+    across = np.arange(left + 1.05 * reach, right - 1.04 * reach, pitch)
+    deep = np.arange(front + 1.05 * reach, back - 1.04 * reach, pitch)
+    x, y = (v.ravel() for v in np.meshgrid(across, deep, indexing="ij"))
     return rng.permutation(np.column_stack([x, y]))
 
 
@@ -67,9 +65,8 @@ def fill(
     """
     layer, place = np.divmod(np.arange(len(radii)), len(sites))
     height = bottom + (1.1 + PITCH * layer) * reach
-    along = np.column_stack([sites[place], height])
-    position = np.empty_like(along)
-    position[:, list(order)] = along
+    position = np.empty((len(radii), 3))
+    position[:, list(order)] = np.column_stack([sites[place], height])
     speed = shake(reach)
     velocity = rng.uniform(-speed, speed, position.shape)
     add_grains(sim, spec, position, radii, velocity, rng)
@@ -97,8 +94,7 @@ def poured(
     """
     reach, radii = largest_reach(spec), draw_radii(spec, spec.particles.count, rng)
     if isinstance(inside, tuple):
-        wide, deep = inside
-        sites = sites_in_rectangle((-wide, -deep), inside, reach, rng)
+        sites = sites_in_rectangle([-half for half in inside], inside, reach, rng)
     else:
         sites = sites_in_circle(inside, reach, rng)
     sim = build_simulation(spec, walls(highest_site(len(radii), sites, floor, reach)))
@@ -112,14 +108,26 @@ def advance_for(sim: Simulation, duration: float) -> None:
     sim.advance(max(round(duration / sim.time_step), 1))
 
 
-def _ball(across):
-    """Middles (p, 3) of the cells of a lattice, so many across, inside the unit sphere."""
-    line = (2.0 * np.arange(across) + 1.0) / across - 1.0
-    points = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
-    return points[(points * points).sum(1) < 1.0]
+def force_on(sim: Simulation, name: str, duration: float) -> np.ndarray:
+    """Mean force (3,) [N] of the grains on a wall over about `duration` [s] from now on."""
+    start, before = sim.time, sim.wall_impulse(name)
+    advance_for(sim, duration)
+    return (sim.wall_impulse(name) - before) / (sim.time - start)
 
 
-BALL = _ball(8)
+def lay_lid(sim: Simulation, spec: RunSpec, height: float) -> float:
+    """Put the free wall `lid` at a height [m], as heavy as the grains; returns that mass [kg]. It
+    follows the grains but does not bounce on them."""
+    lid, walls, grains = sim.walls.index("lid"), sim.wall_state, float(sim.mass.sum())
+    walls.origin[lid, 2], walls.mass[lid] = height, grains
+    walls.drag[lid] = grains / fall_time(spec)
+    return grains
+
+
+_LINE = (2.0 * np.arange(8) + 1.0) / 8 - 1.0
+_CUBE = np.stack(np.meshgrid(_LINE, _LINE, _LINE, indexing="ij"), axis=-1).reshape(-1, 3)
+BALL = _CUBE[(_CUBE * _CUBE).sum(1) < 1.0]
+"""Middles (p, 3) of the cells of a lattice, eight across, inside the unit sphere."""
 
 
 def solid_fraction(
@@ -150,10 +158,8 @@ def surface_profile(
     edges = np.linspace(low, high, bins + 1)
     strip = np.digitize(along, edges) - 1
     top = np.full(bins, np.nan)
-    for k in range(bins):
-        own = strip == k
-        if own.any():
-            top[k] = (height[own] + radius[own]).max()
+    for k in np.intersect1d(strip, np.arange(bins)):
+        top[k] = (height + radius)[strip == k].max()
     return 0.5 * (edges[1:] + edges[:-1]), top
 
 

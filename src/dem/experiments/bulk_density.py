@@ -11,14 +11,15 @@ the wide vessel lies between the core's and that of the narrow one:
 core + (narrow - core) * narrow diameter / wide diameter."""
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from itertools import product
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dem.constants import GRAVITY
+from dem.experiments import bed, builder, phases, setup
 from dem.experiments.declare import Experiment, Metric, Quantity, lever, refuse, refuse_narrow
-from dem.experiments.late import bed, builder, phases, setup
-from dem.experiments.mesh import at_rims, read_mesh
+from dem.experiments.mesh import at_rims, circle, read_mesh
 from dem.grains.sizes import grain_volume, longest_mm, mean_radius
 from dem.schema import Part, field, mesh_field
 
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from dem.run import RunContext
     from dem.spec import RunSpec
     from dem.walls.builder import WallSet
-
 
 LEAST_WIDTH = 5.0  # of the largest grain: narrower, the walls order all of the bed
 LIFT = 1.2  # time in which the vessel is raised, of that in which it falls
@@ -81,17 +81,15 @@ class _Vessel:
     the vessel's own where a narrower one is simulated."""
 
     def __init__(self, spec):
-        g = spec.geometry
-        wide = g.vessel_diameter_mm
-        narrow = wide if g.simulated_diameter_mm is None else g.simulated_diameter_mm
+        wide = spec.geometry.vessel_diameter_mm
+        narrow = spec.geometry.simulated_diameter_mm or wide
         self.radius, self.share = 0.5e-3 * narrow, narrow / wide
-        self.mesh = read_mesh(spec, "vessel_stl", at_rims())
-        if self.mesh:
-            self.radius = self.mesh.narrowest(0.0, self.mesh.high)
-            self.mesh.agree("its narrowest inside", 2.0 * self.radius, "vessel_diameter_mm")
-            floor = self.mesh.floor(0.95 * self.radius, "its floor")
-            self.mesh.in_place("its floor", floor, 0.0)
-            self.mesh.take(spec)
+        mesh = self.mesh = read_mesh(spec, "vessel_stl", at_rims())
+        if mesh:
+            self.radius = mesh.narrowest(0.0, mesh.high)
+            mesh.agree("its narrowest inside", 2.0 * self.radius, "vessel_diameter_mm")
+            mesh.in_place("its floor", mesh.covering(circle(0.95 * self.radius), "its floor"), 0.0)
+            mesh.take(spec)
 
     def walls(self, top: float) -> "WallSet":
         """Vessel, open at `top`; a mesh goes on as a cylinder above its rim while grains are
@@ -114,52 +112,38 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     vessel = _Vessel(spec)
     sim = bed.poured(spec, vessel.walls, vessel.radius, 0.0, rng)
     context.progress(0.3, "poured")
-    poured = _packed(sim, spec, vessel)
+    poured, poured_error, poured_solid = _packed(sim, spec, vessel)
+    height = 1e-3 * g.tap_height_mm
+    fall = math.sqrt(2.0 * height / GRAVITY)
     for tap in range(g.taps):
-        _tap(sim, spec)
+        # the vessel is raised and falls; it stops dead, the grains do not
+        for speed, duration in (
+            (height / (LIFT * fall), LIFT * fall),
+            (-height / fall, fall),
+            (0.0, CALM * phases.look(spec)),
+        ):
+            sim.move_wall("vessel", velocity=(0.0, 0.0, speed))
+            bed.advance_for(sim, duration)
         context.progress(0.3 + 0.7 * (tap + 1) / g.taps, f"tap {tap + 1} of {g.taps}")
         context.frame(sim)
     phases.rest(sim, spec, REST * phases.look(spec), "tapping")
-    tapped = _packed(sim, spec, vessel)
+    tapped, tapped_error, tapped_solid = _packed(sim, spec, vessel)
     context.finish(sim, phases.REST)
     return {
-        "poured_density_kg_m3": poured.density,
-        "poured_density_error_kg_m3": poured.error,
-        "tapped_density_kg_m3": tapped.density,
-        "tapped_density_error_kg_m3": tapped.error,
-        "hausner_ratio": tapped.density / poured.density,
-        "poured_solid_fraction": poured.solid,
-        "tapped_solid_fraction": tapped.solid,
+        "poured_density_kg_m3": poured,
+        "poured_density_error_kg_m3": poured_error,
+        "tapped_density_kg_m3": tapped,
+        "tapped_density_error_kg_m3": tapped_error,
+        "hausner_ratio": tapped / poured,
+        "poured_solid_fraction": poured_solid,
+        "tapped_solid_fraction": tapped_solid,
     }
 
 
-def _tap(sim, spec):
-    """Raise the vessel and let it fall; it stops dead, the grains do not."""
-    height = 1e-3 * spec.geometry.tap_height_mm
-    fall = math.sqrt(2.0 * height / GRAVITY)
-    sim.move_wall("vessel", velocity=(0.0, 0.0, height / (LIFT * fall)))
-    bed.advance_for(sim, LIFT * fall)
-    sim.move_wall("vessel", velocity=(0.0, 0.0, -height / fall))
-    bed.advance_for(sim, fall)
-    sim.move_wall("vessel", velocity=(0.0, 0.0, 0.0))
-    bed.advance_for(sim, CALM * phases.look(spec))
-
-
-def _above_floor(sim):
-    return sim.position - sim.wall_origin("vessel")
-
-
-class _Packed(NamedTuple):
-    """Density in the vessel and its standard error [kg/m3], and solid fraction of the core."""
-
-    density: float
-    error: float
-    solid: float
-
-
 def _packed(sim, spec, vessel):
-    """`_Packed` of a bed at rest."""
-    position, mass = _above_floor(sim), sim.mass
+    """Density in the vessel and its standard error [kg/m3], and solid fraction of the core, of a
+    bed at rest."""
+    position, mass = sim.position - sim.wall_origin("vessel"), sim.mass
     z = position[:, 2]
     level = float(np.sort(z)[int(SURFACE * len(z)) - 1])
     simulated = float(mass[z <= level].sum()) / vessel.volume(level)
@@ -171,16 +155,16 @@ def _packed(sim, spec, vessel):
     density = vessel.share * simulated + (1.0 - vessel.share) * unbounded
     parts = _eighths(position, sim.radius, sim.cubed_radius, *core)
     relative = float(parts.std(ddof=1)) / math.sqrt(len(parts)) / solid
-    return _Packed(density, density * relative, solid)
+    return density, density * relative, solid
 
 
 def _eighths(position, radius, cube, core, low, high):
     """Solid fraction (8,) of the widest cylinders in the quarters of a core's halves: four beside
     each other touch the core's side and their neighbours."""
     wide, middle, found = core / (1.0 + math.sqrt(2.0)), 0.5 * (low + high), []
-    for x, y in ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)):
-        moved = position - (x * wide, y * wide, 0.0)
+    for x, y in product((wide, -wide), repeat=2):
         for ends in ((low, middle), (middle, high)):
+            moved = position - (x, y, 0.0)
             found.append(bed.solid_fraction(moved, radius, cube, wide, *ends))
     return np.array(found)
 

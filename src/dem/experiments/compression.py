@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from dem.errors import MeasureError
+from dem.experiments import bed, builder, phases, setup
 from dem.experiments.declare import Experiment, Metric, Quantity, lever, refuse, refuse_narrow
-from dem.experiments.late import bed, builder, phases, setup
 from dem.experiments.mesh import outside, read_mesh
 from dem.grains.sizes import draw_radii, grain_volume, largest_reach, longest_mm, smallest_radius
 from dem.linear import slope
@@ -22,7 +22,6 @@ from dem.schema import Part, field, mesh_field
 if TYPE_CHECKING:
     from dem.run import RunContext
     from dem.spec import RunSpec
-
 
 LEAST_WIDTH = 5.0  # of the largest grain
 LOOK = 1e-4  # path of the lid between looks, over the depth
@@ -59,29 +58,18 @@ def check(spec: "RunSpec") -> None:
     solid = 1e9 * spec.particles.count * grain_volume(spec) / g.box_width_mm**2
     if g.box_height_mm < solid / LOOSE:
         refuse("box_height_mm", spec, f"at least {solid / LOOSE:.3g}, which the grains need")
-    if g.box_height_mm - g.lid_travel_mm > solid / DENSE:
-        allowed = (
-            f"at least {g.box_height_mm - solid / DENSE:.3g}: the bed is {solid / DENSE:.3g} mm "
-            f"deep "
-            "and the lid cannot reach it"
-        )
-        refuse("lid_travel_mm", spec, allowed)
+    depth = solid / DENSE
+    if g.box_height_mm - g.lid_travel_mm > depth:
+        allowed = f"at least {g.box_height_mm - depth:.3g}: the bed is {depth:.3g} mm deep"
+        refuse("lid_travel_mm", spec, f"{allowed} and the lid cannot reach it")
     if g.seating_stress_kPa >= g.normal_stress_kPa:
         refuse("seating_stress_kPa", spec, f"less than the load ({g.normal_stress_kPa:g} kPa)")
-    if g.packing == "cubic":
-        _check_lattice(spec)
-
-
-def _check_lattice(spec):
-    side = spec.geometry.box_width_mm / longest_mm(spec)
-    across = round(side)
-    p = spec.particles
+    side, p = g.box_width_mm / longest_mm(spec), spec.particles
     alike = p.sizes is None and p.clump is None and p.elongation == 1.0
-    whole = alike and abs(side - across) < 1e-6
-    if not whole or spec.particles.count % across**2:
-        refuse(
-            "packing", spec, "poured; cubic takes equal spheres that fill whole layers of the box"
-        )
+    whole = alike and abs(side - round(side)) < 1e-6 and p.count % round(side) ** 2 == 0
+    if g.packing == "cubic" and not whole:
+        allowed = "poured; cubic takes equal spheres that fill whole layers of the box"
+        refuse("packing", spec, allowed)
 
 
 def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
@@ -98,7 +86,8 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     mean_side = sides / (4.0 * 1e-3 * g.box_width_mm * heights[-1])
     found = _curve(heights, stresses, 1e3 * g.seating_stress_kPa)
     solid = float(4.0 / 3.0 * math.pi * sim.cubed_radius.sum()) / (area * heights[-1])
-    press.relieve()
+    while press.step(press.speed) > 0.0:  # up, until the lid carries nothing
+        pass
     for k in range(4):
         setup.take_away(sim, f"side{k}")
     strength = press.strongest(g.unconfined_strain * heights[-1])
@@ -115,28 +104,25 @@ SIDES = ((0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0))  # axis of each wall's normal
 
 
 def _filled(spec, rng):
-    half, high = 0.5e-3 * spec.geometry.box_width_mm, 1e-3 * spec.geometry.box_height_mm
+    half = 0.5e-3 * spec.geometry.box_width_mm
 
     def walls(top):
-        return _walls(spec, half, max(top, high))
+        return _walls(spec, half, max(top, 1e-3 * spec.geometry.box_height_mm))
 
     if spec.geometry.packing == "poured":
         return bed.poured(spec, walls, (half, half), 0.0, rng)
     reach, radii = largest_reach(spec), draw_radii(spec, spec.particles.count, rng)
     sites = bed.sites_in_rectangle((-half, -half), (half, half), reach, rng)
     sim = setup.build_simulation(spec, walls(bed.highest_site(len(radii), sites, 0.0, reach)))
-    sim.add_particles(_lattice(half, radii), radii)
-    bed.advance_for(sim, 2.0 * phases.look(spec))
-    return sim
-
-
-def _lattice(half, radii):
-    """Grain on grain, touching each other, floor and walls: centres (n, 3)."""
+    # grain on grain, touching each other, floor and walls
     across = round(half / radii[0])
     place = (2.0 * np.arange(across) + 1.0) * half / across - half
     layer, rest = np.divmod(np.arange(len(radii)), across**2)
     row, column = np.divmod(rest, across)
-    return np.column_stack([place[row], place[column], radii[0] * (2.0 * layer + 1.0)])
+    high = radii[0] * (2.0 * layer + 1.0)
+    sim.add_particles(np.column_stack([place[row], place[column], high]), radii)
+    bed.advance_for(sim, 2.0 * phases.look(spec))
+    return sim
 
 
 def _punch(spec):
@@ -147,15 +133,11 @@ def _punch(spec):
     mesh = read_mesh(spec, "lid_stl", outside(low, high))
     if mesh is None:
         return None
-    under = mesh.surface(low, high, "its underside", side=-1.0)
-    lowest = mesh.tip(low, high, under, side=-1.0)
-    mesh.in_place("its lowest point", np.array([lowest]), 0.0)
+    mesh.topped(low, high, "its underside", side=-1.0)
     widest = float(np.abs(mesh.vertices[:, :2]).max())
     if widest > half + mesh.slack:
-        mesh.refuse(
-            f"reaches {1e3 * widest:.4g} mm from the middle, into the walls of the box; allowed: "
-            f"{1e3 * half:.4g} mm"
-        )
+        found = f"reaches {1e3 * widest:.4g} mm from the middle, into the walls of the box"
+        mesh.refuse(f"{found}; allowed: {1e3 * half:.4g} mm")
     return mesh
 
 
@@ -168,9 +150,9 @@ def _walls(spec, half, high):
         walls.body(f"side{k}", material=setup.WALL).rectangle(out + up, along, up)
     walls.body("lid", material=setup.WALL, origin=(0.0, 0.0, 2.0 * high))
     mesh = _punch(spec)
-    if mesh is None:
-        return walls.rectangle((0, 0, 0), (half, 0, 0), (0, half, 0))
-    return walls.mesh(mesh.vertices, mesh.triangles)
+    if mesh:
+        return walls.mesh(*mesh.body)
+    return walls.rectangle((0, 0, 0), (half, 0, 0), (0, half, 0))
 
 
 class _Press:
@@ -182,15 +164,12 @@ class _Press:
         sim.wall_state.origin[sim.walls.index("lid"), 2] = top
         self.look, self.velocity = LOOK * top / speed, 0.0
 
-    def _step(self, speed):
-        """Mean stress [Pa] on the lid while it moves for a look."""
-        sim = self.sim
+    def step(self, speed: float) -> float:
+        """Mean stress [Pa] on the lid while it moves upwards at a speed [m/s] for a look."""
         if speed != self.velocity:  # a wall that is given a speed asks for new lists
-            sim.move_wall("lid", velocity=(0.0, 0.0, speed))
+            self.sim.move_wall("lid", velocity=(0.0, 0.0, speed))
             self.velocity = speed
-        start, before = sim.time, sim.wall_impulse("lid")[2]
-        bed.advance_for(sim, self.look)
-        return (sim.wall_impulse("lid")[2] - before) / (sim.time - start) / self.area
+        return bed.force_on(self.sim, "lid", self.look)[2] / self.area
 
     def down_to(self, load: float, lowest: float) -> tuple[np.ndarray, np.ndarray]:
         """Heights [m] of the lid, in the middle of each look, and stresses [Pa] until it carries
@@ -198,26 +177,18 @@ class _Press:
         heights, stresses = [], [0.0]
         while stresses[-1] < load:
             before = self.sim.wall_origin("lid")[2]
-            stresses.append(self._step(-self.speed))
+            stresses.append(self.step(-self.speed))
             after = self.sim.wall_origin("lid")[2]
             heights.append(0.5 * (before + after))
             if after < lowest:
-                raise MeasureError(
-                    f"the lid came to the end of its travel at {1e-3 * stresses[-1]:.3g} kPa: "
-                    f"raise "
-                    "geometry.lid_travel_mm"
-                )
+                ended = f"the end of its travel at {1e-3 * stresses[-1]:.3g} kPa"
+                raise MeasureError(f"the lid came to {ended}: raise geometry.lid_travel_mm")
         return np.array(heights), np.array(stresses[1:])
-
-    def relieve(self) -> None:
-        """Raise the lid until it carries nothing."""
-        while self._step(self.speed) > 0.0:
-            pass
 
     def strongest(self, path: float) -> float:
         """Largest stress [Pa] on the way down by `path` [m], as a mean over some looks."""
         looks = max(round(path / (self.speed * self.look)), MEAN)
-        found = np.cumsum([0.0] + [self._step(-self.speed) for _ in range(looks)])
+        found = np.cumsum([0.0] + [self.step(-self.speed) for _ in range(looks)])
         return float(max((found[MEAN:] - found[:-MEAN]).max() / MEAN, 0.0))
 
 
@@ -256,9 +227,7 @@ EXPERIMENT = Experiment(
     check=check,
     prepare=_punch,  # an unusable mesh is refused here
     poured=True,
-    quantity=Quantity(
-        "constrained_modulus", "kPa", 1e-3, 1e7, "constrained modulus", relative=True
-    ),
+    quantity=Quantity("constrained_modulus", "kPa", 1e-3, 1e7, "constrained modulus", True),
     levers=lever("normal_stress_kPa", 1e-3, 1e4, "normal stress", needed=True),
     mechanisms=("cohesion",),
 )

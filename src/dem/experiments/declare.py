@@ -8,12 +8,14 @@ the experiments.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dem.constants import GRAVITY
 from dem.errors import MeasureError, SpecError
 from dem.grains.sizes import longest_mm
 from dem.units import unit_of
@@ -77,6 +79,9 @@ class Share(Plain):
         """Value and its derivative."""
         slope = levers[self.lever]
         return slope * z, slope + 0.0 * z
+
+
+LOAD = Share("normal_stress_kPa")  # the scale of a stress that goes with the load
 
 
 @dataclass(frozen=True)
@@ -144,6 +149,11 @@ def lever(
     return {key: Lever(least, most, words, unit_of(key) or "", ("geometry", key), needed)}
 
 
+def fall(key: str) -> Callable[[RunSpec], float]:
+    """`impact_speed` of a fall in a vacuum from a height of the geometry [mm]."""
+    return lambda spec: math.sqrt(2.0 * GRAVITY * 1e-3 * getattr(spec.geometry, key))
+
+
 def nothing(spec: RunSpec) -> list[str]:
     """No sentence: what `advice` is where nothing is risky."""
     return []
@@ -151,54 +161,40 @@ def nothing(spec: RunSpec) -> list[str]:
 
 @dataclass(frozen=True)
 class Experiment:
-    """One virtual experiment.
+    """One virtual experiment. What can be called takes a `RunSpec`, and `run` the
+    `dem.run.RunContext` beside it."""
 
-    name : as a run spec's `experiment` has it
-    title : for a heading
-    geometry : `Part` with the keys of a run spec's `geometry`
-    run : run(spec, context) -> {metric: number}; context is a `dem.run.RunContext`
-    metrics : `Metric` of each number that a run gives
-    defaults : {part: {key: default}} of a run spec where they differ from the schema's
-    check : check(spec) raises SpecError for a geometry that cannot be run
-    prepare : prepare(spec) raises DemError for meshes that the geometry names and that cannot be
-        used
-    advice : advice(spec) -> sentences about what is valid but risky
-    impact_speed : impact_speed(spec) -> highest speed [m/s] at which grains are expected to hit;
-        None where none falls
-    least_steps : time steps in the shortest contact below which a run is warned of
-    poured : whether grains are made by `dem.experiments.setup.add_grains`, which may be several
-        bonded spheres, pairs or clumps; their runs scatter from seed to seed, as grains never lie
-        twice alike
-    resumes : whether a run that was cut off continues from its checkpoint
-    walls : walls(spec) -> `WallSet` with which it starts, for pictures of runs of other engines,
-        which keep no walls; ours keep those of any experiment
-    heap_plate : heap_plate(spec) -> radius [m] of the disc that a heap stands on at the end; None
-        without a heap
-    quantity : what a laboratory measures; None where the diagnosis does not know the experiment
-    levers : {column: Lever} beside the grain's diameter and the scale factor, which every
-        experiment has, and the number of grains where they are poured
-    mechanisms : names of the catalogue's mechanisms that show on it, beside those that name it
-        themselves
-    """
-
-    name: str
-    title: str
-    geometry: type
-    run: Callable
-    metrics: tuple
+    name: str  # as a run spec's `experiment` has it
+    title: str  # for a heading
+    geometry: type  # `Part` with the keys of a run spec's `geometry`
+    run: Callable  # -> {metric: number}
+    metrics: tuple  # `Metric` of each number that a run gives
     defaults: dict = field(default_factory=dict)
-    check: Callable = nothing
+    """{part: {key: default}} of a run spec where they differ from the schema's."""
+    check: Callable = nothing  # raises SpecError for a geometry that cannot be run
     prepare: Callable = nothing
-    advice: Callable = nothing
+    """Raises DemError for meshes that the geometry names and that cannot be used."""
+    advice: Callable = nothing  # -> sentences about what is valid but risky
     impact_speed: Callable | None = None
-    least_steps: float = 0.0
+    """-> highest speed [m/s] at which grains are expected to hit; None where none falls."""
+    least_steps: float = 0.0  # in the shortest contact, below which a run is warned of
     poured: bool = False
-    resumes: bool = False
+    """True where grains are made by `dem.experiments.setup.add_grains`, which may be several bonded
+    spheres, pairs or clumps; their runs scatter from seed to seed, as grains never lie twice
+    alike."""
+    resumes: bool = False  # whether a run that was cut off continues from its checkpoint
     walls: Callable | None = None
+    """-> `WallSet` with which it starts, for pictures of runs of other engines, which keep no
+    walls; ours keep those of any experiment."""
     heap_plate: Callable | None = None
+    """-> radius [m] of the disc that a heap stands on at the end; None without a heap."""
     quantity: Quantity | None = None
+    """The reading of a laboratory; None where the diagnosis does not know the experiment."""
     levers: dict = field(default_factory=dict)
+    """{column: Lever} beside the grain's diameter and the scale factor, which every experiment has,
+    and the number of grains where they are poured."""
     mechanisms: tuple = ()
+    """Names of the catalogue's that show on it, beside those that name it themselves."""
 
     def __post_init__(self):
         if self.poured:
@@ -214,17 +210,15 @@ class Experiment:
         one that is missing or physically impossible."""
         found = self.run(spec, context)
         known = {m.name: m for m in self.metrics}
-        if set(found) != set(known):
-            names = ", ".join(sorted(set(found) ^ set(known)))
-            raise MeasureError(
-                f"{self.name}: {names}: metrics that are declared and those given differ"
-            )
+        names = ", ".join(sorted(found.keys() ^ known.keys()))
+        if names:
+            reason = "metrics that are declared and those given differ"
+            raise MeasureError(f"{self.name}: {names}: {reason}")
         for name, value in found.items():
-            m = known[name]
-            if value is not None and not m.least <= value <= m.most:
-                raise MeasureError(
-                    f"{self.name}: {name} = {value:g} is not possible; {m.least:g} to {m.most:g} is"
-                )
+            least, most = known[name].least, known[name].most
+            if value is not None and not least <= value <= most:
+                reason = f"{value:g} is not possible; {least:g} to {most:g} is"
+                raise MeasureError(f"{self.name}: {name} = {reason}")
         return found
 
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dem.experiments import bed, builder, outflow, setup
 from dem.experiments.declare import Experiment, Metric, Quantity, lever, refuse, refuse_narrow
-from dem.experiments.late import bed, builder, outflow, setup
 from dem.flow import FREE_FLOW_RATIO, LOOSE, beverloo
 from dem.grains.sizes import grain_volume, mean_radius
 from dem.io.stl import read_stl
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from dem.simulation import Simulation
     from dem.spec import RunSpec
     from dem.walls.builder import WallSet
-
 
 LEAST_WALL = 2.5  # cylinder over orifice: narrower, the wall sets the flow
 LEAST_DEPTH = 2.0  # bed over orifice: lower, the flow goes with the depth
@@ -48,16 +47,15 @@ def check(spec: "RunSpec") -> None:
     """Grains must pass the orifice, the silo must be wider than what flows, and full enough."""
     g = spec.geometry
     refuse_narrow("orifice_diameter_mm", spec, FREE_FLOW_RATIO, "arches stop a narrower flow")
-    if g.silo_diameter_mm < LEAST_WALL * g.orifice_diameter_mm:
-        allowed = f"at least {LEAST_WALL:g} times the orifice ({g.orifice_diameter_mm:g} mm)"
-        refuse("silo_diameter_mm", spec, allowed)
+    orifice, told = g.orifice_diameter_mm, f"times the orifice ({g.orifice_diameter_mm:g} mm)"
+    if g.silo_diameter_mm < LEAST_WALL * orifice:
+        refuse("silo_diameter_mm", spec, f"at least {LEAST_WALL:g} {told}")
     area = math.pi * (0.5e-3 * g.silo_diameter_mm) ** 2
     depth = 1e3 * spec.particles.count * grain_volume(spec) / (LOOSE * area)
-    if depth < LEAST_DEPTH * g.orifice_diameter_mm:
-        widest = g.silo_diameter_mm * math.sqrt(depth / (LEAST_DEPTH * g.orifice_diameter_mm))
+    if depth < LEAST_DEPTH * orifice:
+        widest = g.silo_diameter_mm * math.sqrt(depth / (LEAST_DEPTH * orifice))
         allowed = f"at most {widest:.3g}: the grains would lie only {depth:.3g} mm deep, less than "
-        more = f"{LEAST_DEPTH:g} times the orifice ({g.orifice_diameter_mm:g} mm); or more grains"
-        refuse("silo_diameter_mm", spec, allowed + more)
+        refuse("silo_diameter_mm", spec, f"{allowed}{LEAST_DEPTH:g} {told}; or more grains")
 
 
 class Silo:
@@ -127,8 +125,7 @@ def bulk_density(sim: "Simulation", spec: "RunSpec", silo: "Silo") -> float:
     high = float(np.sort(position[:, 2])[int(0.95 * len(position)) - 1]) - edge
     if high < low + edge:  # a cone holds nearly all: the whole bed below the surface counts
         low = 0.0
-        fill = float(sim.mass[position[:, 2] < high].sum())
-        return fill / _volume(silo, high)
+        return float(sim.mass[position[:, 2] < high].sum()) / _volume(silo, high)
     core = silo.radius - edge, low, high
     solid = bed.solid_fraction(position, sim.radius, sim.cubed_radius, *core)
     return solid * spec.materials.particle.density_kg_m3
@@ -161,9 +158,8 @@ def drained_angle(sim: "Simulation", silo: "Silo", spec: "RunSpec") -> float:
     position, edge = sim.position, mean_radius(spec)
     out = np.hypot(position[:, 0], position[:, 1])
     low, high = silo.orifice + edge, silo.radius - edge
-    angle = bed.profile_angle(
-        *bed.surface_profile(out, position[:, 2], sim.radius, low, high, RINGS)
-    )
+    profile = bed.surface_profile(out, position[:, 2], sim.radius, low, high, RINGS)
+    angle = bed.profile_angle(*profile)
     return angle if math.isfinite(angle) else 0.0
 
 

@@ -11,23 +11,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dem.experiments import bed, builder, outflow, phases, setup
 from dem.experiments.declare import Experiment, Metric, Quantity, lever, refuse, refuse_narrow
-from dem.experiments.late import bed, builder, outflow, phases, setup
 from dem.experiments.mesh import at_rims, read_mesh, rectangle
 from dem.flow import FREE_FLOW_RATIO, LOOSE
-from dem.grains.sizes import (
-    grain_volume,
-    longest_mm,
-    mean_radius,
-    smallest_radius,
-)
+from dem.grains.sizes import grain_volume, longest_mm, mean_radius, smallest_radius
 from dem.schema import Part, field, mesh_field
 
 if TYPE_CHECKING:
     from dem.run import RunContext
     from dem.spec import RunSpec
     from dem.walls.builder import WallSet
-
 
 LEAST_DEPTH = 3.0  # of the largest grain
 STRIPS = 10  # of each flank
@@ -78,13 +72,11 @@ class _Boxes:
         self.upper, self.lower = 0.5e-3 * g.upper_width_mm, 0.5e-3 * g.lower_width_mm
         self.deep, self.slot = 0.5e-3 * g.depth_mm, 0.5e-3 * g.slot_width_mm
         self.floor = 1e-3 * g.fall_height_mm
-        self.mesh = read_mesh(spec, "boxes_stl", at_rims())
-        if self.mesh:
-            self._check(spec)
-
-    def _check(self, spec):
-        """Floors, slot and sides of a mesh must be where the keys have them."""
-        mesh, gap = self.mesh, smallest_radius(spec)
+        mesh = self.mesh = read_mesh(spec, "boxes_stl", at_rims())
+        if mesh is None:
+            return
+        # its floors, slot and sides must be where the keys have them
+        gap = smallest_radius(spec)
         volume = 4.0 * self.upper * self.deep * (mesh.high - self.floor)
         if LOOSE * volume < spec.particles.count * grain_volume(spec):
             mesh.refuse("is too low: loosely poured, the grains reach above its rim")
@@ -92,48 +84,45 @@ class _Boxes:
         mesh.four_sided("the upper box", middle, self.upper, self.deep)
         mesh.four_sided("the lower box", 0.5 * self.floor, self.lower, self.deep)
         y = self.deep - gap
-        through = mesh.surface((gap - self.slot, -y), (self.slot - gap, y), "below the slot")
+
+        def over(*ends):
+            return rectangle((min(ends), -y), (max(ends), y))
+
+        through = mesh.covering(over(gap - self.slot, self.slot - gap), "below the slot")
         mesh.in_place("the first surface below the slot", through, 0.0)
         for side in (-1.0, 1.0):
-            ends = sorted([side * (self.slot + gap), side * (self.upper - gap)])
-            ledge = mesh.surface((ends[0], -y), (ends[1], y), "beside the slot its floor")
-            mesh.in_place("the upper floor", ledge, self.floor)
-        below = rectangle((gap - self.lower, -y), (self.lower - gap, y))
+            ledge = over(side * (self.slot + gap), side * (self.upper - gap))
+            found = mesh.covering(ledge, "beside the slot its floor")
+            mesh.in_place("the upper floor", found, self.floor)
+        below = over(gap - self.lower, self.lower - gap)
         floor = mesh.covering(below, "its lower floor", below=0.5 * self.floor)
         mesh.in_place("the lower floor", floor, 0.0)
 
     def walls(self, top: float) -> "WallSet":
         """Two floors, four sides, front and back up to `top`, and the gate over the slot."""
         walls = builder.WallSet().body("boxes", material=setup.WALL)
-        if self.mesh is None:
-            self._own(walls, top)
+        flat, up = np.array([0.0, self.deep, 0.0]), np.array([0.0, 0.0, 1.0])
+        out = np.array([1.0, 0.0, 0.0])
+        if self.mesh:
+            walls.mesh(*self.mesh.body)
+            # sides of the upper box above the mesh, within which grains are made
+            half = 0.5 * (top - self.mesh.high)
+            z = top - half
+            for side in (-1.0, 1.0) if half > 0.0 else ():
+                walls.rectangle((side * self.upper, 0.0, z), flat, half * up)
+                walls.rectangle((0.0, side * self.deep, z), self.upper * out, half * up)
         else:
-            walls.mesh(self.mesh.vertices, self.mesh.triangles)
-            self._collar(walls, top)
+            high, ledge = 0.5 * (top - self.floor), 0.5 * (self.upper - self.slot)
+            wide, low = max(self.upper, self.lower), 0.5 * self.floor
+            walls.rectangle((0.0, 0.0, 0.0), self.lower * out, flat)
+            for side in (-1.0, 1.0):
+                middle = side * 0.5 * (self.slot + self.upper)
+                walls.rectangle((middle, 0.0, self.floor), ledge * out, flat)
+                walls.rectangle((side * self.upper, 0.0, self.floor + high), flat, high * up)
+                walls.rectangle((side * self.lower, 0.0, low), flat, low * up)
+                walls.rectangle((0.0, side * self.deep, 0.5 * top), wide * out, 0.5 * top * up)
         gate = walls.body("gate", material=setup.WALL)
         return gate.rectangle((0.0, 0.0, self.floor), (self.slot, 0.0, 0.0), (0.0, self.deep, 0.0))
-
-    def _collar(self, walls, top):
-        """Sides of the upper box above a mesh, within which grains are made."""
-        half = 0.5 * (top - self.mesh.high)
-        if half <= 0.0:
-            return
-        for side in (-1.0, 1.0):
-            z = top - half
-            walls.rectangle((side * self.upper, 0.0, z), (0.0, self.deep, 0.0), (0.0, 0.0, half))
-            walls.rectangle((0.0, side * self.deep, z), (self.upper, 0.0, 0.0), (0.0, 0.0, half))
-
-    def _own(self, walls, top):
-        high, ledge = 0.5 * (top - self.floor), 0.5 * (self.upper - self.slot)
-        flat, up = np.array([0.0, self.deep, 0.0]), np.array([0.0, 0.0, 1.0])
-        wide, out = max(self.upper, self.lower), np.array([1.0, 0.0, 0.0])
-        walls.rectangle((0.0, 0.0, 0.0), self.lower * out, flat)
-        for side in (-1.0, 1.0):
-            middle = side * 0.5 * (self.slot + self.upper)
-            walls.rectangle((middle, 0.0, self.floor), ledge * out, flat)
-            walls.rectangle((side * self.upper, 0.0, self.floor + high), flat, high * up)
-            walls.rectangle((side * self.lower, 0.0, 0.5 * self.floor), flat, 0.5 * self.floor * up)
-            walls.rectangle((0.0, side * self.deep, 0.5 * top), wide * out, 0.5 * top * up)
 
 
 def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
@@ -179,10 +168,8 @@ def _angles(sim, spec, boxes):
     edge = mean_radius(spec)
     stays = boxes.slot + edge, boxes.upper - edge
     heap = 2.0 * edge, boxes.lower - edge  # from a grain beside its crest to the wall
-    return (
-        _flanks(position[above], radius[above], *stays, boxes.floor),
-        -_flanks(position[~above], radius[~above], *heap, 0.0),
-    )
+    shear = _flanks(position[above], radius[above], *stays, boxes.floor)
+    return shear, -_flanks(position[~above], radius[~above], *heap, 0.0)
 
 
 def _flanks(position, radius, low, high, floor):

@@ -7,15 +7,15 @@ those of the lowest point above the plate, as on the bench.
 """
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dem.constants import GRAVITY
 from dem.errors import MeasureError
-from dem.experiments.declare import Experiment, Lever, LogShare, Metric, Quantity, lever
-from dem.experiments.late import builder, drag, setup
-from dem.experiments.mesh import outside, read_mesh
+from dem.experiments import builder, drag, setup
+from dem.experiments.declare import Experiment, Lever, LogShare, Metric, Quantity, fall, lever
+from dem.experiments.mesh import circle, outside, read_mesh
 from dem.grains.sizes import mean_radius
 from dem.schema import Part, field, mesh_field
 from dem.timescales import hertz_contact_time
@@ -23,7 +23,6 @@ from dem.timescales import hertz_contact_time
 if TYPE_CHECKING:
     from dem.run import RunContext
     from dem.spec import RunSpec
-
 
 APART = 20.0  # radii between grains: they never meet
 MISSED = 5e-6  # of the drop height, at an apex between two looks
@@ -44,37 +43,39 @@ class DropGeometry(Part):
     )
 
 
-def impact_speed(spec: "RunSpec") -> float:
-    """Speed [m/s] of a fall in a vacuum."""
-    return math.sqrt(2.0 * GRAVITY * 1e-3 * spec.geometry.drop_height_mm)
-
-
 def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     """Drop the grains described by `spec`; returns the metrics of docs/architecture.md."""
     g = spec.geometry
     radius, height = mean_radius(spec), 1e-3 * g.drop_height_mm
+    impact = math.sqrt(2.0 * GRAVITY * height)
     walls, apart = _targets(spec)
     sim = setup.build_simulation(spec, walls)
-    rng = np.random.default_rng(spec.seed)
-    impact = math.sqrt(2.0 * GRAVITY * height)
-    phase = (np.arange(g.drops) + rng.random()) / g.drops
+    phase = (np.arange(g.drops) + np.random.default_rng(spec.seed).random()) / g.drops
     start = height + phase * impact * sim.time_step
     position = np.column_stack([np.arange(g.drops) * apart, np.zeros(g.drops), radius + start])
     sim.add_particles(position, radius)
     # a restitution of one would come back after three quarters of a whole bounce
-    limit = 2.2 * _longest_fall(sim, height)
-    flight = _follow(sim, radius, height, limit, g.output_interval_s, context)
-    rebound = flight.sampled if g.output_interval_s else flight.apex
-    restitution = np.sqrt(np.maximum(flight.apex, 0.0) / start)
-    if sim.model.air[0] > 0.0:  # the air took a part of both speeds
-        restitution = flight.leaving / flight.hitting
-        impact = float(flight.hitting.mean())
-    contact = _contact_time(spec, radius, impact)
+    longest = math.sqrt(2.0 * height / GRAVITY)
+    density, viscosity = sim.model.air
+    if density > 0.0:
+        # the time in vacuum and that at terminal speed add up to more than the fall takes
+        weight, diameter = GRAVITY * float(sim.mass.min()), 2.0 * float(sim.radius.min())
+        longest += height / drag.terminal_speed(weight, diameter, density, viscosity)
+    limit = 2.2 * longest
+    apex, sampled, hitting, leaving = _follow(
+        sim, radius, height, limit, g.output_interval_s, context
+    )
+    rebound = sampled if g.output_interval_s else apex
+    restitution = np.sqrt(np.maximum(apex, 0.0) / start)
+    if density > 0.0:  # the air took a part of both speeds
+        restitution, impact = leaving / hitting, float(hitting.mean())
+    grain, wall = (setup.material_of(m) for m in (spec.materials.particle, spec.materials.wall))
+    contact = hertz_contact_time(radius, impact, grain, wall)
     context.finish(sim)
     return {
         "rebound_height_mm": 1e3 * float(rebound.mean()),
         "rebound_height_sd_mm": 1e3 * float(rebound.std(ddof=1)) if g.drops > 1 else 0.0,
-        "true_rebound_height_mm": 1e3 * float(flight.apex.mean()),
+        "true_rebound_height_mm": 1e3 * float(apex.mean()),
         "effective_restitution": float(restitution.mean()),
         "effective_restitution_sd": float(restitution.std(ddof=1)) if g.drops > 1 else 0.0,
         "impact_speed_m_s": impact,
@@ -83,54 +84,24 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     }
 
 
-def _target(spec):
-    """`Mesh` of the target; None for a plate."""
-    radius = mean_radius(spec)
-    mesh = read_mesh(spec, "plate_stl", outside((-radius, -radius), (radius, radius)))
-    if mesh:
-        mesh.floor(radius, "under the grain its surface")
-        mesh.in_place("its surface on the z axis", mesh.floor(0.0, "its surface"), 0.0)
-    return mesh
-
-
 def _targets(spec):
     """Walls under all grains, and the distance of the grains [m], along x."""
-    walls = builder.WallSet().body("plate", material=setup.WALL)
-    apart, mesh = APART * mean_radius(spec), _target(spec)
+    radius, walls = mean_radius(spec), builder.WallSet().body("plate", material=setup.WALL)
+    mesh, apart = read_mesh(spec, "plate_stl", outside(2 * [-radius], 2 * [radius])), APART * radius
     if mesh is None:
         return walls.plane((0, 0, 0), (0, 0, 1)), apart
+    mesh.covering(circle(radius), "under the grain its surface")
+    axis = mesh.covering(circle(0.0), "its surface")
+    mesh.in_place("its surface on the z axis", axis, 0.0)
     apart += 2.0 * float(np.abs(mesh.vertices[:, 0]).max())
     for k in range(spec.geometry.drops):
         walls.mesh(mesh.vertices + [k * apart, 0.0, 0.0], mesh.triangles)
     return walls, apart
 
 
-def _longest_fall(sim, height):
-    """Time [s] within which the grains of `sim` have fallen by `height` [m].
-
-    In air the time in vacuum and that of the whole height at terminal speed add up to more than the
-    fall takes."""
-    fall = math.sqrt(2.0 * height / GRAVITY)
-    density, viscosity = sim.model.air
-    if density > 0.0:
-        weight, diameter = GRAVITY * float(sim.mass.min()), 2.0 * float(sim.radius.min())
-        fall += height / drag.terminal_speed(weight, diameter, density, viscosity)
-    return fall
-
-
-class Flight(NamedTuple):
-    """Of each grain (n,): highest point [m], that at output instants [m], and the speed at the
-    plate before and after the first impact [m/s]."""
-
-    apex: np.ndarray
-    sampled: np.ndarray
-    hitting: np.ndarray
-    leaving: np.ndarray
-
-
 def _follow(sim, radius, height, limit, output_interval, context):
-    """The `Flight` of each grain: the highest point after the first impact at any time, and at
-    output instants only, and the speeds before and after the impact.
+    """Highest point [m] of each grain (n,) after the first impact at any time, and at output
+    instants only, and the speeds at the plate before and after the impact [m/s].
 
     The apex by energy is z + v^2/2g while the grain rises freely. With air drag the true apex is
     the largest z. So the larger of the heights reached is kept, and the energy estimate is used in
@@ -173,18 +144,10 @@ def _follow(sim, radius, height, limit, output_interval, context):
         context.progress(min(sim.time / limit, 0.99), f"{sim.time:.3f} s")
         context.frame(sim)
     if not (landed | bounced).all():
-        raise MeasureError(
-            f"a grain has not reached the plate after {sim.time:.3g} s; is it too light to fall in "
-            f"this air?"
-        )
+        asked = "is it too light to fall in this air?"
+        raise MeasureError(f"a grain has not reached the plate after {sim.time:.3g} s; {asked}")
     leaving = np.where(np.isnan(leaving), 0.0, leaving)
-    return Flight(np.maximum(highest, 0.0), np.maximum(sampled, 0.0), hitting, leaving)
-
-
-def _contact_time(spec, radius, impact):
-    """Duration of the elastic impact on the plate [s]."""
-    grain, wall = (setup.material_of(m) for m in (spec.materials.particle, spec.materials.wall))
-    return hertz_contact_time(radius, impact, grain, wall)
+    return np.maximum(highest, 0.0), np.maximum(sampled, 0.0), hitting, leaving
 
 
 EXPERIMENT = Experiment(
@@ -203,8 +166,8 @@ EXPERIMENT = Experiment(
         ),
         Metric(
             "effective_restitution",
-            "speed after over speed before the impact: in a vacuum the root of rebound over drop "
-            "height",
+            "speed after over speed before the impact: in a vacuum the "
+            "root of rebound over drop height",
             0.0,
             1.1,
         ),
@@ -215,8 +178,8 @@ EXPERIMENT = Experiment(
     ),
     # a drop is over in one contact, which must be resolved (44 steps at 1.7 m/s)
     defaults={"numerics": {"rayleigh_fraction": 0.05}},
-    prepare=_target,  # an unusable mesh is refused here
-    impact_speed=impact_speed,
+    prepare=_targets,  # an unusable mesh is refused here
+    impact_speed=fall("drop_height_mm"),
     least_steps=20,  # the rebound goes with the square of the restitution
     quantity=Quantity(
         "rebound_height",

@@ -13,8 +13,8 @@ import numpy as np
 
 from dem.constants import GRAVITY
 from dem.errors import MeasureError, SpecError
+from dem.experiments import bed, builder, phases, setup
 from dem.experiments.declare import Experiment, Metric, Quantity, lever, refuse_narrow
-from dem.experiments.late import bed, builder, phases, setup
 from dem.experiments.mesh import circle, read_mesh
 from dem.grains.sizes import draw_radii, grain_volume, largest_reach, longest_mm, mean_radius
 from dem.schema import Part, field, mesh_field
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from dem.run import RunContext
     from dem.spec import RunSpec
     from dem.walls.builder import WallSet
-
 
 LEAST_DIAMETER, LEAST_WIDTH = 10.0, 3.0  # of the largest grain
 LOOKS = 40  # while the angle is read
@@ -65,10 +64,8 @@ def check(spec: "RunSpec") -> None:
     refuse_narrow("drum_width_mm", spec, LEAST_WIDTH)
     layer = g.drum_diameter_mm * g.drum_width_mm / (2.0 * largest**2)
     if spec.particles.count < layer:
-        allowed = (
-            f"at least {math.ceil(layer)}: less than one layer of grains would lie in the drum"
-        )
-        raise SpecError("particles.count", spec.particles.count, allowed)
+        few = f"at least {math.ceil(layer)}: less than one layer of grains would lie in the drum"
+        raise SpecError("particles.count", spec.particles.count, few)
     if _filling(spec) > 0.7:
         most = int(0.7 / _filling(spec) * spec.particles.count)
         allowed = f"at most {most}: the drum would be more than 70 % full"
@@ -82,8 +79,7 @@ def advice(spec: "RunSpec") -> list[str]:
         return []
     return [
         f"geometry.rotation_rate_deg_s gives a Froude number of {froude:.2g}; from 0.1 on grains "
-        f"are "
-        "thrown and the surface has no angle"
+        "are thrown and the surface has no angle"
     ]
 
 
@@ -99,20 +95,17 @@ class _Drum:
     def __init__(self, spec):
         g = spec.geometry
         self.radius, self.width = 0.5e-3 * g.drum_diameter_mm, 1e-3 * g.drum_width_mm
-        self.clear, self.mesh = self.radius, read_mesh(spec, "shell_stl")
-        if self.mesh:
-            self._check()
-
-    def _check(self):
-        mesh, middle = self.mesh, 0.5 * self.width
+        mesh, middle = read_mesh(spec, "shell_stl"), 0.5 * self.width
+        self.clear, self.mesh = self.radius, mesh
+        if mesh is None:
+            return
         widest = float(mesh.around(middle)[0].max())
         mesh.agree("its widest inside", 2.0 * widest, "drum_diameter_mm")
         self.clear = mesh.narrowest(0.0, self.width)
         if self.clear < LEAST_CLEAR * self.radius:
-            mesh.refuse(
-                f"reaches to {1e3 * self.clear:.4g} mm from the axis; allowed: "
-                f"{1e3 * LEAST_CLEAR * self.radius:.4g} mm at the least, or grains cannot flow"
-            )
+            least = f"{1e3 * LEAST_CLEAR * self.radius:.4g} mm at the least"
+            found = f"reaches to {1e3 * self.clear:.4g} mm from the axis"
+            mesh.refuse(f"{found}; allowed: {least}, or grains cannot flow")
         ends = mesh.heights(circle(0.95 * self.clear))
         for what, side, wanted in (("low", -1.0, 0.0), ("high", 1.0, self.width)):
             beyond = np.where(side * (ends - middle) > 0.0, side * ends, np.inf).min(axis=1)
@@ -124,7 +117,7 @@ class _Drum:
         """The body that turns."""
         walls = builder.WallSet().body(SHELL, material=setup.WALL)
         if self.mesh:
-            return walls.mesh(self.mesh.vertices, self.mesh.triangles)
+            return walls.mesh(*self.mesh.body)
         walls.cylinder(self.radius, 0.0, self.width)
         return walls.disc(self.radius, 0.0).disc(self.radius, self.width)
 
@@ -166,9 +159,8 @@ def _fill(sim, spec, radii, radius, width, reach, rng):
         half = math.sqrt(max(radius**2 - (abs(height) + reach) ** 2, 0.0))
         if half < 3.0 * reach:
             if height > 0.0:
-                raise MeasureError(
-                    "the grains do not fit into the drum in layers; fewer of them do"
-                )
+                reason = "the grains do not fit into the drum in layers; fewer of them do"
+                raise MeasureError(reason)
             height += 0.5 * reach
             continue
         sites = bed.sites_in_rectangle((-half, 0.0), (half, width), reach, rng)
@@ -199,16 +191,10 @@ def _look(sim, radius, diameter, rate):
     passive = (out > radius - PASSIVE * diameter) & (out < radius - 0.75 * diameter)
     passive &= x * centre[0] + y * centre[1] > 0.9 * out * math.hypot(*centre)
     speed = (x * velocity[:, 1] - y * velocity[:, 0])[passive]
-    spin = (
-        float((speed * out[passive]).sum() / (out[passive] ** 3).sum())
-        if passive.any()
-        else math.nan
-    )
-    return (
-        bed.profile_angle(along, top),
-        math.degrees(math.atan2(centre[0], -centre[1])),
-        spin / rate,
-    )
+    cubes = (out[passive] ** 3).sum()
+    carried = (speed * out[passive]).sum() / cubes if passive.any() else math.nan
+    hangs = math.degrees(math.atan2(centre[0], -centre[1]))
+    return bed.profile_angle(along, top), hangs, float(carried) / rate
 
 
 EXPERIMENT = Experiment(

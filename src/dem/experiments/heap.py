@@ -6,19 +6,18 @@ passes the rim of the plate falls away. The run ends when the heap is at rest or
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from dem.constants import GRAVITY
 from dem.errors import MeasureError, RefusedStateError, SpecError
-from dem.experiments.declare import Experiment, Metric, Quantity, lever, refuse, refuse_narrow
-from dem.experiments.late import builder, phases, setup
+from dem.experiments import builder, phases, setup
+from dem.experiments.declare import Experiment, Metric, Quantity, fall, lever, refuse, refuse_narrow
 from dem.flow import C_BEVERLOO, FREE_FLOW_RATIO, LOOSE, beverloo
 from dem.grains.sizes import draw_radii, grain_volume, largest_reach, mean_radius
 from dem.io.stl import read_stl
-from dem.measure.heap import coverage, measure_heap, readings_apart
+from dem.measure.heap import LOST_BELOW, read_at_rest, slopes_of, standing, take_lost
 from dem.schema import Part, field
 
 if TYPE_CHECKING:
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
     from dem.simulation import Simulation
     from dem.spec import RunSpec
     from dem.walls.builder import WallSet
-
 
 MIN_ORIFICE_RATIO = 3.0  # orifice over largest grain; below it any funnel clogs
 LEAST_PLATE = 4.0  # plate over largest grain
@@ -43,11 +41,8 @@ Below, they lie about."""
 
 PACKING = 0.6  # solid fraction above the orifice
 NEAR_CAPACITY = 0.3  # feed within this share of the capacity: heaps come in two kinds
-LOST_BELOW = 0.2  # radii of the plate; grains this far below it have spilled
 AT_ORIFICE = 0.2  # radii of the orifice; grains this far below it have not left it
-JITTER = (
-    0.09  # of half a grain's length: grains are made on a lattice of 2.2 of these, moved at random
-)
+JITTER = 0.09  # of half a grain's length: grains are made on a lattice, moved at random
 
 
 class HeapGeometry(Part):
@@ -77,39 +72,24 @@ def check(spec: "RunSpec") -> None:
     g = spec.geometry
     refuse_narrow("orifice_diameter_mm", spec, MIN_ORIFICE_RATIO)
     if g.funnel_top_diameter_mm <= g.orifice_diameter_mm:
-        refuse(
-            "funnel_top_diameter_mm", spec, f"more than the orifice ({g.orifice_diameter_mm:g} mm)"
-        )
+        allowed = f"more than the orifice ({g.orifice_diameter_mm:g} mm)"
+        refuse("funnel_top_diameter_mm", spec, allowed)
     refuse_narrow("plate_diameter_mm", spec, LEAST_PLATE)
     if g.plate_rim_height_mm >= g.discharge_height_mm:
         allowed = f"less than the orifice's height ({g.discharge_height_mm:g} mm)"
         refuse("plate_rim_height_mm", spec, allowed)
-    if g.feed == "opened":
-        _check_fill(spec)
+    low, high = 0.5 * g.orifice_diameter_mm, 0.5 * g.funnel_top_diameter_mm
+    slope = math.tan(math.radians(g.funnel_half_angle_deg))
+    room = math.pi / 3.0 * (high**3 - low**3) / slope  # [mm3] below the rim, of a closed funnel
+    fits = int(LOOSE * 1e-9 * room / grain_volume(spec))
+    if g.feed == "opened" and spec.particles.count > fits:
+        allowed = f"at most {fits}, which the closed funnel takes"
+        wider = "or a wider geometry.funnel_top_diameter_mm"
+        raise SpecError("particles.count", spec.particles.count, f"{allowed}, {wider}")
     pouring = spec.particles.count / g.generation_rate_per_s
     if spec.numerics.max_time_s <= pouring:
         allowed = f"more than the {pouring:g} s in which particles.count grains are made"
         raise SpecError("numerics.max_time_s", spec.numerics.max_time_s, allowed)
-
-
-def _check_fill(spec):
-    """The closed funnel must take all grains, loosely packed, below its rim."""
-    g = spec.geometry
-    low, high = 0.5 * g.orifice_diameter_mm, 0.5 * g.funnel_top_diameter_mm
-    slope = math.tan(math.radians(g.funnel_half_angle_deg))
-    room = math.pi / 3.0 * (high**3 - low**3) / slope  # [mm3]
-    fits = int(LOOSE * 1e-9 * room / grain_volume(spec))
-    if spec.particles.count > fits:
-        allowed = (
-            f"at most {fits}, which the closed funnel takes, or a wider "
-            f"geometry.funnel_top_diameter_mm"
-        )
-        raise SpecError("particles.count", spec.particles.count, allowed)
-
-
-def impact_speed(spec: "RunSpec") -> float:
-    """Speed [m/s] of a fall from the orifice to the plate."""
-    return math.sqrt(2.0 * GRAVITY * 1e-3 * spec.geometry.discharge_height_mm)
 
 
 def capacity(spec: "RunSpec") -> float:
@@ -133,19 +113,15 @@ def advice(spec: "RunSpec") -> list[str]:
     g, found = spec.geometry, []
     ratio = 0.5e-3 * g.orifice_diameter_mm / largest_reach(spec)
     if ratio < FREE_FLOW_RATIO:
-        found.append(
-            f"geometry.orifice_diameter_mm is {ratio:.1f} of the largest grain; below "
-            f"{FREE_FLOW_RATIO:g} the funnel may clog"
-        )
+        told = f"is {ratio:.1f} of the largest grain; below {FREE_FLOW_RATIO:g} the funnel may clog"
+        found.append(f"geometry.orifice_diameter_mm {told}")
     passes, feed = capacity(spec), g.generation_rate_per_s
     if g.feed == "rain" and abs(passes / feed - 1.0) < NEAR_CAPACITY:
         found.append(
             f"the orifice passes about {passes:.0f} grains/s by Beverloo and {feed:.0f} are made: "
-            f"within "
-            f"{NEAR_CAPACITY:.0%} the funnel packs in some runs and not in others, and the angles "
-            f"differ; lower "
-            f"geometry.generation_rate_per_s below {(1 - NEAR_CAPACITY) * passes:.0f}, or set "
-            f"geometry.feed: opened"
+            f"within {NEAR_CAPACITY:.0%} the funnel packs in some runs and not in others, and the "
+            "angles differ; lower geometry.generation_rate_per_s below "
+            f"{(1 - NEAR_CAPACITY) * passes:.0f}, or set geometry.feed: opened"
         )
     return found
 
@@ -184,9 +160,8 @@ class Rig:
         if self.funnel_stl:
             walls.mesh(*read_stl(self.funnel_stl, 1e-3, self.closed_meshes))
         else:
-            walls.frustum(
-                self.orifice_radius, self.orifice_height, self.mouth_radius, self.rim_height
-            )
+            low, high = (self.orifice_radius, self.orifice_height), self.rim_height
+            walls.frustum(*low, self.mouth_radius, high)
         # a collar above the funnel keeps the falling grains in, whatever the funnel is made of
         walls.body("collar", material=setup.WALL)
         walls.cylinder(self.mouth_radius, self.rim_height, self.collar_height)
@@ -199,10 +174,8 @@ class Source:
     """Makes grains layer by layer in the mouth of the funnel."""
 
     def __init__(self, spec: "RunSpec", rig: "Rig", rng: np.random.Generator) -> None:
-        self.spec = spec
+        self.spec, self.rng, self.made = spec, rng, 0
         self.radii = draw_radii(spec, spec.particles.count, rng)
-        self.made = 0
-        self.rng = rng
         self.speed = spec.geometry.injection_speed_m_s
         r = largest_reach(spec)
         self.pitch = 2.2 * r
@@ -252,12 +225,6 @@ class Source:
         return True
 
 
-def remove_spilled(sim: "Simulation", rig: "Rig") -> int:
-    """Take out grains that have fallen past the plate; returns their number."""
-    position = sim.particles.position[: sim.n]
-    return sim.remove(sim.particles.tag[: sim.n][position[:, 2] < rig.lost_height])
-
-
 def grains_above(sim: "Simulation", height: float) -> int:
     """Number of grains of which a sphere's centre is above `height` [m]."""
     high = sim.particles.position[: sim.n, 2] > height
@@ -265,42 +232,32 @@ def grains_above(sim: "Simulation", height: float) -> int:
     return int((cluster < 0).sum()) + len(np.unique(cluster[cluster >= 0]))
 
 
-class Flow:
-    """How many grains stand in the funnel over time, and what that says of the discharge."""
+def flow_of(record: Sequence[Sequence[float]]) -> dict[str, Any]:
+    """Most grains in the funnel at once, time of the last that left it [s], and the mean rate [1/s]
+    at which the middle four fifths of those that left did so.
 
-    def __init__(self, record: Iterable[Sequence[float]] = ()) -> None:
-        self.record = [list(row) for row in record]
-
-    def note(self, sim: "Simulation", rig: "Rig", made: int) -> None:
-        """Keep time [s], grains made so far and grains above the orifice."""
-        self.record.append([sim.time, made, grains_above(sim, rig.orifice_height)])
-
-    def metrics(self) -> dict[str, Any]:
-        """Most grains in the funnel at once, time of the last that left it [s], and the mean rate
-        [1/s] at which the middle four fifths of those that left did so."""
-        time, made, held = np.array(self.record, float).T
-        out = made - held
-        total = out[-1]
-        if total <= 0:
-            return {"hold_up": int(held.max()), "emptying_time_s": 0.0, "discharge_rate_per_s": 0.0}
-        last, begin, end = (int(np.argmax(out >= share * total)) for share in (1.0, 0.1, 0.9))
-        span = time[end] - time[begin]
-        rate = (out[end] - out[begin]) / span if span > 0.0 else total / time[last]
-        return {
-            "hold_up": int(held.max()),
-            "emptying_time_s": float(time[last]),
-            "discharge_rate_per_s": float(rate),
-        }
+    record: rows of time [s], grains made so far and grains above the orifice.
+    """
+    time, made, held = np.array(record, float).T
+    out = made - held
+    total, found = out[-1], {"hold_up": int(held.max())}
+    if total <= 0:
+        return found | {"emptying_time_s": 0.0, "discharge_rate_per_s": 0.0}
+    last, begin, end = (int(np.argmax(out >= share * total)) for share in (1.0, 0.1, 0.9))
+    span = time[end] - time[begin]
+    rate = (out[end] - out[begin]) / span if span > 0.0 else total / time[last]
+    return found | {"emptying_time_s": float(time[last]), "discharge_rate_per_s": float(rate)}
 
 
-def pour(spec: "RunSpec", context: "RunContext") -> "tuple[Simulation, Rig, int, Flow, str]":
+def pour(spec: "RunSpec", context: "RunContext") -> "tuple[Simulation, Rig, int, list, str]":
     """Build the heap described by `spec` and wait until its slopes stand. Returns the simulation,
-    the rig, the grains spilled, the `Flow`, and why it ended. Raises RefusedStateError where the
-    funnel is clogged or never opened, or the grains still move at max_time_s."""
+    the rig, the grains spilled, the record for `flow_of`, and why it ended. Raises
+    RefusedStateError where the funnel is clogged or never opened, or the grains still move at
+    max_time_s."""
     rig = Rig(spec.geometry)
     rng = np.random.default_rng(spec.seed)
     sim = setup.build_simulation(spec, rig.walls())
-    source, flow = Source(spec, rig, rng), Flow()
+    source, flow = Source(spec, rig, rng), []  # type: Any, list[list[float]]
     spilled, closed, ended = 0, rig.opened, ""
     slopes, calm = phases.Slopes(spec), spec.numerics.rest_energy_ratio
     resumed = context.resume()
@@ -309,22 +266,21 @@ def pour(spec: "RunSpec", context: "RunContext") -> "tuple[Simulation, Rig, int,
         sim.restore(arrays)
         rng.bit_generator.state = meta["rng"]
         source.made, spilled, closed = meta["made"], meta["spilled"], meta["closed"]
-        flow, slopes = Flow(meta["flow"]), phases.Slopes(spec, meta["slopes"])
+        flow, slopes = meta["flow"], phases.Slopes(spec, meta["slopes"])
     chunk = max(round(source.interval / sim.time_step), 1)
     expected = spec.particles.count / spec.geometry.generation_rate_per_s + 0.7
 
     def read():
         if _holds_back(spec, sim, rig):
             raise MeasureError("the funnel still holds grains")
-        heap = _heap(sim, rig)
-        return heap["angle_of_repose_deg"], heap["radial_angle_deg"]
+        return slopes_of(standing(sim, rig.plate_radius, rig.plate_rim))
 
     while sim.time < spec.numerics.max_time_s:
         if not source.exhausted:
             source.make_layer(sim)
         sim.advance(chunk)
-        spilled += remove_spilled(sim, rig)
-        flow.note(sim, rig, source.made)
+        spilled += take_lost(sim, rig.lost_height)
+        flow.append([sim.time, source.made, grains_above(sim, rig.orifice_height)])
         if source.exhausted and closed and phases.motion(sim) < calm:
             setup.take_away(sim, "gate")
             closed = False
@@ -332,27 +288,19 @@ def pour(spec: "RunSpec", context: "RunContext") -> "tuple[Simulation, Rig, int,
             ended = slopes.ended(sim, read, calm)
             if ended:
                 break
-        context.progress(
-            min(sim.time / expected, 0.99), f"{sim.time:.2f} s, {sim.grain_count} grains"
-        )
+        told = f"{sim.time:.2f} s, {sim.grain_count} grains"
+        context.progress(min(sim.time / expected, 0.99), told)
         context.frame(sim)
         context.checkpoint(
             lambda lost=spilled, shut=closed, seen=slopes.seen: (  # type: ignore[misc]
                 sim.state_dict(),
-                {
-                    "rng": rng.bit_generator.state,
-                    "made": source.made,
-                    "spilled": lost,
-                    "closed": shut,
-                    "flow": flow.record,
-                    "slopes": seen,
-                },
+                {"rng": rng.bit_generator.state, "made": source.made, "spilled": lost}
+                | {"closed": shut, "flow": flow, "slopes": seen},
             )
         )
-    if not source.exhausted:
-        _refuse_clogged(spec, sim, rig, len(source.radii) - source.made)
-    if not closed and _holds_back(spec, sim, rig):
-        _refuse_clogged(spec, sim, rig)
+    unmade = len(source.radii) - source.made
+    if unmade or (not closed and _holds_back(spec, sim, rig)):
+        _refuse_clogged(spec, sim, rig, unmade)
     if not ended:
         phase = "filling the closed funnel" if closed else "pouring"
         phases.refuse(phase, sim.time, phases.motion(sim), math.nan, calm)
@@ -364,12 +312,6 @@ def _holds_back(spec, sim, rig):
     return grains_above(sim, rig.left_height) > MOST_LEFT * spec.particles.count
 
 
-def _heap(sim, rig):
-    """`measure_heap` of the grains above the plate's rim."""
-    where = sim.position - [0.0, 0.0, rig.plate_rim]
-    return measure_heap(where, sim.radius, sim.velocity, rig.plate_radius, sim.grain)
-
-
 def _refuse_clogged(spec, sim, rig, unmade=0):
     """Raise RefusedStateError for a funnel that has not let its grains through."""
     stuck = grains_above(sim, rig.orifice_height)
@@ -377,9 +319,8 @@ def _refuse_clogged(spec, sim, rig, unmade=0):
     raise RefusedStateError(
         "clogged",
         f"the funnel is clogged: after {sim.time:.1f} s {stuck} of {spec.particles.count} grains "
-        f"stand in it{missing}; "
-        "widen geometry.orifice_diameter_mm, make the grains smaller, or give numerics.max_time_s "
-        "more",
+        f"stand in it{missing}; widen geometry.orifice_diameter_mm, make the grains smaller, or "
+        "give numerics.max_time_s more",
     )
 
 
@@ -391,32 +332,23 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     sim, rig, spilled, flow, ended = pour(spec, context)
     context.finish(sim, ended)
     left = grains_above(sim, rig.left_height)
-    metrics = _heap(sim, rig)
-    where = sim.position - [0.0, 0.0, rig.plate_rim]
-    covered = coverage(where, sim.radius, rig.plate_radius)
+    metrics, covered = read_at_rest(sim, context, rig.plate_radius, rig.plate_rim)
     if covered < LEAST_COVERAGE:
         raise RefusedStateError(
             "uncovered",
             f"the plate is not covered: grains lie on {covered:.0%} of it, {LEAST_COVERAGE:.0%} at "
-            f"least are needed; "
-            "more grains, a smaller geometry.plate_diameter_mm, or a lower "
+            "least are needed; more grains, a smaller geometry.plate_diameter_mm, or a lower "
             "geometry.discharge_height_mm",
         )
-    apart = readings_apart(metrics)
-    if apart:
-        context.note(apart)
-    return (
-        metrics
-        | {
-            "spilled": spilled,
-            "in_funnel": left,
-            "rest_time_s": sim.time,
-            "rest_energy_ratio": phases.motion(sim),
-            "share_in_funnel": left / spec.particles.count,
-            "plate_coverage": covered,
-        }
-        | flow.metrics()
-    )
+    metrics |= {
+        "spilled": spilled,
+        "in_funnel": left,
+        "rest_time_s": sim.time,
+        "rest_energy_ratio": phases.motion(sim),
+        "share_in_funnel": left / spec.particles.count,
+        "plate_coverage": covered,
+    }
+    return metrics | flow_of(flow)
 
 
 EXPERIMENT = Experiment(
@@ -448,7 +380,7 @@ EXPERIMENT = Experiment(
     check=check,
     prepare=lambda spec: Rig(spec.geometry).walls(),  # an unusable mesh is refused here
     advice=advice,
-    impact_speed=impact_speed,
+    impact_speed=fall("discharge_height_mm"),  # to the plate
     # at 5 the restitution comes out 2 % low (docs/evidence.md, steps in a contact)
     least_steps=5,
     poured=True,

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dem.experiments import bed, builder, phases, setup
 from dem.experiments.declare import Experiment, Metric, Quantity, lever, refuse, refuse_narrow
-from dem.experiments.late import bed, builder, phases, setup
 from dem.experiments.mesh import at_rims, circle, read_mesh
 from dem.grains.sizes import longest_mm
-from dem.measure.heap import coverage, measure_heap, readings_apart
+from dem.measure.heap import LOST_BELOW, read_at_rest, slopes_of, standing, take_lost
 from dem.schema import Part, field, mesh_field
 
 if TYPE_CHECKING:
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from dem.spec import RunSpec
     from dem.walls.builder import WallSet
 
-
-LOST_BELOW = 0.2  # radii of the plate; grains this far below it have run off
 LEAST_WIDTH = 5.0  # of the largest grain
 
 
@@ -43,11 +41,9 @@ def check(spec: "RunSpec") -> None:
     """Grains must pass each other in the cylinder, and find room outside it."""
     g, largest = spec.geometry, longest_mm(spec)
     refuse_narrow("cylinder_diameter_mm", spec, LEAST_WIDTH)
-    if g.plate_diameter_mm < g.cylinder_diameter_mm + 4.0 * largest:
-        allowed = (
-            f"at least {g.cylinder_diameter_mm + 4.0 * largest:g}: the cylinder and four of "
-            f"the largest grain"
-        )
+    least = g.cylinder_diameter_mm + 4.0 * largest
+    if g.plate_diameter_mm < least:
+        allowed = f"at least {least:g}: the cylinder and four of the largest grain"
         refuse("plate_diameter_mm", spec, allowed)
 
 
@@ -57,20 +53,17 @@ class Rig:
     def __init__(self, spec: "RunSpec") -> None:
         self.radius = 0.5e-3 * spec.geometry.cylinder_diameter_mm
         self.plate = 0.5e-3 * spec.geometry.plate_diameter_mm
-        self.mesh = read_mesh(spec, "cylinder_stl", at_rims(low=True))
-        if self.mesh:
-            self._check()
-
-    def _check(self):
-        mesh = self.mesh
-        mesh.in_place("its lower rim", np.array([mesh.low]), 0.0)
+        mesh = self.mesh = read_mesh(spec, "cylinder_stl", at_rims(low=True))
+        if mesh is None:
+            return
+        mesh.in_place("its lower rim", mesh.low, 0.0)
         self.radius = mesh.narrowest(0.0, mesh.high)
         mesh.agree("its narrowest inside", 2.0 * self.radius, "cylinder_diameter_mm")
         if np.isfinite(mesh.heights(circle(0.95 * self.radius))).any():
             mesh.refuse("has a floor or a lid, with which it would lift the grains; open both ends")
         if np.hypot(*mesh.vertices[:, :2].T).max() > self.plate:
             mesh.refuse("is wider than the plate; widen geometry.plate_diameter_mm")
-        mesh.take(mesh.spec)
+        mesh.take(spec)
 
     def walls(self, top: float) -> "WallSet":
         """Plate, and cylinder up to `top` [m]."""
@@ -84,25 +77,16 @@ class Rig:
 def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     """Fill, lift, and measure the heap. Raises MeasureError where none stands."""
     rng, rig = np.random.default_rng(spec.seed), Rig(spec)
-    plate = rig.plate
     sim = bed.poured(spec, rig.walls, rig.radius, 0.0, rng)
     depth = float(sim.position[:, 2].max())
-    lost, ended = _lift(sim, spec, context, depth, plate)
+    lost, ended = _lift(sim, spec, context, depth, rig.plate)
     context.finish(sim, ended)
-    position = sim.position
-    found = measure_heap(position, sim.radius, sim.velocity, plate, sim.grain)
-    apart = readings_apart(found)
-    if apart:
-        context.note(apart)
-    return {
-        "angle_of_repose_deg": found["angle_of_repose_deg"],
-        "angle_of_repose_sd_deg": found["angle_of_repose_sd_deg"],
-        "radial_angle_deg": found["radial_angle_deg"],
-        "height_mm": found["height_mm"],
-        "on_plate": found["on_plate"],
+    found, covered = read_at_rest(sim, context, rig.plate)
+    del found["radial_angle_sd_deg"]
+    return found | {
         "spilled": lost,
-        "plate_coverage": coverage(position, sim.radius, plate),
-        "base_radius_mm": 1e3 * base_radius(position, plate),
+        "plate_coverage": covered,
+        "base_radius_mm": 1e3 * base_radius(sim.position, rig.plate),
         "column_depth_mm": 1e3 * depth,
         "rest_time_s": sim.time,
     }
@@ -111,21 +95,14 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
 def _lift(sim, spec, context, depth, plate):
     """Lift the cylinder clear of the grains and wait until their slopes stand; returns the grains
     that ran off, and why it ended."""
-    speed, lost, lowest = 1e-3 * spec.geometry.lift_speed_mm_s, 0, -LOST_BELOW * plate
-    slopes = phases.Slopes(spec)
-
-    def read():
-        heap = measure_heap(sim.position, sim.radius, sim.velocity, plate, sim.grain)
-        return heap["angle_of_repose_deg"], heap["radial_angle_deg"]
-
+    speed, lost, slopes = 1e-3 * spec.geometry.lift_speed_mm_s, 0, phases.Slopes(spec)
     start, clear = sim.time, 1.2 * depth / speed
     sim.move_wall("cylinder", velocity=(0.0, 0.0, speed))
     while sim.time - start < clear + spec.numerics.max_time_s:
         bed.advance_for(sim, 2.0 * phases.look(spec))
-        low = sim.particles.position[: sim.n, 2] < lowest
-        lost += sim.remove(sim.particles.tag[: sim.n][low])
+        lost += take_lost(sim, -LOST_BELOW * plate)
         gone = sim.time - start
-        ended = slopes.ended(sim, read) if gone > clear else ""
+        ended = gone > clear and slopes.ended(sim, lambda: slopes_of(standing(sim, plate)))
         if ended:
             return lost, ended
         context.progress(min(gone / (clear + 0.3), 0.99), f"{sim.time:.2f} s")

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from dem.errors import InputError, MeshError
 from dem.flow import LOOSE
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
     from dem.walls.builder import WallSet
 
 
+MayEnd = Callable[[np.ndarray, np.ndarray], np.ndarray]
+"""Choice of the free edges that a mesh may have: (ends (k, 2, 3), vertices) -> (k,) bool."""
+
 AGREES = 0.05
 """Share by which a mesh's size may differ from the key that tells it; a circle of 10 sides is 4.9 %
 narrower over its flats."""
@@ -33,30 +37,24 @@ RAYS = 97  # on which a ring is measured, a prime number
 GRID = 25  # points along a side at which a plate is measured
 
 
-def read_mesh(
-    spec: RunSpec, key: str, may_end: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None
-) -> Mesh | None:
+def read_mesh(spec: RunSpec, key: str, may_end: MayEnd | None = None) -> Mesh | None:
     """`Mesh` that geometry.`key` names [mm in the file]; None where it names none.
 
-    may_end(ends (k, 2, 3), vertices) -> (k,) bool: which free edges the mesh may have, as at the
-    rim of a vessel of no thickness; none unless given. Raises MeshError for a mesh that cannot be
-    read and for one that leaks.
+    may_end: which free edges the mesh may have, as at the rim of a vessel of no thickness; none
+    unless given. Raises MeshError for a mesh that cannot be read and for one that leaks.
     """
     path = getattr(spec.geometry, key)
     if path is None:
         return None
-    vertices, triangles = read_stl(path, 1e-3)
-    edges = free_edges(triangles)
+    mesh = Mesh(spec, path, *read_stl(path, 1e-3))
+    edges = free_edges(mesh.triangles)
     if may_end is not None:
-        edges = edges[~may_end(vertices[edges], vertices)]
+        edges = edges[~may_end(mesh.vertices[edges], mesh.vertices)]
     if len(edges):
-        x, y, z = 1e3 * vertices[edges[0]].mean(axis=0)
-        raise MeshError(
-            path,
-            f"leaks: edges without two triangles: {len(edges)}, the first of them at "
-            f"({x:.4g}, {y:.4g}, {z:.4g}) mm; close the mesh there",
-        )
-    return Mesh(spec, path, vertices, triangles)
+        x, y, z = 1e3 * mesh.vertices[edges[0]].mean(axis=0)
+        first = f"{len(edges)}, the first of them at ({x:.4g}, {y:.4g}, {z:.4g}) mm"
+        mesh.refuse(f"leaks: edges without two triangles: {first}; close the mesh there")
+    return mesh
 
 
 def check_meshes_of(spec: RunSpec) -> None:
@@ -71,24 +69,16 @@ def check_meshes_of(spec: RunSpec) -> None:
 
 
 class Mesh:
-    """A mesh with its measures; vertices (v, 3) [m], triangles (t, 3) vertex numbers."""
+    """A mesh with its measures; vertices (v, 3) [m], triangles (t, 3) vertex numbers, `low` and
+    `high`: its least and greatest height [m]."""
 
     def __init__(
         self, spec: RunSpec, path: str | Path, vertices: np.ndarray, triangles: np.ndarray
     ) -> None:
         self.spec, self.path = spec, path
-        self.vertices, self.triangles = vertices, triangles
+        self.vertices, self.triangles = self.body = vertices, triangles
+        self.low, self.high = float(vertices[:, 2].min()), float(vertices[:, 2].max())
         self.slack = SLACK * smallest_radius(spec)
-
-    @property
-    def low(self) -> float:
-        """Lowest height [m]."""
-        return float(self.vertices[:, 2].min())
-
-    @property
-    def high(self) -> float:
-        """Greatest height [m]."""
-        return float(self.vertices[:, 2].max())
 
     def heights(self, points: np.ndarray) -> np.ndarray:
         """Heights (n, t) [m] at which the vertical through each of points (n, 2) meets each
@@ -139,14 +129,11 @@ class Mesh:
         closest = a + np.nan_to_num(near)[:, None] * e
         return found, float(np.hypot(*closest.T).min())
 
-    def area(self, height: float) -> float:
-        """Area [m2] around the z axis that the mesh encloses at a height."""
-        return float((self.around(height)[0] ** 2).mean()) * math.pi
-
     def volume(self, level: float) -> float:
-        """Volume [m3] that it encloses from z = 0 to a level."""
+        """Volume [m3] around the z axis that it encloses from z = 0 to a level."""
         middle = level * (np.arange(LEVELS) + 0.5) / LEVELS
-        return level * float(np.mean([self.area(z) for z in middle]))
+        areas = [float((self.around(z)[0] ** 2).mean()) * math.pi for z in middle]
+        return level * float(np.mean(areas))
 
     def narrowest(self, low: float, high: float) -> float:
         """Least distance [m] of the mesh from the z axis between two heights, read at LEVELS."""
@@ -163,7 +150,7 @@ class Mesh:
     def extended(self, walls: WallSet, top: float) -> WallSet:
         """Add the mesh to the last body of a `WallSet`, with a cylinder from its rim up to `top`
         [m], within which grains are made. Returns the set."""
-        walls.mesh(self.vertices, self.triangles)
+        walls.mesh(*self.body)
         if top > self.high:
             walls.cylinder(self.around((1.0 - 1e-6) * self.high)[1], self.high, top)
         return walls
@@ -176,45 +163,30 @@ class Mesh:
         x, y = np.abs(out * np.cos(turn)), np.abs(out * np.sin(turn))
         wrong = np.argmax(np.abs(np.maximum(x - half_x, y - half_y)))
         if abs(max(x[wrong] - half_x, y[wrong] - half_y)) > self.slack:
-            self.refuse(
-                f"{what} reaches to x = {1e3 * x[wrong]:.4g}, y = {1e3 * y[wrong]:.4g} mm at z = "
-                f"{1e3 * height:.4g} mm; allowed: sides at {1e3 * half_x:.4g} and "
-                f"{1e3 * half_y:.4g} mm"
-            )
+            found = f"{what} reaches to x = {1e3 * x[wrong]:.4g}, y = {1e3 * y[wrong]:.4g} mm"
+            allowed = f"sides at {1e3 * half_x:.4g} and {1e3 * half_y:.4g} mm"
+            self.refuse(f"{found} at z = {1e3 * height:.4g} mm; allowed: {allowed}")
 
     def agree(self, what: str, found: float, key: str) -> None:
         """Refuse a length `found` [m] that is not what geometry.`key` says [mm]."""
         given = getattr(self.spec.geometry, key)
         if abs(1e3 * found - given) > AGREES * given:
-            self.refuse(
-                f"{what} is {1e3 * found:.4g} mm; allowed: geometry.{key}, {given:g} mm, within "
-                f"{AGREES:.0%}"
-            )
+            allowed = f"geometry.{key}, {given:g} mm, within {AGREES:.0%}"
+            self.refuse(f"{what} is {1e3 * found:.4g} mm; allowed: {allowed}")
 
-    def in_place(self, what: str, heights: np.ndarray, wanted: float) -> None:
-        """Refuse a surface of which not all heights (n,) [m] are `wanted`."""
+    def in_place(self, what: str, heights: ArrayLike, wanted: float) -> None:
+        """Refuse a surface of which not all heights, (n,) or one [m], are `wanted`."""
+        heights = np.atleast_1d(heights)
         wrong = heights[np.argmax(np.abs(heights - wanted))]
         if abs(wrong - wanted) > self.slack:
-            self.refuse(
-                f"{what} lies at z = {1e3 * wrong:.4g} mm; allowed: {1e3 * wanted:.4g} mm, within "
-                f"{1e3 * self.slack:.2g} mm"
-            )
-
-    def surface(
-        self, low: np.ndarray, high: np.ndarray, what: str, side: float = 1.0
-    ) -> np.ndarray:
-        """Heights (GRID * GRID,) [m] of the mesh from above (side 1) or from below (-1) over the
-        rectangle low..high, both (2,). Refuses a mesh that does not cover it."""
-        return self.covering(rectangle(low, high), what, side)
-
-    def floor(self, radius: float, what: str) -> np.ndarray:
-        """The same from above over a circle of `radius` [m] about the z axis."""
-        return self.covering(circle(radius), what)
+            allowed = f"{1e3 * wanted:.4g} mm, within {1e3 * self.slack:.2g} mm"
+            self.refuse(f"{what} lies at z = {1e3 * wrong:.4g} mm; allowed: {allowed}")
 
     def covering(
         self, points: np.ndarray, what: str, side: float = 1.0, below: float = np.inf
     ) -> np.ndarray:
-        """The same over points (n, 2), of what lies below a height [m]."""
+        """Heights (n,) [m] of the mesh from above (side 1) or below (-1) over points (n, 2), of
+        what lies below a height [m]. Refuses a mesh that does not cover them."""
         heights = self.heights(points)
         found = np.where(heights < below, side * heights, -np.inf).max(axis=1)
         if not np.isfinite(found).all():
@@ -222,15 +194,17 @@ class Mesh:
             self.refuse(f"is too small or lies elsewhere: {what} misses ({x:.4g}, {y:.4g}) mm")
         return side * found
 
-    def tip(
-        self, low: np.ndarray, high: np.ndarray, surface: np.ndarray, side: float = 1.0
-    ) -> float:
-        """Height [m] of the highest point (side 1) or the lowest (-1) over that rectangle.
+    def topped(self, low: np.ndarray, high: np.ndarray, what: str, side: float = 1.0) -> np.ndarray:
+        """Heights (GRID * GRID,) [m] of `covering` over the rectangle low..high, both (2,). Refuses
+        a mesh of which the highest point (side 1) or the lowest (-1) over it is not at z = 0.
 
-        surface: of the same arguments. The mesh is made of triangles, so that its highest point is
-        over a corner of the rectangle or on an edge, at an end of what lies over the rectangle.
+        The mesh is made of triangles, so that this point is over a corner of the rectangle or on an
+        edge, at an end of what lies over the rectangle.
         """
-        return side * float((side * np.append(surface, self._ridges(low, high))).max())
+        surface = self.covering(rectangle(low, high), what, side)
+        tip = side * float((side * np.append(surface, self._ridges(low, high))).max())
+        self.in_place(f"its {'highest' if side > 0.0 else 'lowest'} point", tip, 0.0)
+        return surface
 
     def _ridges(self, low, high):
         """Heights (2, k) [m] of the ends of the mesh's edges, each cut to the rectangle
@@ -272,7 +246,7 @@ def annulus(inner: float, outer: float) -> np.ndarray:
     return np.stack([out * np.cos(turn), out * np.sin(turn)], axis=-1).reshape(-1, 2)
 
 
-def at_rims(low: bool = False) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+def at_rims(low: bool = False) -> MayEnd:
     """`may_end` of vessels: at the upper rim, and with `low` at the lower one too."""
 
     def may_end(ends, vertices):
@@ -283,9 +257,7 @@ def at_rims(low: bool = False) -> Callable[[np.ndarray, np.ndarray], np.ndarray]
     return may_end
 
 
-def outside(
-    low: Sequence[float] | np.ndarray, high: Sequence[float] | np.ndarray
-) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+def outside(low: ArrayLike, high: ArrayLike) -> MayEnd:
     """`may_end` of plates: outside the rectangle low..high, both (2,) [m], in which grains are."""
 
     def may_end(ends, vertices):

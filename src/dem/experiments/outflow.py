@@ -10,11 +10,10 @@ import numpy as np
 from dem.errors import MeasureError
 from dem.experiments import bed, phases
 from dem.linear import slope
+from dem.simulation import Simulation
 
 if TYPE_CHECKING:
-    from dem.simulation import Simulation
-    from dem.spec import RunSpec
-
+    from dem.spec import RunSpec  # which loads the experiments, and they this
 
 STEADY = 0.1, 0.4  # shares of the mass that leaves, between which the flow is read
 QUIET = 15  # looks without a grain leaving: the flow has ended
@@ -35,10 +34,8 @@ def watch(
     times, masses, quiet, start = [0.0], [0.0], 0, sim.time
     while sim.n and quiet < QUIET:
         if times[-1] > limit:
-            raise MeasureError(
-                f"grains still leave after {limit:g} s; give numerics.max_time_s more, widen the "
-                "opening, or take fewer grains"
-            )
+            more = "give numerics.max_time_s more, widen the opening, or take fewer grains"
+            raise MeasureError(f"grains still leave after {limit:g} s; {more}")
         bed.advance_for(sim, phases.look(spec))
         gone = leave()
         times.append(sim.time - start)

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from dem.simulation import Simulation
     from dem.spec import RunSpec
 
-
 LOOK = 1.0  # between looks at the grains, in fall times of the mean grain
 SOONEST = 5.0  # looks before grains may count as at rest: thrown grains are slow at their highest
 CALM = 1e-4
@@ -33,13 +32,11 @@ CARRIED = 0.05
 """Of the weight: how far the mean force on the walls over a look may be from it. A bed that still
 falls or packs is off by the acceleration of its grains over g."""
 
-STANDS = 10.0
-"""Looks over which a slope must stand: 0.1 s for grains of 2 mm."""
+STANDS = 10.0  # looks over which a slope must stand: 0.1 s for grains of 2 mm
 WITHIN = 0.1  # how far it may move meanwhile [deg]
 STILL = 1e-2  # energy of motion below which a slope may stand
 RESTS = 1e-5  # and below which it is read at once
-REST, STOOD = "at rest", "its slopes stand"
-"""Why a run ended that reads a slope."""
+REST, STOOD = "at rest", "its slopes stand"  # why a run ended that reads a slope
 
 
 def look(spec: RunSpec) -> float:
@@ -59,24 +56,12 @@ def motion(sim: Simulation) -> float:
     lift = GRAVITY * float((mass * sim.radius).sum())
     if not lift:
         return 0.0  # no grain moves where all have spilled
-    return energy / lift / (1.0 + pressing(sim) / float(mass.sum()))
-
-
-def pressing(sim: Simulation) -> float:
-    """Mass whose weight is the load on the grains [kg]: of the free walls, and of what presses on
-    them; none where they are held up."""
+    # the mass whose weight is the load: of the free walls, and of what presses on them
     walls = sim.wall_state
-    free = walls.mass > 0.0
     down = (walls.axis * sim.gravity).sum(1) / max(float(length(sim.gravity)), 1e-300)
-    return max(float((down * down * walls.mass + down * walls.load / GRAVITY)[free].sum()), 0.0)
-
-
-def carried(sim: Simulation, impulse: np.ndarray, duration: float) -> float:
-    """Mean force of the grains on all walls along gravity, over their weight [-]: 1 at rest.
-
-    impulse: `pressed` a `duration` [s] ago [N s].
-    """
-    return over_weight(sim, (pressed(sim) - impulse) / duration)  # type: ignore[return-value]
+    loads = (down * down * walls.mass + down * walls.load / GRAVITY)[walls.mass > 0.0]
+    pressing = max(float(loads.sum()), 0.0)  # none where they are held up
+    return energy / lift / (1.0 + pressing / float(mass.sum()))
 
 
 def over_weight(sim: Simulation, force: np.ndarray) -> float | None:
@@ -87,28 +72,23 @@ def over_weight(sim: Simulation, force: np.ndarray) -> float | None:
     return float((force * sim.gravity).sum()) / (weight * strength) if weight else None
 
 
-def pressed(sim: Simulation) -> np.ndarray:
-    """Time integral of the force of the grains on all walls together since the start (3,) [N s]."""
-    return sim.wall_state.impulse.sum(0)
-
-
 def rest(sim: Simulation, spec: RunSpec, limit: float, phase: str) -> None:
     """Wait until the grains rest. Raises RefusedStateError where they do not within `limit` [s].
 
     phase: what ends, for the sentence. They rest below a `motion` of CALM; a state that moves no
     more but is not carried yet is waited for.
     """
-    start, pause = sim.time, look(spec)
-    moved = load = np.nan
+    start, pause, moved, load = sim.time, look(spec), np.nan, np.nan
     while sim.time - start < limit:
-        before, begin = pressed(sim), sim.time
+        before, begin = sim.wall_state.impulse.sum(0), sim.time
         sim.advance(max(round(pause / sim.time_step), 1))
         if sim.time - start <= SOONEST * pause:
             continue
         moved = motion(sim)
         if moved >= CALM:
             continue
-        load = carried(sim, before, sim.time - begin)
+        force = (sim.wall_state.impulse.sum(0) - before) / (sim.time - begin)
+        load = float(over_weight(sim, force))  # type: ignore[arg-type]  # 1 at rest
         if abs(load - 1.0) < CARRIED:
             return
     refuse(phase, sim.time - start, moved, load)
@@ -131,34 +111,27 @@ class Slopes:
         if moved >= STILL:
             self.seen.clear()
         elif not self.seen or sim.time - self.seen[-1][0] >= 0.25 * self.span:
-            self._note(sim.time, read)
+            try:
+                self.seen.append([sim.time, *read()])
+            except MeasureError:  # no slope yet
+                self.seen.clear()
             if self.seen and sim.time - self.seen[0][0] >= self.span:
                 if np.ptp(np.array(self.seen)[:, 1:], axis=0).max() <= WITHIN:
                     return STOOD
                 del self.seen[0]
         return ""
 
-    def _note(self, time, read):
-        try:
-            self.seen.append([time, *read()])
-        except MeasureError:  # no slope yet
-            self.seen.clear()
-
 
 def refuse(phase: str, waited: float, moved: float, load: float, calm: float = CALM) -> None:
     """Raise RefusedStateError for a phase whose grains do not rest."""
+    found = f"after {waited:.3g} s "
     if np.isnan(moved):
         found = f"{waited:.3g} s are too short to tell"
     elif moved >= calm:
-        found = (
-            f"after {waited:.3g} s they move with {moved:.1e} of the energy that lifts them by a "
-            f"radius; at rest they have less than {calm:.0e}"
-        )
+        found += f"they move with {moved:.1e} of the energy that lifts them by a radius; at rest "
+        found += f"they have less than {calm:.0e}"
     else:
-        found = (
-            f"after {waited:.3g} s the walls carry {load:.3g} of their weight; at rest 1 to within "
-            f"{CARRIED:g}"
-        )
+        found += f"the walls carry {load:.3g} of their weight; at rest 1 to within {CARRIED:g}"
     raise RefusedStateError(
         "restless",
         f"{phase}: the grains are not at rest: {found}; give numerics.max_time_s more, or lower "

@@ -16,11 +16,10 @@ from dem.grains.sizes import clump_shape, rayleigh_of
 from dem.linear import length
 from dem.materials import PARTICLE, WALL, contact_parameters, laws_of, material_of
 from dem.simulation import Air, Simulation, SkinPolicy
+from dem.walls.builder import WallSet
 
 if TYPE_CHECKING:
-    from dem.spec import RunSpec
-    from dem.walls.builder import WallSet
-
+    from dem.spec import RunSpec  # which loads the experiments, and they this
 
 FAR = -1e3  # height at which a wall that was taken away meets nothing [m]
 
@@ -39,44 +38,27 @@ def add_grains(
     position (k, 3) of the centres [m], velocity (k, 3) [m/s].
     """
     elongation, shape = spec.particles.elongation, clump_shape(spec)
-    if shape is not None and len(shape.radius) > 1:
-        _add_clumps(sim, spec, shape, position, radius, velocity, rng)
-    elif elongation != 1.0:
-        _add_pairs(sim, spec, elongation, position, radius, velocity, rng)
-    else:
-        sim.add_particles(position, radius, velocity=velocity)
-
-
-def _add_clumps(sim, spec, shape, position, radius, velocity, rng):
-    density = spec.materials.particle.density_kg_m3
-    offset, inertia = turned(random_turns(len(radius), rng), shape)
-    sim.add_clusters(
-        position[:, None] + radius[:, None, None] * offset,
-        radius[:, None] * shape.radius,
-        velocity=velocity,
-        mass=sphere.mass(radius, density),
-        inertia=(density * radius**5)[:, None, None] * inertia,
-        centre=position,
-    )
-
-
-def _add_pairs(sim, spec, elongation, position, radius, velocity, rng):
     density = spec.materials.particle.density_kg_m3
     mass = sphere.mass(radius, density)
-    a = sphere_radius(radius, elongation)
-    axis = rng.normal(size=(len(a), 3))
-    axis /= length(axis)[:, None]
-    about, across = moments(a, elongation, density)
-    along = axis[:, :, None] * axis[:, None, :]
-    inertia = about[:, None, None] * along + across[:, None, None] * (np.eye(3) - along)
-    half = ((elongation - 1.0) * a)[:, None] * axis
-    sim.add_clusters(
-        np.stack([position - half, position + half], axis=1),
-        np.stack([a, a], axis=1),
-        velocity=velocity,
-        mass=mass,
-        inertia=inertia,
-    )
+    if shape is not None and len(shape.radius) > 1:
+        offset, inertia = turned(random_turns(len(radius), rng), shape)
+        spheres = position[:, None] + radius[:, None, None] * offset
+        inertia = (density * radius**5)[:, None, None] * inertia
+        own = {"velocity": velocity, "mass": mass, "inertia": inertia, "centre": position}
+        sim.add_clusters(spheres, radius[:, None] * shape.radius, **own)
+    elif elongation != 1.0:
+        a = sphere_radius(radius, elongation)
+        axis = rng.normal(size=(len(a), 3))
+        axis /= length(axis)[:, None]
+        about, across = moments(a, elongation, density)
+        along = axis[:, :, None] * axis[:, None, :]
+        inertia = about[:, None, None] * along + across[:, None, None] * (np.eye(3) - along)
+        half = ((elongation - 1.0) * a)[:, None] * axis
+        spheres = np.stack([position - half, position + half], axis=1)
+        own = {"velocity": velocity, "mass": mass, "inertia": inertia}
+        sim.add_clusters(spheres, np.stack([a, a], axis=1), **own)
+    else:
+        sim.add_particles(position, radius, velocity=velocity)
 
 
 def time_step_of(spec: RunSpec) -> float:

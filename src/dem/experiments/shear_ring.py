@@ -16,8 +16,8 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from dem.constants import GRAVITY
-from dem.experiments.declare import Experiment, Metric, Quantity, Share, lever, refuse
-from dem.experiments.late import builder, phases, setup
+from dem.experiments import bed, builder, phases, setup
+from dem.experiments.declare import LOAD, Experiment, Metric, Quantity, lever, refuse
 from dem.experiments.mesh import annulus, read_mesh
 from dem.grains.sizes import draw_radii, fall_time, largest_reach, longest_mm, smallest_radius
 from dem.schema import Part, field, mesh_field
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from dem.run import RunContext
     from dem.spec import RunSpec
     from dem.walls.builder import WallSet
-
 
 VANES = 24
 RAMP = 4.0  # duration of a change of load, in fall times of the mean grain
@@ -72,14 +71,14 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     g = spec.geometry
     cell = Ring(spec, np.random.default_rng(spec.seed))
     context.progress(0.05, "filling")
-    cell.rest(FILLED, "filling")
+    phases.rest(cell.sim, spec, FILLED * cell.fall_time, "filling")
     cell.load(g.preshear_normal_stress_kPa or g.normal_stress_kPa)
-    cell.rest(PRESSED, "pressing")
+    phases.rest(cell.sim, spec, PRESSED * cell.fall_time, "pressing")
     context.progress(0.3, "pre-shear")
     preshear, _ = cell.shear(1e-3 * g.preshear_displacement_mm)
     cell.load(g.normal_stress_kPa)
-    cell.rest(RELIEVED, "relieving")
-    density = cell.bulk_density()
+    phases.rest(cell.sim, spec, RELIEVED * cell.fall_time, "relieving")
+    density = float(cell.sim.mass.sum()) / (cell.sim.wall_origin("lid")[2] * cell.area)
     context.progress(0.6, "shear")
     curve, normal = cell.shear(1e-3 * g.shear_displacement_mm)
     context.finish(cell.sim)
@@ -106,13 +105,11 @@ def _meshes(spec):
         if mesh is None:
             continue
         plate = mesh.covering(annulus(inner + gap, outer - gap), "over the ring its surface", side)
-        mesh.in_place("its surface between the vanes", np.array([(side * plate).min()]), 0.0)
+        mesh.in_place("its surface between the vanes", (side * plate).min(), 0.0)
         out = float(np.hypot(*mesh.vertices[:, :2].T).max())
         if out > outer + mesh.slack:
-            mesh.refuse(
-                f"reaches {1e3 * out:.4g} mm from the axis; allowed: {1e3 * outer:.4g} mm, the "
-                f"outer wall"
-            )
+            most = f"{1e3 * outer:.4g} mm, the outer wall"
+            mesh.refuse(f"reaches {1e3 * out:.4g} mm from the axis; allowed: {most}")
     return found
 
 
@@ -123,19 +120,13 @@ class Ring:
         self.spec, g = spec, spec.geometry
         self.inner, self.outer = 0.5e-3 * g.inner_diameter_mm, 0.5e-3 * g.outer_diameter_mm
         self.area = math.pi * (self.outer**2 - self.inner**2)
-        self.moment = (
-            2.0 / 3.0 * math.pi * (self.outer**3 - self.inner**3)
-        )  # of the area about the axis [m3]
+        # of the area about the axis [m3]
+        self.moment = 2.0 / 3.0 * math.pi * (self.outer**3 - self.inner**3)
         self.rate = 1e-3 * g.shear_speed_mm_s / (0.5 * (self.inner + self.outer))
         radii = draw_radii(spec, spec.particles.count, rng)
         self.fall_time = fall_time(spec)
         self.sim = setup.build_simulation(spec, self.build_walls(spec, largest_reach(spec)))
-        top = self.fill(spec, radii, largest_reach(spec), rng)
-        lid, walls = self.sim.walls.index("lid"), self.sim.wall_state
-        walls.origin[lid, 2] = top
-        walls.mass[lid] = float(self.sim.mass.sum())
-        # the lid follows the grains but does not bounce on them
-        walls.drag[lid] = walls.mass[lid] / self.fall_time
+        bed.lay_lid(self.sim, spec, self.fill(spec, radii, largest_reach(spec), rng))
 
     def build_walls(self, spec: "RunSpec", r: float) -> "WallSet":
         """`WallSet` of trough and lid for grains that reach `r` [m]."""
@@ -155,9 +146,9 @@ class Ring:
 
     def _plate(self, walls, mesh):
         """A mesh, or the plate that the keys tell, to which vanes belong."""
-        if mesh is None:
-            return walls.revolved(self.inner, 0.0, self.outer, 0.0)
-        return walls.mesh(mesh.vertices, mesh.triangles)
+        if mesh:
+            return walls.mesh(*mesh.body)
+        return walls.revolved(self.inner, 0.0, self.outer, 0.0)
 
     def _vanes(self, walls, low, high):
         middle, half = 0.5 * (self.inner + self.outer), 0.5 * (self.outer - self.inner)
@@ -205,12 +196,7 @@ class Ring:
         # in steps: dropped at once, the lid would strike the grains
         for part in np.linspace(0.0, 1.0, 21)[1:]:
             self.sim.move_wall("lid", load=now + part * (wanted - now))
-            self.sim.advance(max(round(RAMP / 20 * self.fall_time / self.sim.time_step), 1))
-
-    def rest(self, limit: float, phase: str) -> None:
-        """Wait until the grains rest, `limit` fall times at most. Raises RefusedStateError where
-        they do not."""
-        phases.rest(self.sim, self.spec, limit * self.fall_time, phase)
+            bed.advance_for(self.sim, RAMP / 20 * self.fall_time)
 
     def shear(self, path: float) -> tuple[np.ndarray, float]:
         """Turn the trough so that the mean radius travels `path` [m]; returns shear stress
@@ -228,10 +214,6 @@ class Ring:
         normal = (sim.wall_impulse("lid")[2] - press) / (span * STRETCHES) / self.area * 1e-3
         sim.move_wall("trough", spin=(0.0, 0.0, 0.0))
         return np.array(stress), normal
-
-    def bulk_density(self) -> float:
-        """Mass of grains over the volume between floor and lid [kg/m3]."""
-        return float(self.sim.mass.sum()) / (self.sim.wall_origin("lid")[2] * self.area)
 
 
 EXPERIMENT = Experiment(
@@ -251,14 +233,6 @@ EXPERIMENT = Experiment(
     check=check,
     prepare=_meshes,  # an unusable mesh is refused here
     poured=True,
-    quantity=Quantity(
-        "shear_stress",
-        "kPa",
-        1e-4,
-        1e4,
-        "shear stress",
-        relative=True,
-        scale=Share("normal_stress_kPa"),
-    ),
+    quantity=Quantity("shear_stress", "kPa", 1e-4, 1e4, "shear stress", relative=True, scale=LOAD),
     levers=lever("normal_stress_kPa", 1e-3, 1e4, "normal stress", needed=True),
 )

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dem.errors import MeasureError
+from dem.experiments import builder, phases, setup
 from dem.experiments.declare import Experiment, Metric, Quantity, Tangent, lever, refuse
-from dem.experiments.late import builder, phases, setup
 from dem.experiments.mesh import outside, read_mesh
 from dem.grains.sizes import fall_time, longest_mm, mean_radius
 from dem.linear import into_axes
@@ -21,7 +21,6 @@ from dem.schema import Part, field, mesh_field
 if TYPE_CHECKING:
     from dem.run import RunContext
     from dem.spec import RunSpec
-
 
 SETTLE = 5.0  # fall times that the grains get to come to rest on the level plate
 LOOK = 0.2  # fall times between looks at the cluster; the angle is read to tilt rate times this
@@ -65,8 +64,7 @@ def advice(spec: "RunSpec") -> list[str]:
         return []
     return [
         f"contacts.particle_wall.static_friction is {friction:g}; from {limit:.2g} on the cluster "
-        f"may tip "
-        "before it slides and the angle is not that of friction: raise geometry.spacing_mm"
+        "may tip before it slides and the angle is not that of friction: raise geometry.spacing_mm"
     ]
 
 
@@ -76,41 +74,32 @@ def _walls(spec):
     mesh = read_mesh(spec, "plate_stl", outside(-half, half))
     if mesh is None:
         return walls.rectangle((0, 0, 0), (half[0], 0, 0), (0, half[1], 0))
-    highest = mesh.tip(-half, half, mesh.surface(-half, half, "its surface"))
-    mesh.in_place("its highest point", np.array([highest]), 0.0)
-    return walls.mesh(mesh.vertices, mesh.triangles)
+    mesh.topped(-half, half, "its surface")
+    return walls.mesh(*mesh.body)
 
 
 def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     """Tilt until the cluster slides; returns the metrics of docs/architecture.md."""
     g = spec.geometry
-    angles = []  # type: Any
+    angles = np.empty(g.trials)
     for trial in range(g.trials):
-        angles.append(_slide(spec, np.random.default_rng([spec.seed, trial]), context))
+        angles[trial] = _slide(spec, np.random.default_rng([spec.seed, trial]), context)
         context.progress((trial + 1) / g.trials, f"trial {trial + 1} of {g.trials}")
-    angles = np.array(angles)
     return {
         "sliding_angle_deg": float(angles.mean()),
-        "sliding_angle_sd_deg": float(angles.std(ddof=1)) if len(angles) > 1 else 0.0,
+        "sliding_angle_sd_deg": float(angles.std(ddof=1)) if g.trials > 1 else 0.0,
         "sliding_friction": float(math.tan(math.radians(angles.mean()))),
     }
-
-
-def _cluster(radius, spacing, rng):
-    """Centres (4, 3) of a square of touching or spaced grains, turned at random in the plane of the
-    plate."""
-    half = 0.5 * spacing
-    turn = rng.uniform(0.0, 2.0 * math.pi)
-    corner = turn + math.pi / 4.0 + np.arange(4) * math.pi / 2.0
-    arm = math.sqrt(2.0) * half
-    return np.column_stack([arm * np.cos(corner), arm * np.sin(corner), np.full(4, radius)])
 
 
 def _slide(spec, rng, context):
     g = spec.geometry
     radius = mean_radius(spec)
     sim = setup.build_simulation(spec, _walls(spec))
-    centres = _cluster(radius, 2e-3 * g.spacing_mm if g.spacing_mm else 2.0 * radius, rng)
+    # a square of touching or spaced grains, turned at random in the plane of the plate
+    corner = rng.uniform(0.0, 2.0 * math.pi) + math.pi / 4.0 + np.arange(4) * math.pi / 2.0
+    arm = math.sqrt(2.0) * (0.5 * (2e-3 * g.spacing_mm if g.spacing_mm else 2.0 * radius))
+    centres = np.column_stack([arm * np.cos(corner), arm * np.sin(corner), np.full(4, radius)])
     sim.add_clusters([centres + (0.0, 0.0, 1e-3 * radius)], radius)
     settled = SETTLE * fall_time(spec)
     sim.advance(round(settled / sim.time_step))
@@ -127,9 +116,8 @@ def _slide(spec, rng, context):
             context.finish(sim)
             return math.degrees(angle)
         if angle > math.pi / 2:
-            raise MeasureError(
-                "the cluster has not slid at 90 degrees; is there adhesion to the plate?"
-            )
+            asked = "is there adhesion to the plate?"
+            raise MeasureError(f"the cluster has not slid at 90 degrees; {asked}")
 
 
 def _along_plate(sim):

@@ -12,24 +12,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dem.constants import GRAVITY
-from dem.experiments.declare import (
-    Experiment,
-    Metric,
-    Quantity,
-    Share,
-    lever,
-    refuse,
-    refuse_narrow,
-)
-from dem.experiments.late import bed, builder, phases, setup
+from dem.experiments import bed, builder, phases, setup
+from dem.experiments.declare import LOAD, Experiment, Metric, Quantity, lever, refuse, refuse_narrow
 from dem.experiments.mesh import outside, read_mesh
-from dem.grains.sizes import draw_radii, fall_time, largest_reach, longest_mm, smallest_radius
+from dem.grains.sizes import draw_radii, largest_reach, longest_mm, smallest_radius
 from dem.schema import Part, field, mesh_field
 
 if TYPE_CHECKING:
     from dem.run import RunContext
     from dem.spec import RunSpec
-
 
 LEAST_WIDTH = 5.0  # of the largest grain
 STRETCHES = 20  # the path is cut into so many means
@@ -58,10 +49,8 @@ def check(spec: "RunSpec") -> None:
     refuse_narrow("ring_diameter_mm", spec, LEAST_WIDTH)
     layers = spec.particles.count * largest**2 / g.ring_diameter_mm**2
     if layers < 2.0:
-        allowed = (
-            f"at most {largest * math.sqrt(0.5 * spec.particles.count):.3g}: two layers of "
-            f"grains, or more grains"
-        )
+        most = largest * math.sqrt(0.5 * spec.particles.count)
+        allowed = f"at most {most:.3g}: two layers of grains, or more grains"
         refuse("ring_diameter_mm", spec, allowed)
 
 
@@ -73,14 +62,28 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     radii = draw_radii(spec, spec.particles.count, rng)
     sites = bed.sites_in_circle(radius, reach, rng)
     top = bed.highest_site(len(radii), sites, 0.0, reach)
-    sim = setup.build_simulation(spec, _walls(spec, top))
+    mesh, walls = _plate(spec), builder.WallSet().body("plate", material=setup.WALL)
+    walls.mesh(*mesh.body) if mesh else walls.plane((0, 0, 0), (0, 0, 1))
+    walls.body("ring", material=setup.WALL).cylinder(radius, GAP * reach, 2.0 * top)
+    free = {"mass": 1.0, "axis": (0, 0, 1), "load": 0.0}
+    walls.body("lid", material=setup.WALL, origin=(0.0, 0.0, top), free=free).disc(radius)
+    sim = setup.build_simulation(spec, walls)
     sim.wall_state.mass[sim.walls.index("lid")] = 0.0  # it hangs until it is lowered
     bed.fill(sim, spec, radii, sites, 0.0, reach, rng)
     phases.rest(sim, spec, spec.numerics.max_time_s, "filling")
     context.progress(0.3, "filled")
-    _press(sim, spec, 1e3 * g.normal_stress_kPa * area)
+    # lower the lid onto the grains and load it, its own weight counted
+    weight = bed.lay_lid(sim, spec, float((sim.position[:, 2] + sim.radius).max())) * GRAVITY
+    for part in np.linspace(0.0, 1.0, RAMP + 1)[1:]:
+        sim.move_wall("lid", load=weight - part * (1e3 * g.normal_stress_kPa * area))
+        bed.advance_for(sim, 0.4 * phases.look(spec))
+    phases.rest(sim, spec, REST * phases.look(spec), "loading")
     context.progress(0.5, "loaded")
-    friction, normal = _slide(sim, 1e-3 * g.slide_mm, 1e-3 * g.slide_speed_mm_s)
+    speed = 1e-3 * g.slide_speed_mm_s
+    sim.move_wall("plate", velocity=(speed, 0.0, 0.0))
+    duration = 1e-3 * g.slide_mm / speed / STRETCHES
+    forces = np.array([bed.force_on(sim, "plate", duration) for _ in range(STRETCHES)])
+    friction, normal = -forces[:, 0], -forces[:, 2]
     context.finish(sim)
     late = slice(STRETCHES // 2, None)
     shear, press = float(friction[late].mean()), float(normal[late].mean())
@@ -101,54 +104,12 @@ def _plate(spec):
     mesh = read_mesh(spec, "plate_stl", outside(low, high))
     if mesh is None:
         return None
-    surface = mesh.surface(low, high, "under the ring and along its path its surface")
-    mesh.in_place("its highest point", np.array([mesh.tip(low, high, surface)]), 0.0)
+    surface = mesh.topped(low, high, "under the ring and along its path its surface")
     if surface.min() < -smallest_radius(spec):
-        mesh.refuse(
-            f"is {-1e3 * surface.min():.4g} mm deep; allowed: the smallest grain's radius, "
-            f"{1e3 * smallest_radius(spec):.4g} mm, or grains leave under the ring"
-        )
+        allowed = f"the smallest grain's radius, {1e3 * smallest_radius(spec):.4g} mm"
+        found = f"is {-1e3 * surface.min():.4g} mm deep"
+        mesh.refuse(f"{found}; allowed: {allowed}, or grains leave under the ring")
     return mesh
-
-
-def _walls(spec, top):
-    radius, gap = 0.5e-3 * spec.geometry.ring_diameter_mm, GAP * largest_reach(spec)
-    walls, mesh = builder.WallSet().body("plate", material=setup.WALL), _plate(spec)
-    if mesh is None:
-        walls.plane((0, 0, 0), (0, 0, 1))
-    else:
-        walls.mesh(mesh.vertices, mesh.triangles)
-    walls.body("ring", material=setup.WALL).cylinder(radius, gap, 2.0 * top)
-    free = {"mass": 1.0, "axis": (0, 0, 1), "load": 0.0}
-    return walls.body("lid", material=setup.WALL, origin=(0.0, 0.0, top), free=free).disc(radius)
-
-
-def _press(sim, spec, force):
-    """Lower the lid onto the grains and load it with `force` [N], its own weight counted."""
-    lid, walls = sim.walls.index("lid"), sim.wall_state
-    grains = float(sim.mass.sum())
-    walls.mass[lid] = grains
-    # the lid follows the grains but does not bounce on them
-    walls.drag[lid] = grains / fall_time(spec)
-    walls.origin[lid, 2] = float((sim.position[:, 2] + sim.radius).max())
-    weight = grains * GRAVITY
-    for part in np.linspace(0.0, 1.0, RAMP + 1)[1:]:
-        sim.move_wall("lid", load=weight - part * force)
-        bed.advance_for(sim, 0.4 * phases.look(spec))
-    phases.rest(sim, spec, REST * phases.look(spec), "loading")
-
-
-def _slide(sim, path, speed):
-    """Friction and normal force [N] on the plate, means over STRETCHES of its path [m]."""
-    sim.move_wall("plate", velocity=(speed, 0.0, 0.0))
-    friction, normal = [], []
-    for _ in range(STRETCHES):
-        start, before = sim.time, sim.wall_impulse("plate")
-        bed.advance_for(sim, path / speed / STRETCHES)
-        force = (sim.wall_impulse("plate") - before) / (sim.time - start)
-        friction.append(-force[0])
-        normal.append(-force[2])
-    return np.array(friction), np.array(normal)
 
 
 EXPERIMENT = Experiment(
@@ -171,13 +132,7 @@ EXPERIMENT = Experiment(
     prepare=_plate,  # an unusable mesh is refused here
     poured=True,
     quantity=Quantity(
-        "wall_shear_stress",
-        "kPa",
-        1e-4,
-        1e4,
-        "wall shear stress",
-        relative=True,
-        scale=Share("normal_stress_kPa"),
+        "wall_shear_stress", "kPa", 1e-4, 1e4, "wall shear stress", relative=True, scale=LOAD
     ),
     levers=lever("normal_stress_kPa", 1e-3, 1e4, "normal stress", needed=True),
     mechanisms=("wall_adhesion", "stress_dependent_friction"),

@@ -6,58 +6,65 @@ column `diameter_mm` and one of two others: `passing_percent`, the share that pa
 clump has the columns `x_mm`, `y_mm`, `z_mm` and `radius_mm`, one sphere a row.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from dem.errors import SpecError
+from dem.errors import InputError, SpecError
 from dem.grains.clump import fault
-from dem.tables import named_by, read_table
+from dem.tables import read_table
 
 SIZES, CLUMP = "particles.sizes.file", "particles.clump.file"
 DIAMETER, PASSING, FRACTION = "diameter_mm", "passing_percent", "fraction"
 COLUMNS = ("x_mm", "y_mm", "z_mm", "radius_mm")
+NO_ROWS = "a table with a header and a row at least"
 
 
+@contextmanager
+def named_by(key: str) -> Iterator[None]:
+    """Say what is wrong with a table with the key of the run spec that names it."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(**vars(error) | {"key": key}) from None
+
+
+@named_by(SIZES)
 def read_sizes(path: str | Path, by: str) -> dict[str, Any]:
     """{by, diameters_mm, fractions} and for a sieve curve `upper_diameters_mm` of a table; by:
     number or mass.
 
     Raises InputError or SpecError naming line, value and what is allowed.
     """
-    with named_by(SIZES):
-        table = read_table(path)
+    table = read_table(path)
     if DIAMETER not in table.header or (PASSING in table.header) == (FRACTION in table.header):
         allowed = f"the columns {DIAMETER} and either {PASSING} or {FRACTION}"
-        given = ", ".join(table.header)
-        raise SpecError(SIZES, given, allowed, f"{path}, line {table.header_line}")
+        where = f"{path}, line {table.header_line}"
+        raise SpecError(SIZES, ", ".join(table.header), allowed, where)
     share = PASSING if PASSING in table.header else FRACTION
-    with named_by(SIZES):
-        diameters, shares = table.numbers(DIAMETER), table.numbers(share)
+    diameters, shares = table.numbers(DIAMETER), table.numbers(share)
     if not diameters:
-        raise SpecError(SIZES, str(path), "a table with a header and a row at least")
+        raise SpecError(SIZES, str(path), NO_ROWS)
     if share == FRACTION:
         return {"by": by, "diameters_mm": diameters, "fractions": shares}
-    lines = [n for n, _ in table.rows]
-    return {"by": by} | _classes(path, lines, list(zip(diameters, shares, strict=True)))
+    where = [f"{path}, line {n}" for n, _ in table.rows]
+    return {"by": by} | _classes(where, diameters, shares)
 
 
-def _classes(path, lines, table):
+def _classes(where, diameters, shares):
     """Classes between neighbouring sieves with what lies between them."""
-    for k, (line, (diameter, passing)) in enumerate(zip(lines, table, strict=True)):
-        where = f"{path}, line {line}"
-        if k and diameter <= table[k - 1][0]:
-            raise SpecError(SIZES, diameter, f"more than {table[k - 1][0]:g}: sieves ascend", where)
-        if k and passing < table[k - 1][1]:
-            raise SpecError(
-                SIZES, passing, f"at least {table[k - 1][1]:g}: what passes ascends", where
-            )
-    for passing, line, needed in ((table[0][1], lines[0], 0.0), (table[-1][1], lines[-1], 100.0)):
+    rows = list(zip(diameters, shares, where, strict=True))
+    for (small, less, _), (diameter, passing, line) in pairwise(rows):
+        if diameter <= small:
+            raise SpecError(SIZES, diameter, f"more than {small:g}: sieves ascend", line)
+        if passing < less:
+            raise SpecError(SIZES, passing, f"at least {less:g}: what passes ascends", line)
+    for (_, passing, line), needed in ((rows[0], 0.0), (rows[-1], 100.0)):
         if abs(passing - needed) > 1e-9:
-            raise SpecError(
-                SIZES, passing, f"{needed:g} at this end of the curve", f"{path}, line {line}"
-            )
-    pairs = [(a, b) for a, b in pairwise(table) if b[1] > a[1]]
+            raise SpecError(SIZES, passing, f"{needed:g} at this end of the curve", line)
+    pairs = [(a, b) for a, b in pairwise(rows) if b[1] > a[1]]
     return {
         "diameters_mm": [a[0] for a, _ in pairs],
         "upper_diameters_mm": [b[0] for _, b in pairs],
@@ -65,18 +72,18 @@ def _classes(path, lines, table):
     }
 
 
+@named_by(CLUMP)
 def read_clump(path: str | Path) -> dict[str, list[float]]:
     """{column: values (m,) [mm]} of a table. Raises InputError or SpecError naming line, value and
     what is allowed."""
-    with named_by(CLUMP):
-        table = read_table(path)
-        found = {c: table.numbers(c) for c in table.header}
+    table = read_table(path)
+    found = {c: table.numbers(c) for c in table.header}
     if sorted(table.header) != sorted(COLUMNS):
         allowed = f"the columns {', '.join(COLUMNS)}, one sphere a row"
         where = f"{path}, line {table.header_line}"
         raise SpecError(CLUMP, ", ".join(table.header), allowed, where)
     if not table.rows:
-        raise SpecError(CLUMP, str(path), "a table with a header and a row at least")
+        raise SpecError(CLUMP, str(path), NO_ROWS)
     wrong = fault(list(zip(*(found[c] for c in COLUMNS), strict=True)))
     if wrong:
         place, value, allowed = wrong

@@ -9,6 +9,8 @@ import yaml
 from dem.errors import InputError, SpecError
 from dem.tables.limits import read_limited
 
+FAULTS = (yaml.YAMLError, ValueError, ArithmeticError, LookupError, AttributeError, TypeError)
+"""Of PyYAML: a tag such as !!bool on a value that is none comes out as one of the others."""
 LARGEST = 100_000  # values of a file, those that it repeats by aliases counted each time
 
 
@@ -41,16 +43,7 @@ def parse_mapping(text: str, path: str | Path) -> tuple[Any, dict[str, int]]:
         lines = {}  # type: dict[str, int]
         _collect(path, node, "", lines, set())
         return loader.construct_document(node), lines
-    # a tag such as !!bool on a value that is none comes out of PyYAML as one of the others
-    except (
-        yaml.YAMLError,
-        ValueError,
-        ArithmeticError,
-        LookupError,
-        AttributeError,
-        TypeError,
-        RecursionError,
-    ) as error:
+    except (*FAULTS, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
         where = f"{path}, line {mark.line + 1}" if mark else str(path)
         problem = getattr(error, "problem", None) or (str(error).splitlines() or [""])[0]

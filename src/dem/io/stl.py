@@ -12,26 +12,25 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dem.errors import InputError, MeshError
+from dem.errors import InputError, MeshError, refused
 from dem.linear import length
 from dem.tables.limits import FARTHEST_MM, MOST_TRIANGLES, read_limited
+from dem.units import NUMBER
 
 WELD = 1e-6  # of the mesh's size: vertices this close are one
-NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _POINT = rf"\s+({NUMBER})\s+({NUMBER})\s+({NUMBER})"
-_LINES = {
-    "facet": re.compile(rf"facet\s+normal{_POINT}", re.ASCII),
-    "outer": re.compile(r"outer\s+loop", re.ASCII),
-    "vertex": re.compile(rf"vertex{_POINT}", re.ASCII),
-    "endloop": re.compile("endloop"),
-    "endfacet": re.compile("endfacet"),
-}
-_FACET = ("facet", "outer", "vertex", "vertex", "vertex", "endloop", "endfacet")
-_FORMS = {
-    "facet": "facet normal X Y Z",
-    "outer": "outer loop",
-    "vertex": "vertex X Y Z, three numbers such as 1.5 or -2e-3",
-}
+_VERTEX = rf"vertex{_POINT}", "vertex X Y Z, three numbers such as 1.5 or -2e-3"
+_FACET = [
+    (re.compile(pattern, re.ASCII), form)
+    for pattern, form in (
+        (rf"facet\s+normal{_POINT}", "facet normal X Y Z"),
+        (r"outer\s+loop", "outer loop"),
+        *3 * [_VERTEX],
+        ("endloop", "endloop"),
+        ("endfacet", "endfacet"),
+    )
+]
+"""Lines of a facet, and how each is told."""
 HEADER, RECORD = 84, 50
 _BINARY = [("v", "<f4", (4, 3)), ("a", "<u2")]
 SMALLEST_MM = 1e-6
@@ -47,11 +46,22 @@ def read_stl(
     large or not as the format has it, for coordinates that are no place in a rig, for a triangle
     without area, and for a mesh that is open where it must not be.
     """
-    path = Path(path)
-    vertices, triangles = _weld(_corners(path) * scale)
-    _check_area(path, vertices, triangles)
-    if closed:
-        _check_closed(path, triangles)
+    try:
+        corners = (_corners(Path(path)) * scale).reshape(-1, 3)
+        cells = np.round(corners / (WELD * max(float(np.ptp(corners, axis=0).max()), 1e-300)))
+        _, first, number = np.unique(cells, axis=0, return_index=True, return_inverse=True)
+        vertices, triangles = corners[first], number.reshape(-1, 3)
+        a, b, c = np.moveaxis(vertices[triangles], 1, 0)
+        size = float(np.ptp(vertices, axis=0).max())
+        flat = np.flatnonzero(length(np.cross(b - a, c - a)) < 1e-12 * size**2)
+        if len(flat):
+            raise refused("no area", path=Path(path), number=int(flat[0]) + 1)
+        free = free_edges(triangles) if closed else ()
+        if len(free):
+            raise refused("not closed", path=Path(path), edges=len(free))
+    except InputError as error:
+        facts = vars(error)
+        raise MeshError(facts.pop("path"), facts.pop("reason"), **facts) from None
     return vertices, triangles
 
 
@@ -70,11 +80,7 @@ def write_stl(path: str | Path, vertices: ArrayLike, triangles: ArrayLike) -> No
 
 def _corners(path):
     """Corners (t, 3, 3) of the triangles, in units of the file."""
-    try:
-        data = read_limited(path, "mesh")
-    except InputError as error:
-        facts = {k: v for k, v in vars(error).items() if k not in ("path", "reason")}
-        raise MeshError(path, error.reason, **facts) from None
+    data = read_limited(path, "mesh")
     count = struct.unpack_from("<I", data, HEADER - 4)[0] if len(data) >= HEADER else 0
     if count and len(data) == HEADER + RECORD * count:
         corners = np.frombuffer(data, _BINARY, offset=HEADER)["v"][:, 1:].astype(float)
@@ -87,99 +93,51 @@ def _corners(path):
 
 def _from_text(path, data):
     """(corners (t, 3, 3), lines (t) of the facets) of an ASCII file."""
-    try:
-        text = data.decode("ascii")
-    except UnicodeDecodeError:
-        text = ""
+    text = data.decode("ascii") if data.isascii() else ""
     if not text.lstrip().startswith("solid"):
-        raise MeshError(
-            path, "is no STL file, or one that was cut off",
-            allowed="text that begins with solid, or 50 bytes for each triangle that its head "
-            "names, after 84",
-        )  # fmt: skip
+        raise refused("no stl", path=path)
     rows = [(n, row.strip()) for n, row in enumerate(text.splitlines(), 1) if row.strip()]
     corners, lines, at, inside = [], [], 0, False
     for line, row in rows:
         if at == 0 and row.split()[0] == ("endsolid" if inside else "solid"):
             inside = not inside
             continue
-        expected = _FACET[at]
-        match = _LINES[expected].fullmatch(row) if inside else None
+        pattern, form = _FACET[at] if inside else (None, "solid")
+        match = pattern and pattern.fullmatch(row)
         if not match:
-            _refuse_row(path, line, row, expected if inside else "solid", at == 0 and inside)
-        if expected == "facet":
+            form += " or endsolid" if at == 0 and inside else ""
+            raise refused("no stl row", path=path, line=line, value=row, form=form)
+        if at == 0:
             lines.append(line)
-        if expected == "vertex":
+        elif match.groups():
             corners += [float(x) for x in match.groups()]
         at = (at + 1) % len(_FACET)
     if inside:
         line, row = rows[-1]
-        raise MeshError(path, "ends before its end", line=line, value=row,
-                        allowed="endsolid as the last line")  # fmt: skip
+        raise refused("cut stl", path=path, line=line, value=row)
     return np.array(corners, float).reshape(-1, 3, 3), lines
-
-
-def _refuse_row(path, line, row, expected, may_end):
-    allowed = _FORMS.get(expected, expected) + (" or endsolid" if may_end else "")
-    raise MeshError(path, "is not as an STL file has it", line=line, value=row, allowed=allowed)
 
 
 def _check_corners(path, corners, lines):
     """corners (t, 9) in units of the file; lines (t) of the facets, None in a binary file."""
     if not len(corners):
-        raise MeshError(path, "holds no triangles", allowed="one or more")
+        raise refused("no triangles", path=path)
     if len(corners) > MOST_TRIANGLES:
-        raise MeshError(path, "has too many triangles", value=len(corners),
-                        allowed=f"at most {MOST_TRIANGLES:,}")  # fmt: skip
+        raise refused("many triangles", path=path, value=len(corners), most=MOST_TRIANGLES)
     near = np.abs(corners) <= FARTHEST_MM  # nan is not
     wrong = np.flatnonzero(~near.all(axis=1))
     if len(wrong):
         k = wrong[0]
-        which = f"triangle {k + 1} " if lines is None else ""
-        raise MeshError(
-            path, f"{which}has a corner that is no place in a rig",
-            line=None if lines is None else lines[k], value=float(corners[k][np.argmin(near[k])]),
-            allowed=f"coordinates of at most {FARTHEST_MM:g} mm",
-        )  # fmt: skip
+        which, line = (f"triangle {k + 1} ", None) if lines is None else ("", lines[k])
+        far = float(corners[k][np.argmin(near[k])])
+        raise refused("far corner", path=path, line=line, value=far, which=which, most=FARTHEST_MM)
     size = np.ptp(corners.reshape(-1, 3), axis=0).max()
     if size < SMALLEST_MM:
-        raise MeshError(path, "has no size", value=f"{size:.3g} mm across",
-                        allowed=f"{SMALLEST_MM:g} mm or more; lengths are mm")  # fmt: skip
-
-
-def _weld(corners):
-    points = corners.reshape(-1, 3)
-    size = max(float(np.ptp(points, axis=0).max()), 1e-300)
-    _, first, number = np.unique(
-        np.round(points / (WELD * size)), axis=0, return_index=True, return_inverse=True
-    )
-    return points[first], number.reshape(-1, 3)
-
-
-def _check_area(path, vertices, triangles):
-    p = vertices[triangles]
-    area = length(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]))
-    size = float(np.ptp(vertices, axis=0).max())
-    flat = np.flatnonzero(area < 1e-12 * size**2)
-    if len(flat):
-        raise MeshError(path, f"triangle {int(flat[0]) + 1} has no area")
+        raise refused("no size", path=path, value=f"{size:.3g} mm across", least=SMALLEST_MM)
 
 
 def free_edges(triangles: np.ndarray) -> np.ndarray:
     """Edges (k, 2), as vertex numbers, that do not have two triangles."""
-    edges = np.sort(
-        np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), 1
-    )
-    edges, count = np.unique(edges, axis=0, return_counts=True)
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    edges, count = np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)
     return edges[count != 2]
-
-
-def _check_closed(path, triangles):
-    free = free_edges(triangles)
-    if len(free):
-        raise MeshError(
-            path,
-            f"is not closed: {len(free)} edges do not have two triangles; grains "
-            f"leak through a hole. "
-            "geometry.meshes: open is for surfaces that are meant to have free edges",
-        )

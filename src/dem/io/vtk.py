@@ -11,7 +11,6 @@ import zlib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
-from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
     from dem.simulation import Simulation
     from dem.walls.builder import WallSet
 
-
 RESOLUTION = 64  # facets of a surface of revolution
 TYPES = {"f8": "Float64", "i8": "Int64"}
 
@@ -35,12 +33,8 @@ def write_grains(
     """Write grains to a .vtp file, atomically: position [m], velocity [m/s] (n, 3); radius [m] and
     tag (n,). Glyph by `radius` to see spheres."""
     velocity = np.asarray(velocity, float).reshape(-1, 3)
-    fields = {
-        "radius": np.asarray(radius, float),
-        "velocity": velocity,
-        "speed": length(velocity),
-        "id": np.asarray(tag, np.int64),
-    }
+    fields = {"radius": np.asarray(radius, float), "velocity": velocity}
+    fields |= {"speed": length(velocity), "id": np.asarray(tag, np.int64)}
     each = np.arange(len(velocity))[:, None]  # a vertex a grain
     _write(path, np.asarray(position, float).reshape(-1, 3), verts=list(each), fields=fields)
 
@@ -102,7 +96,14 @@ def wall_surface(kind: int, p: Sequence[float] | np.ndarray) -> tuple[np.ndarray
     """Corners (n, 3) [m] of a bounded wall element in its body's frame, and its polygons, each the
     numbers of its corners."""
     if kind == REVOLVED:
-        return _revolved(*p[:4])
+        turn, here = 2.0 * np.pi * np.arange(RESOLUTION) / RESOLUTION, np.arange(RESOLUTION)
+        rings = [
+            np.column_stack([r * np.cos(turn), r * np.sin(turn), np.full(RESOLUTION, z)])
+            for r, z in (p[:2], p[2:4])
+        ]
+        after = (here + 1) % RESOLUTION
+        quads = np.column_stack([here, after, after + RESOLUTION, here + RESOLUTION])
+        return np.concatenate(rings), list(quads)
     if kind == RECTANGLE:
         c, u, v = np.array(p[:3]), np.array(p[3:6]), np.array(p[6:9])
         return np.array([c - u - v, c + u - v, c + u + v, c - u + v]), [np.arange(4)]
@@ -110,53 +111,36 @@ def wall_surface(kind: int, p: Sequence[float] | np.ndarray) -> tuple[np.ndarray
     return np.array(p, float).reshape(3, 3), [np.arange(3)]
 
 
-def _revolved(r0, z0, r1, z1):
-    turn = 2.0 * np.pi * np.arange(RESOLUTION) / RESOLUTION
-    rings = [
-        np.column_stack([r * np.cos(turn), r * np.sin(turn), np.full(RESOLUTION, z)])
-        for r, z in ((r0, z0), (r1, z1))
-    ]
-    here = np.arange(RESOLUTION)
-    after = (here + 1) % RESOLUTION
-    quads = np.column_stack([here, after, after + RESOLUTION, here + RESOLUTION])
-    return np.concatenate(rings), list(quads)
-
-
 def _write(path, points, verts=(), polys=(), fields=None):
-    counts = {"NumberOfPoints": len(points), "NumberOfVerts": len(verts)}
-    piece = ElementTree.Element("Piece", _text(counts | {"NumberOfPolys": len(polys)}))
-    _arrays(piece, "PointData", fields or {})
-    _arrays(piece, "Points", {"Points": points})
+    text = [
+        '<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64" '
+        'compressor="vtkZLibDataCompressor"><PolyData>',
+        f'<Piece NumberOfPoints="{len(points)}" NumberOfVerts="{len(verts)}" '
+        f'NumberOfPolys="{len(polys)}">',
+        _section("PointData", fields or {}),
+        _section("Points", {"Points": points}),
+    ]
     for name, cells in (("Verts", verts), ("Polys", polys)):
         flat = np.concatenate(cells) if len(cells) else np.empty(0)
         ends = np.cumsum([len(cell) for cell in cells])
         cells = {"connectivity": flat.astype(np.int64), "offsets": ends.astype(np.int64)}
-        _arrays(piece, name, cells)
-    kind = {"type": "PolyData", "version": "1.0", "byte_order": "LittleEndian"}
-    blocks = {"header_type": "UInt64", "compressor": "vtkZLibDataCompressor"}
-    root = ElementTree.Element("VTKFile", kind | blocks)
-    ElementTree.SubElement(root, "PolyData").append(piece)
-    Path(path).parent.mkdir(parents=True, exist_ok=True)
-    replace_file(path, ElementTree.ElementTree(root).write)
+        text.append(_section(name, cells))
+    text.append("</Piece></PolyData></VTKFile>")
+    replace_file(path, lambda stream: stream.write("".join(text).encode()))
 
 
-def _arrays(piece, name, arrays):
-    place = ElementTree.SubElement(piece, name)
+def _section(name, arrays):
+    """Element with an array in each element below: header (blocks, bytes of a block, of the last if
+    it is shorter, compressed bytes) and block in base64."""
+    below = []
     for label, values in arrays.items():
-        little = np.ascontiguousarray(values, values.dtype.newbyteorder("<"))
-        about = {"type": TYPES[values.dtype.str[1:]], "Name": label, "format": "binary"}
-        if values.ndim == 2:
-            about["NumberOfComponents"] = str(values.shape[1])
-        ElementTree.SubElement(place, "DataArray", about).text = _encoded(little.tobytes())
-
-
-def _encoded(data):
-    """Header (blocks, bytes of a block, of the last if it is shorter, compressed bytes) and block
-    in base64."""
-    packed = zlib.compress(data, 1) if data else b""
-    header = np.array([1, len(data), 0, len(packed)] if data else [0], "<u8")
-    return "".join(base64.b64encode(part).decode() for part in (header.tobytes(), packed))
-
-
-def _text(numbers):
-    return {name: str(number) for name, number in numbers.items()}
+        data = np.ascontiguousarray(values, values.dtype.newbyteorder("<")).tobytes()
+        packed = zlib.compress(data, 1) if data else b""
+        header = np.array([1, len(data), 0, len(packed)] if data else [0], "<u8")
+        text = "".join(base64.b64encode(part).decode() for part in (header.tobytes(), packed))
+        wide = f' NumberOfComponents="{values.shape[1]}"' if values.ndim == 2 else ""
+        kind = TYPES[values.dtype.str[1:]]
+        below.append(
+            f'<DataArray type="{kind}" Name="{label}" format="binary"{wide}>{text}</DataArray>'
+        )
+    return f"<{name}>{''.join(below)}</{name}>" if below else f"<{name} />"

@@ -2,10 +2,7 @@
 less the same at a step that is FINE times shorter. It needs no asked value, so it holds under every
 law."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,11 +11,8 @@ from dem.errors import BlowUpError
 from dem.experiments import experiment_of
 from dem.experiments.setup import build_simulation, time_step_of
 from dem.grains.sizes import smallest_radius
+from dem.spec import RunSpec
 from dem.walls.builder import WallSet
-
-if TYPE_CHECKING:
-    from dem.spec import RunSpec
-
 
 PAIRS = 16
 """Pairs that collide at once, each begun at another moment within a step: what the step does to one

@@ -7,14 +7,20 @@ and one line along its flank. Both lines are least-squares fits over the part of
 left out.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from dem.errors import MeasureError
 from dem.linear import length, slope
+
+if TYPE_CHECKING:
+    from dem.run import RunContext
+    from dem.simulation import Simulation
 
 VIEWS = 36
 AZIMUTHS = 120
@@ -26,6 +32,7 @@ APART_DEG = 3.0
 """Between the two readings of one heap, beyond which it has no one angle: a cone of grains gives
 both alike to half a degree (docs/verification.md), a ridge or a heap off the axis does not."""
 MIN_HEIGHT = 1.5  # mean diameters of the spheres: less is a layer, not a heap
+LOST_BELOW = 0.2  # radii of the plate; grains this far below it have run off
 
 
 def measure_heap(
@@ -42,10 +49,7 @@ def measure_heap(
     Raises MeasureError when no heap stands on the plate.
     """
     position, radius, velocity = (np.asarray(a, float) for a in (position, radius, velocity))
-    slow = length(velocity) < FLYING
-    on_plate = slow & (np.hypot(position[:, 0], position[:, 1]) < plate_radius + radius)
-    on_plate &= position[:, 2] > 0.0
-    on_plate &= _supported(position, radius, on_plate)
+    on_plate = heap_grains(position, radius, velocity, plate_radius)
     p, r = position[on_plate], radius[on_plate]
     count = len(p) if grain is None else len(np.unique(grain[on_plate]))
     if count < 20:
@@ -54,22 +58,68 @@ def measure_heap(
     if height < MIN_HEIGHT * 2.0 * float(np.mean(r)):
         raise MeasureError(f"no heap: the grains on the plate stand {1e3 * height:.2f} mm high")
     flanks = silhouette_angles(p, r, plate_radius)
-    seen = *surface(p, r, plate_radius), _clear_of_rim(plate_radius, r)
-    radial = radial_angles(*seen)
+    # the surface over each of SECTORS sectors, and averaged over the azimuth
+    stations, seen = surface(p, r, plate_radius)
+    limit = _clear_of_rim(plate_radius, r)
+    sectors = seen.reshape(SECTORS, -1, len(stations)).mean(axis=1)
+    radial = _valid([fit_flank(stations, s, limit) for s in sectors], "radial surface")
+    angle = fit_flank(stations, seen.mean(axis=0), limit)
+    if not np.isfinite(angle):
+        raise MeasureError("no heap: the radial surface has no flank")
     return {
         "angle_of_repose_deg": float(np.mean(flanks)),
         "angle_of_repose_sd_deg": float(np.std(flanks, ddof=1)),
-        "radial_angle_deg": radial_angle(*seen),
+        "radial_angle_deg": angle,
         "radial_angle_sd_deg": float(np.std(radial, ddof=1)),
         "height_mm": 1e3 * height,
         "on_plate": count,
     }
 
 
+def heap_grains(
+    position: np.ndarray, radius: np.ndarray, velocity: np.ndarray, plate_radius: float
+) -> np.ndarray:
+    """Grains (n,) bool that belong to the heap. position (n, 3), radius (n,), plate_radius [m],
+    velocity (n, 3) [m/s]."""
+    slow = length(velocity) < FLYING
+    on_plate = slow & (np.hypot(position[:, 0], position[:, 1]) < plate_radius + radius)
+    on_plate &= position[:, 2] > 0.0
+    return on_plate & _supported(position, radius, on_plate)
+
+
+def standing(sim: Simulation, plate_radius: float, rim: float = 0.0) -> dict[str, Any]:
+    """`measure_heap` of the grains of a simulation above a plate whose rim is as high, both [m]."""
+    where = sim.position - [0.0, 0.0, rim]
+    return measure_heap(where, sim.radius, sim.velocity, plate_radius, sim.grain)
+
+
+def read_at_rest(
+    sim: Simulation, context: RunContext, plate_radius: float, rim: float = 0.0
+) -> tuple[dict[str, Any], float]:
+    """Metrics as `standing` gives them, and `coverage`; the context notes where the heap has no one
+    angle."""
+    found = standing(sim, plate_radius, rim)
+    apart = readings_apart(found)
+    if apart:
+        context.note(apart)
+    return found, coverage(sim.position - [0.0, 0.0, rim], sim.radius, plate_radius)
+
+
+def slopes_of(heap: Mapping[str, float]) -> tuple[float, float]:
+    """Both angles [deg] of a heap whose metrics are given."""
+    return heap["angle_of_repose_deg"], heap["radial_angle_deg"]
+
+
+def take_lost(sim: Simulation, height: float) -> int:
+    """Take out grains that have fallen below a height [m]; returns their number."""
+    lost = sim.particles.position[: sim.n, 2] < height
+    return sim.remove(sim.particles.tag[: sim.n][lost])
+
+
 def readings_apart(metrics: Mapping[str, float]) -> str | None:
     """A sentence where the two readings of a heap, keys of `measure_heap`, differ by more than
     APART_DEG; None where they agree."""
-    flanks, radial = metrics["angle_of_repose_deg"], metrics["radial_angle_deg"]
+    flanks, radial = slopes_of(metrics)
     if abs(flanks - radial) <= APART_DEG:
         return None
     return (
@@ -175,28 +225,10 @@ def coverage(position: np.ndarray, radius: np.ndarray, plate_radius: float) -> f
     return float(((height > 0.0) * stations).sum() / (AZIMUTHS * stations.sum()))
 
 
-def radial_angle(stations: np.ndarray, height: np.ndarray, limit: float) -> float:
-    """Angle [deg] of the flank of a `surface` averaged over the azimuth, within `limit` [m] of the
-    axis. Raises MeasureError where it has no flank."""
-    angle = fit_flank(stations, height.mean(axis=0), limit)
-    if not np.isfinite(angle):
-        raise MeasureError("no heap: the radial surface has no flank")
-    return angle
-
-
-def radial_angles(stations: np.ndarray, height: np.ndarray, limit: float) -> np.ndarray:
-    """Angles [deg] of a `surface` averaged over each of SECTORS sectors that have a flank within
-    `limit` [m] of the axis."""
-    sectors = height.reshape(SECTORS, -1, len(stations)).mean(axis=1)
-    return _valid([fit_flank(stations, s, limit) for s in sectors], "radial surface")
-
-
 def _valid(angles, what):
     angles = np.array(angles)
     good = angles[np.isfinite(angles)]
     if len(good) < max(len(angles) // 2, 2):
-        raise MeasureError(
-            f"no heap: {len(angles) - len(good)} of {len(angles)} flanks of the {what} are too "
-            f"short"
-        )
+        short = f"{len(angles) - len(good)} of {len(angles)} flanks of the {what} are too short"
+        raise MeasureError(f"no heap: {short}")
     return good

@@ -1,7 +1,5 @@
 """What a run left in its folder: read for drawing, and written for ParaView."""
 
-from __future__ import annotations
-
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -45,10 +43,10 @@ def read_run(folder: str | Path) -> FinishedRun:
     try:
         result = read_result(folder)
     except ResultError as error:
-        if error.missing:
-            again = f"`dem run SPEC --out {folder}` makes one"
-            raise DemError(f"{folder}: no result.json; {again}") from None
-        raise
+        if not error.missing:
+            raise
+        again = f"`dem run SPEC --out {folder}` makes one"
+        raise DemError(f"{folder}: no result.json; {again}") from None
     spec = parse_spec(result["spec"], file=str(folder / RESULT))
     try:
         with np.load(folder / STATE) as state:
@@ -70,13 +68,9 @@ def export_vtk(run: FinishedRun, path: str | Path | None = None) -> list[Path]:
     path = Path(path) if path else run.folder / "final.vtp"
     write_grains(path, run.position, run.radius, run.velocity, run.tag)
     walls = path.with_name(f"{path.stem}_walls.vtp")
-    return [path, walls] if _write_walls(walls, run) else [path]
-
-
-def _write_walls(path, run):
-    """Write the run's walls, but for gates that were taken away; False where there are none. For a
-    run of another engine, which keeps none, those with which the experiment starts."""
-    if run.walls:
-        return write_surfaces(path, [w for w in run.walls if w[2][2] > FAR], run.position)
     rig = experiment_of(run.spec).walls
-    return rig is not None and write_walls(path, rig(run.spec), run.position)
+    if run.walls:  # but for gates that were taken away
+        drawn = write_surfaces(walls, [w for w in run.walls if w[2][2] > FAR], run.position)
+    else:  # of another engine, which keeps none: those with which the experiment starts
+        drawn = rig is not None and write_walls(walls, rig(run.spec), run.position)
+    return [path, walls] if drawn else [path]

@@ -1,9 +1,8 @@
 """The image of a finished run; a heap with the lines that its angle of repose was read from."""
 
-from __future__ import annotations
-
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -11,32 +10,35 @@ from PIL import Image, ImageDraw, ImageFont
 
 from dem.errors import DemError
 from dem.experiments import experiment_of
-from dem.measure.heap import VIEWS
-from dem.render.flanks import fitted_flanks, heap_grains
+from dem.measure.heap import LOWER, UPPER, VIEWS, fit_flank, heap_grains, outline
+from dem.render.files import FinishedRun
 from dem.render.raster import View, shade
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from dem.render.files import FinishedRun
-    from dem.spec import RunSpec
-
+from dem.spec import RunSpec
 
 GROUND, INK, LINE, STEEL = (240, 242, 245), (29, 36, 48), (209, 60, 31), (120, 128, 140)
 OVERSAMPLING = 2
 ROOM = 0.16  # for the labels above and below, in image widths
 LABELS = {
-    "size": ("diameter [mm]", "viridis"),
-    "speed": ("speed [m/s]", "YlOrRd"),
-    "order": ("poured first to last", "viridis"),
-    "height": ("height [mm]", "cividis"),
+    "size": ("diameter [mm]", "viridis", lambda run: 2e3 * run.radius),
+    "speed": ("speed [m/s]", "YlOrRd", lambda run: np.linalg.norm(run.velocity, axis=1)),
+    "order": ("poured first to last", "viridis", lambda run: _rank(run.tag)),
+    "height": ("height [mm]", "cividis", lambda run: 1e3 * run.position[:, 2]),
 }
-"""What the colour of a grain tells: its label and its colours."""
-FORMATS = {
-    ".webp": {"quality": 82, "method": 4},
-    ".png": {"optimize": True},
-    ".jpg": {"quality": 88},
-}
+"""What the colour of a grain tells: its label, its colours, and the values of a run's grains (n,)
+in the label's unit."""
+FORMATS: dict[str, dict] = {
+    ".webp": {"quality": 82, "method": 4}, ".png": {"optimize": True}, ".jpg": {"quality": 88},
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Flank:
+    """A fitted flank: its angle [deg] and its ends (2,) [m], distance from the axis (signed) and
+    height."""
+
+    angle_deg: float
+    begin: tuple
+    end: tuple
 
 
 def draw_run(
@@ -50,69 +52,53 @@ def draw_run(
 
     A heap with an angle seen from the side (elevation 0) has its fitted flanks drawn; unless
     `azimuth` is given it is seen from where its two flanks come nearest to the run's angle of
-    repose.
+    repose. `colour` is a key of LABELS; auto is size where sizes differ, speed where grains move,
+    else order.
     """
     plate = plate_of(run.spec)
     heap = plate is not None and "angle_of_repose_deg" in run.metrics
-    run = _heap_of(run, plate) if heap else run
+    if heap:  # without what hangs in the funnel and would make the heap small, or falls beside it
+        part = heap_grains(run.position, run.radius, run.velocity, plate)  # type: ignore[arg-type]
+        kept = {k: getattr(run, k)[part] for k in ("position", "radius", "velocity", "tag")}
+        run = replace(run, **kept)
     if azimuth is None:
         azimuth = _telling_view(run, plate) if heap else 0.0
     view = frame(run.position, run.radius, plate, OVERSAMPLING * width, azimuth, elevation)
-    quantity = colour_by(colour, run.radius, run.velocity)
-    values = values_of(quantity, run.position, run.radius, run.velocity, run.tag)
+    if colour != "auto":
+        quantity = colour
+    elif np.ptp(run.radius) > 1e-6 * run.radius.max():
+        quantity = "size"
+    else:
+        quantity = "speed" if LABELS["speed"][2](run).max() > 0.1 else "order"
+    values = LABELS[quantity][2](run)
     limits = float(values.min(initial=0.0 if quantity == "speed" else np.inf)), float(values.max())
-    image = paint(view, run.position, run.radius, colours_of(quantity, values, limits), plate)
+    image = paint(view, run.position, run.radius, _colours_of(quantity, values, limits), plate)
     draw = ImageDraw.Draw(image)
     if heap and elevation == 0.0:
         _draw_flanks(draw, view, run, plate)
     font = font_of(view.width)
     place = 0.02 * view.width, view.height - 1.9 * font.size
-    draw_bar(draw, quantity, limits, place, (view.width // 8, int(0.8 * font.size)), font)
+    _draw_bar(draw, quantity, limits, place, (view.width // 8, int(0.8 * font.size)), font)
     return image.resize((width, view.height // OVERSAMPLING), Image.Resampling.LANCZOS)
 
 
-def colour_by(choice: str, radius: np.ndarray, velocity: np.ndarray) -> str:
-    """The quantity that `choice` comes to: auto is size where sizes differ, speed where grains
-    move, else order. radius (n,) [m], velocity (n, 3) [m/s]."""
-    if choice != "auto":
-        return choice
-    if np.ptp(radius) > 1e-6 * radius.max():
-        return "size"
-    return "speed" if np.linalg.norm(velocity, axis=1).max() > 0.1 else "order"
+def _rank(tag):
+    """Place (n,) of each grain in the order in which they were made, from 0 to 1."""
+    return np.argsort(np.argsort(tag)) / max(len(tag) - 1, 1)
 
 
-def values_of(
-    quantity: str, position: np.ndarray, radius: np.ndarray, velocity: np.ndarray, tag: np.ndarray
-) -> np.ndarray:
-    """Values (n,) of a quantity, in the unit of its label. position (n, 3), radius (n,) [m],
-    velocity (n, 3) [m/s], tag (n,)."""
-    return {
-        "size": lambda: 2e3 * radius,
-        "speed": lambda: np.linalg.norm(velocity, axis=1),
-        "order": lambda: np.argsort(np.argsort(tag)) / max(len(tag) - 1, 1),
-        "height": lambda: 1e3 * position[:, 2],
-    }[quantity]()
-
-
-def colours_of(quantity: str, values: np.ndarray, limits: tuple[float, float]) -> np.ndarray:
+def _colours_of(quantity, values, limits):
     """Colours (n, 3) in 0..1 of values between limits (low, high)."""
     low, high = limits
     share = np.clip((values - low) / (high - low), 0.0, 1.0) if high > low else 0.5 + 0.0 * values
     return mpl.colormaps[LABELS[quantity][1]](share)[:, :3]
 
 
-def draw_bar(
-    draw: Any,
-    quantity: str,
-    limits: tuple[float, float],
-    at: tuple[float, float],
-    size: tuple[int, int],
-    font: Any,
-) -> None:
+def _draw_bar(draw, quantity, limits, at, size, font):
     """Draw the colour bar with its label and its ends at (x, y) [px], `size` (width, height)
     [px]."""
     (x, y), (width, height) = at, size
-    ramp = colours_of(quantity, np.linspace(0.0, 1.0, width), (0.0, 1.0))
+    ramp = _colours_of(quantity, np.linspace(0.0, 1.0, width), (0.0, 1.0))
     for k, colour in enumerate(ramp):
         draw.line([x + k, y, x + k, y + height], fill=tuple(int(255 * c) for c in colour))
     text = LABELS[quantity][0]
@@ -197,14 +183,6 @@ def frame(
     )
 
 
-def _heap_of(run, plate):
-    """The run without what hangs in the funnel, which would make the heap small, and without what
-    falls beside it."""
-    part = heap_grains(run.position, run.radius, run.velocity, plate)
-    kept = {k: getattr(run, k)[part] for k in ("position", "radius", "velocity", "tag")}
-    return replace(run, **kept)
-
-
 def _telling_view(run, plate):
     """Azimuth [deg] whose flanks come nearest to the run's angle of repose."""
 
@@ -217,20 +195,45 @@ def _telling_view(run, plate):
     return min(180.0 * np.arange(VIEWS) / VIEWS, key=distance)
 
 
+def fitted_flanks(
+    position: np.ndarray, radius: np.ndarray, plate_radius: float, azimuth: float
+) -> list[Flank | None]:
+    """The flanks left and right, each a `Flank` or None, of the silhouette seen at `azimuth` [deg].
+
+    Both angles are `dem.measure.heap.fit_flank`'s; the line runs through the mean of the points it
+    was fitted to. position (n, 3), radius (n,) [m].
+    """
+    turn = np.radians(azimuth)
+    across = position[:, 0] * np.cos(turn) + position[:, 1] * np.sin(turn)
+    stations = np.arange(0.0, plate_radius, 0.25 * float(np.mean(radius)))
+    limit = plate_radius - float(np.mean(radius))
+    sides = ((s, outline(s * across, position[:, 2], radius, stations)) for s in (-1.0, 1.0))
+    return [_segment(stations, profile, limit, side) for side, profile in sides]
+
+
+def _segment(distance, height, limit, side):
+    angle = fit_flank(distance, height, limit)
+    if not np.isfinite(angle):
+        return None
+    top, slope = float(height.max()), -np.tan(np.radians(angle))
+    flank = (distance <= limit) & (height <= UPPER * top) & (height >= LOWER * top)
+    flank &= distance > distance[(distance <= limit) & (height > UPPER * top)].max(initial=0.0)
+    x, y = float(distance[flank].mean()), float(height[flank].mean())
+    ends = [(side * (x + (level - y) / slope), level) for level in (1.05 * top, 0.0)]
+    return Flank(angle, *ends)
+
+
 def _draw_flanks(draw, view, run, plate):
     flanks = fitted_flanks(run.position, run.radius, plate, view.azimuth)
     font, thick = font_of(view.width), max(view.width // 250, 2)
-    for flank in flanks:
-        if flank:
-            ends = pixel(view, *flank.begin), pixel(view, *flank.end)
-            draw.line(ends, fill=LINE, width=thick)
-            side = 1 if flank.end[0] > 0 else -1
-            middle = pixel(
-                view, *(0.5 * (a + b) for a, b in zip(flank.begin, flank.end, strict=True))
-            )
-            at = middle[0] + side * font.size, middle[1] - font.size
-            anchor = "lm" if side > 0 else "rm"
-            draw.text(at, f"{flank.angle_deg:.1f}°", font=font, fill=LINE, anchor=anchor)
+    for flank in filter(None, flanks):
+        ends = pixel(view, *flank.begin), pixel(view, *flank.end)
+        draw.line(ends, fill=LINE, width=thick)
+        side, anchor = (1, "lm") if flank.end[0] > 0 else (-1, "rm")
+        middle = [0.5 * (a + b) for a, b in zip(flank.begin, flank.end, strict=True)]
+        x, y = pixel(view, *middle)
+        at = x + side * font.size, y - font.size
+        draw.text(at, f"{flank.angle_deg:.1f}°", font=font, fill=LINE, anchor=anchor)
     m = run.metrics
     text = f"angle of repose {m['angle_of_repose_deg']:.1f}°, mean of {2 * VIEWS} flanks"
     if m.get("in_funnel"):

@@ -96,16 +96,19 @@ def shade(
         points[plate] = flat[plate]
         normal[plate], albedo[plate] = (0.0, 0.0, 1.0), 0.80
         hit = hit | plate
-    lamp = _lamp(view)
+    # the lamp looks at the scene from over the viewer's shoulder
+    side = int(1.5 * max(view.width, view.height))
+    azimuth, elevation = view.azimuth + LAMP[0], LAMP[1]
+    lamp = replace(view, azimuth=azimuth, elevation=elevation, width=side, height=side)
     direct = np.clip(normal @ lamp.axes[2], 0.0, None)
+    ambient = AMBIENT
     if len(position):
         direct *= np.where(_shadowed(lamp, points, position, radius), SHADOW, 1.0)
-        direct, ambient = (
-            direct,
-            AMBIENT * _openness(depth, hit, view.scale * float(np.mean(radius))),
-        )
-    else:
-        ambient = AMBIENT
+        # 1 where a pixel lies in the open, less where its surroundings stand nearer to the viewer
+        filled = np.where(hit, depth, depth[hit].min() if hit.any() else 0.0)
+        reach = 1.5 * (view.scale * float(np.mean(radius)))
+        around = gaussian_filter(filled, reach, truncate=2.0)
+        ambient = AMBIENT * (1.0 - OCCLUSION * np.clip((around - filled) / reach, 0.0, 1.0))
     half = lamp.axes[2] + view.axes[2]
     gloss = GLOSS * np.clip(normal @ (half / np.linalg.norm(half)), 0.0, None) ** 30
     light = np.asarray(ambient + DIFFUSE * direct)[..., None]
@@ -123,12 +126,6 @@ def _plate(view, depth, plate_radius):
     return plate, np.where(plate, view.scale * there, depth), flat
 
 
-def _lamp(view):
-    """The lamp's own view of the scene; it looks from over the viewer's shoulder."""
-    side = int(1.5 * max(view.width, view.height))
-    return replace(view, azimuth=view.azimuth + LAMP[0], elevation=LAMP[1], width=side, height=side)
-
-
 def _shadowed(lamp, points, position, radius):
     """Where (height, width) a sphere stands between the points and the lamp."""
     lit, _ = cover(lamp, position, radius)
@@ -136,10 +133,3 @@ def _shadowed(lamp, points, position, radius):
     column, row = (np.clip(np.rint(c), 0, lamp.width - 1).astype(int) for c in (column, row))
     bias = 0.35 * lamp.scale * float(np.mean(radius))
     return (lit[row, column] > z + bias).reshape(points.shape[:2])
-
-
-def _openness(depth, hit, radius):
-    """1 where a pixel lies in the open, less where its surroundings stand nearer to the viewer."""
-    filled = np.where(hit, depth, depth[hit].min() if hit.any() else 0.0)
-    around = gaussian_filter(filled, 1.5 * radius, truncate=2.0)
-    return 1.0 - OCCLUSION * np.clip((around - filled) / (1.5 * radius), 0.0, 1.0)

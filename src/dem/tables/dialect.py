@@ -10,14 +10,11 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from dem.errors import InputError
+from dem.errors import refused
 
 NAMES = {
-    "\t": "tab-separated",
-    ";": "semicolon-separated",
-    ",": "comma-separated",
-    "": "one column",
-}
+    "\t": "tab-separated", ";": "semicolon-separated", ",": "comma-separated", "": "one column",
+}  # fmt: skip
 _COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 _POINT = re.compile(r"[+-]?\d*\.\d+(?:[eE][+-]?\d+)?")
 _COMMA_GROUPS = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
@@ -33,9 +30,8 @@ def cells_of(text: str, separator: str, path: str | Path, line: int) -> list[str
     try:
         (cells,) = csv.reader([text], delimiter=separator or "\t", strict=True)
     except (csv.Error, ValueError):
-        open_mark = '"' in text
-        reason = "has a quotation mark that is not closed" if open_mark else "has too long a cell"
-        raise InputError(reason, path=path, line=line, value=text.strip()[:60]) from None
+        fault = "open quote" if '"' in text else "long quote"
+        raise refused(fault, path=path, line=line, value=text.strip()[:60]) from None
     return [c.strip() for c in cells]
 
 
@@ -46,27 +42,20 @@ def separator_of(
     do not."""
     if declared is not None:
         if declared not in (*NAMES, "|"):
-            raise InputError("declares a separator that is none", path=path, line=1,
-                             value=f"sep={declared}", allowed="sep=; or tab, comma, |")  # fmt: skip
+            raise refused("no separator", path=path, line=1, value=f"sep={declared}")
         return declared
     line, header = lines[0]
     found = [s for s in ("\t", ";", ",") if len(cells_of(header, s, path, line)) > 1]
     if len(found) > 1:
-        found = [s for s in found if _consistent(lines, s, path)] or found
+        # the one that gives no row more cells than the header has
+        counts = {s: [len(cells_of(text, s, path, n)) for n, text in lines] for s in found}
+        found = [s for s in found if max(counts[s]) == counts[s][0]] or found
     if len(found) > 1:
-        readings = " or ".join(
-            f"{' | '.join(cells_of(header, s, path, line))} ({NAMES[s]})" for s in found
-        )
-        raise InputError(f"can be read in two ways: {readings}", path=path, line=line,
-                          allowed="one separator: tab, semicolon or comma")  # fmt: skip
+        rows = [f"{' | '.join(cells_of(header, s, path, line))} ({NAMES[s]})" for s in found]
+        raise refused("separators", path=path, line=line, readings=" or ".join(rows))
     if not found:
         _check_single(lines, path)
     return found[0] if found else ""
-
-
-def _consistent(lines, separator, path):
-    width = len(cells_of(lines[0][1], separator, path, lines[0][0]))
-    return all(len(cells_of(text, separator, path, n)) <= width for n, text in lines[1:])
 
 
 def _check_single(lines, path):
@@ -74,22 +63,16 @@ def _check_single(lines, path):
     for line, text in lines[1:]:
         for separator in ("\t", ";"):
             if len([c for c in cells_of(text, separator, path, line) if c]) > 1:
-                reason = f"has more cells than the header, which is {lines[0][1].strip()!r}"
-                raise InputError(reason, path=path, line=line, value=text.strip(),
-                                  allowed="one cell, or a heading for each column")  # fmt: skip
+                told = {"value": text.strip(), "header": lines[0][1].strip()}
+                raise refused("more cells", path=path, line=line, **told)
     values = [(n, text.strip().strip('"').rstrip(";\t")) for n, text in lines[1:]]
     counted = [text.split(",")[0] for _, text in values if _COMMA.fullmatch(text)]
-    if len(counted) > 1 and len(counted) == len(values) and _counts_up(counted):
+    # as the first of two columns counts the rows of a table
+    up = [str(k) for k in range(1 + len(counted))]
+    if len(counted) > 1 and len(counted) == len(values) and counted in (up[:-1], up[1:]):
         line, text = values[0]
-        first, second = text.split(",")
-        readings = f"{first}.{second} (decimal comma) or the values {first} and {second}"
-        raise InputError(f"can be read in two ways: {readings}", path=path, line=line, value=text,
-                          allowed="decimal points, or a heading for each column")  # fmt: skip
-
-
-def _counts_up(texts):
-    """Return whether numbers count 1, 2, 3 as the rows of a table do."""
-    return texts[0] in ("0", "1") and texts == [str(int(texts[0]) + k) for k in range(len(texts))]
+        halves = dict(zip(("first", "second"), text.split(","), strict=True))
+        raise refused("comma or column", path=path, line=line, value=text, **halves)
 
 
 def decimal_of(rows: Sequence[tuple[int, list[str]]], separator: str, path: str | Path) -> str:
@@ -97,13 +80,21 @@ def decimal_of(rows: Sequence[tuple[int, list[str]]], separator: str, path: str 
     cells = [(line, number) for line, row in rows for cell in row if (number := _number_in(cell))]
     commas = [(n, c) for n, c in cells if _COMMA.fullmatch(c) or _GERMAN.fullmatch(c)]
     points = [(n, c) for n, c in cells if _POINT.fullmatch(c) or _ENGLISH.fullmatch(c)]
+    # thousands of one kind may stand beside decimals of the other
+    for mark, own, whole, other, groups in (
+        (",", commas, _GERMAN, points, _POINT_GROUPS),
+        (".", points, _ENGLISH, commas, _COMMA_GROUPS),
+    ):
+        only_groups = other and all(groups.fullmatch(c) for _, c in other)
+        if only_groups and any(whole.fullmatch(c) for _, c in own):
+            return mark
     if commas and points:
-        return _of_both(commas, points, path)
+        (line, comma), (other, point) = commas[0], points[0]
+        raise refused("both marks", path=path, line=line, comma=comma, point=point, other=other)
     if commas:
         return _of_one(commas, _COMMA_GROUPS, ",", path)
-    if (
-        points and separator == ";"
-    ):  # a spreadsheet that separates by semicolons writes decimal commas
+    # a spreadsheet that separates by semicolons writes decimal commas
+    if points and separator == ";":
         return _of_one(points, _POINT_GROUPS, ".", path)
     return "."
 
@@ -117,44 +108,19 @@ def _number_in(cell):
     return match[1] if any(mark in match[1] for mark in ".,") else None
 
 
-def _of_both(commas, points, path):
-    """Thousands of one kind may stand beside decimals of the other."""
-    if all(_POINT_GROUPS.fullmatch(c) for _, c in points) and any(
-        _GERMAN.fullmatch(c) for _, c in commas
-    ):
-        return ","
-    if all(_COMMA_GROUPS.fullmatch(c) for _, c in commas) and any(
-        _ENGLISH.fullmatch(c) for _, c in points
-    ):
-        return "."
-    (line, comma), (other, point) = commas[0], points[0]
-    reason = f"mixes decimal commas and points: {comma} here, {point} on line {other}"
-    raise InputError(reason, path=path, line=line, allowed="one decimal mark in the whole table")
-
-
 def _of_one(cells, groups, mark, path):
     if any(not groups.fullmatch(c) for _, c in cells):
         return mark
     line, text = cells[0]
-    readings = (
-        f"{text.replace(mark, '.')} (decimal {_name(mark)}) or {text.replace(mark, '')} (thousands)"
-    )
-    allowed = "numbers without a mark between thousands, decimals with a point"
-    raise InputError(
-        f"can be read in two ways: {readings}", path=path, line=line, value=text, allowed=allowed
-    )
-
-
-def _name(mark):
-    return "comma" if mark == "," else "point"
+    ways = {"decimal": text.replace(mark, "."), "whole": text.replace(mark, "")}
+    name = "comma" if mark == "," else "point"
+    raise refused("thousands", path=path, line=line, value=text, name=name, **ways)
 
 
 def plain(text: str, decimal: str) -> str:
     """A number's text with a decimal point and without marks between thousands."""
-    return text.replace(".", "").replace(",", ".") if decimal == "," else _without_groups(text)
-
-
-def _without_groups(text):
+    if decimal == ",":
+        return text.replace(".", "").replace(",", ".")
     match = _LEADING.match(text)
     grouped = match and (_ENGLISH.fullmatch(match[1]) or _COMMA_GROUPS.fullmatch(match[1]))
     return text.replace(",", "") if grouped else text

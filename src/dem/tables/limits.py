@@ -2,17 +2,16 @@
 
 Every reader takes its bytes from `read_limited`, or has `check_file` look at a file that a library
 opens by itself. A file that is larger, or that is no plain file, gets one sentence.
-`check_unpacked` does the same for what lies inside a compressed file.
 """
 
 import os
 import re
 import stat
-import zipfile
 from pathlib import Path
 from typing import NamedTuple
 
-from dem.errors import InputError
+from dem.errors import refused
+from dem.io.files import rows_of
 
 MB = 1 << 20
 
@@ -26,13 +25,8 @@ class Kind(NamedTuple):
 
 
 KINDS = {
-    "table": Kind("a table", 16 * MB, "the columns and rows that are needed"),
-    "workbook": Kind("a workbook", 16 * MB, "a workbook with the one table, or CSV"),
-    "configuration": Kind("a configuration", MB // 4, "keys and values; tables as files"),
-    "mesh": Kind("a mesh", 16 * MB, "a mesh with fewer triangles"),
-    "photograph": Kind("a photograph", 64 * MB, "a smaller picture"),
-    "sound": Kind("a recording", 64 * MB, "the seconds in which the grain bounces"),
-    "record": Kind("a record", 256 * MB, "what the project wrote"),
+    row["kind"]: Kind(row["words"], int(row["most_kB"]) * 1024, row["advice"])
+    for row in rows_of(Path(__file__).with_name("limits.csv"))
 }
 """Kind of file -> its limit. A reader says which kind it reads."""
 
@@ -40,15 +34,12 @@ MOST_DIGITS = 1_000
 """Of a number in a configuration: Python writes out none of thousands, not even in a message."""
 _ENDLESS = re.compile(rb"[0-9A-Fa-f_:xX]{%d,}" % (MOST_DIGITS + 1))
 """Decimal, of another base, or by sixties, as YAML takes them."""
-MOST_UNPACKED = 24 * MB
-"""Bytes of all parts of a compressed file together."""
+MOST_UNPACKED = 24 * MB  # bytes of all parts of a compressed file together
 MOST_ROWS, MOST_COLUMNS, MOST_CELLS = 200_000, 1_000, 500_000
 """Of a table, of whatever kind of file."""
-LONGEST_CELL = 4_000
-"""Characters."""
+LONGEST_CELL = 4_000  # characters
 MOST_TRIANGLES = 300_000
-FARTHEST_MM = 1e6
-"""Of a mesh: coordinates are millimetres."""
+FARTHEST_MM = 1e6  # of a mesh: coordinates are millimetres
 MOST_PIXELS = 64_000_000
 LONGEST_SOUND_S = 300.0
 
@@ -60,17 +51,15 @@ def check_file(path: str | Path, kind: str) -> int:
     try:
         found = os.stat(path)
     except (OSError, ValueError) as error:  # a name with a zero in it is a ValueError
-        reason = getattr(error, "strerror", None) or "the name is none of a file"
-        raise InputError(f"cannot be read ({reason})", path=path) from None
+        why = getattr(error, "strerror", None) or "the name is none of a file"
+        raise refused("unreadable", path=path, why=why) from None
     if stat.S_ISDIR(found.st_mode):
-        raise InputError("cannot be read (Is a directory)", path=path)
+        raise refused("unreadable", path=path, why="Is a directory")
     if not stat.S_ISREG(found.st_mode):
-        raise InputError("is no plain file", path=path, allowed=of.words)
+        raise refused("no plain file", path=path, words=of.words)
     if found.st_size > of.most:
-        raise InputError(
-            f"is too large for {of.words}", path=path, value=f"{found.st_size / MB:.3g} MB",
-            allowed=f"at most {of.most / MB:g} MB: {of.advice}",
-        )  # fmt: skip
+        size, limit = f"{found.st_size / MB:.3g} MB", of._asdict() | {"most": of.most / MB}
+        raise refused("too large a file", path=path, value=size, **limit)
     return found.st_size
 
 
@@ -81,7 +70,7 @@ def read_limited(path: str | Path, kind: str) -> bytes:
         with open(path, "rb") as stream:
             data = stream.read(KINDS[kind].most)
     except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", path=path) from None
+        raise refused("unreadable", path=path, why=error.strerror) from None
     if kind == "configuration":
         refuse_long_numbers(data, path)
     return data
@@ -92,28 +81,14 @@ def refuse_long_numbers(data: bytes, path: str | Path) -> None:
     found = _ENDLESS.search(data)
     if found:
         line = data.count(b"\n", 0, found.start()) + 1
-        raise InputError(
-            "is no number", path=path, value=f"line {line}: {found[0][:40].decode()}...",
-            allowed=f"at most {MOST_DIGITS:,} digits",
-        )  # fmt: skip
-
-
-def check_unpacked(packed: zipfile.ZipFile, path: str | Path) -> None:
-    """Raise InputError for a compressed file whose parts are larger than MOST_UNPACKED together.
-    The library reads no more of a part than it says to hold."""
-    size = sum(part.file_size for part in packed.infolist())
-    if size > MOST_UNPACKED:
-        raise InputError(
-            "unpacks to more than a table can be", path=path, value=f"{size / MB:.3g} MB",
-            allowed=f"at most {MOST_UNPACKED / MB:g} MB: one table without pictures, or CSV",
-        )  # fmt: skip
+        begins = f"line {line}: {found[0][:40].decode()}..."
+        raise refused("long number", path=path, value=begins, most=MOST_DIGITS)
 
 
 def check_cells(path: str | Path, rows: int, columns: int, line: int | None = None) -> None:
     """Raise InputError for a table of more rows, columns or cells than any laboratory's."""
     if rows <= MOST_ROWS and columns <= MOST_COLUMNS and rows * columns <= MOST_CELLS:
         return
-    raise InputError(
-        "is too large a table", path=path, line=line, value=f"{rows} rows, {columns} columns",
-        allowed=f"at most {MOST_ROWS:,} rows, {MOST_COLUMNS:,} columns and {MOST_CELLS:,} cells",
-    )  # fmt: skip
+    most = {"rows": MOST_ROWS, "columns": MOST_COLUMNS, "cells": MOST_CELLS}
+    found = f"{rows} rows, {columns} columns"
+    raise refused("too large a table", path=path, line=line, value=found, **most)

@@ -6,23 +6,36 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from dem.errors import InputError
+from dem.errors import InputError, refused
 from dem.tables import dialect as dialects
-from dem.tables.encoding import WORKBOOK, decode, kind_of, read_bytes, split_lines
-from dem.tables.headings import parted, words_alone
-from dem.tables.limits import LONGEST_CELL, check_cells
-from dem.tables.workbook import DATE, workbook_rows
+from dem.tables.encoding import decode, is_workbook, split_lines, workbook_rows
+from dem.tables.limits import LONGEST_CELL, check_cells, read_limited
 
-NEEDED = "a line of headings and the values below"
 _DATE = re.compile(
     r"\d{4}-\d\d-\d\d|\d{1,2}\.\s?[^\W\d]{3,9}\.?|\d{1,2}-[A-Za-z]{3}|[A-Za-z]{3}-\d\d"
 )
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+
+UNITS = {
+    "°", "deg", "rad", "grad", "m", "cm", "mm", "µm", "μm", "um", "g", "kg", "mg", "t", "s", "ms",
+    "min", "h", "%", "N", "kN", "mN", "Pa", "kPa", "MPa", "GPa", "bar", "mbar", "g/s", "kg/s",
+    "kg/h", "g/min", "t/h", "g/cm³", "g/cm3", "kg/m³", "kg/m3", "g/l", "kg/l", "g/ml", "g/mL",
+    "mm/s", "m/s", "N/m", "N/m²", "N/m2", "1/s", "g/cm^3", "kg/m^3",
+}  # fmt: skip
+"""What counts as a unit without brackets about it."""
+SPELLED = {
+    "Grad": "deg", "degree": "deg", "degrees": "deg", "degré": "deg", "degrés": "deg",
+    "Degré": "deg", "Degrés": "deg", "Sekunden": "s", "secondes": "s", "seconds": "s",
+    "Prozent": "%", "percent": "%", "pourcent": "%", "Millimeter": "mm", "millimètres": "mm",
+}  # fmt: skip
+"""Units in words. `Grad` with a capital is the German degree, `grad` may be a gon."""
+_BEHIND = re.compile(r"(.*\S)(?:\s+in\s+|\s+en\s+|\s*,\s+|\s+/\s+)(\S{1,12})")
+_BEGINS_AS_NUMBER = re.compile(r"[+-]?[.,]?\d")
 
 
 @dataclass(frozen=True)
@@ -46,15 +59,12 @@ class Table:
     def require(self, *columns: str) -> None:
         """Raise InputError for the first of the columns that is missing, with the nearest name
         that is there."""
-        for column in columns:
-            if column not in self.header:
-                raise InputError(
-                    f"is missing{_nearest(column, self.header)}",
-                    path=self.path,
-                    line=self.header_line,
-                    column=column,
-                    allowed=f"a heading of this name; there are {', '.join(self.header)}",
-                )
+        missing = next((column for column in columns if column not in self.header), None)
+        if missing is not None:
+            near = difflib.get_close_matches(missing, self.header, n=1, cutoff=0.6)
+            near = f"; did you mean {near[0]}?" if near else ""
+            place = {"path": self.path, "line": self.header_line, "column": missing}
+            raise refused("no column", **place, near=near, names=", ".join(self.header))
 
     def number(
         self,
@@ -70,21 +80,19 @@ class Table:
 
         Raises InputError naming line, column and value.
         """
-        where = {"path": self.path, "line": line, "column": column}  # type: dict
+        where = {"path": self.path, "line": line, "column": column, "value": text or None}  # type: dict
         if not text:
-            raise InputError("is empty", **where, allowed="a number")
+            raise refused("empty cell", **where)
         if _DATE.fullmatch(text):
-            raise InputError(
-                DATE, **where, value=text, allowed="a number in a cell of the kind text"
-            )
+            raise refused("date", **where)
         point = dialects.plain(text, self.decimal)
         try:
             value = convert(point) if convert else float(point)
         except ValueError as error:
-            reason = str(error) if convert else "is not a number"
-            raise InputError(reason, **where, value=text) from None
+            why = str(error) if convert else "is not a number"
+            raise refused("no number", **where, why=why) from None
         if finite and not math.isfinite(value):
-            raise InputError("is not finite", **where, value=text, allowed="a number")
+            raise refused("not finite", **where)
         return value
 
     def numbers(self, column: str, convert: Callable[[str], float] | None = None) -> list[float]:
@@ -92,16 +100,22 @@ class Table:
         return [self.number(line, column, text, convert) for line, text in self.texts(column)]
 
 
-def _nearest(name, names):
-    near = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
-    return f"; did you mean {near[0]}?" if near else ""
+def parted(cell: str) -> tuple[str, str]:
+    """(name, unit) of a heading; the unit is empty where none stands behind the name."""
+    cell = cell.strip()
+    opening = max(cell.rfind("["), cell.rfind("("))
+    if cell.endswith(("]", ")")) and opening >= 0:
+        unit = cell[opening + 1 : -1].strip()
+        return (cell[:opening].strip() or cell), SPELLED.get(unit, unit)
+    match = _BEHIND.fullmatch(cell) if len(cell) <= 200 else None
+    if match and (match[2] in UNITS or match[2] in SPELLED):
+        return match[1], SPELLED.get(match[2], match[2])
+    return cell, ""
 
 
-def _refuse_sheet(sheet, path):
-    """Raise InputError where a sheet is named of what has none."""
-    if sheet is not None:
-        reason = "has no sheets: it is text"
-        raise InputError(reason, path=path, value=sheet, allowed="--sheet for a workbook alone")
+def words_alone(cells: Iterable[str]) -> bool:
+    """Return whether no cell is a number or begins as one does."""
+    return not any(_BEGINS_AS_NUMBER.match(c) for c in cells)
 
 
 def read_table(
@@ -115,13 +129,16 @@ def read_table(
     InputError naming file, line and what is allowed.
     """
     path = Path(path)
-    data = read_bytes(path)
-    if kind_of(data, path) == WORKBOOK:
+    data = read_limited(path, "table")
+    if not data.strip(b"\0 \t\r\n"):
+        raise refused("empty table", path=path)
+    if is_workbook(data, path):
         rows = workbook_rows(data, path, sheet)
         rows = [(n, r) for n, r in rows if any(r) and not r[0].startswith("#")]
         how = "workbook" if sheet is None else f"workbook, sheet {sheet}"
         return _table(path, rows, None, how, check)
-    _refuse_sheet(sheet, path)
+    if sheet is not None:
+        raise refused("no sheets", path=path, value=sheet)
     text, encoding = decode(data, path)
     return table_of(text, path, "" if encoding == "utf-8" else encoding, check)
 
@@ -135,7 +152,7 @@ def table_of(
     """`Table` of a text, as one that was pasted. Raises InputError as `read_table` does."""
     declared, lines = _lines(text)
     if not lines:
-        raise InputError("is empty", path=path, allowed=NEEDED)
+        raise refused("empty table", path=path)
     separator = _below_title(lines, path) if declared is None else None
     if separator is None:
         separator = dialects.separator_of(lines, path, declared)
@@ -178,7 +195,7 @@ def _lines(text):
 
 def _table(path, rows, separator, how, check):
     if not rows:
-        raise InputError("is empty", path=path, allowed=NEEDED)
+        raise refused("empty table", path=path)
     check_cells(path, len(rows), max(len(r) for _, r in rows))
     rows, title = _untitled(rows)
     how += f", line {title} is a title" if title else ""
@@ -208,39 +225,31 @@ def _header(cells, path, line):
     names, units = [], {}
     for cell in cells:
         if len(cell) > LONGEST_CELL or _NUMBER.fullmatch(cell.replace(",", ".")):
-            reason = "is a number where a heading should stand"
-            raise InputError(reason, path=path, line=line, value=cell[:60], allowed=NEEDED)
+            raise refused("number as heading", path=path, line=line, value=cell[:60])
         name, unit = parted(cell)
         if unit == "grad":
-            reason = "has a unit that is read in two ways: degrees, or 400 grad to a full turn"
-            raise InputError(reason, path=path, line=line, column=name, value=unit,
-                             allowed="deg or ° for degrees, gon for the other")  # fmt: skip
+            raise refused("grad", path=path, line=line, column=name, value=unit)
         if name and name in names:
-            raise InputError("stands twice", path=path, line=line, column=name)
+            raise refused("twice", path=path, line=line, column=name)
         if unit and name != cell:
             units[name] = unit
         names.append(name)
     return names, units
 
 
-def _halves(cells):
-    """The last two neighbours that a decimal comma may have parted, else the last two."""
-    pairs = list(pairwise(cells))[::-1]
-    whole = (p for p in pairs if re.fullmatch(r"[+-]?\d+", p[0]) and p[1].isdecimal())
-    return next(whole, pairs[0])
-
-
 def _fitted(cells, header, separator, path, line):
     """Cells of a row, as many as the header has. Raises InputError for cells without heading."""
     value = (separator or ",").join(cells)[:80]
     if len(cells) > len(header):
-        reason = f"has {len(cells)} cells under {len(header)} columns"
+        asked = ""
         if separator == "," and cells[-1]:
-            left, right = _halves(cells)
-            reason += f": is {left},{right} one number with a decimal comma, or {left} and {right}?"
-        allowed = "a cell a column; semicolons or tabs between cells where decimals have commas"
-        raise InputError(reason, path=path, line=line, value=value, allowed=allowed)
+            # the last two neighbours that a decimal comma may have parted, else the last two
+            pairs = list(pairwise(cells))[::-1]
+            whole = (p for p in pairs if re.fullmatch(r"[+-]?\d+", p[0]) and p[1].isdecimal())
+            left, right = next(whole, pairs[0])
+            asked = f": is {left},{right} one number with a decimal comma, or {left} and {right}?"
+        counts = {"cells": len(cells), "columns": len(header), "asked": asked}
+        raise refused("wide row", path=path, line=line, value=value, **counts)
     if any(c and not h for c, h in zip(cells, header, strict=False)):
-        reason = "has a cell under a column without heading"
-        raise InputError(reason, path=path, line=line, value=value, allowed=NEEDED)
+        raise refused("no heading", path=path, line=line, value=value)
     return cells + [""] * (len(header) - len(cells))

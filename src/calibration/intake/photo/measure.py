@@ -25,8 +25,7 @@ from calibration.intake.measurements import readings_table
 from calibration.intake.photo.camera import View, camera_of, read_low, told, view_of
 from calibration.intake.tables import said_number, summary
 from dem.errors import InputError
-from dem.io.checked import digest_of
-from dem.io.files import replace_file
+from dem.io.files import digest_of, replace_file
 from dem.measure.heap import LOWER, UPPER, fit_flank
 from dem.tables.limits import MOST_PIXELS, check_file
 

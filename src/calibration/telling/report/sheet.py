@@ -24,8 +24,7 @@ from calibration.study.stage import Stage
 from calibration.telling.report.embed import uri_of
 from dem.errors import DemError, ResultError
 from dem.render import draw_run, read_run, save_image
-from dem.render.flanks import fitted_flanks, heap_grains
-from dem.render.image import GROUND, INK, font_of, plate_of
+from dem.render.image import GROUND, INK, fitted_flanks, font_of, heap_grains, plate_of
 
 COLUMNS = 10
 TELLING = 6  # heaps of a stage that are shown at once
