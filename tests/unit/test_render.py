@@ -124,6 +124,10 @@ def test_the_last_state_opens_as_vtk(run):
 def test_a_run_that_cannot_be_drawn_says_why(run, tmp_path, capsys):
     assert main(["render", str(tmp_path)]) == 2
     assert "no result.json" in capsys.readouterr().err
+    finished = read_run(run)
+    emptied = {k: getattr(finished, k)[:0] for k in ("position", "radius", "velocity", "tag")}
+    with refused(DemError, "no grain"):  # as of an emptied silo
+        draw_run(replace(finished, **emptied))
     (run / "final.npz").write_bytes(b"cut off")
     with refused(DemError, file="final.npz"):
         read_run(run)

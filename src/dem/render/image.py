@@ -53,8 +53,10 @@ def draw_run(
     A heap with an angle seen from the side (elevation 0) has its fitted flanks drawn; unless
     `azimuth` is given it is seen from where its two flanks come nearest to the run's angle of
     repose. `colour` is a key of LABELS; auto is size where sizes differ, speed where grains move,
-    else order.
+    else order. Raises DemError for a run that kept no grain.
     """
+    if not len(run.radius):
+        raise DemError(f"{run.folder}: no grain is left to be drawn")
     plate = plate_of(run.spec)
     heap = plate is not None and "angle_of_repose_deg" in run.metrics
     if heap:  # without what hangs in the funnel and would make the heap small, or falls beside it
