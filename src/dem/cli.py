@@ -28,12 +28,9 @@ def main(argv: Sequence[str] | None = None, more: Iterable[Callable[[Any], objec
         # nobody reads on, as behind `| head`, nor what Python flushes at its end
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
-    except StoppedError as error:
-        print(f"dem: {error}", file=sys.stderr)
-        return 143
     except (DemError, OSError) as error:
         print(f"dem: {error}", file=sys.stderr)
-        return 2
+        return 143 if isinstance(error, StoppedError) else 2
     except KeyboardInterrupt:
         print("dem: interrupted", file=sys.stderr)
         return 130
@@ -51,10 +48,8 @@ class _Parser(argparse.ArgumentParser):
             own = [a for a in self._actions if isinstance(a, argparse._SubParsersAction)]
             all_of = [self, *(parser for action in own for parser in action.choices.values())]
             known = [option for parser in all_of for option in parser._option_string_actions]
-            near = (
-                difflib.get_close_matches(w, known, 1) for w in message.split() if w[:2] == "--"
-            )
-            found = [one for matches in near for one in matches]
+            given = [w for w in message.split() if w[:2] == "--"]
+            found = [one for w in given for one in difflib.get_close_matches(w, known, 1)]
             hint = f"; did you mean {' and '.join(found)}?" if found else (
                 ". A value and its unit are one word (4mm); a name with spaces stands in quotation "
                 "marks"

@@ -1,7 +1,6 @@
 """Errors that a user of the engine can meet; each says what was wrong, where, and what is
 allowed."""
 
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -47,24 +46,19 @@ class InputError(DemError):
         super().__init__(f"{text}; allowed: {allowed}" if allowed else text)
 
 
-@cache
-def _refusals():
-    return {row["key"]: row for row in rows_of(Path(__file__).with_name("refusals.csv"))}
+_REFUSALS = {row["key"]: row for row in rows_of(Path(__file__).with_name("refusals.csv"))}
 
 
 def refused(key: str, **facts: Any) -> InputError:
     """`InputError` of a fault of refusals.csv, whose texts name some of the facts; path, line,
     column and value are those of the error."""
-    told, where = _refusals()[key], ("path", "line", "column", "value")
+    told, where = _REFUSALS[key], ("path", "line", "column", "value")
     reason, allowed = (told[text].format(**facts) for text in ("reason", "allowed"))
     return InputError(reason, allowed=allowed or None, **{k: facts.get(k) for k in where})
 
 
 class MeshError(InputError):
     """A triangle mesh that cannot be used as a wall."""
-
-    def __init__(self, file: str | Path, reason: str, **facts: Any) -> None:
-        super().__init__(reason, path=file, **facts)
 
     @property
     def file(self) -> str | Path | None:

@@ -92,11 +92,6 @@ def _manifest(spec):
     }
 
 
-def read_failure(folder: str | Path) -> dict[str, Any]:
-    """Content of a folder's failed.json. Raises ResultError as `read_result`."""
-    return read_result(folder, name=FAILED)
-
-
 def read_result(folder: str | Path, files: bool = True, name: str = RESULT) -> dict[str, Any]:
     """Content of a folder's result.json, or of failed.json. Raises ResultError where it is missing,
     damaged or of another run; `files`: check those that belong to it as well."""

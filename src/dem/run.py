@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 class RunContext:
     """What an experiment may ask of its surroundings: progress, frames, checkpoints and the last
-    state."""
+    state; `notes` are what the reader of the result must know beside its numbers."""
 
     def __init__(
         self,
@@ -49,10 +49,6 @@ class RunContext:
         self._saved = time.monotonic()
         self._frames = 0
         self.summary, self.notes = {}, []  # type: dict[str, Any], list[str]
-
-    def note(self, sentence: str) -> None:
-        """Keep what the reader of the result must know beside its numbers."""
-        self.notes.append(sentence)
 
     def progress(self, fraction: float, text: str) -> None:
         """Tell how far the run is, 0 to 1. Raises StoppedError where the run was asked to stop and

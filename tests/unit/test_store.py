@@ -42,7 +42,7 @@ from calibration.runs.verify import (
 from calibration.stages.screening import plan_screening
 from calibration.study.config import parse_config
 from dem.errors import BlowUpError, MeasureError, RefusedStateError
-from dem.experiments import heap, phases
+from dem.experiments import phases
 from dem.io.files import sealed
 from dem.io.stl import write_stl
 from dem.results import write_failure, write_result
@@ -240,22 +240,13 @@ def refusal(refuse, *args):
     return caught.value
 
 
-def of_a_funnel():
-    """The same of a clogged funnel, after a second."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(heap, "grains_above", lambda *_: 5)
-        state = SimpleNamespace(time=1.0, orifice_height=0.0)
-        spec = parse_spec({"experiment": "heap", "seed": 1})
-        return refusal(heap._refuse_clogged, spec, state, state)
-
-
 @pytest.mark.parametrize(
     ("error", "no_test"),
     [
         (MeasureError("no heap"), False),
         (BlowUpError(particle=1, time=0.1, reason="overlap", hint="the time step"), True),
         (refusal(phases.refuse, "pouring", 1.0, 0.5, np.nan), True),
-        (of_a_funnel(), False),
+        (RefusedStateError("clogged", "the funnel is clogged"), False),
     ],
 )
 def test_a_physical_failure_is_kept(tmp_path, monkeypatch, error, no_test):

@@ -27,7 +27,7 @@ def cell(contact, *, spin=0.0, lid=None, **more):
     """The ring's own walls without grains; the lid stands at TOP unless it has a `lid` mass [kg]
     and load [N]."""
     ring = object.__new__(shear_ring.Ring)
-    ring.inner, ring.outer = INNER, OUTER
+    ring.inner, ring.outer, ring.lid, ring.floor = INNER, OUTER, None, None
     walls = ring.build_walls(SPEC, R)
     sim = make(contact, walls=walls, dt=DT, **more)
     k, state = walls.index("lid"), sim.wall_state

@@ -13,7 +13,7 @@ from typing import Any
 
 from calibration.files import set_aside
 from dem.errors import ResultError
-from dem.results import FAILED, RESULT, RUN_NAME, is_current, read_failure, read_result
+from dem.results import FAILED, RESULT, RUN_NAME, is_current, read_result
 
 REFUSED = "refused"
 """Where a result without metrics says why it has none: {kind, reason}."""
@@ -72,7 +72,7 @@ class RunStore:
 
     def kept_failure(self, name: str) -> dict[str, Any]:
         """Content of a run's failed.json, of whatever engine. Raises ResultError."""
-        return _whole(read_failure, self.folder(name))
+        return _whole(read_result, self.folder(name), name=FAILED)
 
     def known(self, name: str) -> dict[str, Any] | None:
         """The entry of a finished run as the index has it, without a look at the run itself unless

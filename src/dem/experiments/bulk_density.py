@@ -99,12 +99,6 @@ class _Vessel:
             return walls.disc(self.radius).cylinder(self.radius, 0.0, top)
         return self.mesh.extended(walls, top)
 
-    def volume(self, level: float) -> float:
-        """Volume below a level [m3]."""
-        if self.mesh is None:
-            return math.pi * self.radius**2 * level
-        return self.mesh.volume(level)
-
 
 def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     """Fill, tap, and measure before and after."""
@@ -146,7 +140,8 @@ def _packed(sim, spec, vessel):
     position, mass = sim.position - sim.wall_origin("vessel"), sim.mass
     z = position[:, 2]
     level = float(np.sort(z)[int(SURFACE * len(z)) - 1])
-    simulated = float(mass[z <= level].sum()) / vessel.volume(level)
+    below = vessel.mesh.volume(level) if vessel.mesh else math.pi * vessel.radius**2 * level
+    simulated = float(mass[z <= level].sum()) / below
     edge = EDGE * 2.0 * mean_radius(spec)
     core = vessel.radius - edge, edge, level - edge
     solid = bed.solid_fraction(position, sim.radius, sim.cubed_radius, *core)

@@ -78,9 +78,8 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     sim = _filled(spec, np.random.default_rng(spec.seed))
     context.progress(0.4, "filled")
     press = _Press(sim, area, 1e-3 * g.press_speed_mm_s)
-    heights, stresses = press.down_to(
-        1e3 * g.normal_stress_kPa, 1e-3 * (g.box_height_mm - g.lid_travel_mm)
-    )
+    lowest = 1e-3 * (g.box_height_mm - g.lid_travel_mm)
+    heights, stresses = press.down_to(1e3 * g.normal_stress_kPa, lowest)
     context.progress(0.7, "compressed")
     sides = sum(sim.wall_force(f"side{k}")[axis] * sign for k, (axis, sign) in enumerate(SIDES))
     mean_side = sides / (4.0 * 1e-3 * g.box_width_mm * heights[-1])
@@ -105,15 +104,12 @@ SIDES = ((0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0))  # axis of each wall's normal
 
 def _filled(spec, rng):
     half = 0.5e-3 * spec.geometry.box_width_mm
-
-    def walls(top):
-        return _walls(spec, half, max(top, 1e-3 * spec.geometry.box_height_mm))
-
     if spec.geometry.packing == "poured":
-        return bed.poured(spec, walls, (half, half), 0.0, rng)
+        return bed.poured(spec, lambda top: _walls(spec, half, top), (half, half), 0.0, rng)
     reach, radii = largest_reach(spec), draw_radii(spec, spec.particles.count, rng)
     sites = bed.sites_in_rectangle((-half, -half), (half, half), reach, rng)
-    sim = setup.build_simulation(spec, walls(bed.highest_site(len(radii), sites, 0.0, reach)))
+    top = bed.highest_site(len(radii), sites, 0.0, reach)
+    sim = setup.build_simulation(spec, _walls(spec, half, top))
     # grain on grain, touching each other, floor and walls
     across = round(half / radii[0])
     place = (2.0 * np.arange(across) + 1.0) * half / across - half
@@ -141,7 +137,8 @@ def _punch(spec):
     return mesh
 
 
-def _walls(spec, half, high):
+def _walls(spec, half, top):
+    high = max(top, 1e-3 * spec.geometry.box_height_mm)
     walls = builder.WallSet().body("floor", material=setup.WALL).plane((0, 0, 0), (0, 0, 1))
     up = np.array([0.0, 0.0, 0.5 * high])
     for k, (axis, sign) in enumerate(SIDES):

@@ -99,11 +99,7 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
         sim.remove(sim.tag[left])
         return gone
 
-    def look(gone):
-        context.progress(0.3 + 0.69 * gone / total, f"{sim.time:.2f} s")
-        context.frame(sim)
-
-    times, masses = outflow.watch(sim, spec, leave, spec.numerics.max_time_s, look)
+    times, masses = outflow.watch(sim, spec, leave, context, 0.69)
     context.finish(sim, "nothing leaves any more")
     flow = outflow.steady_flow(times, masses)
     law = beverloo(density, 2.0 * silo.orifice, 2.0 * mean_radius(spec))
@@ -143,8 +139,6 @@ def _volume(silo, height):
 def is_arched(sim: "Simulation", silo: "Silo", spec: "RunSpec") -> bool:
     """Return whether grains stand over the orifice: what hangs there would fall if no arch held
     it."""
-    if not sim.n:
-        return False
     position = sim.position
     out = np.hypot(position[:, 0], position[:, 1])
     over = (out < silo.orifice - mean_radius(spec)) & (position[:, 2] > 0.0)

@@ -139,11 +139,7 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
         gone, known[0] = now - known[0], now
         return gone
 
-    def look(gone):
-        context.progress(0.3 + 0.6 * gone / total, f"{sim.time:.2f} s")
-        context.frame(sim)
-
-    times, masses = outflow.watch(sim, spec, leave, spec.numerics.max_time_s, look)
+    times, masses = outflow.watch(sim, spec, leave, context, 0.6)
     ended, start, slopes = "", sim.time, phases.Slopes(spec)
     while not ended and sim.time - start < spec.numerics.max_time_s:
         bed.advance_for(sim, phases.look(spec))
@@ -180,10 +176,9 @@ def _flanks(position, radius, low, high, floor):
     """
     angles = []
     for side in (-1.0, 1.0):
-        own = side * position[:, 0] > 0.0
-        along, top = bed.surface_profile(
-            side * position[own, 0], position[own, 2], radius[own], low, high, STRIPS
-        )
+        across, z = side * position[:, 0], position[:, 2]
+        own = across > 0.0
+        along, top = bed.surface_profile(across[own], z[own], radius[own], low, high, STRIPS)
         layers = floor + 3.0 * float(radius.mean()) if len(radius) else floor
         top = np.where(top > layers, top, np.nan)
         angles.append(bed.profile_angle(along, top))

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 APART = 20.0  # radii between grains: they never meet
 MISSED = 5e-6  # of the drop height, at an apex between two looks
-LEAST_REBOUND = 1e-4  # of the drop height; a grain that sticks has no logarithm
+REBOUND = LogShare("drop_height_mm", 1e-4)  # its least: a grain that sticks has no logarithm
 
 
 class DropGeometry(Part):
@@ -182,14 +182,7 @@ EXPERIMENT = Experiment(
     impact_speed=fall("drop_height_mm"),
     least_steps=20,  # the rebound goes with the square of the restitution
     quantity=Quantity(
-        "rebound_height",
-        "mm",
-        1e-3,
-        1e4,
-        "rebound",
-        relative=True,
-        below="drop_height_mm",
-        scale=LogShare("drop_height_mm", LEAST_REBOUND),
+        "rebound_height", "mm", 1e-3, 1e4, "rebound", True, below=REBOUND.lever, scale=REBOUND
     ),
     levers=lever("drop_height_mm", 1.0, 1e4, "drop height", needed=True)
     | {"output_interval_s": Lever(1e-6, 10.0, "frame interval", "s", None)},

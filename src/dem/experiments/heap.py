@@ -187,9 +187,9 @@ class Source:
         self.jitter = JITTER * r
         # a layer leaves room for the next after it has fallen by one pitch
         self.interval = self.pitch / self.speed
-        exact = spec.geometry.generation_rate_per_s * self.interval
-        self.per_layer = min(max(round(exact), 1), len(self.sites))
-        self.interval = max(self.interval, self.per_layer / spec.geometry.generation_rate_per_s)
+        rate = spec.geometry.generation_rate_per_s
+        self.per_layer = min(max(round(rate * self.interval), 1), len(self.sites))
+        self.interval = max(self.interval, self.per_layer / rate)
 
     @property
     def exhausted(self) -> bool:
@@ -300,7 +300,14 @@ def pour(spec: "RunSpec", context: "RunContext") -> "tuple[Simulation, Rig, int,
         )
     unmade = len(source.radii) - source.made
     if unmade or (not closed and _holds_back(spec, sim, rig)):
-        _refuse_clogged(spec, sim, rig, unmade)
+        stuck = grains_above(sim, rig.orifice_height)
+        missing = f" and {unmade} could not be made" if unmade else ""
+        raise RefusedStateError(
+            "clogged",
+            f"the funnel is clogged: after {sim.time:.1f} s {stuck} of {spec.particles.count} "
+            f"grains stand in it{missing}; widen geometry.orifice_diameter_mm, make the grains "
+            "smaller, or give numerics.max_time_s more",
+        )
     if not ended:
         phase = "filling the closed funnel" if closed else "pouring"
         phases.refuse(phase, sim.time, phases.motion(sim), math.nan, calm)
@@ -310,18 +317,6 @@ def pour(spec: "RunSpec", context: "RunContext") -> "tuple[Simulation, Rig, int,
 def _holds_back(spec, sim, rig):
     """Return whether more grains than MOST_LEFT are in the funnel."""
     return grains_above(sim, rig.left_height) > MOST_LEFT * spec.particles.count
-
-
-def _refuse_clogged(spec, sim, rig, unmade=0):
-    """Raise RefusedStateError for a funnel that has not let its grains through."""
-    stuck = grains_above(sim, rig.orifice_height)
-    missing = f" and {unmade} could not be made" if unmade else ""
-    raise RefusedStateError(
-        "clogged",
-        f"the funnel is clogged: after {sim.time:.1f} s {stuck} of {spec.particles.count} grains "
-        f"stand in it{missing}; widen geometry.orifice_diameter_mm, make the grains smaller, or "
-        "give numerics.max_time_s more",
-    )
 
 
 def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:

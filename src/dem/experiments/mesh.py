@@ -94,8 +94,10 @@ class Mesh:
         inside = (v > -ROUND) & (w > -ROUND) & (v + w < 1.0 + ROUND)
         return np.where(inside, a[:, 2] + v * ab[:, 2] + w * ac[:, 2], np.nan)
 
-    def section(self, height: float) -> tuple[np.ndarray, np.ndarray]:
-        """Ends (k, 2), (k, 2) [m] of the lines in which the plane at a height cuts the mesh."""
+    def around(self, height: float) -> tuple[np.ndarray, float]:
+        """Distance (TURNS,) [m] from the z axis to the mesh in all directions at a height, and the
+        least one there is. Raises MeshError where a direction meets nothing."""
+        # ends (k, 2) of the lines in which the plane at the height cuts the mesh
         p = self.vertices[self.triangles]
         above = p[:, :, 2] > height
         cut = above.any(axis=1) & ~above.all(axis=1)
@@ -109,12 +111,7 @@ class Mesh:
             other = p[each, (first + step) % 3]
             share = (height - alone[:, 2]) / (other[:, 2] - alone[:, 2])
             ends.append(alone[:, :2] + share[:, None] * (other - alone)[:, :2])
-        return ends[0], ends[1]
-
-    def around(self, height: float) -> tuple[np.ndarray, float]:
-        """Distance (TURNS,) [m] from the z axis to the mesh in all directions at a height, and the
-        least one there is. Raises MeshError where a direction meets nothing."""
-        a, b = self.section(height)
+        a, b = ends
         turn = 2.0 * math.pi * (np.arange(TURNS)[:, None] + 0.5) / TURNS
         ux, uy, e = np.cos(turn), np.sin(turn), b - a
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -223,7 +220,7 @@ class Mesh:
 
     def refuse(self, reason: str) -> None:
         """Raise MeshError."""
-        raise MeshError(self.path, reason)
+        raise MeshError(reason, path=self.path)
 
 
 def rectangle(low: Sequence[float] | np.ndarray, high: Sequence[float] | np.ndarray) -> np.ndarray:

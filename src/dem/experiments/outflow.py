@@ -13,6 +13,7 @@ from dem.linear import slope
 from dem.simulation import Simulation
 
 if TYPE_CHECKING:
+    from dem.run import RunContext
     from dem.spec import RunSpec  # which loads the experiments, and they this
 
 STEADY = 0.1, 0.4  # shares of the mass that leaves, between which the flow is read
@@ -23,15 +24,16 @@ def watch(
     sim: Simulation,
     spec: RunSpec,
     leave: Callable[[], float],
-    limit: float,
-    look: Callable[[float], object],
+    context: RunContext | None = None,
+    share: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Times [s] from now on and the mass [kg] that has left by then, until nothing leaves any more.
 
-    leave: leave() -> mass [kg] that has left since the last call; look: look(mass so far) at each.
-    Raises MeasureError where grains still leave after `limit` [s].
+    leave: leave() -> mass [kg] that has left since the last call; context: told of each look,
+    `share` of the run in all. Raises MeasureError where grains still leave at the spec's end.
     """
     times, masses, quiet, start = [0.0], [0.0], 0, sim.time
+    total, limit = float(sim.mass.sum()), spec.numerics.max_time_s
     while sim.n and quiet < QUIET:
         if times[-1] > limit:
             more = "give numerics.max_time_s more, widen the opening, or take fewer grains"
@@ -41,7 +43,9 @@ def watch(
         times.append(sim.time - start)
         masses.append(masses[-1] + gone)
         quiet = 0 if gone > 0.0 else quiet + 1
-        look(masses[-1])
+        if context:
+            context.progress(0.3 + share * masses[-1] / total, f"{sim.time:.2f} s")
+            context.frame(sim)
     return np.array(times), np.array(masses)
 
 

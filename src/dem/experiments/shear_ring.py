@@ -18,7 +18,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from dem.constants import GRAVITY
 from dem.experiments import bed, builder, phases, setup
 from dem.experiments.declare import LOAD, Experiment, Metric, Quantity, lever, refuse
-from dem.experiments.mesh import annulus, read_mesh
+from dem.experiments.mesh import Mesh, annulus, read_mesh
 from dem.grains.sizes import draw_radii, fall_time, largest_reach, longest_mm, smallest_radius
 from dem.schema import Part, field, mesh_field
 
@@ -95,7 +95,7 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     }
 
 
-def _meshes(spec):
+def meshes(spec: "RunSpec") -> "list[Mesh | None]":
     """`Mesh` of the lid and of the floor; None for one with plain vanes."""
     g, found, gap = spec.geometry, [], smallest_radius(spec)
     inner, outer = 0.5e-3 * g.inner_diameter_mm, 0.5e-3 * g.outer_diameter_mm
@@ -124,31 +124,26 @@ class Ring:
         self.moment = 2.0 / 3.0 * math.pi * (self.outer**3 - self.inner**3)
         self.rate = 1e-3 * g.shear_speed_mm_s / (0.5 * (self.inner + self.outer))
         radii = draw_radii(spec, spec.particles.count, rng)
-        self.fall_time = fall_time(spec)
-        self.sim = setup.build_simulation(spec, self.build_walls(spec, largest_reach(spec)))
-        bed.lay_lid(self.sim, spec, self.fill(spec, radii, largest_reach(spec), rng))
+        self.fall_time, reach = fall_time(spec), largest_reach(spec)
+        self.lid, self.floor = meshes(spec)
+        self.sim = setup.build_simulation(spec, self.build_walls(spec, reach))
+        bed.lay_lid(self.sim, spec, self.fill(spec, radii, reach, rng))
 
     def build_walls(self, spec: "RunSpec", r: float) -> "WallSet":
         """`WallSet` of trough and lid for grains that reach `r` [m]."""
-        lid, floor = _meshes(spec)
-        walls = builder.WallSet().body("trough", material=setup.WALL)
-        self._plate(walls, floor)
+        walls, plate = builder.WallSet(), (self.inner, 0.0, self.outer, 0.0)
+        walls.body("trough", material=setup.WALL)
+        walls.mesh(*self.floor.body) if self.floor else walls.revolved(*plate)
         for radius in (self.inner, self.outer):
             walls.cylinder(radius, 0.0, self.height(spec, r))
-        if floor is None:
+        if self.floor is None:
             self._vanes(walls, 0.0, 2.0 * r)
         free = {"mass": 1.0, "axis": (0, 0, 1), "load": 0.0}
         walls.body("lid", material=setup.WALL, free=free)
-        self._plate(walls, lid)
-        if lid is None:
-            self._vanes(walls, -2.0 * r, 0.0)
+        if self.lid:
+            return walls.mesh(*self.lid.body)
+        self._vanes(walls.revolved(*plate), -2.0 * r, 0.0)
         return walls
-
-    def _plate(self, walls, mesh):
-        """A mesh, or the plate that the keys tell, to which vanes belong."""
-        if mesh:
-            return walls.mesh(*mesh.body)
-        return walls.revolved(self.inner, 0.0, self.outer, 0.0)
 
     def _vanes(self, walls, low, high):
         middle, half = 0.5 * (self.inner + self.outer), 0.5 * (self.outer - self.inner)
@@ -160,14 +155,13 @@ class Ring:
     def fill(self, spec: "RunSpec", radii: np.ndarray, r: float, rng: np.random.Generator) -> float:
         """Rings of grains, layer on layer, above the floor's vanes; returns the height of the lid
         [m]. radii (n,), r: largest reach [m]."""
-        lid, _ = _meshes(spec)
         site = self._sites(r)
         place = np.arange(len(radii)) % len(site)
         z = self._heights(spec, r)
         speed = SHAKE * math.sqrt(GRAVITY * r)
         velocity = rng.uniform(-speed, speed, (len(radii), 3))
         setup.add_grains(self.sim, spec, np.column_stack([site[place], z]), radii, velocity, rng)
-        return z.max() + (2.0 * r - lid.low if lid else 4.0 * r)
+        return z.max() + (2.0 * r - self.lid.low if self.lid else 4.0 * r)
 
     def _sites(self, r):
         """Rings of places (k, 2) for grains that reach `r` [m]."""
@@ -180,9 +174,8 @@ class Ring:
 
     def _heights(self, spec, r):
         """Height (n,) at which each grain is made, above the floor's vanes [m]."""
-        floor = _meshes(spec)[1]
         layer = np.arange(spec.particles.count) // len(self._sites(r))
-        return (floor.high + 1.1 * r if floor else 3.1 * r) + PITCH * r * layer
+        return (self.floor.high + 1.1 * r if self.floor else 3.1 * r) + PITCH * r * layer
 
     def height(self, spec: "RunSpec", r: float) -> float:
         """Height of the walls, which no grain reaches however it was thrown [m]."""
@@ -231,7 +224,7 @@ EXPERIMENT = Experiment(
     ),
     defaults={"numerics": {"rayleigh_fraction": 0.2}},
     check=check,
-    prepare=_meshes,  # an unusable mesh is refused here
+    prepare=meshes,  # an unusable mesh is refused here
     poured=True,
     quantity=Quantity("shear_stress", "kPa", 1e-4, 1e4, "shear stress", relative=True, scale=LOAD),
     levers=lever("normal_stress_kPa", 1e-3, 1e4, "normal stress", needed=True),

@@ -15,7 +15,7 @@ from dem.constants import GRAVITY
 from dem.experiments import bed, builder, phases, setup
 from dem.experiments.declare import LOAD, Experiment, Metric, Quantity, lever, refuse, refuse_narrow
 from dem.experiments.mesh import outside, read_mesh
-from dem.grains.sizes import draw_radii, largest_reach, longest_mm, smallest_radius
+from dem.grains.sizes import largest_reach, longest_mm, smallest_radius
 from dem.schema import Part, field, mesh_field
 
 if TYPE_CHECKING:
@@ -59,18 +59,16 @@ def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     g, rng = spec.geometry, np.random.default_rng(spec.seed)
     radius, reach = 0.5e-3 * g.ring_diameter_mm, largest_reach(spec)
     area = math.pi * radius**2
-    radii = draw_radii(spec, spec.particles.count, rng)
-    sites = bed.sites_in_circle(radius, reach, rng)
-    top = bed.highest_site(len(radii), sites, 0.0, reach)
-    mesh, walls = _plate(spec), builder.WallSet().body("plate", material=setup.WALL)
-    walls.mesh(*mesh.body) if mesh else walls.plane((0, 0, 0), (0, 0, 1))
-    walls.body("ring", material=setup.WALL).cylinder(radius, GAP * reach, 2.0 * top)
-    free = {"mass": 1.0, "axis": (0, 0, 1), "load": 0.0}
-    walls.body("lid", material=setup.WALL, origin=(0.0, 0.0, top), free=free).disc(radius)
-    sim = setup.build_simulation(spec, walls)
-    sim.wall_state.mass[sim.walls.index("lid")] = 0.0  # it hangs until it is lowered
-    bed.fill(sim, spec, radii, sites, 0.0, reach, rng)
-    phases.rest(sim, spec, spec.numerics.max_time_s, "filling")
+
+    def walls(top):
+        mesh, walls = _plate(spec), builder.WallSet().body("plate", material=setup.WALL)
+        walls.mesh(*mesh.body) if mesh else walls.plane((0, 0, 0), (0, 0, 1))
+        walls.body("ring", material=setup.WALL).cylinder(radius, GAP * reach, 2.0 * top)
+        free = {"mass": 0.0, "axis": (0, 0, 1), "load": 0.0}  # it hangs until it is lowered
+        walls.body("lid", material=setup.WALL, origin=(0.0, 0.0, top), free=free)
+        return walls.disc(radius)
+
+    sim = bed.poured(spec, walls, radius, 0.0, rng)
     context.progress(0.3, "filled")
     # lower the lid onto the grains and load it, its own weight counted
     weight = bed.lay_lid(sim, spec, float((sim.position[:, 2] + sim.radius).max())) * GRAVITY

@@ -41,7 +41,7 @@ def parse_mapping(text: str, path: str | Path) -> tuple[Any, dict[str, int]]:
         if _size(node, {}, set()) > LARGEST:
             raise SpecError("(file)", "aliases", f"at most {LARGEST} values in all", path)
         lines = {}  # type: dict[str, int]
-        _collect(path, node, "", lines, set())
+        _collect(path, node, "", lines)
         return loader.construct_document(node), lines
     except (*FAULTS, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
@@ -73,10 +73,9 @@ def line_of(key: str, lines: Mapping[str, int]) -> int | None:
     return lines.get(".".join(parts))
 
 
-def _collect(path, node, prefix, lines, above):
-    """Fill `lines` from the mappings below `node`; `above`: nodes on the way here, against endless
-    aliases."""
-    if not isinstance(node, yaml.MappingNode) or id(node) in above:
+def _collect(path, node, prefix, lines):
+    """Fill `lines` from the mappings below `node`, of which none holds itself."""
+    if not isinstance(node, yaml.MappingNode):
         return
     seen = {}
     for key, value in node.value:
@@ -86,5 +85,5 @@ def _collect(path, node, prefix, lines, above):
             allowed = f"each key once; it was given on line {seen[name]}"
             raise SpecError(name, getattr(value, "value", None), allowed, f"{path}, line {line}")
         seen[name] = line
-        _collect(path, value, f"{name}.", lines, above | {id(node)})
+        _collect(path, value, f"{name}.", lines)
     lines.update(seen)

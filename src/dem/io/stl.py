@@ -60,8 +60,7 @@ def read_stl(
         if len(free):
             raise refused("not closed", path=Path(path), edges=len(free))
     except InputError as error:
-        facts = vars(error)
-        raise MeshError(facts.pop("path"), facts.pop("reason"), **facts) from None
+        raise MeshError(**vars(error)) from None
     return vertices, triangles
 
 

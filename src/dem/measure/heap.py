@@ -60,7 +60,7 @@ def measure_heap(
     flanks = silhouette_angles(p, r, plate_radius)
     # the surface over each of SECTORS sectors, and averaged over the azimuth
     stations, seen = surface(p, r, plate_radius)
-    limit = _clear_of_rim(plate_radius, r)
+    limit = plate_radius - float(np.mean(r))  # beyond, grains hang over the rim
     sectors = seen.reshape(SECTORS, -1, len(stations)).mean(axis=1)
     radial = _valid([fit_flank(stations, s, limit) for s in sectors], "radial surface")
     angle = fit_flank(stations, seen.mean(axis=0), limit)
@@ -99,9 +99,8 @@ def read_at_rest(
     """Metrics as `standing` gives them, and `coverage`; the context notes where the heap has no one
     angle."""
     found = standing(sim, plate_radius, rim)
-    apart = readings_apart(found)
-    if apart:
-        context.note(apart)
+    if apart := readings_apart(found):
+        context.notes.append(apart)
     return found, coverage(sim.position - [0.0, 0.0, rim], sim.radius, plate_radius)
 
 
@@ -187,13 +186,8 @@ def silhouette_angles(position: np.ndarray, radius: np.ndarray, plate_radius: fl
         across = position[:, 0] * np.cos(turn) + position[:, 1] * np.sin(turn)
         for side in (1.0, -1.0):
             profile = outline(side * across, position[:, 2], radius, stations)
-            angles.append(fit_flank(stations, profile, _clear_of_rim(plate_radius, radius)))
+            angles.append(fit_flank(stations, profile, plate_radius - float(np.mean(radius))))
     return _valid(angles, "silhouette")
-
-
-def _clear_of_rim(plate_radius, radius):
-    """Beyond this distance grains hang over the rim and the surface falls off."""
-    return plate_radius - float(np.mean(radius))
 
 
 def surface(

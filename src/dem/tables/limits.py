@@ -5,7 +5,6 @@ opens by itself. A file that is larger, or that is no plain file, gets one sente
 """
 
 import os
-import re
 import stat
 from pathlib import Path
 from typing import NamedTuple
@@ -30,10 +29,6 @@ KINDS = {
 }
 """Kind of file -> its limit. A reader says which kind it reads."""
 
-MOST_DIGITS = 1_000
-"""Of a number in a configuration: Python writes out none of thousands, not even in a message."""
-_ENDLESS = re.compile(rb"[0-9A-Fa-f_:xX]{%d,}" % (MOST_DIGITS + 1))
-"""Decimal, of another base, or by sixties, as YAML takes them."""
 MOST_UNPACKED = 24 * MB  # bytes of all parts of a compressed file together
 MOST_ROWS, MOST_COLUMNS, MOST_CELLS = 200_000, 1_000, 500_000
 """Of a table, of whatever kind of file."""
@@ -68,21 +63,9 @@ def read_limited(path: str | Path, kind: str) -> bytes:
     check_file(path, kind)
     try:
         with open(path, "rb") as stream:
-            data = stream.read(KINDS[kind].most)
+            return stream.read(KINDS[kind].most)
     except OSError as error:
         raise refused("unreadable", path=path, why=error.strerror) from None
-    if kind == "configuration":
-        refuse_long_numbers(data, path)
-    return data
-
-
-def refuse_long_numbers(data: bytes, path: str | Path) -> None:
-    """Raise InputError for the text of a configuration with a number of more than MOST_DIGITS."""
-    found = _ENDLESS.search(data)
-    if found:
-        line = data.count(b"\n", 0, found.start()) + 1
-        begins = f"line {line}: {found[0][:40].decode()}..."
-        raise refused("long number", path=path, value=begins, most=MOST_DIGITS)
 
 
 def check_cells(path: str | Path, rows: int, columns: int, line: int | None = None) -> None:

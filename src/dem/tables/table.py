@@ -12,6 +12,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from dem.errors import InputError, refused
+from dem.io.files import rows_of
 from dem.tables import dialect as dialects
 from dem.tables.encoding import decode, is_workbook, split_lines, workbook_rows
 from dem.tables.limits import LONGEST_CELL, check_cells, read_limited
@@ -21,19 +22,9 @@ _DATE = re.compile(
 )
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 
-UNITS = {
-    "°", "deg", "rad", "grad", "m", "cm", "mm", "µm", "μm", "um", "g", "kg", "mg", "t", "s", "ms",
-    "min", "h", "%", "N", "kN", "mN", "Pa", "kPa", "MPa", "GPa", "bar", "mbar", "g/s", "kg/s",
-    "kg/h", "g/min", "t/h", "g/cm³", "g/cm3", "kg/m³", "kg/m3", "g/l", "kg/l", "g/ml", "g/mL",
-    "mm/s", "m/s", "N/m", "N/m²", "N/m2", "1/s", "g/cm^3", "kg/m^3",
-}  # fmt: skip
-"""What counts as a unit without brackets about it."""
-SPELLED = {
-    "Grad": "deg", "degree": "deg", "degrees": "deg", "degré": "deg", "degrés": "deg",
-    "Degré": "deg", "Degrés": "deg", "Sekunden": "s", "secondes": "s", "seconds": "s",
-    "Prozent": "%", "percent": "%", "pourcent": "%", "Millimeter": "mm", "millimètres": "mm",
-}  # fmt: skip
-"""Units in words. `Grad` with a capital is the German degree, `grad` may be a gon."""
+UNITS = {row["written"]: row["unit"] for row in rows_of(Path(__file__).with_name("units.csv"))}
+"""What counts as a unit without brackets about it, and that unit. `Grad` with a capital is the
+German degree, `grad` may be a gon."""
 _BEHIND = re.compile(r"(.*\S)(?:\s+in\s+|\s+en\s+|\s*,\s+|\s+/\s+)(\S{1,12})")
 _BEGINS_AS_NUMBER = re.compile(r"[+-]?[.,]?\d")
 
@@ -106,10 +97,10 @@ def parted(cell: str) -> tuple[str, str]:
     opening = max(cell.rfind("["), cell.rfind("("))
     if cell.endswith(("]", ")")) and opening >= 0:
         unit = cell[opening + 1 : -1].strip()
-        return (cell[:opening].strip() or cell), SPELLED.get(unit, unit)
+        return (cell[:opening].strip() or cell), UNITS.get(unit, unit)
     match = _BEHIND.fullmatch(cell) if len(cell) <= 200 else None
-    if match and (match[2] in UNITS or match[2] in SPELLED):
-        return match[1], SPELLED.get(match[2], match[2])
+    if match and match[2] in UNITS:
+        return match[1], UNITS[match[2]]
     return cell, ""
 
 

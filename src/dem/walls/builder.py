@@ -115,12 +115,10 @@ class WallSet:
 
     def index(self, name: str) -> int:
         """Number of a body. Raises KeyError."""
-        for k, b in enumerate(self.bodies):
-            if b["name"] == name:
-                return k
-        raise KeyError(
-            f"no wall body named {name!r}; there are: {', '.join(b['name'] for b in self.bodies)}"
-        )
+        names = [b["name"] for b in self.bodies]
+        if name not in names:
+            raise KeyError(f"no wall body named {name!r}; there are: {', '.join(names)}")
+        return names.index(name)
 
     def uses(self, material: str) -> bool:
         """Return whether any body is of this material."""

@@ -41,7 +41,7 @@ class _Outflow:
         self.time, self.time_step = 0.0, time_step_of(spec)
         rows = re.findall(r"^left (\d+) (\S+)", output, re.MULTILINE)
         self.rows = iter([(int(n), float(mass)) for n, mass in rows])
-        self.n, self.left = grains.n, float(grains.mass.sum())
+        self.n, self.mass, self.left = grains.n, grains.mass, float(grains.mass.sum())
         self.gone = 0.0
 
     def advance(self, steps):
@@ -60,13 +60,7 @@ def read(spec: RunSpec, folder: Path, output: str) -> tuple[dict[str, Any], dict
     end = folder / "end.dump"
     state = NO_GRAINS if re.search(r"^left 0 ", output, re.MULTILINE) else state_of(read_dump(end))
     rest, flow = bed.Grains(density, state), _Outflow(spec, full, output)
-    times, masses = outflow.watch(
-        flow,  # type: ignore[arg-type]  # arrays stand in for it
-        spec,
-        lambda: flow.gone,
-        spec.numerics.max_time_s,
-        look=lambda mass: None,
-    )
+    times, masses = outflow.watch(flow, spec, lambda: flow.gone)  # type: ignore[arg-type]  # arrays stand in for it
     bulk, rate = own.bulk_density(full, spec, silo), outflow.steady_flow(times, masses)  # type: ignore[arg-type]  # arrays stand in for it
     law = beverloo(bulk, 2.0 * silo.orifice, 2.0 * mean_radius(spec))
     return {

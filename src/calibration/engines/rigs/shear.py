@@ -43,6 +43,7 @@ class Cell(own.Ring):
         self.moment = 2.0 / 3.0 * math.pi * (self.outer**3 - self.inner**3)
         self.rate = 1e-3 * g.shear_speed_mm_s / (0.5 * (self.inner + self.outer))
         self.fall_time = fall_time(spec)
+        self.lid, self.floor = own.meshes(spec)
         self.sim = bed.Grains(spec.materials.particle.density_kg_m3)
         reach = largest_reach(spec)
         self.top = self.fill(spec, draw_radii(spec, spec.particles.count, rng), reach, rng)

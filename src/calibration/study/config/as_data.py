@@ -12,7 +12,7 @@ from typing import Any, TextIO
 from calibration.errors import ConfigError
 from dem.errors import InputError, SpecError
 from dem.io.mapping import parse_mapping
-from dem.tables.limits import KINDS, refuse_long_numbers
+from dem.tables.limits import KINDS
 
 OWN = {
     "__use_yte__": True,
@@ -50,7 +50,6 @@ def data_of(source: str | TextIO) -> Any:
         if len(text) > MOST:
             raise ConfigError("is too large for a configuration", path=Path(name),
                               allowed=f"at most {MOST:,} characters")  # fmt: skip
-        refuse_long_numbers(text.encode(errors="replace"), name)
         data, lines = parse_mapping(text, name)
     except ConfigError:
         raise
