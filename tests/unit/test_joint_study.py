@@ -378,7 +378,7 @@ def test_batches_are_pooled_and_those_that_differ_are_the_readings(tmp_path, mon
 def test_batches_hold_what_they_say():
     """Of 400 laboratories of four days of five readings, days that differ by thrice a reading's
     spread, 95 % intervals hold the truth in 95 % (92.8 to 97.2 by chance alone, p = 0.01); as 20
-    readings that are alike they hold it in two thirds."""
+    readings that are alike they would in 58 %."""
     rng, held = np.random.default_rng(3), []
     for _ in range(400):
         read = 3.0 * rng.standard_normal((4, 1)) + rng.standard_normal((4, 5))
