@@ -93,8 +93,8 @@ def drawn(kind: str, tests: Sequence[str], rng: np.random.Generator) -> dict[str
 
 
 def made(laboratory: tuple[str, int, tuple[str, ...]]) -> dict[str, Any]:
-    """What a laboratory has read: number of the material that gave values, of TRIES, and its
-    readings, a column a test."""
+    """What a laboratory has read: number of the material that gave values, of TRIES, -1 where none
+    did, and its readings, a column a test."""
     kind, seed, tests = laboratory
     row = {"kind": kind, "seed": seed, "engine": engine_fingerprint()}
     for number, (specs, seeds) in enumerate(materials(kind, seed, tests)):
@@ -105,7 +105,7 @@ def made(laboratory: tuple[str, int, tuple[str, ...]]) -> dict[str, Any]:
         except (DemError, ConfigError):  # no value, or one that no laboratory hands in
             continue
         return row | {"material": number} | {n: json.dumps(v) for n, v in readings.items()}
-    return row
+    return row | {"material": -1}
 
 
 def materials(
@@ -132,7 +132,7 @@ def judged(row: dict[str, Any]) -> list[dict[str, Any]]:
     """Rows of a laboratory of `made`: each parameter and each reading beside what the atlas
     says."""
     kind, seed = row["kind"], row["seed"]
-    if not row["material"] >= 0:
+    if row["material"] < 0:
         return [{"kind": kind, "seed": seed, "fault": "no material has a value"}]
     tests = next(tests for _, own, tests in laboratories() if own == seed)
     specs, _ = list(materials(kind, seed, tests))[int(row["material"])]

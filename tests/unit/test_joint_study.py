@@ -375,6 +375,15 @@ def test_batches_are_pooled_and_those_that_differ_are_the_readings(tmp_path, mon
     assert near.covariance[0, 0] == pytest.approx((15 * 0.6**2 + 12 * 0.1**2) / 17 / 18)
 
 
+def test_single_readings_of_a_known_spread_are_not_surer_where_they_agree(tmp_path, monkeypatch):
+    """An instrument's spread of 0.5, stated with each of two readings that are nearly alike."""
+    rows = "".join(f"tilt,sliding_angle,{v},deg,0.5,1,{k}\n" for k, v in enumerate((20.0, 20.02)))
+    config = laboratory(tmp_path, monkeypatch, PLANES + rows)
+    found = read_joint_target(config, joint_targets(config)[1])
+    assert found.covariance[0, 0] == pytest.approx(0.5**2 / 2)
+    assert np.isinf(found.freedom)
+
+
 def test_batches_hold_what_they_say():
     """Of 400 laboratories of four days of five readings, days that differ by thrice a reading's
     spread, 95 % intervals hold the truth in 95 % (92.8 to 97.2 by chance alone, p = 0.01); as 20

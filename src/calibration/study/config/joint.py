@@ -156,8 +156,9 @@ def read_joint_target(config: Config, target: JointTarget) -> MeasuredMean:
             "has no error", path=table.path, line=found[0].line, column="sd", value=mean.value,
             allowed="a second reading, or sd in the row: the standard deviation of one reading",
         )  # fmt: skip
-    # a stated deviation of one reading is an instrument's; of several it is estimated from them
-    freedom = mean.n - 1.0 if mean.n > 1 else np.inf
+    # a stated deviation of single readings is an instrument's; of several it is estimated from them
+    stated = mean.of == "values" and all(m.n == 1 for m in found)
+    freedom = np.inf if stated else mean.n - 1.0
     return MeasuredMean(
         target.tests, (target.metric,), np.array([mean.value]), np.array([[mean.sd**2 / mean.n]]),
         freedom, np.array([mean.sd]),

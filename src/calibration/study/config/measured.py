@@ -158,15 +158,18 @@ def pooled(conditions: Sequence[Measurement]) -> Stated:
     """`Stated` mean of conditions that one run stands for: of all their values, or of the means of
     batches, where these scatter more than values within a batch make them: readings of a day are no
     further days (the unit of analysis: Fisher 1935, The Design of Experiments). The spread is NaN
-    for a single reading."""
+    where nothing tells it."""
     means, n = np.array([(m.value, m.n) for m in conditions], float).T
     sd = np.array([math.nan if m.sd is None else m.sd for m in conditions])
     if len(means) == 1:
         return Stated(float(means[0]), float(sd[0]), int(n[0]))
-    own, freedom = np.where(n > 1, (n - 1) * sd**2, 0.0).sum(), (n - 1).sum()
+    behind = np.maximum(n - 1, ~np.isnan(sd))  # a spread that is stated counts once
+    own, freedom = np.nansum(behind * sd**2), behind.sum()
     between = means.var(ddof=1)
     if between > own / max(freedom, 1) * np.mean(1.0 / n):
         return Stated(float(means.mean()), float(np.sqrt(between)), len(means), "batches")
     mean = n @ means / n.sum()
-    spread = np.sqrt((own + n @ (means - mean) ** 2) / (n.sum() - 1))
-    return Stated(float(mean), float(spread), int(n.sum()))
+    if n.max() > 1:  # of single readings the stated spread is all that is known
+        own, freedom = own + n @ (means - mean) ** 2, freedom + len(means) - 1
+    spread = math.sqrt(own / freedom) if freedom else math.nan
+    return Stated(float(mean), spread, int(n.sum()))
