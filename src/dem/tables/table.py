@@ -22,7 +22,9 @@ _DATE = re.compile(
 )
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 
-UNITS = {row["written"]: row["unit"] for row in rows_of(Path(__file__).with_name("units.csv"))}
+UNITS = {
+    row["written"]: row["unit"] for row in rows_of(Path(__file__).with_name("written_units.csv"))
+}
 """What counts as a unit without brackets about it, and that unit. `Grad` with a capital is the
 German degree, `grad` may be a gon."""
 _BEHIND = re.compile(r"(.*\S)(?:\s+in\s+|\s+en\s+|\s*,\s+|\s+/\s+)(\S{1,12})")
