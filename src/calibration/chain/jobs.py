@@ -1,6 +1,5 @@
 """What every script of the workflow needs: its log, and the call of its function."""
 
-import os
 import sys
 import traceback
 from collections.abc import Iterator, Mapping
@@ -69,10 +68,8 @@ def run_task(job: Job) -> None:
 
 
 def leave_record(job: Job, study: Study) -> None:
-    """Write down what a job has left, see `calibration.runs.verify`; not in a storage, whose local
-    copies another machine may have made."""
-    if "RESULTS_ARE_STORED" not in os.environ:  # set by workflow/rules/storage.smk
-        own = Path(study.config.results).resolve()
-        read = [file for file in job.input if own not in Path(file).resolve().parents]
-        name = Path(job.log[0]).stem
-        record(study.folder, name, job.params.made_from, each_file(job.output), read)
+    """Write down what a job has left, see `calibration.runs.verify`."""
+    own = Path(study.config.results).resolve()
+    read = [file for file in job.input if own not in Path(file).resolve().parents]
+    name = Path(job.log[0]).stem
+    record(study.folder, name, job.params.made_from, each_file(job.output), read)

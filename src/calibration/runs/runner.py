@@ -7,13 +7,12 @@ batch that was cut off goes on where it stopped.
 """
 
 import sys
-import tarfile
 import threading
 import time
 import traceback
 from collections.abc import Callable, Mapping
 from math import ceil
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any, TextIO
 
 import numpy as np
@@ -21,7 +20,6 @@ import yaml
 
 from calibration import engines
 from calibration.errors import CalibrationError, in_words, of_the_machine
-from calibration.files import read_json
 from calibration.intake.started_code import permit
 from calibration.runs.plans import points_of, read_plan
 from calibration.runs.progress import REPEAT, cores, progress
@@ -373,35 +371,6 @@ def run_told_batch(
         write_json(done, {"runs": list(specs), "failed": []})
     except OSError as error:
         sys.exit(in_words(error))
-
-
-def pack_runs(done: str | Path, archive: str | Path, root: str | Path | None = None) -> None:
-    """Put the folders of the runs that a batch left `done` into one file."""
-    store = RunStore(root)
-    with tarfile.open(archive, "w") as tar:
-        for name in read_json(done)["runs"]:
-            tar.add(store.folder(name), name)
-
-
-def unpack_runs(archive: str | Path, root: str | Path | None = None) -> None:
-    """Put the runs of an archive where they are kept. Raises CalibrationError for one that is
-    broken."""
-    try:
-        with tarfile.open(archive) as tar:
-            if odd := next((m.name for m in tar if not _of_a_run(m)), None):
-                raise CalibrationError(f"{archive}: holds {odd}, which is no file of a run")
-            # Python 3.11.3 and older know no filter and extract as they always did
-            tar.extraction_filter = getattr(tarfile, "data_filter", None)
-            tar.extractall(RunStore(root).folder("."))
-    except tarfile.TarError as error:
-        raise CalibrationError(f"{archive}: {error}") from None
-
-
-def _of_a_run(member):
-    """Return whether a member of an archive is a file or a folder below the archive's root."""
-    path = PurePosixPath(member.name)
-    below = not path.is_absolute() and ".." not in path.parts
-    return below and (member.isfile() or member.isdir())
 
 
 def share_of(plan_file: str | Path, batch: int, batches: int) -> dict[str, dict[str, Any]]:
