@@ -107,7 +107,7 @@ def _made(output):
 
 
 def _heap(spec, folder):
-    pour = rig.Pour.of(spec)
+    pour = rig.Pour(spec)
     names = (
         ["grain.molecule"]
         if len(pour.radii) == 1

@@ -107,7 +107,7 @@ def _made(output):
 
 
 def _heap(spec, folder):
-    pour = rig.Pour.of(spec)
+    pour = rig.Pour(spec)
     g = pour.rig
     write_mesh(folder / "plate.stl", disc(g.plate_radius))
     cone = (g.orifice_radius, g.orifice_height, g.mouth_radius, g.rim_height)
