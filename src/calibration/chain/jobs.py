@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from calibration.chain.handed_over import Job
-from calibration.chain.study import Study, each_file
+from calibration.chain.study import Study
 from calibration.errors import CalibrationError, in_words, of_the_machine
 from calibration.intake.started_code import permit
 from calibration.runs.store import keep_runs_in
@@ -69,7 +69,4 @@ def run_task(job: Job) -> None:
 
 def leave_record(job: Job, study: Study) -> None:
     """Write down what a job has left, see `calibration.runs.verify`."""
-    own = Path(study.config.results).resolve()
-    read = [file for file in job.input if own not in Path(file).resolve().parents]
-    name = Path(job.log[0]).stem
-    record(study.folder, name, job.params.made_from, each_file(job.output), read)
+    record(study.folder, Path(job.log[0]).stem, job.params.made_from, job.output)
