@@ -8,6 +8,7 @@ import pytest
 import yaml
 
 from calibration import engines
+from calibration.runs import store
 from calibration.runs.plans import run_id
 from calibration.runs.runner import (
     batch_count,
@@ -31,15 +32,16 @@ def plan_of(folder, specs):
     return folder / "plan.json"
 
 
-def test_batches_share_the_runs_and_a_second_time_does_none(tmp_path):
+def test_batches_share_the_runs_and_a_second_time_does_none(tmp_path, monkeypatch):
+    monkeypatch.setitem(store._place, "root", tmp_path / "runs")
     plan = plan_of(tmp_path, [DROP | {"seed": n} for n in range(3)])
     for batch in range(2):
-        run_batch(plan, batch, 2, tmp_path / f"{batch}.json", root=tmp_path / "runs")
+        run_batch(plan, batch, 2, tmp_path / f"{batch}.json")
     done = [json.loads((tmp_path / f"{b}.json").read_text())["runs"] for b in range(2)]
     assert sorted(done[0] + done[1]) == sorted(json.loads(plan.read_text()))
     results = {p: p.stat().st_mtime_ns for p in (tmp_path / "runs").glob("*/result.json")}
     assert len(results) == 3
-    run_batch(plan, 0, 1, tmp_path / "again.json", root=tmp_path / "runs")
+    run_batch(plan, 0, 1, tmp_path / "again.json")
     assert results == {p: p.stat().st_mtime_ns for p in results}
 
 
@@ -95,9 +97,10 @@ def test_a_lift_lasts_as_its_speed_says():
     assert (slow - RUN_S) / (fast - RUN_S) == pytest.approx((5.83 + 1.54) / (0.06 + 1.54), rel=0.01)
 
 
-def test_a_drop_in_a_shared_process_gives_what_it_gives_alone(tmp_path):
+def test_a_drop_in_a_shared_process_gives_what_it_gives_alone(tmp_path, monkeypatch):
+    monkeypatch.setitem(store._place, "root", tmp_path / "runs")
     specs = [DROP | {"seed": n} for n in range(3)]
-    run_batch(plan_of(tmp_path, specs), 0, 1, tmp_path / "done.json", root=tmp_path / "runs")
+    run_batch(plan_of(tmp_path, specs), 0, 1, tmp_path / "done.json")
     for spec in specs:
         name = run_id(spec)
         alone = engines.make(spec, tmp_path / "alone" / name)
