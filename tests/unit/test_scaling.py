@@ -213,9 +213,9 @@ def heaps(shift, sd=0.5, n=8):
 def test_a_planted_change_of_the_angle_is_found(shift, sd, verdict):
     runs = heaps(shift, sd)
     (statement,) = response_statements(runs, MARGINS)
-    assert statement.verdict == verdict
-    assert statement.low <= statement.found <= statement.high
-    assert fixed(statement.found, 1, "+") in statement.sentence
+    assert statement["verdict"] == verdict
+    assert statement["low"] <= statement["found"] <= statement["high"]
+    assert fixed(statement["found"], 1, "+") in statement["sentence"]
 
 
 def test_the_table_has_means_and_differences_from_the_first_scale():
@@ -232,9 +232,9 @@ def test_an_end_at_which_every_heap_clogs_leaves_it_undecided(scales):
     runs["response"] = runs["response"].mask(runs["scale"].isin(scales))
     (statement,) = response_statements(runs, MARGINS)
     ends = {1, 4} & set(scales)
-    assert (statement.found is None) == bool(ends)
-    assert statement.verdict == (UNDECIDED if ends else FAILS)
-    assert tells(statement.sentence, f"{8 * len(scales)} of 24", "no value")
+    assert (statement["found"] is None) == bool(ends)
+    assert statement["verdict"] == (UNDECIDED if ends else FAILS)
+    assert tells(statement["sentence"], f"{8 * len(scales)} of 24", "no value")
     table = response_table(runs, runs["response"], MARGINS)
     assert table["mean"].isna().tolist() == [h in scales for h in (1, 2, 4)]
     assert table["change"].iloc[-1] == (UNDECIDED if ends else CHANGED)
@@ -243,7 +243,9 @@ def test_an_end_at_which_every_heap_clogs_leaves_it_undecided(scales):
 
 def test_exponents_decide_the_statements():
     for stiffness, verdict in ((1, FAILS), (2, HOLDS)):
-        verdicts = {s.id: s.verdict for s in exponent_statements(RIGHT | {"stiffness": stiffness})}
+        verdicts = {
+            s["id"]: s["verdict"] for s in exponent_statements(RIGHT | {"stiffness": stiffness})
+        }
         assert verdicts == {"section122.stiffness": verdict, "section122.damping": HOLDS}
 
 

@@ -6,7 +6,6 @@ there.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -40,28 +39,15 @@ LEAST_DRAWS = 4
 """Draws that an interval of a correlation needs (Fisher's z has n - 3)."""
 
 
-@dataclass(frozen=True)
-class Nested:
-    """Mean of all, standard deviation from draw to draw, and from run to run at a draw (None where
-    no draw has two). low, high: the interval that holds a further run at a further draw."""
-
-    mean: float
-    between_sd: float
-    within_sd: float | None
-    low: float
-    high: float
-    draws: int
-    runs: int
-
-
-def nested(values: ArrayLike, of: ArrayLike) -> Nested:
-    """`Nested` of values (n,) at the draws `of` (n,), by the analysis of variance of one random
-    effect.
+def nested(values: ArrayLike, of: ArrayLike) -> dict[str, float | None]:
+    """Of values (n,) at the draws `of` (n,), by the analysis of variance of one random effect: the
+    mean of all, the interval that holds a further run at a further draw, and the standard
+    deviations from draw to draw and from run to run at a draw (None where no draw has two).
 
     The interval is the 95 % t interval of a further value, its degrees of freedom by Satterthwaite
     (1946, Biometrics Bulletin 2:110). Draws of unequal number count by their harmonic mean. With
-    one run at each draw the two scatters are not told apart: `between_sd` then holds both. Raises
-    CalibrationError for fewer than three draws.
+    one run at each draw the two scatters are not told apart: `sd_parameters` then holds both.
+    Raises CalibrationError for fewer than three draws.
     """
     values, of = np.asarray(values, float), np.asarray(of)
     _, which = np.unique(of, return_inverse=True)
@@ -81,15 +67,13 @@ def nested(values: ArrayLike, of: ArrayLike) -> Nested:
         df = total**2 / (draws**2 / (n - 1) + rest**2 / freedom)
     reach = scipy.stats.t.ppf(0.975, df) * np.sqrt(total + draws / n)
     mean = float(means.mean())
-    return Nested(
-        mean,
-        float(np.sqrt(max(draws - within / r, 0.0))),
-        float(np.sqrt(within)) if freedom else None,
-        mean - float(reach),
-        mean + float(reach),
-        n,
-        int(runs.sum()),
-    )
+    return {
+        "mean": mean,
+        "low": mean - float(reach),
+        "high": mean + float(reach),
+        "sd_parameters": float(np.sqrt(max(draws - within / r, 0.0))),
+        "sd_seed": float(np.sqrt(within)) if freedom else None,
+    }
 
 
 def plan_push_through(study: Study, source: NamedFiles, output: NamedFiles) -> None:
@@ -170,18 +154,10 @@ def _summary(config, row, runs, means, table):
         empty = ("mean", "low", "high", "sd_parameters", "sd_seed", "decides", "rank_correlation")
         return dict.fromkeys((*empty, "measured", "within"))
     limits = next(m for m in experiments()[row["experiment"]].metrics if m.name == metric)
-    low, high = max(found.low, limits.least), min(found.high, limits.most)
+    found["low"], found["high"] = max(found["low"], limits.least), min(found["high"], limits.most)
     measured = _measured(config, table, row["machine"], metric)
-    return {
-        "mean": found.mean,
-        "low": low,
-        "high": high,
-        "sd_parameters": found.between_sd,
-        "sd_seed": found.within_sd,
-        **_decides(means, metric),
-        "measured": measured,
-        "within": None if measured is None else bool(low <= measured <= high),
-    }
+    within = None if measured is None else bool(found["low"] <= measured <= found["high"])
+    return found | _decides(means, metric) | {"measured": measured, "within": within}
 
 
 def _decides(means, metric):
