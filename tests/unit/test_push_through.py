@@ -113,8 +113,6 @@ def test_another_machine_is_run_with_the_draws(tmp_path, monkeypatch):
     assert "Measured: 20.00°, inside it." in said
     table = pd.read_csv("results/made-up/push_through/metrics.csv")
     assert table.loc[0, "low"] == pytest.approx(row["low"])
-    shares = pd.read_csv("results/made-up/push_through/shares.csv").set_index("parameter")["low"]
-    assert shares["rolling"] > 0.9 > 0.5 > shares["restitution"]
     assert "<path" in Path("results/made-up/push_through/push_through.svg").read_text()
 
 
