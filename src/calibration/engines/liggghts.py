@@ -66,7 +66,7 @@ def block(material: Granulate, conversion: Conversion, about: Sequence[str]) -> 
     return words(CODE).material(
         conversion.head(CODE, material, about), max(young) > MAX_YOUNG, min(young) < MIN_YOUNG,
         material, numbers, {name for export in exports.values() for name in export.alone},
-        " ".join(filter(None, laws)), conversion.equivalent.rotates,
+        " ".join(filter(None, laws)), conversion.turns,
     )  # fmt: skip
 
 

@@ -47,7 +47,7 @@ def block(material: Granulate, conversion: Conversion, about: Sequence[str]) -> 
     exports, pairs = conversion.exports(CODE), conversion.pairs(material)
     head = conversion.head(CODE, material, about)
     numbers = [{slot: export.numbers(pair) for slot, export in exports.items()} for pair in pairs]
-    return words(CODE).material(head, material, *numbers, conversion.equivalent.rotates)
+    return words(CODE).material(head, material, *numbers, conversion.turns)
 
 
 @cache
