@@ -31,7 +31,6 @@ from calibration.statistics.dimensions import PAPER_RULE
 from calibration.statistics.numbers import fixed
 from calibration.study.config import Config, given, overlay, point_spec
 from calibration.study.stage import Figure, Plan, Points, Stage
-from dem.constants import GRAVITY
 from dem.contact.catalogue import LAWS
 from dem.grains.sizes import mean_radius
 from dem.io.files import write_json
@@ -136,21 +135,19 @@ SPEED = 1e-3  # of the overlap over the Rayleigh time step: small beside the ela
 
 
 def probe(run: dict[str, Any]) -> dict[str, float]:
-    """Return mass [kg], weight, force [N], stiffness [N/m] and damping coefficient [kg/s] of a
-    grain that is pressed into a plate by a fixed share of its radius, at rest and with a small
-    speed. The paper's Eqs. 4 to 6 and 15 state how they go with the scale.
+    """Return force [N], stiffness [N/m] and damping coefficient [kg/s] of a grain that is pressed
+    into a plate by a fixed share of its radius, at rest and with a small speed. The paper's Eqs. 6
+    and 15 state how they go with the scale.
 
     `run` is a run spec of the drop, without experiment and seed.
     """
     spec = parse_spec(run | {"experiment": "drop", "numerics": {"precision": "double"}})
     radius = mean_radius(spec)
-    force, mass, step = _force(spec, radius, OVERLAP * radius, 0.0)
+    force, step = _force(spec, radius, OVERLAP * radius, 0.0)
     more = _force(spec, radius, OVERLAP * radius * (1.0 + STRETCH), 0.0)[0]
     speed = SPEED * OVERLAP * radius / step
     moving = _force(spec, radius, OVERLAP * radius, speed)[0]
     return {
-        "mass": mass,
-        "weight": mass * GRAVITY,
         "force": force,
         "stiffness": (more - force) / (STRETCH * OVERLAP * radius),
         "damping_coefficient": (moving - force) / speed,
@@ -158,8 +155,7 @@ def probe(run: dict[str, Any]) -> dict[str, float]:
 
 
 def _force(spec, radius, overlap, speed):
-    """Force on the plate [N], the grain's mass [kg] and the time step [s]; speed of approach
-    [m/s]."""
+    """Force on the plate [N] and the time step [s]; speed of approach [m/s]."""
     from dem.experiments.setup import build_simulation  # loads the engine
     from dem.materials import WALL
     from dem.walls.builder import WallSet
@@ -168,7 +164,7 @@ def _force(spec, radius, overlap, speed):
     sim = build_simulation(spec, walls, gravity=(0.0, 0.0, 0.0))
     sim.add_particles([[0.0, 0.0, radius - overlap]], radius, velocity=[[0.0, 0.0, -speed]])
     sim.advance(1)
-    return abs(float(sim.wall_force("plate")[2])), float(sim.mass[0]), sim.time_step
+    return abs(float(sim.wall_force("plate")[2])), sim.time_step
 
 
 def measured_exponents(runs: Mapping[float, dict[str, Any]]) -> dict[str, float]:
@@ -376,27 +372,16 @@ def scaling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     margins = {"heap": section.margin_deg, "drop": section.margin_restitution}  # type: ignore[union-attr]
     table = response_table(design, response, margins)
     base = base_run(config, "drop", False)
-    measured = {
-        rule.name: measured_exponents({h: enlarged(base, "drop", rule, h) for h in section.factors})  # type: ignore[union-attr]
-        for rule in dimensions.RULES.values()
-    }
+    drops = {h: enlarged(base, "drop", PAPER_RULE, h) for h in section.factors}  # type: ignore[union-attr]
     statements = [
-        *exponent_statements(measured[PAPER_RULE.name]),
+        *exponent_statements(measured_exponents(drops)),
         *drop_statements(design),
         *response_statements(design.assign(response=response), margins),
     ]
     write_table(design.assign(response=response), output.runs)
     write_table(table, output.table)
     figures.save(scaling_figure(table), output.figure)
-    write_json(
-        output.summary,
-        {
-            "statements": statements,
-            "exponents": measured,
-            "margins": {"angle_deg": margins["heap"], "restitution": margins["drop"]},
-            "cohesion": section.cohesion,  # type: ignore[union-attr]
-        },
-    )
+    write_json(output.summary, {"statements": statements})
 
 
 def scaling_figure(table: pd.DataFrame) -> figures.Drawing:
