@@ -26,16 +26,14 @@ def logged(log: str | Path) -> Iterator[None]:
     with open(log, "w") as stream, redirect_stdout(stream), redirect_stderr(stream):
         try:
             yield
-        except (CalibrationError, DemError) as error:
-            print(error, file=stream)
-            print(error, file=sys.__stderr__)
-            sys.exit(1)
         except Exception as error:
-            if of_the_machine(error):
-                print(in_words(error), file=sys.__stderr__)
-                sys.exit(1)
-            traceback.print_exc(file=stream)
-            raise
+            if isinstance(error, CalibrationError | DemError):
+                print(error, file=stream)
+            elif not of_the_machine(error):
+                traceback.print_exc(file=stream)
+                raise
+            print(in_words(error), file=sys.__stderr__)
+            sys.exit(1)
 
 
 def study_of(data: Mapping[str, Any]) -> Study:
