@@ -137,7 +137,7 @@ def test_no_two_stages_have_the_same_seeds():
     assert found.pop(3) == {"plan_candidate_first", "plan_candidate"}
     assert found.pop(7) == {"plan_joint_first", "plan_joint"}
     assert found.pop(None)
-    assert sorted(found) == [0, 1, 2, 4, 5, 6, 8, 9]
+    assert sorted(found) == [0, 1, 2, 4, 5, 8, 9]
     assert all(len(names) == 1 for names in found.values())
 
 

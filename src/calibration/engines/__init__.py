@@ -143,8 +143,7 @@ def make(
 def _simulate(spec, context):
     """Metrics of a spec that names another engine; its last state is kept as ours is."""
     engine, entry = engines()[spec.engine.name], spec.engine
-    if engine.experiments:
-        check(spec)
+    check(spec)
     found = _identity(engine, engine.settings.model_validate(entry.settings))
     if found != entry.identity:
         raise EngineError(
