@@ -431,6 +431,6 @@ STAGES = (
         chain=True,
         # a measured row that cannot be simulated is told, and stops nothing
         figures=(Figure("pulls", ("tests.csv", "answer.json")),),
-        plans=(Plan("answer", batches=2, failures="kept"),),
+        plans=(Plan("answer", batches=2, kept=True),),
     ),
 )
