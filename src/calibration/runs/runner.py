@@ -191,17 +191,21 @@ def begin(config: Config, store: RunStore, dry_run: bool) -> None:
     """
     # what only the start of a campaign needs takes a second to load
     from calibration.runs.feasibility import check_ahead, cost_ahead
-    from calibration.runs.verify import is_held, refuse_others, set_faults_aside, untrusted
+    from calibration.runs.verify import hold, is_held, refuse_others, repair, untrusted
 
     check_ahead(config)
     refuse_others(Path(config.results, config.name))
-    if dry_run and is_held(config.results):
+    if not dry_run:
+        hold(config.results)
+        store = RunStore(config.runs)
+    elif is_held(config.results):
         text = "another call works here; what it is making now looks changed or missing"
         print(f"{config.results}: {text}", file=sys.stderr)
-    for sentence in [*untrusted(config, store), cost_ahead(config)]:
+    said, faults = untrusted(config, store)
+    for sentence in [*said, cost_ahead(config)]:
         print(sentence, file=sys.stderr)
     if not dry_run:
-        set_faults_aside(config)
+        repair(faults, config.results)
     report(config, store)
 
 
