@@ -50,7 +50,7 @@ def sheet(
     for stage in stages.values():
         heaps = _heaps(study, stage.pictured, response, metric) if stage.pictured else []
         # the lowest, the highest and those evenly between: the others look alike
-        telling = np.linspace(0, len(heaps) - 1, TELLING).round() if heaps else []
+        telling = np.linspace(0, len(heaps) - 1, TELLING).round()
         for k, heap in enumerate(heaps):
             file = heap.pop("file")
             files.setdefault(heap["run"], (len(files), file))  # a run may be of several stages
