@@ -55,7 +55,8 @@ from dem.io.files import write_json
 from dem.measure.heap import measure_heap
 from dem.spec import RunSpec, load_spec, parse_spec
 
-DECKS = ("liggghts", "lammps")
+PROGRAMS = {"liggghts": "liggghts", "lammps": "lmp"}
+DECKS = tuple(PROGRAMS)
 """Codes that have decks."""
 NAMES = {"liggghts": "LIGGGHTS", "lammps": "LAMMPS", "yade": "YADE"}
 """Of YADE heaps are tried, and no deck is written."""
@@ -101,11 +102,8 @@ def _readme(code, conversion, expected, place):
     known = told(code, NAMES[code], conversion, expected)
     state = _words().state(NAMES[code], known, expected)
     state = "\n\n".join(p if p[0] == "|" else fill(p, 100) for p in state.split("\n\n"))
-    program = {"liggghts": "liggghts", "lammps": "lmp"}[code]
-    files, notes = (
-        [p.name for p in sorted(place.iterdir())],
-        conversion.sentences("elastic-plastic"),
-    )
+    program, files = PROGRAMS[code], [p.name for p in sorted(place.iterdir())]
+    notes = conversion.sentences("elastic-plastic")
     return _words().readme(NAMES[code], code, program, state, expected, files, notes)
 
 
