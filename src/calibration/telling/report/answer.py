@@ -155,8 +155,9 @@ def profiler(study: Path, response: Response) -> str | None:
     if main is None:
         return None
     factors = [
-        {k: f[k] for k in ("key", "low", "high")}
-        | {"name": escape(label(f["name"])), "value": optimum["optimum"][f["name"]]}
+        {"name": escape(label(f["name"]))}
+        | {k: f[k] for k in ("key", "low", "high")}
+        | {"value": optimum["optimum"][f["name"]]}
         for f in region
     ]
     further = (results.summary("validation") or {}).get("further", {})
