@@ -48,7 +48,7 @@ class Measurement:
     quantity's unit. `sd` is None for a single reading.
 
     `line` is where it stands in its file (its first replicate, where these are rows), None where it
-    has none. lever_sd: standard deviation of `proportional`, in its unit; outcome: what the test
+    has none. lever_sd: standard deviation of the lever, in its unit; outcome: what the test
     ended with where it has no value; readings: the values that it is the mean of, where the table
     holds them, and lines: where they stand; covariates: {column: value} of what was recorded beside
     the reading and is no lever, the mean over its readings, and pooled: {column: values} of those
@@ -77,15 +77,11 @@ class Measurement:
     pooled: dict = field(default_factory=dict, compare=False)
 
     @property
-    def proportional(self) -> str | None:
-        """The lever that the reading goes with: the needed one, where the quantity is a share of
-        it; else None."""
-        return getattr(quantities.QUANTITIES[self.experiment].scale, "lever", None)
-
-    @property
     def lever_error(self) -> float:
-        """Error of the reading from that of its lever, to first order."""
-        return self.lever_sd * self.value / self.levers[self.proportional] if self.lever_sd else 0.0
+        """Error of the reading from that of the lever which it is a share of, to first order."""
+        if not self.lever_sd:
+            return 0.0
+        return self.lever_sd * self.value / self.levers[_share_of(self.experiment)]
 
     @property
     def condition(self) -> quantities.Condition:
@@ -351,13 +347,18 @@ def _chosen(row):
     return out
 
 
+def _share_of(kind):
+    """The lever that the quantity of an experiment is a share of, else None."""
+    return getattr(quantities.QUANTITIES[kind].scale, "lever", None)
+
+
 def _lever_sd(row, kind):
     """Standard deviation of the lever that the quantity is a share of; 0 where none is given."""
     if not row.get("lever_sd"):
         return 0.0
-    lever = getattr(quantities.QUANTITIES[kind].scale, "lever", None)
+    lever = _share_of(kind)
     if lever is None or row.get("quantity") != quantities.QUANTITIES[kind].name:
-        known = ", ".join(k for k, q in quantities.QUANTITIES.items() if hasattr(q.scale, "lever"))
+        known = ", ".join(filter(_share_of, quantities.QUANTITIES))
         row.fault("lever_sd", "lever_sd", value=row.get("lever_sd"), kind=kind, known=known)
         return 0.0
     return row.number("lever_sd", 0.0, quantities.levers_of(kind)[lever].most, unit_of(lever))
@@ -402,11 +403,11 @@ def _levers(row, kind):
 
 def readings_table(
     experiment: str,
-    quantity: str,
+    quantity: str | Sequence[str],
     values: Sequence[str],
     unit: str,
-    notes: Sequence[str] | None = None,
+    notes: Sequence[str],
 ) -> pd.DataFrame:
     """Readings (n,) of a quantity as the table that `read_measured` reads, a row a reading."""
     rows = {"experiment": experiment, "quantity": quantity, "value": values, "unit": unit}
-    return pd.DataFrame(rows | ({"note": notes} if notes else {}))
+    return pd.DataFrame(rows | {"note": notes})

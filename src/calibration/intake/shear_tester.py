@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import pandas as pd
 from scipy import stats
 
 from calibration.files import write_table
@@ -60,13 +59,10 @@ def _said(path, points):
 
 
 def _table(points):
-    parts = []
-    for quantity in (PEAK, STEADY):
-        own = [p for p in points if p.quantity == quantity]
-        values, notes = [round(p.shear, 6) for p in own], [p.note for p in own]
-        part = readings_table("shear", quantity, values, "kPa", notes)
-        parts.append(part.assign(normal_stress_kPa=[round(p.load, 6) for p in own]))
-    return pd.concat([p for p in parts if len(p)], ignore_index=True)
+    own = sorted(points, key=lambda p: p.quantity == STEADY)
+    values, notes = [round(p.shear, 6) for p in own], [p.note for p in own]
+    table = readings_table("shear", [p.quantity for p in own], values, "kPa", notes)
+    return table.assign(normal_stress_kPa=[round(p.load, 6) for p in own])
 
 
 def read_points(path: Path, sheet: str | None = None) -> list[Point]:

@@ -10,7 +10,7 @@ integrated out (Student's t).
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -71,22 +71,26 @@ class Response:
         mean, variance = self.predicted(u)
         return self.log_density(self.mean, mean, self.spread(variance))
 
-    def spread(self, variance: np.ndarray) -> "Spread":
-        """`Spread` of the measured mean about predictions with variances (k, q)."""
+    def spread(self, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Covariances v + s C of the measured mean about predictions with variances v (k, q), at m
+        factors s on the measurement's own C, all along the axes that make v one and C a diagonal:
+        rows of axes (k, q, q), variances along them (m, k, q) and logarithms of the determinants
+        (m, k)."""
         scales, _ = _scales(self.freedom)
         variance = np.maximum(variance, LEAST_SHARE * np.diag(self.covariance))
         size = 1.0 / np.sqrt(variance)
         roots, basis = np.linalg.eigh(size[:, :, None] * self.covariance * size[:, None, :])
         widths = 1.0 + scales[:, None, None] * roots
         log_size = np.log(widths).sum(axis=-1) + np.log(variance).sum(axis=-1)
-        return Spread(np.swapaxes(basis, 1, 2) * size[:, None, :], widths, log_size)
+        return np.swapaxes(basis, 1, 2) * size[:, None, :], widths, log_size
 
-    def log_density(self, y: np.ndarray, mean: np.ndarray, spread: "Spread") -> np.ndarray:
-        """(k,) log density of a measured mean y (q,) about means (k, q), with the `Spread` of their
+    def log_density(self, y: np.ndarray, mean: np.ndarray, spread: Any) -> np.ndarray:
+        """(k,) log density of a measured mean y (q,) about means (k, q), with the `spread` of their
         variances."""
-        along = np.einsum("kij,kj->ki", spread.basis, y - mean)
-        square = (along**2 / spread.widths).sum(axis=-1)
-        logs = -0.5 * (square + spread.log_size + len(y) * np.log(2.0 * np.pi))
+        axes, widths, log_size = spread
+        along = np.einsum("kij,kj->ki", axes, y - mean)
+        square = (along**2 / widths).sum(axis=-1)
+        logs = -0.5 * (square + log_size + len(y) * np.log(2.0 * np.pi))
         return logs[0] if len(logs) == 1 else _log_mean(logs.T, _scales(self.freedom)[1])
 
     def misfit(self, y: np.ndarray, mean: np.ndarray, variance: np.ndarray) -> np.ndarray:
@@ -134,19 +138,6 @@ def _scales(freedom):
 def _log_mean(logs, weights):
     top = logs.max(axis=1)
     return top + np.log(np.exp(logs - top[:, None]) @ weights)
-
-
-@dataclass(frozen=True)
-class Spread:
-    """Covariances v + s C of a measured mean about k predictions with variances v, at m factors s
-    on the measurement's own C, all along the axes that make v one and C a diagonal.
-
-    basis: (k, q, q), rows of axes; widths: (m, k, q), variances along them; log_size: (m, k),
-    logarithms of the covariances' determinants."""
-
-    basis: np.ndarray
-    widths: np.ndarray
-    log_size: np.ndarray
 
 
 @dataclass(frozen=True)
