@@ -12,8 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from calibration.errors import ConfigError
-from calibration.intake.tables import read_table
+from calibration.intake.tables import read_table, refused
 from dem.linear import slope
 from dem.measure.heap import fit_flank
 from dem.units import UnitError, in_unit
@@ -142,10 +141,8 @@ def read_curves(path: str | Path, shape: str, settings: Sequence[float] = ()) ->
     n, q = len(found), len(metrics)
     if n < q + 1:
         first = next(iter(points.values()))[0][0] if points else None
-        raise ConfigError(
-            f"holds {n} curve{'s' * (n != 1)}, which tell no covariance of {q} coefficients",
-            path=path, line=first, column="curve", allowed=f"at least {q + 1} curves of one test",
-        )  # fmt: skip
+        facts = {"n": n, "s": "s" * (n != 1), "q": q, "least": q + 1}
+        raise refused("few curves", path, line=first, column="curve", **facts)
     covariance = np.atleast_2d(np.cov(found.T)) / n
     return ShapeMean(metrics, found.mean(axis=0), covariance, float(n - q))
 
@@ -157,28 +154,25 @@ def _factor(table, column, unit):
     try:
         return in_unit(f"1 {stated}", None if unit == "1" else unit) if stated else 1.0
     except UnitError:
-        reason, allowed = "does not go with this shape", f"{unit}, or what converts to it"
-        raise table.fault(table.header_line, column, reason, stated, allowed) from None
+        where = {"line": table.header_line, "column": column, "value": stated}
+        raise refused("curve's unit", table.path, unit=unit, **where) from None
 
 
 def _coefficients(shape, name, rows, path, settings):
-    line = rows[0][0]
     x, y = np.array([r[1:] for r in rows]).T
     back = np.flatnonzero(np.diff(x) < 0) if not shape.setting else ()
     if len(back):
-        raise ConfigError(
-            f"the curve {name} goes back from {x[back[0]]:g} to {x[back[0] + 1]:g} {shape.x}",
-            path=path, line=rows[back[0] + 1][0], column="x", allowed="its points in their order",
-        )  # fmt: skip
+        line, (first, second) = rows[back[0] + 1][0], x[back[0] : back[0] + 2]
+        facts = {"name": name, "first": first, "second": second, "unit": shape.x}
+        raise refused("curve goes back", path, line=line, column="x", **facts)
+    facts = {"name": name, "points": len(rows), "least": shape.least_points, "words": shape.words}
+    facts |= {"line": rows[0][0], "column": "curve"}
+    if len(rows) < shape.least_points:
+        raise refused("short curve", path, **facts)
     order = np.argsort(x, kind="stable")
-    few = len(rows) < shape.least_points
-    reason = f"the curve {name} has {len(rows)} points" if few else None
     own = (np.asarray(settings, float),) if shape.setting else ()
-    found = None if few else np.array(shape.read(x[order], y[order], *own), float)
-    if found is not None and not np.isfinite(found).all():
+    found = np.array(shape.read(x[order], y[order], *own), float)
+    if not np.isfinite(found).all():
         at = f" at {', '.join(f'{s:g}' for s in settings)} {shape.x}" if settings else ""
-        reason = f"the curve {name} has no {' or '.join(shape.metrics)}{at}"
-    if reason:
-        allowed = f"at least {shape.least_points} points: {shape.words}"
-        raise ConfigError(reason, path=path, line=line, column="curve", allowed=allowed)
+        raise refused("no coefficients", path, metrics=" or ".join(shape.metrics), at=at, **facts)
     return found
