@@ -19,7 +19,6 @@ from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
 from dem.spec import parse_spec
 
-
 KINDS: dict[str, dict[str, Any]] = yaml.safe_load(Path(__file__).with_suffix(".yaml").read_text())
 SIZES = KINDS["elastic_plastic, sieve curve"]["changes"]["particles"]["sizes"]
 FOLDER = Path("results/trials")
