@@ -53,23 +53,18 @@ _REFUSED = re.compile(r"[^\w\s.,()+/-]|\s\s|^\s|\s$|[\n\t]")
 
 
 def study_name(folder: str | Path) -> str:
-    """Name of a folder's study: its letters without accents, `_` for the rest.
+    """Name of a study that begins in a folder: its letters without accents, `_` for the rest.
 
-    Raises CalibrationError for a name that a shell or snakemake would take apart.
+    Raises CalibrationError for a folder that exists, and for a name that a shell or snakemake would
+    take apart.
     """
     name = Path(folder).name
     if not name or _REFUSED.search(name):
         raise refusal("no_folder_name", repr(str(folder)))
-    plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
-    return re.sub(r"[^A-Za-z0-9_-]+", "_", plain).strip("_") or "study"
-
-
-def check_folder(folder: str | Path) -> str:
-    """Name of a study that could begin in `folder`. Raises CalibrationError where none could."""
-    name = study_name(folder)
     if Path(folder).exists():
         raise CalibrationError(f"{folder}: exists already")
-    return name
+    plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
+    return re.sub(r"[^A-Za-z0-9_-]+", "_", plain).strip("_") or "study"
 
 
 def write_factors(path: str | Path, factors: Sequence[Factor]) -> None:
