@@ -181,13 +181,6 @@ class SweepConfig(_Part):
     replicates: int = Field(3, ge=1, le=50)
 
 
-class CurvesConfig(_Part):
-    """Measured curves, of which coefficients are compared in place of a metric."""
-
-    table: str
-    shape: str
-
-
 class TestConfig(_Part):
     """A test of the laboratory, or a machine, as it is simulated."""
 
@@ -199,7 +192,6 @@ class TestConfig(_Part):
     fixed: dict[str, float] = {}
     metrics: list[str] = []
     sweep: SweepConfig | None = None
-    curves: CurvesConfig | None = None
     diagnosis: dict = {}
     discrepancy: dict[str, Annotated[float, Field(ge=0)]] = {}
 

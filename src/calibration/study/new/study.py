@@ -331,7 +331,7 @@ def _calmer(lab, k, turn, show):
 def _targets(config, rig, trials):
     """(metric, measured mean, side) of each target of a rig; side: 1 where what was measured lies
     above all that runs gave, -1 below, 0 between, by its standard error."""
-    for target in (t for t in joint_targets(config) if t.tests == (rig,)):
+    for target in (t for t in joint_targets(config) if t.test == rig):
         found = read_joint_target(config, target)
         mean, error = float(found.mean[0]), float(np.sqrt(found.covariance[0, 0]))
         given = [t.metrics[target.metric] for t in trials if target.metric in t.metrics] or [mean]
