@@ -26,6 +26,7 @@ RELAX, BLOCK = 6000, 3000
 FEWER = {"yade": 6}
 LONGEST_S = 1e6
 INPUTS = Path(__file__).with_name("inputs")
+WORDS = macros("benchmarks.speed", "data")
 TIMED = re.compile(r"(?:Loop time of|block seconds) (\S+)")
 """A wall time in the output of LIGGGHTS and LAMMPS, and of YADE's input."""
 
@@ -38,8 +39,10 @@ def run_peers(sim: Simulation, width: float, folder: Path) -> dict[str, np.ndarr
     for name, command in COMMANDS.items():
         relax, block = (steps // FEWER.get(name, 1) for steps in (RELAX, BLOCK))
         variables = {"width": f"{width:.9e}", "relax": str(relax), "block": str(block)}
+        variables["gravity"] = str(GRAVITY)
+        (folder / "bed.py").write_text(WORDS.yade(**variables))
         try:
-            words = command(variables | {"gravity": str(GRAVITY)})
+            words = command(variables)
         except EngineError:  # it is not installed
             continue
         text, spent, wall = run_program(words, folder)
@@ -64,7 +67,7 @@ def write_data(path: Path, style: str, box: Any, kinds: int, grains: np.ndarray)
     and its high corner [m], kinds the number of types. Columns of grains (n, 12): type from 1 on,
     radius [m], density [kg/m3], position [m], velocity [m/s] and spin [rad/s]."""
     edges = list(zip(*box, "xyz", strict=True))
-    path.write_text(macros("benchmarks.speed", "data").data(style, edges, kinds, grains.tolist()))
+    path.write_text(WORDS.data(style, edges, kinds, grains.tolist()))
 
 
 def run_program(command: list[str], folder: Path) -> tuple[str, float, float]:
@@ -99,10 +102,7 @@ COMMANDS = {
     ],
     "lammps": lambda variables: _lammps(variables, "granular"),
     f"lammps {WITHOUT_ROLLING}": lambda variables: _lammps(variables, WITHOUT_ROLLING),
-    "yade": lambda variables: [
-        find("yade", yade.INSTALL), "-j1", "-n", "-x", str(INPUTS / "bed.yade.py"),
-        *(variables[k] for k in ("width", "relax", "block", "gravity")),
-    ],
+    "yade": lambda _: [find("yade", yade.INSTALL), "-j1", "-n", "-x", "bed.py"],
 }  # fmt: skip
 """Engine -> its command, of the variables {name: text} of its input. Raises EngineError where it is
 not installed."""

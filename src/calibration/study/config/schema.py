@@ -43,7 +43,7 @@ def coarsened(data: dict[str, Any]) -> dict[str, Any]:
     if factor is None:
         return data
     try:
-        own = (data.get("calibrate") or {}).get("test") or next(iter(data["tests"]), None)
+        own: Any = (data.get("calibrate") or {}).get("test") or next(iter(data["tests"]), None)
         run = overlay(data.get("run", {}), data["tests"][own].get("run", {}))
         particles, geometry = run["particles"], run.get("geometry") or {}
         grown, changes = factor ** (1 / 3), {}
