@@ -21,7 +21,6 @@ from refusals import (
 from calibration.engines.command import read_metrics
 from calibration.engines.table import read_row
 from calibration.errors import CalibrationError, ConfigError
-from calibration.intake.curves import read_curves
 from calibration.intake.photo import measure_photo
 from calibration.intake.shear_tester import read_points
 from calibration.intake.sound import read_train
@@ -61,7 +60,6 @@ READERS = {
     "measured table": ("measured.csv", read_study),
     "run spec": ("nonsense.yaml", load_spec),
     "shear tester": ("nonsense.csv", read_points),
-    "curves": ("nonsense.csv", lambda p: read_curves(p, "mass over time")),
     "design": ("nonsense.csv", lambda p: screening_design(
         read_factors("factors.tsv"), ScreeningConfig(design=str(p)))),
     "sieve table": ("nonsense.csv", sieve_curve),

@@ -145,7 +145,7 @@ def test_no_miss_is_told_of_a_law_that_holds_or_was_not_tried(tmp_path, monkeypa
     ("changes", "found", "expected"),
     [
         ({"laws": {"rolling": "elastic_plastic"}}, None, "elastic_plastic"),
-        (trial_heaps.KINDS["elastic_plastic, sjkr"].changes, None, "elastic_plastic, sjkr"),
+        (trial_heaps.KINDS["elastic_plastic, sjkr"]["changes"], None, "elastic_plastic, sjkr"),
         (
             {"laws": {"rolling": "elastic_plastic"}, "particles": {"sizes": trial_heaps.SIZES}},
             None,
