@@ -1,12 +1,7 @@
 """Pour the heaps of `trials.json` again, of its own run spec: `python -m benchmarks.decks` writes
-the file. It needs LIGGGHTS, LAMMPS and YADE. Cost: about fifteen minutes of one core. Heaps are
-kept in results/trials or the folder that is named, so that a call that was cut off goes on where it
-stopped."""
+the file. It needs LIGGGHTS, LAMMPS and YADE. Cost: about fifteen minutes of one core."""
 
 import math
-import sys
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -14,32 +9,21 @@ from typing import Any, cast
 import yaml
 
 from calibration.chain.handed_over import NamedFiles
-from calibration.errors import CalibrationError
 from calibration.files import read_json
 from calibration.intake.tables import read_written
 from calibration.runs.simulated import simulate
 from calibration.study.config import overlay
 from calibration.telling.export import decks, rolling
-from calibration.telling.export.trials import OWN, TRIALS, trials
+from calibration.telling.export.decks import OWN, TRIALS, trials
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
-from dem.spec import RunSpec, parse_spec
+from dem.spec import parse_spec
 
-
-@dataclass(frozen=True)
-class Kind:
-    """One law, or one kind of grain, that is poured in several codes, as decks.yaml has it."""
-
-    changes: Mapping[str, Any]
-    codes: Sequence[str] = (*decks.DECKS, "yade")
-    converted: bool = False
-
-
-KINDS = {
-    name: Kind(**kind)
-    for name, kind in yaml.safe_load(Path(__file__).with_suffix(".yaml").read_text()).items()
-}
-SIZES = KINDS["elastic_plastic, sieve curve"].changes["particles"]["sizes"]
+KINDS: dict[str, dict[str, Any]] = yaml.safe_load(Path(__file__).with_suffix(".yaml").read_text())
+SIZES = KINDS["elastic_plastic, sieve curve"]["changes"]["particles"]["sizes"]
+FOLDER = Path("results/trials")
+"""Of the decks and their heaps."""
+CODES = (*decks.DECKS, "yade")
 METRIC, MARGIN, UNIT = "radial_angle_deg", 2.0, "deg"
 STATED = {
     "metric": METRIC, "mean": 0.0, "sd": 0.0, "runs": 1, "margin": MARGIN, "unit": UNIT,
@@ -48,19 +32,22 @@ STATED = {
 """What the decks of the trial state of the calibrated model: nothing of it is used."""
 
 
-def poured(name: str, folder: str | Path) -> dict[str, Any]:
+def poured(name: str) -> dict[str, Any]:
     """Changes, conversion and {code: profiles of its heaps} of one of KINDS, this engine's heaps
-    among them; folder: where the decks and their heaps are kept."""
-    kind, place = KINDS[name], Path(folder) / name.replace(", ", "_").replace(" ", "_")
-    mapping = overlay(trials()["spec"], kind.changes)
-    spec, found = parse_spec(mapping), converted(mapping, place) if kind.converted else None
+    among them."""
+    kind, place = KINDS[name], FOLDER / name.replace(", ", "_").replace(" ", "_")
+    mapping = overlay(trials()["spec"], kind["changes"])
+    found = converted(mapping, place) if kind.get("converted") else None
+    spec = parse_spec(mapping)
     wanted, heaps = range(spec.seed, spec.seed + decks.SEEDS), {}
-    for code in kind.codes:
-        deck = deck_in(place, code, spec, found)
+    for code in kind.get("codes", CODES):
+        folder = place / code
+        folder.mkdir(parents=True, exist_ok=True)
+        deck = decks.Deck(folder, code, spec, STATED | {"rolling": found})
         heaps[code] = decks.heaps_there(deck, wanted, 3600.0)
         if OWN not in heaps:
             heaps[OWN] = decks.heaps_here(deck, wanted)
-    return {"changes": kind.changes, "rolling": found, "heaps": heaps}
+    return {"changes": kind["changes"], "rolling": found, "heaps": heaps}
 
 
 def converted(mapping: dict[str, Any], folder: Path) -> dict[str, Any]:
@@ -78,8 +65,6 @@ def converted(mapping: dict[str, Any], folder: Path) -> dict[str, Any]:
         return design.assign(response=angles)
 
     scan = made("scan", lambda files: rolling.plan_scan(mapping, files))
-    if scan.empty:
-        raise CalibrationError("the law that is to be converted needs no search")
     check = made("confirmation", lambda files: rolling.plan_confirmation(mapping, scan, files))
     own = rolling.angles_of(scan, rolling.CALIBRATED)
     evidence = rolling.Evidence(scan, check, own, MARGIN)
@@ -87,22 +72,7 @@ def converted(mapping: dict[str, Any], folder: Path) -> dict[str, Any]:
     return rolling.conclude(parse_spec(mapping), evidence, moved, UNIT)
 
 
-def deck_in(folder: Path, code: str, spec: RunSpec, found: Mapping[str, Any] | None) -> decks.Deck:
-    """The deck of a run spec for a code, whose heaps are kept in a folder. found: content of
-    rolling.json, or None where the numbers stay as they are."""
-    place = folder / code
-    place.mkdir(parents=True, exist_ok=True)
-    return decks.Deck(place, code, spec, STATED | {"rolling": found})
-
-
-def main(folder: str | Path = "results/trials") -> int:
-    """Write trials.json."""
-    codes = dict.fromkeys(code for kind in KINDS.values() for code in kind.codes)
-    by = {code: decks.engine_of(code).version() for code in codes} | {OWN: engine_fingerprint()}
-    made = {name: poured(name, folder) for name in KINDS}
-    write_json(TRIALS, {"spec": trials()["spec"], "poured_by": by, "trials": made})
-    return 0
-
-
 if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:2]))
+    BY = {code: decks.engine_of(code).version() for code in CODES} | {OWN: engine_fingerprint()}
+    MADE = {name: poured(name) for name in KINDS}
+    write_json(TRIALS, {"spec": trials()["spec"], "poured_by": BY, "trials": MADE})

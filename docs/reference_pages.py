@@ -26,6 +26,7 @@ from calibration.figures import label
 from calibration.interface.commands import main as dem
 from calibration.study.config import METRICS, Config
 from calibration.study.factors import COLUMNS
+from calibration.study.new.assumed import TABLE
 from dem.contact.catalogue import every_law, groups_needed, keys_allowed
 from dem.experiments import experiments
 from dem.spec import GEOMETRY, RunSpec, keys_of
@@ -274,6 +275,15 @@ def atlas():
     return text + atlas_left_out() + atlas_laboratories() + atlas_published() + atlas_salt()
 
 
+def assumed():
+    """The page of what `dem new` takes where nobody told it, and of its limits."""
+    text = (
+        "# What dem new assumes\n\nIt takes these numbers where nobody told it others, and asks or "
+    )
+    text += "refuses from these limits on.\n\n"
+    return text + rows_of(["name", "value", "reason"], [r.values() for _, r in TABLE.rows])
+
+
 ATLAS = ROOT / "results/reference/atlas"
 
 
@@ -403,6 +413,7 @@ PAGES = {
     "experiments.md": experiments_page,
     "verdict.md": verdict,
     "atlas.md": atlas,
+    "assumed.md": assumed,
     "starts-code.md": starts_code,
     "packages.md": packages,
 }

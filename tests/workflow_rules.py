@@ -7,6 +7,7 @@ from contextlib import redirect_stderr
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
+from pkgutil import resolve_name
 
 import yaml
 from snakemake.api import SnakemakeApi
@@ -21,7 +22,6 @@ from snakemake.settings.types import (
 )
 from snakemake_interface_executor_plugins.settings import ExecMode
 
-from calibration.study.stage import resolve
 from facts import ROOT
 from opened.watch import undeclared, watching
 from stage_files import Files
@@ -64,7 +64,9 @@ class Declared:
         """Do what the rule does for a study. It touches no result that the rule does not
         declare."""
         with watching() as seen:
-            resolve(self.function)(study.reading(self.reads, self.seeds), self.source, self.output)
+            resolve_name(self.function)(
+                study.reading(self.reads, self.seeds), self.source, self.output
+            )
         files = [*flat(self.source), *flat(self.output)]
         assert undeclared(seen, files, study.config.results) == [], self.name
 

@@ -1,25 +1,23 @@
-"""The cases in this engine, in LIGGGHTS, in LAMMPS and in YADE: each gives rows of what is watched
-over time, and the processor time that it took.
+"""The cases in this engine, in LIGGGHTS, in LAMMPS and in YADE: each gives the heights of
+the last grain over time, and the processor time that it took.
 
 All have Hertz's normal force, Mindlin's tangential one with Coulomb's limit, a dashpot that gives
 the prescribed restitution, and no resistance to rolling.
 """
 
-import json
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from benchmarks.bulk.cases import CONTACTS, MATERIALS, Case
+from benchmarks.bulk.cases import CONTACTS, LOOK, MATERIALS, Case
 from benchmarks.speed.peers import run_program, write_data
-from calibration.engines import lammps, liggghts
-from calibration.engines.program import find
+from calibration.engines import lammps, liggghts, yade
+from calibration.engines.program import find, read_frames
 from calibration.engines.templates import macros
 from dem.constants import GRAVITY
 from dem.contact.registry import Laws, pair_properties
@@ -28,7 +26,6 @@ from dem.simulation import Simulation
 from dem.walls.builder import WallSet
 
 WORDS = macros("benchmarks.bulk", "inputs")
-YADE = Path(__file__).parent / "inputs/yade.py"
 LAWS = Laws(rolling="none", torsion="none")
 SKIN, WIDE, WIDE_SKIN = 0.1, 4.0, 0.5
 """Verlet distance of the others over the smallest radius; where the largest radius is more than
@@ -51,15 +48,13 @@ the sphere presses one against the floor by a fifth, and the others have no such
 class Outcome:
     """What a code made of a case.
 
-    rows : what was watched, each with its time_s, from the start on
-    steps : number of steps
-    particle_steps : grains present, summed over the steps
+    rows : the time_s and the height_m of the last grain at each look, from the start on
+    present : number of grains at each look but the last
     processor_s, wall_s : time of the steps here; of the whole program elsewhere
     """
 
-    rows: list[dict[str, Any]]
-    steps: int
-    particle_steps: float
+    rows: list[dict[str, float]]
+    present: list[int]
     processor_s: float
     wall_s: float
 
@@ -85,41 +80,30 @@ def run_here(case: Case, folder: Path, distance: float = 0.0) -> Outcome:
     """The case in this engine, with the grains of its last material so far along x [m]."""
     compile_engine()
     sim = simulation(case.moved(distance))
-    between, looks = case.looks
-    rows, done = [{"time_s": 0.0, **case.watch(sim.position, sim.tag)}], 0.0
+    rows, present = [_row(0.0, _last(sim))], []
     begin, spent = time.perf_counter(), time.process_time()
-    for _ in range(looks):
-        sim.advance(between)
-        done += sim.n * between
-        rows.append({"time_s": sim.time, **case.watch(sim.position, sim.tag)})
+    for _ in range(case.looks):
+        present.append(sim.n)
+        sim.advance(LOOK)
+        rows.append(_row(sim.time, _last(sim)))
     wall, spent = time.perf_counter() - begin, time.process_time() - spent
-    return Outcome(rows, sim.steps, done, spent, wall)
+    return Outcome(rows, present, spent, wall)
 
 
-def _finished(case, folder, name, command):
+def _last(sim):
+    return sim.position[sim.tag.argmax(), 2]
+
+
+def _row(time_s, height_m):
+    return {"time_s": float(time_s), "height_m": float(height_m)}
+
+
+def _finished(case, folder, command):
     """Outcome of a program that writes its looks to looks.dump."""
-    _, spent, wall = run_program(command, folder, name)
-    between, looks = case.looks
-    rows, present = [], []
-    for step, number, position in _frames(folder / "looks.dump"):
-        rows.append({"time_s": step * case.time_step, **case.watch(position, number)})
-        present.append(len(number))
-    return Outcome(rows, between * looks, between * float(sum(present[:-1])), spent, wall)
-
-
-def _frames(path: Path) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
-    """(step, number of each grain from 0 (n,), position (n, 3) [m]) of each frame of a dump with
-    the columns id x y z."""
-    with open(path, encoding="utf-8") as lines:
-        for line in lines:
-            if line.startswith("ITEM: TIMESTEP"):
-                step = int(next(lines))
-            elif line.startswith("ITEM: NUMBER"):
-                count = int(next(lines))
-            elif line.startswith("ITEM: ATOMS"):
-                rows = [next(lines) for _ in range(count)]
-                table = np.array([row.split() for row in rows], float).reshape(-1, 4)
-                yield step, table[:, 0].astype(int) - 1, table[:, 1:]
+    _, spent, wall = run_program(command, folder)
+    frames = read_frames(folder / "looks.dump")
+    rows = [_row(k * LOOK * case.time_step, frame["z"][-1]) for k, frame in enumerate(frames)]
+    return Outcome(rows, [len(frame["id"]) for frame in frames[:-1]], spent, wall)
 
 
 def _write_data(case, folder, style):
@@ -140,14 +124,13 @@ def _pair(a, b):
 
 def _numbers(case):
     """Return what the inputs of the others name beside materials and walls."""
-    between, looks = case.looks
     least, most = float(case.radius.min()), float(case.radius.max())
     return {
         "skin": (WIDE_SKIN if most > WIDE * least else SKIN) * least,
         "gravity": GRAVITY,
         "dt": case.time_step,
-        "between": between,
-        "steps": between * looks,
+        "between": LOOK,
+        "looks": case.looks,
     }
 
 
@@ -159,7 +142,7 @@ def run_liggghts(case: Case, folder: Path) -> Outcome:
     text = WORDS.liggghts(case, _numbers(case), MATERIALS, _pair, turn_s)
     (folder / "in.liggghts").write_text(text)
     command = [*liggghts.launcher(), "liggghts", "-in", "in.liggghts"]
-    return _finished(case, folder, "liggghts", command)
+    return _finished(case, folder, command)
 
 
 def _lammps_law(a, b):
@@ -181,7 +164,7 @@ def run_lammps(case: Case, folder: Path) -> Outcome:
     _write_data(case, folder, "Atoms # sphere")
     (folder / "in.lammps").write_text(WORDS.lammps(case, _numbers(case), _lammps_law))
     command = [find("lmp", lammps.INSTALL), "-in", "in.lammps", "-log", "none"]
-    return _finished(case, folder, "lammps", command)
+    return _finished(case, folder, command)
 
 
 def run_yade(case: Case, folder: Path) -> Outcome:
@@ -191,16 +174,9 @@ def run_yade(case: Case, folder: Path) -> Outcome:
     grains = np.column_stack([codes, case.radius, case.position, case.velocity])
     np.savetxt(folder / "grains.txt", grains, "%.12g")
     np.savetxt(folder / "walls.txt", case.triangles.reshape(-1, 9), "%.12g")
-    of = [MATERIALS[name] for name in names]
-    numbers = _numbers(case) | {
-        "materials": [(m.young_modulus, m.poisson_ratio, m.density) for m in of],
-        "restitution": [[_pair(a, b).restitution for b in names] for a in names],
-        "friction": [[_pair(a, b).static_friction for b in names] for a in names],
-        "spin": case.spin,
-    }
-    (folder / "case.json").write_text(json.dumps(numbers))
-    (folder / "case.py").write_text(YADE.read_text())
-    return _finished(case, folder, "yade", ["yade", "-j1", "-n", "-x", "case.py"])
+    text = WORDS.yade(case, _numbers(case), MATERIALS, _pair)
+    (folder / "in.py").write_text(text)
+    return _finished(case, folder, [find("yade", yade.INSTALL), "-j1", "-n", "-x", "in.py"])
 
 
 CODES: dict[str, Callable[[Case, Path], Outcome]] = {

@@ -44,12 +44,11 @@ def lattice(n: int, seed: int = 1) -> np.ndarray:
     return site + shift
 
 
-def tiled(sim: Simulation, settle: int, across: int) -> tuple[np.ndarray, float]:
+def tiled(sim: Simulation, across: int) -> tuple[np.ndarray, float]:
     """(positions (n, 3) [m], width [m]) of a bed of equal grains, settled, repeated `across` times
     both ways."""
-    sim.advance(settle)
-    grains = len(sim.position)
-    width = box_width(grains)
+    sim.advance(SETTLE_STEPS)
+    width = box_width(sim.n)
     k = np.repeat(np.arange(across), across), np.tile(np.arange(across), across)
     shift = width * np.column_stack([*k, np.zeros(across * across)])
     return (sim.position[None] + shift[:, None]).reshape(-1, 3), across * width
@@ -92,20 +91,13 @@ def bed(
     return sim
 
 
-def timed_bed() -> dict[str, Any]:
+def timed_bed() -> list[dict[str, Any]]:
     """Settle a bed, then time BLOCKS stretches of BLOCK steps by the processor's clock; returns the
     figures of the fastest."""
     sim = bed()
     sim.advance(SETTLE_STEPS)
-    rebuilds = sim.rebuilds
     best = block_rates(sim, BLOCKS).max()
-    return figures_of("settled bed", sim) | {
-        "particle_steps_per_s": best,
-        "contact_pairs_per_particle": len(sim.contacts()[0]) / sim.n,
-        "candidate_pairs_per_particle": sim.candidate_pairs / sim.n,
-        "rebuilds_per_1000_steps": 1000 * (sim.rebuilds - rebuilds) / (BLOCK * BLOCKS),
-        "kinetic_energy_J": sim.kinetic_energy(),
-    }
+    return [figures_of("settled bed", sim) | {"particle_steps_per_s": best}]
 
 
 def block_rates(sim: Simulation, blocks: int) -> np.ndarray:
@@ -117,7 +109,7 @@ def block_rates(sim: Simulation, blocks: int) -> np.ndarray:
     return sim.n * BLOCK / np.diff(times)
 
 
-def timed_heap() -> dict[str, Any]:
+def timed_heap() -> list[dict[str, Any]]:
     """The funnel heap of calibrated salt, from start to rest, without measuring the angle."""
     spec = parse_spec(yaml.safe_load(Path(__file__).with_name("heap.yaml").read_text()))
     looks: Any = [(0, 0)]
@@ -130,18 +122,14 @@ def timed_heap() -> dict[str, Any]:
     sim = heap.pour(spec, work)[0]
     steps, grains = np.transpose(looks)
     wall, spent = time.perf_counter() - begin, time.process_time() - spent
-    return figures_of("funnel heap", sim) | {
-        "wall_time_s": wall,
-        "steps": sim.steps,
-        "particle_steps_per_s": (np.diff(steps) * grains[1:]).sum() / spent,
-    }
+    rate = (np.diff(steps) * grains[1:]).sum() / spent
+    return [figures_of("funnel heap", sim) | {"wall_time_s": wall, "particle_steps_per_s": rate}]
 
 
 def figures_of(case: str, sim: Simulation) -> dict[str, Any]:
     """Return what is told of each case: with the largest resident memory of this process so far."""
     return {
         "case": case,
-        "particles": sim.n,
         "rebuild_share": sim.rebuild_seconds / max(sim.advance_seconds, 1e-12),
         "peak_memory_MiB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
     }

@@ -7,45 +7,48 @@ YADE's rolling moment. LAMMPS' own style for Hertz contacts, which has no rollin
 its modular one, and is compared with this engine without rolling.
 """
 
-import csv
 import re
 import resource
-import subprocess
 import time
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from calibration.engines import EngineError, lammps, liggghts, yade
-from calibration.engines.program import find
+from calibration.engines.program import find, run
 from calibration.engines.templates import macros
 from dem.constants import GRAVITY
-from dem.errors import DemError
 from dem.simulation import Simulation
 
 RELAX, BLOCK = 6000, 3000
 # YADE runs this many times fewer steps: it needs minutes for what the others do in seconds
 FEWER = {"yade": 6}
+LONGEST_S = 1e6
 INPUTS = Path(__file__).with_name("inputs")
+WORDS = macros("benchmarks.speed", "data")
 TIMED = re.compile(r"(?:Loop time of|block seconds) (\S+)")
 """A wall time in the output of LIGGGHTS and LAMMPS, and of YADE's input."""
 
 
-def run_peers(sim: Simulation, width: float, folder: str | Path) -> dict[str, np.ndarray]:
+def run_peers(sim: Simulation, width: float, folder: Path) -> dict[str, np.ndarray]:
     """{engine: particle-steps per second of processor, of each of ten blocks} of the engines found,
     each on the grains of `sim` in a box `width` [m] wide."""
-    folder = Path(folder)
     write_states(sim, width, folder)
     out = {}
     for name, command in COMMANDS.items():
         relax, block = (steps // FEWER.get(name, 1) for steps in (RELAX, BLOCK))
         variables = {"width": f"{width:.9e}", "relax": str(relax), "block": str(block)}
         variables["gravity"] = str(GRAVITY)
-        with suppress(EngineError):  # it is not installed
-            output = run_program(command(variables), folder, name.split()[0])
-            out[name] = sim.n * block / np.array(_seconds(*output))
+        (folder / "bed.py").write_text(WORDS.yade(**variables))
+        try:
+            words = command(variables)
+        except EngineError:  # it is not installed
+            continue
+        text, spent, wall = run_program(words, folder)
+        # the last ten wall times that it tells, each times the share of a processor that it had
+        seconds = spent / wall * np.array(TIMED.findall(text)[-10:], float)
+        out[name] = sim.n * block / seconds
     return out
 
 
@@ -56,8 +59,7 @@ def write_states(sim: Simulation, width: float, folder: Path) -> None:
     grains = np.column_stack([np.ones(sim.n), r, np.full(sim.n, 1210.0), x, v, w])
     for engine, style in (("liggghts", "Atoms"), ("lammps", "Atoms # sphere")):
         write_data(folder / f"bed.{engine}.data", style, box, 1, grains)
-    with open(folder / "bed.csv", "w", newline="") as stream:
-        csv.writer(stream).writerows(np.column_stack([r, x, v, w]).tolist())
+    np.savetxt(folder / "bed.csv", np.column_stack([r, x, v, w]), "%.17g", ",")
 
 
 def write_data(path: Path, style: str, box: Any, kinds: int, grains: np.ndarray) -> None:
@@ -65,31 +67,21 @@ def write_data(path: Path, style: str, box: Any, kinds: int, grains: np.ndarray)
     and its high corner [m], kinds the number of types. Columns of grains (n, 12): type from 1 on,
     radius [m], density [kg/m3], position [m], velocity [m/s] and spin [rad/s]."""
     edges = list(zip(*box, "xyz", strict=True))
-    path.write_text(macros("benchmarks.speed", "data").data(style, edges, kinds, grains.tolist()))
+    path.write_text(WORDS.data(style, edges, kinds, grains.tolist()))
 
 
-def run_program(command: list[str], folder: Path, name: str) -> tuple[str, float, float]:
-    """(output, processor time [s], wall time [s]) of a program, whose output is kept in `folder`.
-    Raises DemError where it fails."""
+def run_program(command: list[str], folder: Path) -> tuple[str, float, float]:
+    """(output, processor time [s], wall time [s]) of a program that is run in a folder. Raises
+    EngineError where it fails."""
     begin, before = time.perf_counter(), _children_time()
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    wall, spent = time.perf_counter() - begin, _children_time() - before
-    (folder / f"{name}.out").write_text(done.stdout + done.stderr)
-    if done.returncode:
-        raise DemError(f"{name} failed: {(done.stdout + done.stderr)[-800:]}")
-    return done.stdout, spent, wall
+    text = run(command, folder, LONGEST_S)
+    return text, _children_time() - before, time.perf_counter() - begin
 
 
 def _children_time():
     """Processor time of all finished children [s]."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
-
-
-def _seconds(text, spent, wall):
-    """Seconds of processor of the timed blocks: the last ten wall times in the engine's output,
-    each times the share of a processor that its process had."""
-    return [spent / wall * float(s) for s in TIMED.findall(text)][-10:]
 
 
 def _input(name, variables):
@@ -110,10 +102,7 @@ COMMANDS = {
     ],
     "lammps": lambda variables: _lammps(variables, "granular"),
     f"lammps {WITHOUT_ROLLING}": lambda variables: _lammps(variables, WITHOUT_ROLLING),
-    "yade": lambda variables: [
-        find("yade", yade.INSTALL), "-j1", "-n", "-x", str(INPUTS / "bed.yade.py"),
-        *(variables[k] for k in ("width", "relax", "block", "gravity")),
-    ],
+    "yade": lambda _: [find("yade", yade.INSTALL), "-j1", "-n", "-x", "bed.py"],
 }  # fmt: skip
 """Engine -> its command, of the variables {name: text} of its input. Raises EngineError where it is
 not installed."""

@@ -1,18 +1,14 @@
-"""The comparison: made-up studies by the hundred, the same for each way, and a page of results.
+"""The comparison: made-up studies by the hundred, the same for each way, and a table of results.
 
-    python -m benchmarks.ways OUT [--repeats N] [--first SEED] [--processes N] [--libraries]
+    python -m benchmarks.ways OUT [--processes N] [--libraries]
 
-Trials that OUT holds already are not repeated, so that a comparison that was stopped goes on;
-those that other statistics made are (`CODE` is in the names of the files).
 With --libraries those of `libraries.py` are compared too, where they are installed.
 
-Decided before it was run: three smooth responses and two that are not, REPEATS studies of each from
-the seed FIRST on, and RUNS. A study's truth and readings are the same for every way and number of
-runs.
+Decided before it was run: three smooth responses and two that are not, a study of each for each of
+SEEDS, and RUNS. A study's truth and readings are the same for every way and number of runs.
 """
 
 import argparse
-import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
@@ -25,27 +21,19 @@ from scipy import stats
 from benchmarks.ways.libraries import LIBRARIES
 from benchmarks.ways.truths import ROUGH, TRUTHS, Bench
 from benchmarks.ways.ways import WAYS, answer
-from calibration.digests import SOURCES
 from calibration.files import write_table
-from calibration.intake.tables import read_written
-from dem.fingerprint import code_of
 
-REPEATS, FIRST = 20, 20260101
+SEEDS = range(20260101, 20260121)
 RUNS = (22, 47, 92)
-CODE = (*Path(__file__).parent.glob("*.py"), *SOURCES.glob("calibration/inference/**/*.py"),
-        *SOURCES.glob("calibration/statistics/*.py"))  # fmt: skip
-"""The files that decide a trial."""
-
-
 Ways = Mapping[str, Callable[[Bench, int], tuple | None]]
+OWN: Ways = {way: partial(answer, way) for way in WAYS}
 
 
-def trials(seed: int = FIRST, ways: Ways | None = None) -> pd.DataFrame:
+def trials(seed: int, ways: Ways = OWN) -> pd.DataFrame:
     """Table: response, way, runs, seed, miss [deg], how many of the three parameters their
-    intervals hold and how wide these are; miss is NaN where the way ended with an error.
+    intervals hold and how wide the strongest's is; miss is NaN where the way ended with an error.
 
-    ways: {name: function of a bench and a number of runs}, those of `WAYS` unless given."""
-    ways = ways or {way: partial(answer, way) for way in WAYS}
+    ways: {name: function of a bench and a number of runs}."""
     rows = []
     for response, function in TRUTHS.items():
         for way, answers in ways.items():
@@ -63,7 +51,6 @@ def _judged(found, bench):
     judged = {"miss": bench.missed(point)}
     if low is not None:
         judged["held"] = int(((low <= bench.truth) & (bench.truth <= high)).sum())
-        judged["width"] = float(np.mean(high - low))
         judged["width_of_the_strongest"] = float(high[2] - low[2])
     return judged
 
@@ -88,50 +75,21 @@ def summary(table: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def by_response(table: pd.DataFrame) -> pd.DataFrame:
-    """A `summary` of `trials` for the smooth responses together, for the rough ones, and for each
-    rough one by itself, which the column `responses` names."""
-    rough = table["response"].isin(list(ROUGH))
-    groups = {"smooth": ~rough, "rough": rough}
-    groups |= {name: table["response"] == name for name in ROUGH}
-    return pd.concat(
-        [summary(table[rows]).assign(responses=name) for name, rows in groups.items() if rows.any()]
-    )
-
-
-def _made(folder, name, seeds, each, ways=None):
-    """Files of the trials, a seed each, named by a digest of CODE without comments, docstrings and
-    layout; `each`, a map, makes those that are missing."""
-    text = "\n".join(code_of(file.read_text()) for file in sorted(CODE))
-    code = hashlib.sha256(text.encode()).hexdigest()[:12]
-    files = {seed: folder / f"{name}-{code}-{seed}.csv" for seed in seeds}
-    missing = {seed: path for seed, path in files.items() if not path.exists()}
-    list(each(partial(_keep, ways), missing, missing.values()))
-    return list(files.values())
-
-
-def _keep(ways, seed, path):
-    write_table(trials(seed, ways), path)
-
-
 def main(argv: Sequence[str] | None = None) -> None:
-    """Run what is missing and write trials of each seed and summary.csv into a folder."""
+    """Compare the ways and write summary.csv into a folder: a `summary` of the smooth responses and
+    one of those that are not, which the column `responses` names."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("out", type=Path)
-    parser.add_argument("--repeats", type=int, default=REPEATS)
-    parser.add_argument("--first", type=int, default=FIRST)
     parser.add_argument("--processes", type=int, default=1, help="seeds at a time")
     parser.add_argument("--libraries", action="store_true", help="kept libraries too")
     args = parser.parse_args(argv)
-    args.out.mkdir(parents=True, exist_ok=True)
-    seeds = range(args.first, args.first + args.repeats)
+    ways = {**OWN, **(LIBRARIES if args.libraries else {})}
     with ProcessPoolExecutor(args.processes) as pool:
-        files = _made(args.out, "trials", seeds, pool.map)
-        if args.libraries:
-            files += _made(args.out, "libraries", seeds, pool.map, LIBRARIES)
-    found = by_response(pd.concat([read_written(p) for p in files]))
-    write_table(found, args.out / "summary.csv")
-    print(found.to_string(index=False, float_format="%.2f"))
+        table = pd.concat(pool.map(partial(trials, ways=ways), SEEDS))
+    rough = table["response"].isin(list(ROUGH))
+    found = [summary(table[~rough]).assign(responses="smooth")]
+    found += [summary(table[rough]).assign(responses="rough")]
+    write_table(pd.concat(found), args.out / "summary.csv")
 
 
 if __name__ == "__main__":

@@ -43,7 +43,7 @@ def read(name, **more):
 
 def measured(config):
     """{(rig, metric): what was measured} of the joint targets of a study."""
-    return {(t.tests[0], t.metric): read_joint_target(config, t) for t in joint_targets(config)}
+    return {(t.test, t.metric): read_joint_target(config, t) for t in joint_targets(config)}
 
 
 def piloted(monkeypatch, metrics_of):

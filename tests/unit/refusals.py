@@ -45,8 +45,6 @@ TEXTS = {
     "measured table": MEASURED,
     "run spec": "experiment: heap\n",
     "shear tester": "normal_stress [kPa],shear_stress [kPa]\n1,0.8\n2,1.5\n4,2.9\n",
-    "curves": "curve,x [s],y [g]\n"
-    + "".join(f"{c},{k},{3 * k + c}\n" for c in range(4) for k in range(9)),
     "design": "run,A,B,C\n1,1,-1,-1\n2,-1,1,-1\n3,-1,-1,1\n4,1,1,1\n",
     "sieve table": "diameter_mm,mass_percent\n1.0,20\n2.0,50\n3.0,30\n",
     "sizes": "diameter_mm,passing_percent\n1.0,0\n2.0,40\n3.0,100\n",
@@ -310,13 +308,6 @@ CASES = {
         ("a minus load", "2,1.5", "-2,1.5", "line 3", "-2"),
         ("a unit of another kind", "shear_stress [kPa]", "shear_stress [mm]", "line 2", "mm"),
         ("no stress", "shear_stress", "temperature", "line 1"),
-    ],
-    "curves": [
-        ("time that goes back", "0,3,9\n", "0,-3,9\n", "-3"),
-        ("a curve of two points", "3,8,27\n", "3,8,27\n4,0,1\n4,1,2\n", "4"),
-        ("two curves", TEXTS["curves"][TEXTS["curves"].index("2,0,") :], "", "line 2", "3 curves"),
-        ("no unit of time", "x [s]", "x [mm]", "line 1", "mm"),
-        ("no mass", "y [g]", "z [g]", "line 1"),
     ],
     "design": [
         ("a level of words", "2,-1,1", "2,high,1", "line 3", "high"),

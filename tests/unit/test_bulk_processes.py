@@ -1,13 +1,15 @@
 """The bulk processes that others chose: their files, what is watched, and the codes' inputs."""
 
 import csv
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from benchmarks.bulk import __main__ as command
 from benchmarks.bulk import codes
-from benchmarks.bulk.cases import CASES, penetration
+from benchmarks.bulk.cases import LOOK, drum, penetration
+from calibration.engines.program import read_frames
 from dem.constants import GRAVITY
 from other_codes import entry_or_skip
 
@@ -68,15 +70,14 @@ def _rows(path):
 
 
 def test_a_sphere_falls_freely_until_it_meets_the_bed(files):
-    case = penetration(files).shortened(2e-3)
-    assert case.grains == 91
+    case = replace(penetration(files), looks=4)
+    assert len(case.radius) == 91
     outcome = codes.run_here(case, files)
     assert [row["time_s"] for row in outcome.rows] == pytest.approx([0, 5e-4, 1e-3, 1.5e-3, 2e-3])
     for row in outcome.rows:
         fallen = SPEED * row["time_s"] + GRAVITY * row["time_s"] ** 2 / 2
         assert row["height_m"] == pytest.approx(0.06 - fallen, abs=2e-8)
-    assert outcome.steps == 4000
-    assert outcome.particle_steps == 91 * 4000
+    assert outcome.present == [91] * 4
 
 
 def test_a_moved_start_moves_the_sphere_alone(files):
@@ -87,31 +88,26 @@ def test_a_moved_start_moves_the_sphere_alone(files):
     assert moved[-1] - here[-1] == pytest.approx([3e-6, 0.0, 0.0], abs=1e-15)
 
 
-def test_the_drum_counts_each_material_in_both_zones(files):
-    case = CASES["drum"](files)
-    assert case.watch(case.position, np.arange(4)) == {
-        "upper_M1": 1, "upper_M2": 1, "lower_M1": 0, "lower_M2": 1,
-    }  # fmt: skip
+def test_the_drum_has_its_fine_grains_first_and_turns(files):
+    case = drum(files)
     assert list(case.material) == ["M1", "M1", "M2", "M2"]
+    assert case.materials == ["M1", "M2", "steel"]
+    assert case.spin == -2.0
+    assert case.regions == ("cylinder y 0 0 0.1 -0.03 0.03",)
 
 
-def test_a_file_that_is_not_there_is_named(files, capsys):
-    words = [str(files), str(files / "out"), "--case", "drum", "--code", "dem"]
-    (files / "Drum" / "PartCoordinates.txt").unlink()
-    assert command.main(words) == 1
-    assert "PartCoordinates.txt" in capsys.readouterr().err
-    assert not (files / "out").exists()
-
-
-def test_a_run_is_kept_with_its_speed_in_place_of_the_one_before(files):
-    words = [str(files), str(files / "out"), "--case", "penetration-25K", "--code", "dem"]
-    for seconds in ("1e-4", "2e-4"):
-        assert command.main([*words, "--seconds", seconds]) == 0
+def test_runs_and_speeds_are_kept_in_place_of_those_before(files, monkeypatch):
+    monkeypatch.setattr(command, "penetration", lambda _: replace(penetration(files), looks=1))
+    for _ in range(2):
+        command.main([str(files), str(files / "out"), "dem"])
     (row,) = _rows(files / "out" / "runs.csv")
-    assert float(row["simulated_s"]) == pytest.approx(2e-4)
+    assert float(row["simulated_s"]) == pytest.approx(5e-4)
     assert int(row["grains"]) == 91
     looks = _rows(files / "out" / "penetration-25K.dem.csv")
-    assert float(looks[-1]["time_s"]) == pytest.approx(2e-4)
+    assert [float(look["time_s"]) for look in looks] == pytest.approx([0.0, 5e-4])
+    command.main([str(files), str(files / "out"), "dem", "--speed"])
+    speeds = _rows(files / "out" / "speeds.csv")
+    assert [row["case"] for row in speeds] == ["penetration-25K", "drum"]
 
 
 def test_lammps_gets_the_moduli_of_two_materials():
@@ -131,13 +127,13 @@ def test_another_code_has_the_same_fall_and_the_same_bounces(files, code):
     """Before the sphere arrives each grain has bounced on the steel and some on one another, so
     that restitution, stiffness and walls of all codes stand in where they are."""
     entry_or_skip(code)
-    case = penetration(files).shortened(0.024)
+    case = replace(penetration(files), looks=48)
     sim = codes.simulation(case)
-    sim.advance(round(case.until / case.time_step))
+    sim.advance(48 * LOOK)
     ours = sim.position[np.argsort(sim.tag)]
     codes.CODES[code](case, files)
-    *_, (_, number, position) = codes._frames(files / "looks.dump")
-    theirs = position[np.argsort(number)]
+    frame = read_frames(files / "looks.dump")[-1]
+    theirs = np.column_stack([frame[axis] for axis in "xyz"])
     assert np.abs(ours - case.position)[:-1, 2].min() > 1e-4
     apart = np.abs(theirs - ours).max(axis=1)
     assert np.quantile(apart, 0.97) < 2e-6

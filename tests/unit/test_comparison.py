@@ -46,7 +46,7 @@ def test_the_page_says_what_the_trials_hold(monkeypatch):
     monkeypatch.setattr("benchmarks.ways.__main__.RUNS", (22,))
     one = dict(list(TRUTHS.items())[:1])  # a release asks all of them
     monkeypatch.setattr("benchmarks.ways.__main__.TRUTHS", one)
-    table = trials()
+    table = trials(1)
     assert len(table) == len(WAYS)
     made_up = pd.DataFrame(
         {"way": ["paper's chain"] * 4 + ["Gaussian-process optimiser"] * 4,

@@ -14,16 +14,14 @@ from calibration.errors import CalibrationError
 from calibration.figures import ANGLE
 from calibration.stages.screening import STAGES, plan_screening, screening
 from calibration.statistics.design import (
+    alias_groups,
     box_behnken,
     central_composite,
     path_from_effects,
-    steepest_path,
-)
-from calibration.statistics.screening_design import (
-    alias_groups,
     plackett_burman,
     resolution_iv,
     screening_design,
+    steepest_path,
 )
 from calibration.statistics.surface import model_matrix, quadratic_terms
 from calibration.study.config import parse_config

@@ -60,7 +60,7 @@ def test_a_resolution_that_is_too_coarse_names_what_can_be_done(here):
     with pytest.raises(ConfigError) as refused:
         read("wheat", resolution="test")
     said = str(refused.value)
-    assert tells(said, "resolution", "test", "2 times", "quick", "full")
+    assert tells(said, "resolution", "test", "2 times", "finer")
     assert refused.value.line is None
     assert read("wheat", resolution="quick").name == "wheat-quick"
 

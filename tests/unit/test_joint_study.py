@@ -275,39 +275,6 @@ def test_draws_of_all_targets_go_through_a_machine(two_tests):
     assert row["decides"] in ("rolling", "friction")
 
 
-def step_down(x, peak, steady):
-    """A shear curve: up to a peak, along it, and down to the steady stress at half its way."""
-    return np.interp(x, [0.0, 1.0, 3.0, 4.0, 10.0], [0.0, peak, peak, steady, steady])
-
-
-@pytest.mark.slow
-def test_measured_curves_give_the_parameters_of_the_closed_form(tmp_path, monkeypatch):
-    """Five shear tests, of which the middle one is that of friction 0.25 and rolling friction
-    0.35."""
-    x = np.linspace(0, 10, 201)
-    rows = [
-        f"{n},{at},{y}"
-        for n, e in enumerate((-0.1, -0.06, 0.0, 0.06, 0.1))
-        for at, y in zip(x, step_down(x, 2.0 + e, 1.65 + 0.7 * e), strict=True)
-    ]
-    (tmp_path / "curves.csv").write_text("\n".join(["curve,x,y", *rows]) + "\n")
-    curves = {"table": "curves.csv", "shape": "stress over displacement"}
-    config = laboratory(
-        tmp_path, monkeypatch, tests={"cell": {"experiment": "shear", "curves": curves}},
-        tests_of_all=["cell"], runs=24, repeated=6, second_wave=0,
-    )  # fmt: skip
-    found = calibrated(config)
-    told = found.table("joint", "targets").set_index("metric")
-    assert (told["rig"] == "cell").all()
-    assert (told["pull"].abs() < 1.0).all()
-    for metric, value in (("shear_stress_kPa", 2.0), ("steady_shear_stress_kPa", 1.65)):
-        assert told.loc[metric, "measured"] == pytest.approx(value, rel=0.005)
-    for name, value in (("friction", 0.25), ("rolling", 0.35)):
-        own = found.summary("joint")["parameters"][name]
-        assert own["mean"] == pytest.approx(value, abs=max(0.01, 2.0 * own["sd"]))
-        assert own["left"] < 0.5
-
-
 @pytest.mark.slow
 def test_a_region_is_not_widened_beyond_what_is_possible(tmp_path, monkeypatch):
     rows = ROWS.replace("20.0,deg,0.6", "5.2,deg,0.6")  # friction 0.004 on the wall, from 0.01
@@ -324,13 +291,6 @@ def test_a_region_is_not_widened_beyond_what_is_possible(tmp_path, monkeypatch):
         ({"tests_of_all": ["drum"]}, ["joint.tests", "drum", "pour, plane, hopper"]),
         ({"tests": {"pour": {"experiment": "heap", "metrics": ["sliding_angle_deg"]}}},
          ["tests.pour.metrics", "sliding_angle_deg", "angle_of_repose_deg"]),
-        ({"tests": {"pour": {"experiment": "heap", "curves": {"table": "measured.csv",
-                                                              "shape": "angle over speed"}}}},
-         ["tests.pour.curves.shape", "outline"]),
-        ({"tests": {n: {"experiment": "drum", "curves": {"table": "measured.csv",
-                                                         "shape": "angle over speed"}}
-                    for n in ("slow", "fast")}},
-         ["tests.fast.curves", "geometry.rotation_rate_deg_s"]),
         ({"tests_of_all": ["hopper"]}, ["measured.csv", "no row", "hopper"]),
         ({"rows": ROWS.replace("0.6,6", ",")}, ["measured.csv", "line 6", "has no error"]),
         ({"rows": ROWS + "tilt,sliding_angle,30.0,deg,0.6,6\n"}, ["line 7", "line 6"]),

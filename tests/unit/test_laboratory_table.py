@@ -158,7 +158,7 @@ def new(*options):
 def targets():
     path = Path("study", "config.yaml")
     config = parse_config(yaml.safe_load(path.read_text()), files=[path])
-    return {(t.tests[0], t.metric): read_joint_target(config, t) for t in joint_targets(config)}
+    return {(t.test, t.metric): read_joint_target(config, t) for t in joint_targets(config)}
 
 
 def test_drops_and_shear_stresses_are_read_from_tables(here, capsys):

@@ -260,12 +260,12 @@ def test_the_density_is_that_in_the_laboratorys_own_vessel(here, capsys):
 def test_taps_that_are_too_many_are_kept_and_no_target(here, capsys):
     tapped = ["--tapped-density", "810kg/m3", "812kg/m3", "taps=1250"]
     config = begun("wheat", [*WHEAT, *tapped])
-    assert not [t for t in joint_targets(config) if t.tests == ("tapped",)]
+    assert not [t for t in joint_targets(config) if t.test == "tapped"]
     table = pd.read_csv(config.measurements)
     assert list(table[table.quantity == "tapped_density"].role) == ["hold out"] * 2
     assert tells(capsys.readouterr().out, "1250 taps", "not simulated")
     config = begun("oats", [*WHEAT, *tapped[:-1], "taps=20"])
-    assert [t.metric for t in joint_targets(config) if t.tests == ("tapped",)] == [
+    assert [t.metric for t in joint_targets(config) if t.test == "tapped"] == [
         "tapped_density_kg_m3"
     ]
     assert config.tests["tapped"].run["geometry"]["taps"] == 20

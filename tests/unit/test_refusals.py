@@ -21,7 +21,6 @@ from refusals import (
 from calibration.engines.command import read_metrics
 from calibration.engines.table import read_row
 from calibration.errors import CalibrationError, ConfigError
-from calibration.intake.curves import read_curves
 from calibration.intake.photo import measure_photo
 from calibration.intake.shear_tester import read_points
 from calibration.intake.sound import read_train
@@ -29,7 +28,7 @@ from calibration.intake.tables import read_table
 from calibration.interface import cli
 from calibration.interface.commands import main
 from calibration.stages.numerics import read_numerics
-from calibration.statistics.screening_design import screening_design
+from calibration.statistics.design import screening_design
 from calibration.study.config import overlay, parse_config, read_back
 from calibration.study.config.as_data import data_of
 from calibration.study.config.schema import ScreeningConfig
@@ -61,7 +60,6 @@ READERS = {
     "measured table": ("measured.csv", read_study),
     "run spec": ("nonsense.yaml", load_spec),
     "shear tester": ("nonsense.csv", read_points),
-    "curves": ("nonsense.csv", lambda p: read_curves(p, "mass over time")),
     "design": ("nonsense.csv", lambda p: screening_design(
         read_factors("factors.tsv"), ScreeningConfig(design=str(p)))),
     "sieve table": ("nonsense.csv", sieve_curve),

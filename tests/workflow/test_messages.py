@@ -20,7 +20,7 @@ from calibration.interface.cli import main
 from calibration.runs.plans import plan, result_path, write_plan
 from calibration.runs.progress import Plan, Progress
 from calibration.runs.runner import report, run_each
-from calibration.statistics.screening_design import plackett_burman
+from calibration.statistics.design import plackett_burman
 from calibration.study.config import parse_config
 from calibration.study.factors import read_factors
 from dem.errors import BlowUpError

@@ -32,7 +32,6 @@ checkpoint plan_joint:
         factors=FACTORS,
         fixed=BENCH_VALUES,
         measurements=MEASUREMENTS,
-        curves=[user_file(t.curves.table) for t in SETTINGS.tests.values() if t.curves],
         first=f"{STUDY}/joint_first/design.csv",
         runs=runs_of("joint_first"),
     output:
@@ -53,7 +52,6 @@ rule joint:
     input:
         factors=FACTORS,
         measurements=MEASUREMENTS,
-        curves=[user_file(t.curves.table) for t in SETTINGS.tests.values() if t.curves],
         design=f"{STUDY}/joint/design.csv",
         runs=runs_of("joint"),
         first_runs=runs_of("joint_first"),

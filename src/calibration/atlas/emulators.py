@@ -237,10 +237,9 @@ class AtlasEmulators:
 
     def left_out(self, measured: Mapping[JointTarget, MeasuredMean]) -> list[str]:
         """Sentences on the targets that are not `told`, and why."""
-        told, why = self.told(measured), "it has none"
+        told = self.told(measured)
         return [
-            f"the atlas tells nothing of {t.name}: "
-            + "; ".join(self._faults.get(n) or why for n in t.tests)
+            f"the atlas tells nothing of {t.name}: {self._faults.get(t.test) or 'it has none'}"
             for t in measured if t not in told
         ]  # fmt: skip
 

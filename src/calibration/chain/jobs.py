@@ -5,6 +5,7 @@ import traceback
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any
 
 from calibration.chain.handed_over import Job
@@ -14,7 +15,6 @@ from calibration.intake.started_code import permit
 from calibration.runs.store import keep_runs_in
 from calibration.runs.verify import FOLDER, record
 from calibration.study.config import Config, with_engine
-from calibration.study.stage import resolve
 from dem.errors import DemError
 
 
@@ -61,7 +61,7 @@ def run_task(job: Job) -> None:
     with logged(job.log[0]):
         study = work_for(job.config).with_bench(job.input.get("fixed", ()))
         study = study.reading(job.params.reads, job.params.get("seeds"))
-        resolve(job.params.function)(study, job.input, job.output)
+        resolve_name(job.params.function)(study, job.input, job.output)
         leave_record(job, study)
 
 

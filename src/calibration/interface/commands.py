@@ -48,7 +48,7 @@ def _new(args):
         return
     if args.folder is None:
         raise refusal("no_folder")
-    name = study.check_folder(args.folder)
+    name = study.study_name(args.folder)
     laboratory = laboratory_of(name, args.folder, _entries(args), args.grains)
     for sentence in study.write_study(laboratory, check_ahead):
         print(sentence)

@@ -124,12 +124,6 @@ class Stage:
         return self.place >= BESIDE
 
 
-def resolve(name: str) -> Callable[..., Any]:
-    """The function of "module:function"."""
-    module, function = name.split(":")
-    return getattr(import_module(module), function)
-
-
 def load_stages(*names: str) -> dict[str, Stage]:
     """{name: Stage} in the order of the report, declared in modules or in all modules of packages;
     those of `OWN` unless given."""

@@ -7,31 +7,27 @@ from dataclasses import dataclass
 import numpy as np
 
 from calibration.errors import ConfigError, at_key
-from calibration.intake.curves import SHAPES, read_curves
 from calibration.intake.measurements import read_measured
 from calibration.study.config.measured import NotComparableError, is_measured, pooled, rows_of
-from calibration.study.config.schema import METRICS, Config, CurvesConfig
+from calibration.study.config.schema import METRICS, Config
 from calibration.study.config.specs import SEEDS_A_STAGE
-from calibration.study.config.tests import spec_of
 from calibration.study.factors import Choice, Factor, refuse_choices
 from dem.units import without_unit
 
 
 @dataclass(frozen=True)
 class JointTarget:
-    """A measured metric of a test, or coefficients of a measured curve that are metrics of it; of a
-    curve over a setting there are several tests, one a setting. discrepancy: standard deviation by
-    which the model itself may be wrong, in the metric's unit."""
+    """A measured metric of a test. discrepancy: standard deviation by which the model itself may be
+    wrong, in the metric's unit."""
 
-    tests: tuple[str, ...]
-    metric: str | None
-    curves: CurvesConfig | None
+    test: str
+    metric: str
     discrepancy: float
 
     @property
     def name(self) -> str:
-        """Its name in tables and sentences: test and metric or shape."""
-        return f"{', '.join(self.tests)}: {self.curves.shape if self.curves else self.metric}"
+        """Its name in tables and sentences."""
+        return f"{self.test}: {self.metric}"
 
 
 @dataclass(frozen=True)
@@ -63,17 +59,13 @@ def joint_tests(config: Config) -> list[str]:
 
 def joint_targets(config: Config) -> list[JointTarget]:
     """Return what was measured of the tests of the joint study: the metrics of which the table has
-    a row at their setting, and measured curves. Raises ConfigError for a table that cannot be read,
-    and for a quantity that was measured at settings of no test alone."""
+    a row at their setting. Raises ConfigError for a table that cannot be read, and for a quantity
+    that was measured at settings of no test alone."""
     table, found = read_measured(config.measurements), []
-    curves: dict[CurvesConfig, list[str]] = {}
     at_none: dict[tuple[str, str], ConfigError | None] = {}
     taken: set[tuple[int | None, str]] = set()
     for name in joint_tests(config):
         test = config.tests[name]
-        if test.curves:
-            curves.setdefault(test.curves, []).append(name)
-            continue
         for metric in test.metrics or METRICS[test.experiment]:
             if not table.of(test.experiment, without_unit(metric)):
                 continue
@@ -87,10 +79,10 @@ def joint_targets(config: Config) -> list[JointTarget]:
                 continue
             taken |= rows
             doubt = test.discrepancy.get(metric, 0.0)
-            found.append(JointTarget((name,), metric, None, doubt))
+            found.append(JointTarget(name, metric, doubt))
     if fault := next(filter(None, at_none.values()), None):
         raise fault
-    return found + [_of_curves(config, own, names) for own, names in curves.items()]
+    return found
 
 
 def own_targets(config: Config) -> list[JointTarget]:
@@ -98,7 +90,7 @@ def own_targets(config: Config) -> list[JointTarget]:
     ConfigError for a table that cannot be read."""
     doubt = config.tests[config.own].discrepancy
     return [
-        JointTarget((config.own,), target.metric, None, doubt.get(target.metric, 0.0))
+        JointTarget(config.own, target.metric, doubt.get(target.metric, 0.0))
         for target in (config.target, *config.further_targets)
         if is_measured(config, target)
     ]
@@ -112,23 +104,8 @@ def measured_of(config: Config, targets: Iterable[JointTarget]) -> dict[JointTar
 def refined_tests(config: Config) -> list[str]:
     """Names of the tests that get runs where the first posterior is wide: those of the targets, and
     the one that is to be predicted. Raises ConfigError."""
-    names = [*(name for t in joint_targets(config) for name in t.tests), config.joint.machine]
+    names = [*(t.test for t in joint_targets(config)), config.joint.machine]
     return list(dict.fromkeys(name for name in names if name))
-
-
-def _of_curves(config, curves, names):
-    over = SHAPES[curves.shape].setting
-    tests = tuple(names)
-    if over and len(set(_settings(config, tests, over))) != len(tests):
-        raise ConfigError(
-            "does not go", key=f"tests.{tests[-1]}.curves", value=", ".join(tests),
-            allowed=f"tests that differ in geometry.{over}",
-        )  # fmt: skip
-    if not over and len(tests) > 1:
-        key = f"tests.{tests[1]}.curves"
-        raise ConfigError("is a curve of another test", key=key, value=tests[0], allowed="one test")
-    doubt = config.tests[tests[0]].discrepancy.get(curves.shape, 0.0)
-    return JointTarget(tests, None, curves, doubt)
 
 
 def handed_out_by(config: Config) -> str:
@@ -146,10 +123,8 @@ def joint_factors(config: Config, factors: Iterable[Factor | Choice]) -> list[Fa
 
 def read_joint_target(config: Config, target: JointTarget) -> MeasuredMean:
     """`MeasuredMean` of a target. Raises ConfigError naming file, line and what is missing."""
-    if target.curves:
-        return _read_curves(config, target)
     table = read_measured(config.measurements)
-    found = rows_of(config, table, target.tests[0], target.metric)  # type: ignore[arg-type]  # in place of curves
+    found = rows_of(config, table, target.test, target.metric)
     mean = pooled(found)
     if np.isnan(mean.sd):
         raise ConfigError(
@@ -160,24 +135,9 @@ def read_joint_target(config: Config, target: JointTarget) -> MeasuredMean:
     stated = mean.of == "values" and all(m.n == 1 for m in found)
     freedom = np.inf if stated else mean.n - 1.0
     return MeasuredMean(
-        target.tests, (target.metric,), np.array([mean.value]), np.array([[mean.sd**2 / mean.n]]),
+        (target.test,), (target.metric,), np.array([mean.value]), np.array([[mean.sd**2 / mean.n]]),
         freedom, np.array([mean.sd]),
     )  # fmt: skip
-
-
-def _read_curves(config, target):
-    over = SHAPES[target.curves.shape].setting
-    settings = _settings(config, target.tests, over) if over else ()
-    found = read_curves(target.curves.table, target.curves.shape, settings)
-    curves = found.freedom + len(found.metrics)
-    sd = np.sqrt(np.diag(found.covariance) * curves)
-    tests = target.tests if over else target.tests * len(found.metrics)
-    return MeasuredMean(tests, found.metrics, found.mean, found.covariance, found.freedom, sd)
-
-
-def _settings(config, names, over):
-    """Return what a curve runs over, in each of the tests."""
-    return tuple(getattr(spec_of(config, name).geometry, over, None) for name in names)
 
 
 def check_joint(config: Config, factors: Sequence[Factor | Choice]) -> None:

@@ -274,39 +274,23 @@ def _check_run(config, factors):
                 raise ConfigError(text, path=config.factors, column=column) from None
 
 
-FULL = "full"
-
-
 def parse_resolved(
     data: Mapping[str, Any], files: Sequence[str | Path] = (), stages: Collection[str] | None = None
 ) -> Config:
-    """`parse_config`. Raises ConfigError of the resolution where a finer one makes a study of the
-    same files, and as `parse_config` does elsewhere."""
+    """`parse_config`. Raises ConfigError of the resolution where the files make a study without it,
+    and as `parse_config` does elsewhere."""
     asked = str(data.get("resolution"))
     try:
-        return parse_config(data, files=files, stages=stages)
+        return parse_config(data, files, stages)
     except ConfigError as error:
-        # the coarsest first
-        ways = [*sorted(COARSER, key=COARSER.__getitem__, reverse=True), FULL]
-        finer = ways[ways.index(asked) + 1 :] if asked in COARSER else []
-        good = [way for way in finer if _parses(dict(data) | {"resolution": way}, files, stages)]
-        if not good:
+        if asked not in COARSER:
             raise
+        parse_config({**data, "resolution": "full"}, files, stages)  # its own fault comes first
         raise ConfigError(
             f"its grains are {COARSER[asked] ** (1 / 3):.3g} times as wide as the study's, and do "
-            f"not fit: {_told(error)}",
-            key="resolution",
-            value=asked,
-            allowed=f"{' or '.join(good)} ({FULL}: without --config resolution)",
-        ) from None
-
-
-def _parses(data, files, stages):
-    try:
-        parse_config(data, files=files, stages=stages)
-    except ConfigError:
-        return False
-    return True
+            f"not fit: {_told(error)}", key="resolution", value=asked,
+            allowed="a finer one, or none: without --config resolution they are the study's",
+        ) from None  # fmt: skip
 
 
 def _told(error):

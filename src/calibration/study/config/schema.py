@@ -40,39 +40,23 @@ def coarsened(data: dict[str, Any]) -> dict[str, Any]:
     """A configuration whose `resolution` is carried out: fewer, larger grains in the test that it
     calibrates on, and a name that says so."""
     factor = COARSER.get(str(data.get("resolution")))
-    run = _own_run(data) if factor else {}
-    if factor is None or "count" not in (run.get("particles") or {}):
+    if factor is None:
         return data
     try:
-        return _with_fewer(data, run, factor)
-    except (TypeError, ValueError, ArithmeticError):  # the schema says what is no number
-        return data
-
-
-def _own_run(data):
-    """Run spec of the test that a configuration (a mapping) calibrates on; empty where it is not
-    well formed, which the schema says."""
-    own = (data.get("tests") or {}).get(_own_name(data))
-    parts = [data.get("run", {}), own.get("run", {}) if isinstance(own, dict) else None]
-    return overlay(*parts) if all(isinstance(p, dict) for p in parts) else {}
-
-
-def _own_name(data):
-    """Name of the test that a configuration (a mapping) calibrates on."""
-    return (data.get("calibrate") or {}).get("test") or next(iter(data.get("tests") or {}), None)
-
-
-def _with_fewer(data, run, factor):
-    grown, particles = factor ** (1 / 3), run["particles"]
-    if particles.get("diameter_mm") is not None:
-        larger = {"diameter_mm": round(grown * particles["diameter_mm"], 4)}
-    else:
-        larger = {"scale_factor": round(grown * particles.get("scale_factor", 1.0), 6)}
-    changes = {"particles": larger | {"count": max(round(particles["count"] / factor), 1)}}
-    rate = (run.get("geometry") or {}).get("generation_rate_per_s")
-    if rate is not None:
-        changes["geometry"] = {"generation_rate_per_s": rate / factor}
-    tests = overlay(data["tests"], {_own_name(data): {"run": changes}})
+        own: Any = (data.get("calibrate") or {}).get("test") or next(iter(data["tests"]), None)
+        run = overlay(data.get("run", {}), data["tests"][own].get("run", {}))
+        particles, geometry = run["particles"], run.get("geometry") or {}
+        grown, changes = factor ** (1 / 3), {}
+        if particles.get("diameter_mm") is not None:
+            larger = {"diameter_mm": round(grown * particles["diameter_mm"], 4)}
+        else:
+            larger = {"scale_factor": round(grown * particles.get("scale_factor", 1.0), 6)}
+        changes["particles"] = larger | {"count": max(round(particles["count"] / factor), 1)}
+        if (rate := geometry.get("generation_rate_per_s")) is not None:
+            changes["geometry"] = {"generation_rate_per_s": rate / factor}
+        tests = overlay(data["tests"], {own: {"run": changes}})
+    except (AttributeError, LookupError, TypeError, ValueError, ArithmeticError):
+        return data  # it pours no grains, or the schema says what is not well formed
     name = f"{data.get('name')}-{data['resolution']}"
     return data | {"tests": tests, "name": name, "resolution": "full"}
 
@@ -181,13 +165,6 @@ class SweepConfig(_Part):
     replicates: int = Field(3, ge=1, le=50)
 
 
-class CurvesConfig(_Part):
-    """Measured curves, of which coefficients are compared in place of a metric."""
-
-    table: str
-    shape: str
-
-
 class TestConfig(_Part):
     """A test of the laboratory, or a machine, as it is simulated."""
 
@@ -199,7 +176,6 @@ class TestConfig(_Part):
     fixed: dict[str, float] = {}
     metrics: list[str] = []
     sweep: SweepConfig | None = None
-    curves: CurvesConfig | None = None
     diagnosis: dict = {}
     discrepancy: dict[str, Annotated[float, Field(ge=0)]] = {}
 

@@ -4,7 +4,6 @@ import re
 from collections.abc import Sequence
 
 from calibration.errors import CalibrationError, ConfigError, at_key
-from calibration.intake.curves import SHAPES
 from calibration.study.config.schema import METRICS, Config, SweepConfig
 from calibration.study.config.specs import SEEDS_A_STAGE, point_spec, states
 from calibration.study.factors import Choice, Factor
@@ -79,7 +78,7 @@ def check_tests(config: Config) -> None:
         _check_name(name)
         _check_metrics(f"tests.{name}.metrics", test.experiment, test.metrics)
         _check_sweep(test, f"tests.{name}.sweep")
-        _check_curves(test, f"tests.{name}")
+        _check_metrics(f"tests.{name}.discrepancy", test.experiment, test.discrepancy)
     for key, names in (
         ("calibrate.test", [config.own]),
         ("predict.tests", config.predict.tests),
@@ -129,17 +128,6 @@ def _check_sweep(test, key):
     if (len(loads) < LEAST_LOADS) if test.experiment == SHEAR else loads:
         allowed = f"{LEAST_LOADS} loads or more of a shear test, none of another"
         raise at_key(f"{key}.normal_stresses_kPa", "does not go", loads, allowed)
-
-
-def _check_curves(test, key):
-    known = [n for n, s in SHAPES.items() if set(s.metrics) <= set(METRICS[test.experiment])]
-    if test.curves and test.curves.shape not in known:
-        allowed = f"for the experiment {test.experiment}: " + (", ".join(known) or "no shape")
-        raise at_key(f"{key}.curves.shape", "is no shape of it", test.curves.shape, allowed)
-    own = [*METRICS[test.experiment], *([test.curves.shape] if test.curves else [])]
-    for metric in test.discrepancy:
-        if metric not in own:
-            raise at_key(f"{key}.discrepancy", "is no metric of it", metric, ", ".join(own))
 
 
 def _check_bench(config):

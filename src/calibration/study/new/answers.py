@@ -9,13 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from calibration.errors import CalibrationError
+from calibration.study.new.assumed import ASSUMED
 from calibration.study.new.methods import Answer, Entry, Method, Question, function_of, methods
 from calibration.study.new.methods.declare import fault, refusal, spread_of
 from dem.units import has_unit, in_ascii, unit_of
-
-ENOUGH = 3
-"""Loads or heights with a single reading each from which on these show their scatter."""
-LEAST = 0.01  # of a single reading: none is better known by such a scatter
 
 
 @dataclass(frozen=True)
@@ -126,7 +123,8 @@ def _spread_fault(entry):
     if not method.becomes:
         return None
     if len(read) == 1 and not sd:
-        return fault("no_spread", _told(read[0]), ENOUGH, method.under if method.scatter else "")
+        under = method.under if method.scatter else ""
+        return fault("no_spread", _told(read[0]), ASSUMED.loads_that_scatter, under)
     if sd and not sd[0] < read[0].value:
         return fault("wide_spread", entry.place("sd"), read[0].value, sd[0])
     if several and len({a.value for a in read}) == 1 and not (sd or n):
@@ -143,12 +141,12 @@ def _with_scatter(entries):
     for method in {e.method.name: e.method for e in entries if e.method.scatter}.values():
         first = method.readings[0].key
         own = [k for k, e in enumerate(out) if e.method is method and _alone(e, first)]
-        if len({out[k].value(method.under) for k in own}) < ENOUGH:
+        if len({out[k].value(method.under) for k in own}) < ASSUMED.loads_that_scatter:
             continue
         under = np.array([out[k].value(method.under) for k in own], float)
         read = np.array([out[k].value(first) for k in own], float)
         text = f"scatter about {method.scatter_about.format(n=len(own))}"
-        found = np.maximum(function_of(method.scatter)(under, read), LEAST * read)
+        found = np.maximum(function_of(method.scatter)(under, read), ASSUMED.least_spread * read)
         for k, sd in zip(own, found, strict=True):
             answer = Answer(text, float(f"{sd:.6g}"), text)
             out[k] = Entry(method, dict(out[k].answers) | {"sd": [answer]})

@@ -13,21 +13,12 @@ import yaml
 
 from calibration.errors import ConfigError
 from calibration.intake.tables import plausible_number, read_table
+from calibration.study.new.assumed import ASSUMED
 from calibration.study.new.methods.declare import refusal
 from calibration.study.new.reading_tables import with_points
 from dem.grains.clump import MAX_SPHERES, shape_of
 
-FINE_MM = 0.1
-"""Below it adhesion outweighs a grain: Geldart's group C ends near 0.03 mm, and his group A, whose
-beds stick a little, near 0.1 mm (Geldart 1973, Powder Technology 7:285)."""
-
-ROUND = 1.1  # longest over shortest axis below which a grain is a sphere
-FLAT = 1.3  # width over thickness above which a grain is a disc of spheres
-STEP = 1.45  # radii between the middles of neighbouring spheres, at most
-NARROW_END = 0.6  # least radius of a rod's end spheres over that of its middle ones
 BISECTIONS = 10
-RING = 6  # spheres around the middle one of a disc
-FLATTEST = 3.0  # length over thickness: beyond, the ring does not touch the middle sphere
 
 
 @dataclass(frozen=True)
@@ -48,7 +39,7 @@ class Grains:
     common_mm: float | None = None
     """Diameter of the grains in all rigs, where they stick: what holds them together holds for one
     size alone."""
-    shear_modulus_Pa: float = 3.0e6
+    shear_modulus_Pa: float = ASSUMED.softened_Pa
     least_restitution: float = 0.2
     most: int = 4000
     """Grains that are simulated at most in the rig that leads."""
@@ -57,7 +48,7 @@ class Grains:
     def sticky(self) -> bool:
         """Return whether the study needs a law of cohesion: moist grains, and such as stick when
         dry."""
-        return bool(self.moist) or self.diameter_mm < FINE_MM
+        return bool(self.moist) or self.diameter_mm < ASSUMED.fine_mm
 
     @property
     def longest(self) -> float:
@@ -123,9 +114,9 @@ def clump_of_axes(length: float, width: float, thickness: float) -> tuple | None
     clump resembles.
     """
     a, b, c = sorted((length, width, thickness), reverse=True)
-    if a < ROUND * c:
+    if a < ASSUMED.round * c:
         return None
-    if b > FLAT * c:
+    if b > ASSUMED.flat * c:
         return _disc(a, b, c)
     return _rod(a, math.sqrt(b * c))
 
@@ -134,11 +125,12 @@ def _rod(length, across):
     """Spheres along a line; those at its ends are so wide that the rod has the volume of the
     ellipsoid with the same length and thickness."""
     radius = 0.5 * across
-    number = 1 + 2 * math.ceil((0.5 * length - NARROW_END * radius) / (STEP * radius))
+    reach = 0.5 * length - ASSUMED.narrow_end * radius
+    number = 1 + 2 * math.ceil(reach / (ASSUMED.sphere_step * radius))
     if number > MAX_SPHERES:
         raise refusal("long_rod", length / across, number, MAX_SPHERES)
     wanted = 0.5 * (length * across**2) ** (1.0 / 3.0)  # radius of the sphere of its volume
-    low, high = NARROW_END * radius, radius
+    low, high = ASSUMED.narrow_end * radius, radius
     for _ in range(BISECTIONS):
         end = 0.5 * (low + high)
         less = shape_of(_line(length, radius, end, number)).scale < wanted
@@ -155,9 +147,9 @@ def _line(length, radius, end, number):
 
 def _disc(a, b, c):
     radius = 0.5 * c
-    if a > FLATTEST * c:
-        raise refusal("thin_flake", a, b, c, FLATTEST)
-    turns = (2.0 * math.pi * k / RING for k in range(RING))
+    if a > ASSUMED.flattest * c:
+        raise refusal("thin_flake", a, b, c, ASSUMED.flattest)
+    turns = (2.0 * math.pi * k / ASSUMED.ring for k in range(ASSUMED.ring))
     ring = [(0.5 * (a - c) * math.cos(t), 0.5 * (b - c) * math.sin(t)) for t in turns]
     return ((0.0, 0.0, 0.0, radius), *((round(x, 5), round(y, 5), 0.0, radius) for x, y in ring))
 

@@ -14,6 +14,7 @@ from calibration.intake.tables import summary, table_of
 from calibration.study.config.schema import COARSER
 from calibration.study.factors import Factor, factor_of
 from calibration.study.new.answers import Faults
+from calibration.study.new.assumed import ASSUMED
 from calibration.study.new.grains import (
     Grains,
     clump_of_axes,
@@ -26,30 +27,19 @@ from calibration.study.new.grains import (
 from calibration.study.new.methods import Entry, LaboratoryTest, function_of
 from calibration.study.new.methods.contacts import EXPERIMENT as SLID_ON_A_WALL
 from calibration.study.new.methods.declare import refusal, said
-from calibration.study.new.methods.heaps import FEWEST, MOST, QUICK_WIDER, RAYLEIGH, steady_fraction
+from calibration.study.new.methods.heaps import QUICK_WIDER, steady_fraction
 from dem.advice import bed_pressure
 from dem.constants import GRAVITY
 from dem.contact.registry import Material
 from dem.experiments import experiments
 from dem.units import behind, has_unit, unit_of
 
-FAR = 2.0  # largest over smallest reading of a test from which on it is asked about
-SOFTENED_PA = 3.0e6
-DEEPEST = 0.08  # overlap over radius under the largest load, by Hertz; the engine stops at 0.3
 WIDTHS = (
     "cylinder_diameter_mm", "simulated_diameter_mm", "vessel_diameter_mm", "silo_diameter_mm",
     "ring_diameter_mm",
 )  # fmt: skip
 """Keys of the rigs that are filled in layers; the first that a rig has is its width."""
-SQUEEZED, LIMIT = 0.7, 0.8
-"""Overlap over radius of the smallest grain that the largest may fall on, and that at which a run
-of several sizes stops: the fill is violent, and no grain of the bed is squeezed so."""
-BONDS = (0.5, 50.0)
-"""Pull-off force of two simulated grains over a grain's weight: the range of cohesion. It holds
-from a little moisture to a powder that stands as a wall; a choice of this project, no source."""
-FORMS = {"heap": 5.0, "lifted_cylinder": 12.5}
-"""The most of it where a heap was measured in a rig: stickier grains hang in a funnel, and of 4,000
-that were lifted rough ones made heaps at 12.5 and none at 25."""
+FORMS = {"heap": ASSUMED.heap_bond, "lifted_cylinder": ASSUMED.cylinder_bond}
 COHESION = "law_parameters.surface_energy_J_m2"
 WALL_COHESION = "law_parameters.wall_surface_energy_J_m2"
 CLUMP = "clump.csv"
@@ -86,11 +76,12 @@ def laboratory_of(
     """`Laboratory` of a study's name and new folder; most: grains that are simulated at most;
     single: whether one reading with its spread is enough. Raises CalibrationError for what no study
     can be made of, all faults at once."""
-    if most is not None and most < FEWEST:
-        raise refusal("few_grains", most, FEWEST)
+    if most is not None and most < ASSUMED.fewest_grains:
+        raise refusal("few_grains", most, ASSUMED.fewest_grains)
     tested = sorted((e for e in entries if e.method.becomes), key=lambda e: e.method.rank)
-    alone = [e.method.name for e in tested] == ["funnel"]
-    grain, shape, chosen = _grains(folder, entries, most or (MOST if alone else None))
+    if most is None and [e.method.name for e in tested] == ["funnel"]:
+        most = ASSUMED.most_grains
+    grain, shape, chosen = _grains(folder, entries, most)
     _refuse_without_lead(tested, single)
     material = next((e.value("material") for e in entries if e.values("material")), None)
     factors = factors_of(material)
@@ -104,8 +95,8 @@ def laboratory_of(
         grain = replace(grain, shear_modulus_Pa=modulus)
         tests, grain = _tests(tested, grain)
         chosen += said("not_squeezed", modulus)
-    elif modulus > SOFTENED_PA:
-        chosen += said("not_dented", modulus, DEEPEST)
+    elif modulus > ASSUMED.softened_Pa:
+        chosen += said("not_dented", modulus, ASSUMED.deepest)
     _refuse_two_walls(tests)
     _refuse_looser_when_tapped(tested)
     _refuse_falling_stress(tested)
@@ -121,7 +112,7 @@ def laboratory_of(
         sentences += said("sticky", grain, grain.enlarged(grain.common_mm))
     for e, q in read:
         low, high = min(e.values(q.key)), max(e.values(q.key))
-        if high > FAR * low:
+        if high > ASSUMED.far_apart * low:
             sentences += said("far_apart", low, high, behind(unit_of(q.unit)))
     return Laboratory(name, folder, grain, tests, factors, given, list(dict.fromkeys(sentences)))
 
@@ -236,11 +227,11 @@ def steady(test: LaboratoryTest, grains: Grains) -> dict:
     that of its experiment is longer.
 
     Grains that stick are pressed without a load as well: the contact of JKR is that of Hertz under
-    four times the pull-off force (Johnson, Kendall, Roberts 1971), here of the strongest BONDS."""
+    four times the pull-off force (Johnson, Kendall, Roberts 1971), here of the strongest bond."""
     experiment = experiments()[test.experiment]
     numerics = dict(test.run.get("numerics", {}))
     if grains.sizes and experiment.poured:
-        numerics = {"overlap_limit": LIMIT} | numerics
+        numerics = {"overlap_limit": ASSUMED.overlap_limit} | numerics
     if not experiment.poured or ("rayleigh_fraction" in numerics and not grains.sticky):
         return test.run | ({"numerics": numerics} if numerics else {})
     diameter = 1e-3 * _size(test, grains)
@@ -250,7 +241,7 @@ def steady(test: LaboratoryTest, grains: Grains) -> dict:
     stress = max((1e3 * v for k, v in test.run["geometry"].items() if k.endswith("stress_kPa")),
                  default=0.0)  # fmt: skip
     pressed = max(pressure, stress) + _pull(grains, diameter)
-    usual = experiment.defaults.get("numerics", {}).get("rayleigh_fraction", RAYLEIGH)
+    usual = experiment.defaults.get("numerics", {}).get("rayleigh_fraction", ASSUMED.rayleigh)
     usual = min(usual, numerics.get("rayleigh_fraction", usual))
     fraction = steady_fraction(usual, radius, material, pressed, grains.least_restitution)
     return test.run | {"numerics": numerics | {"rayleigh_fraction": fraction}}
@@ -260,24 +251,24 @@ def _pull(grains, diameter):
     """Pressure [Pa] that presses sticking grains of a diameter [m] as their strongest bond does."""
     if not grains.sticky:
         return 0.0
-    return 4.0 * BONDS[1] * grains.density_kg_m3 * GRAVITY * math.pi / 6.0 * diameter
+    return 4.0 * ASSUMED.bonds[1] * grains.density_kg_m3 * GRAVITY * math.pi / 6.0 * diameter
 
 
 def stiff_enough(tested: Sequence[Entry]) -> float:
-    """Shear modulus [Pa] at which the largest load dents a grain by DEEPEST of its radius at most.
+    """Shear modulus [Pa] at which the largest load dents a grain by `deepest` of its radius.
 
     By Hertz, with a grain bearing the load on the square about it: overlap/R =
     (3 sqrt(2) p / E*)^(2/3), E* = G / (1 - nu) of two alike grains.
     """
     loads = [e.value(k) for e in tested for k in ("load", "preshear") if e.values(k)]
     largest = 1e3 * max(loads, default=0.0)
-    needed = 3.0 * math.sqrt(2.0) * largest / DEEPEST**1.5 * (1.0 - 0.25)
-    return max(SOFTENED_PA, float(f"{needed:.1e}"))
+    needed = 3.0 * math.sqrt(2.0) * largest / ASSUMED.deepest**1.5 * (1.0 - 0.25)
+    return max(ASSUMED.softened_Pa, float(f"{needed:.1e}"))
 
 
 def uncrushed(test: LaboratoryTest, grains: Grains) -> float:
     """Shear modulus [Pa] at which the largest grain, fallen from the top of where a rig's grains
-    are made, squeezes the smallest by SQUEEZED of its radius at most; 0 for grains of one size.
+    are made, squeezes the smallest by `squeezed` of its radius at most; 0 for grains of one size.
 
     By Hertz: the energy of the fall is that of two contacts of the small grain, each of
     8/15 E* R*^(1/2) d^(5/2), with R* of the two sizes and E* = G / (1 - nu) of two alike grains.
@@ -296,7 +287,7 @@ def uncrushed(test: LaboratoryTest, grains: Grains) -> float:
     speed = math.sqrt(2.0 * GRAVITY * PITCH * large * layers) + shake(large)
     energy = 0.5 * grains.density_kg_m3 * 4.0 / 3.0 * math.pi * large**3 * speed**2
     shared = math.sqrt(small * large / (small + large))
-    stiff = energy / (2.0 * 8.0 / 15.0 * shared * (SQUEEZED * small) ** 2.5)
+    stiff = energy / (2.0 * 8.0 / 15.0 * shared * (ASSUMED.squeezed * small) ** 2.5)
     return stiff * (1.0 - 0.25)
 
 
@@ -355,17 +346,17 @@ def _ranged(factor, measured, grains):
 
 
 def _cohesion(grains, tests):
-    """Factors of a sticky material: surface energies at which two simulated grains hold BONDS
+    """Factors of a sticky material: surface energies at which two simulated grains hold `bonds`
     times their weight. JKR's pull-off is 3 pi g R*, with R* = R / 2."""
     if not grains.sticky:
         return []
     radius = 0.5e-3 * grains.common_mm
     weight = 1e-9 * volume_mm3(grains.common_mm) * grains.density_kg_m3 * GRAVITY
-    bonds = BONDS[0], min(FORMS.get(t.experiment, BONDS[1]) for t in tests)
+    bonds = ASSUMED.bonds[0], min(FORMS.get(t.experiment, ASSUMED.bonds[1]) for t in tests)
     low, high = (float(f"{b * weight / (1.5 * math.pi * radius):.3g}") for b in bonds)
     source = (
         f"wide: two grains of {grains.common_mm:.3g} mm pull by {bonds[0]:g} to {bonds[1]:g} of "
-        "their weight" + (", as stickier ones form no heap" if bonds != BONDS else "")
+        "their weight" + (", as stickier ones form no heap" if bonds != ASSUMED.bonds else "")
     )
     found = [Factor("H", "grain_grain_surface_energy", COHESION, low, high, source)]
     if any(t.experiment == SLID_ON_A_WALL for t in tests):
@@ -404,9 +395,6 @@ def _places(entry, tests, tested, shape):
     return shared | own | shape
 
 
-BAND = 0.3  # of a single published value, to either side
-
-
 def materials() -> list[str]:
     """Names of the materials with published ranges."""
     return sorted({row["material"] for _, row in _published().rows} - {""})
@@ -434,7 +422,7 @@ def _factor(code, table, line, row):
     name = key.partition(".")[2].replace("particle", "grain").replace(".", "_")
     low, high = (table.number(line, c, row[c]) for c in ("low", "high"))
     if low == high:
-        low, high = round((1 - BAND) * low, 4), round((1 + BAND) * high, 4)
+        low, high = round((1 - ASSUMED.band) * low, 4), round((1 + ASSUMED.band) * high, 4)
     return Factor(code, name, key, low, high, row["source"])
 
 

@@ -6,16 +6,16 @@ What was read more than once stands in one cell (`26.1; 27.4`), or in copies of 
 was made under several loads, or from several heights, has its rows once for each.
 """
 
-import csv
-import io
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
 
+import pandas as pd
+
 from calibration.errors import CalibrationError, ConfigError
-from calibration.files import write_text
+from calibration.files import write_table
 from calibration.intake.measurements import Measurement, read_measured
 from calibration.intake.tables import Table, read_table
 from calibration.study.new.answers import Faults, Raw, entries_of, read_entries, separate, with_unit
@@ -187,16 +187,14 @@ def write_empty(path: Path) -> str:
         raise refusal("no_table_name", path)
     if path.exists():
         raise refusal("table_exists", path)
-    rows = [COLUMNS, *(_asked(m, q) for m in methods().values() for q in m.columns)]
+    rows = [_asked(m, q) for m in methods().values() for q in m.columns]
     if kind == ".csv":
-        text = io.StringIO()
-        csv.writer(text, lineterminator="\n").writerows(rows)
-        write_text(text.getvalue(), path)
+        write_table(pd.DataFrame(rows, columns=COLUMNS), path)
     else:
         import openpyxl  # takes a quarter of a second
 
         book = openpyxl.Workbook()
-        for row in rows:
+        for row in (COLUMNS, *rows):
             book.active.append(row)
         for column, width in zip("ABCDEF", (16, 12, 24, 10, 70, 30), strict=True):
             book.active.column_dimensions[column].width = width

@@ -29,6 +29,7 @@ from calibration.study.config import Config, overlay, parse_config, point_spec
 from calibration.study.config.joint import joint_targets, read_joint_target
 from calibration.study.cost import run_seconds
 from calibration.study.factors import COLUMNS, Factor
+from calibration.study.new.assumed import ASSUMED
 from calibration.study.new.laboratory import CLUMP, Laboratory
 from calibration.study.new.methods.declare import refusal, said
 from calibration.study.new.methods.heaps import STEEL
@@ -41,35 +42,22 @@ from dem.units import behind, unit_of, without_unit
 LAWS = {slot: DEFAULTS[slot] for slot in ("rolling", "torsion")}
 """Laws that the file of a new material names: the engine's defaults, so that they are seen."""
 MEASURED, GIVEN, PAGE = "measured.csv", "given.csv", "README.md"
-MARGINS = {"angle_of_repose_deg": 1.0}
-MARGIN = 0.02  # of any other target: a difference that does not matter
-DESIGNS_S, DESIGN_RUNS = 1200.0, 36
-"""Time of one core [s] for the runs of screening and surface, and their number when each is made
-once: 19 for seven factors and 17 for three."""
-MOST_REPLICATES = 4
-"""Of a design. The effects on heaps of 1,500 grains have a standard error of 1.4° by one screening
-of 19 runs, 0.6° by four."""
 _REFUSED = re.compile(r"[^\w\s.,()+/-]|\s\s|^\s|\s$|[\n\t]")
 
 
 def study_name(folder: str | Path) -> str:
-    """Name of a folder's study: its letters without accents, `_` for the rest.
+    """Name of a study that begins in a folder: its letters without accents, `_` for the rest.
 
-    Raises CalibrationError for a name that a shell or snakemake would take apart.
+    Raises CalibrationError for a folder that exists, and for a name that a shell or snakemake would
+    take apart.
     """
     name = Path(folder).name
     if not name or _REFUSED.search(name):
         raise refusal("no_folder_name", repr(str(folder)))
-    plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
-    return re.sub(r"[^A-Za-z0-9_-]+", "_", plain).strip("_") or "study"
-
-
-def check_folder(folder: str | Path) -> str:
-    """Name of a study that could begin in `folder`. Raises CalibrationError where none could."""
-    name = study_name(folder)
     if Path(folder).exists():
         raise CalibrationError(f"{folder}: exists already")
-    return name
+    plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
+    return re.sub(r"[^A-Za-z0-9_-]+", "_", plain).strip("_") or "study"
 
 
 def write_factors(path: str | Path, factors: Sequence[Factor]) -> None:
@@ -129,11 +117,12 @@ def configuration(lab: Laboratory) -> str:
 
 
 def _replicates(lab):
-    """How often screening and surface are run: as DESIGNS_S allows, at most MOST_REPLICATES."""
+    """How often screening and surface are run: as often as `designs_s` allows."""
     config = parse_config(yaml.safe_load(_text(lab, 1)))
     seconds = run_seconds(point_spec(config.own_run, config.experiment, {}, config.seed))
-    often = int(DESIGNS_S / (DESIGN_RUNS * (seconds or DESIGNS_S)))  # once where nothing tells
-    return min(max(often, 1), MOST_REPLICATES)
+    whole = ASSUMED.designs_s
+    often = int(whole / (ASSUMED.design_runs * (seconds or whole)))  # once where nothing tells
+    return min(max(often, 1), ASSUMED.most_replicates)
 
 
 def _text(lab, often):
@@ -148,7 +137,8 @@ def _text(lab, often):
         "tests": {t.rig: _test(t) for t in lab.tests},
     }
     parts |= {name: _yaml(section, 2) for name, section in sections.items()}
-    margin = MARGINS.get(metric) or float(f"{MARGIN * lead.rows[0]['value']:.3g}")
+    margin = float(f"{ASSUMED.margin * lead.rows[0]['value']:.3g}")
+    margin = ASSUMED.angle_margin_deg if metric == "angle_of_repose_deg" else margin
     return macros("calibration.study.new", "files").config(
         lab.folder.name, lab.name, lab.alone, lead.rig, metric, margin, parts, often
     )
@@ -185,8 +175,6 @@ def _test(test):
 
 Show = Callable[[str], object]
 EVERY_S = 5.0  # a run that goes on is told of
-CALMER = 2  # times that a rig's settings are changed so that its grains come to rest
-FEW = 2000  # grains of a heap that takes seconds as it is; above, the quick profile's are poured
 MIDDLE, SMOOTH, ROUGH = "the middle of the ranges", "their smooth end", "their rough end"
 
 
@@ -283,17 +271,17 @@ def _tried(lab, k, show, told):
     the others do not reach what was measured."""
     trials, rig = {}, lab.tests[k].rig
     count = lab.tests[k].run["particles"].get("count", 0)
-    resolution = "full" if count <= FEW else "quick"
+    resolution = "full" if count <= ASSUMED.few_grains else "quick"
     for end in (MIDDLE, SMOOTH, ROUGH):
         sides = [side for *_, side in _targets(config_of(lab), rig, trials.values())]
         if end == ROUGH and (told or not any(sides)):
             break
-        for turn in range(CALMER + 1):
+        for turn in range(ASSUMED.calmer + 1):
             config = config_of(lab, resolution)
             kind, levels = config.tests[rig].experiment, _levels(config, lab, rig, end)
             with heard(f"{rig} at {end}", show):
                 trial = one_run(config, config.run_of(rig), kind, levels)
-            if not trial.restless or turn == CALMER:
+            if not trial.restless or turn == ASSUMED.calmer:
                 break
             lab = _calmer(lab, k, turn, show)
         trials[end] = trial
@@ -336,7 +324,7 @@ def _calmer(lab, k, turn, show):
 def _targets(config, rig, trials):
     """(metric, measured mean, side) of each target of a rig; side: 1 where what was measured lies
     above all that runs gave, -1 below, 0 between, by its standard error."""
-    for target in (t for t in joint_targets(config) if t.tests == (rig,)):
+    for target in (t for t in joint_targets(config) if t.test == rig):
         found = read_joint_target(config, target)
         mean, error = float(found.mean[0]), float(np.sqrt(found.covariance[0, 0]))
         given = [t.metrics[target.metric] for t in trials if target.metric in t.metrics] or [mean]

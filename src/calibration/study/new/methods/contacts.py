@@ -6,26 +6,20 @@ import math
 
 import numpy as np
 
+from calibration.study.new.assumed import ASSUMED
 from calibration.study.new.grains import Grains
 from calibration.study.new.methods import Entry, LaboratoryTest
 from calibration.study.new.methods.declare import refusal, rows_of, said, simulated
 from dem.units import has_unit
 
 RESTITUTION = "contacts.particle_wall.restitution"
-DOUBTFUL = 0.01  # of the height of the drop: a bare rebound below it is asked about
-SMALLEST_MM = 0.3
-"""Diameter below which drag decides a fall: a grain of 0.3 mm and 2.5 g/cm3 sinks in air at no
-more than 2 m/s."""
 FRICTION = "contacts.particle_wall.static_friction"
-PLATE_MM = (80.0, 60.0)
-WIDER = 4.0  # grains that a plate is long and wide at least
-BAND_ERRORS, BAND_LEAST = 4.0, 0.2  # of a measured value
 
 
 def around(value: float, error: float) -> tuple[float, float]:
-    """(low, high) about a measured value: BAND_ERRORS of its standard errors to either side, and
-    BAND_LEAST of itself at least, so that the range does not decide what the data say."""
-    half = max(BAND_ERRORS * error, BAND_LEAST * value)
+    """(low, high) about a measured value: some standard errors to either side, and a share of
+    itself at least, so that the range does not decide what the data say."""
+    half = max(ASSUMED.band_errors * error, ASSUMED.band_least * value)
     return round(max(value - half, 0.25 * value), 4), round(value + half, 4)
 
 
@@ -46,10 +40,12 @@ def dropped(entry: Entry, grains: Grains) -> LaboratoryTest:
     for answer in entry.answers["rebound"]:
         if answer.value >= height:
             raise refusal("no_rebound", answer.place, answer.value, height)
-        if answer.value < DOUBTFUL * height and not has_unit(answer.text.replace(",", ".")):
+        doubtful = answer.value < ASSUMED.doubtful_rebound * height
+        if doubtful and not has_unit(answer.text.replace(",", ".")):
             raise refusal("doubtful_rebound", answer.place, answer.value, height)
-    if grains.diameter_mm < SMALLEST_MM:
-        raise refusal("floating", entry.place("rebound"), grains.diameter_mm, SMALLEST_MM)
+    least = ASSUMED.smallest_drop_mm
+    if grains.diameter_mm < least:
+        raise refusal("floating", entry.place("rebound"), grains.diameter_mm, least)
     rows = rows_of(entry, "rebound", "drop", drop_height_mm=height)
     mean, error = mean_and_error(rows)
     restitution = math.sqrt(mean / height)
@@ -83,7 +79,8 @@ def tilted(entry: Entry, grains: Grains) -> LaboratoryTest:
     source = (
         f"measured: a sliding angle of {mean:.4g}° is a friction of {friction:.3f} ± {spread:.3f}"
     )
-    length, width = (max(x, WIDER * grains.diameter_mm) for x in PLATE_MM)
+    plate = ASSUMED.plate_length_mm, ASSUMED.plate_width_mm
+    length, width = (max(x, ASSUMED.plate_grains * grains.diameter_mm) for x in plate)
     geometry = {"tilt_rate_deg_s": entry.value("rate", 5.0), "trials": 2,
                 "plate_length_mm": round(length, 3), "plate_width_mm": round(width, 3),
                 "spacing_mm": round(grains.diameter_mm, 4)}  # fmt: skip
@@ -95,15 +92,6 @@ def tilted(entry: Entry, grains: Grains) -> LaboratoryTest:
         known={FRICTION: (friction, spread)},
     )  # fmt: skip
 
-
-INNER, OUTER, COUNT = 10.0, 22.0, 1300
-"""Walls of the ring in longest grains, and the grains in it: the salt's ring, in which they lie
-four deep."""
-DEEPEST = 0.8
-"""Overlap over radius at which a run stops, as in the salt's shear: a grain that is caught at a
-vane bears a large part of the lid's load."""
-ACROSS, ON_A_WALL = 12.0, 800
-"""Longest grains across the ring, and the grains in it: the experiment's own."""
 
 EXPERIMENT = "wall_friction"
 
@@ -123,19 +111,19 @@ def sheared(entry: Entry, grains: Grains) -> LaboratoryTest:
     length = grains.longest * diameter
     geometry = {
         "normal_stress_kPa": load,
-        "inner_diameter_mm": round(INNER * length, 4),
-        "outer_diameter_mm": round(OUTER * length, 4),
+        "inner_diameter_mm": round(ASSUMED.ring_inner * length, 4),
+        "outer_diameter_mm": round(ASSUMED.ring_outer * length, 4),
         "shear_speed_mm_s": round(15.0 * length, 4),
         "preshear_displacement_mm": round(2.0 * length, 4),
         "shear_displacement_mm": round(3.0 * length, 4),
     }
     if entry.values("preshear"):
         geometry["preshear_normal_stress_kPa"] = entry.value("preshear")
-    count = COUNT * grains.longest**3
+    count = ASSUMED.ring_grains * grains.longest**3
     return simulated(
         entry, "stress", f"shear_{load:g}_kPa".replace(".", "_"), "shear",
         {"particles": grains.particles(count, diameter), "geometry": geometry,
-         "numerics": {"overlap_limit": DEEPEST}},
+         "numerics": {"overlap_limit": ASSUMED.ring_overlap}},
         rows_of(entry, "stress", "shear", normal_stress_kPa=load),
         said=said("ring", grains.enlarged(diameter)),
     )  # fmt: skip
@@ -150,14 +138,14 @@ def slid(entry: Entry, grains: Grains) -> LaboratoryTest:
     length = grains.longest * diameter
     geometry = {
         "normal_stress_kPa": load,
-        "ring_diameter_mm": round(ACROSS * length, 4),
+        "ring_diameter_mm": round(ASSUMED.wall_ring * length, 4),
         "slide_speed_mm_s": round(10.0 * length, 4),
         "slide_mm": round(2.0 * length, 4),
     }
     key = "stress" if entry.values("stress") else "angle"
     return simulated(
         entry, key, f"wall_{load:g}_kPa".replace(".", "_"), EXPERIMENT,
-        {"particles": grains.particles(ON_A_WALL * grains.longest**2, diameter),
+        {"particles": grains.particles(ASSUMED.wall_grains * grains.longest**2, diameter),
          "geometry": geometry},
         rows_of(entry, key, EXPERIMENT, normal_stress_kPa=load),
     )  # fmt: skip

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 
 from calibration.study.config.schema import COARSER
+from calibration.study.new.assumed import ASSUMED
 from calibration.study.new.grains import Grains, filling, short, volume_mm3
 from calibration.study.new.methods import Entry, LaboratoryTest
 from calibration.study.new.methods.declare import fault, refusal, rows_of, said, simulated
@@ -16,15 +17,6 @@ from dem.experiments.heap import MIN_ORIFICE_RATIO, PACKING, solid_rate
 from dem.flow import FREE_FLOW_RATIO, K_BEVERLOO
 from dem.timescales import hertz_contact_time, rayleigh_time
 
-SPILL = 1.3  # grains poured over grains of a full cone: some roll off
-MOST = 10_000
-FEWEST = 300
-FEED = 0.65
-"""Share at which grains are made of what the orifice passes of the quick profile's larger grains.
-From 70 % on a funnel packs in some runs and not in others, and the angles come in two kinds."""
-RAYLEIGH = 0.4  # Rayleigh times in a time step, at most
-IMPACT_STEPS = 5.5  # that an impact on the plate lasts at least; the engine warns below 5
-ABOVE = 5.0  # deg by which a heap may be steeper than the measured one and not touch the orifice
 QUICK_WIDER = COARSER["quick"] ** (1 / 3)  # grains of the quick profile, times as wide
 STEEL = Material(7800.0, 8.0e10, 0.3)
 
@@ -35,9 +27,8 @@ def cone_height(plate_mm: float, angle_deg: float) -> float:
 
 
 def roomy_height(plate_mm: float, rim_mm: float, angle_deg: float) -> int:
-    """Lowest orifice [mm] that a heap by ABOVE steeper than the angle does not touch; it stands on
-    the rim."""
-    return math.ceil(rim_mm + cone_height(plate_mm, angle_deg + ABOVE))
+    """Lowest orifice [mm] that a somewhat steeper heap does not touch; it stands on the rim."""
+    return math.ceil(rim_mm + cone_height(plate_mm, angle_deg + ASSUMED.steeper_deg))
 
 
 def steady_fraction(
@@ -83,7 +74,7 @@ class Heap:
         cone = area * cone_height(self.plate_diameter_mm, self.angle_deg) / 3
         grain = math.pi / 6 * self.diameter_mm**3
         heap = cone + area * self.plate_rim_height_mm
-        return max(round(SPILL * PACKING * heap / grain), FEWEST)
+        return max(round(ASSUMED.spill * PACKING * heap / grain), ASSUMED.fewest_grains)
 
     @property
     def capacity_per_s(self) -> float:
@@ -102,12 +93,12 @@ class Heap:
 
     @property
     def feed_per_s(self) -> float:
-        """Grains made in a second: as was measured, else FEED of what the orifice passes of the
+        """Grains made in a second: as was measured, else `feed` of what the orifice passes of the
         quick profile's grains, so that the same mass in a second passes in that profile too."""
         if self.mass_flow_g_s is None:
             own = 1e-3 * self.diameter_mm
             passes = min(self._passes(own), self._passes(own * QUICK_WIDER))
-            return FEED * passes / self._grain
+            return ASSUMED.feed * passes / self._grain
         return self.mass_flow_g_s / (1e3 * self.density_kg_m3 * self._grain)
 
     @property
@@ -117,14 +108,15 @@ class Heap:
 
     @property
     def rayleigh_fraction(self) -> float:
-        """Rayleigh times in a time step: RAYLEIGH, or fewer where an impact on the plate would last
-        less than IMPACT_STEPS or pressed grains would tremble."""
+        """Rayleigh times in a time step: fewer than is usual where an impact on the plate would
+        last less than `impact_steps` or pressed grains would tremble."""
         radius = 0.5e-3 * self.diameter_mm
         material = Material(self.density_kg_m3, self.shear_modulus_Pa, self.poisson_ratio)
         speed = math.sqrt(2.0 * GRAVITY * 1e-3 * self.discharge_height_mm)
-        impact = hertz_contact_time(radius, speed, material, STEEL) / IMPACT_STEPS
+        impact = hertz_contact_time(radius, speed, material, STEEL) / ASSUMED.impact_steps
         pressure = bed_pressure(self.count, 2.0 * radius, self.density_kg_m3)
-        return steady_fraction(RAYLEIGH, radius, material, pressure, self.least_restitution, impact)
+        most, least = ASSUMED.rayleigh, self.least_restitution
+        return steady_fraction(most, radius, material, pressure, least, impact)
 
     def of_at_most(self, most: int) -> "Heap":
         """The same heap of fewer, larger grains; an orifice of FREE_FLOW_RATIO grains stays so."""
@@ -135,26 +127,6 @@ class Heap:
         return replace(self, diameter_mm=round(min(wanted, passing), 4))
 
 
-FLATTEST = 5.8
-"""Angle [deg] at which spheres without any friction still stand (Peyneau and Roux 2008, Physical
-Review E 78:011307)."""
-STEEP, STEEPEST = 45.0, 60.0
-"""Angles [deg] beyond which few heaps of dry grains stand, and none: an internal friction of 1 and
-of 1.7. Choices of this project."""
-NARROW = 5.0  # simulated grains across the orifice, below which it may clog
-ENOUGH = 1000  # grains of a heap; 600 of sand scattered by 2.3 deg, 2,500 by 0.9
-ACROSS = 10.0  # longest grains across a cylinder that is assumed, at least
-USUAL_MM = 50.0  # width of one that is assumed, at least: a choice of this project, no source
-LEAST = 5.0  # longest grains across any cylinder
-DEEP = 1.5  # depth of the grains over the cylinder's width, assumed
-SPEED = 20.0  # mm/s, assumed: slow enough that the grains follow the rim
-ROUND = 4.0  # of the largest grains by which a plate is wider than the cylinder, at least
-ROOM = 1.6  # of the plate over the width of a cone of the measured angle
-RIG_ASSUMED = 2.0
-"""Standard deviation [deg] by which the angle may be off where the cylinder's width is assumed:
-the rig moves it by degrees. A choice of this project, no source."""
-
-
 def doubts_of_angle(entry: Entry, key: str, grains: Grains) -> tuple[str, ...]:
     """Questions about angles of repose that few grains have. Raises CalibrationError for one that
     no friction allows; grains that stick stand as steeply as they will."""
@@ -162,12 +134,12 @@ def doubts_of_angle(entry: Entry, key: str, grains: Grains) -> tuple[str, ...]:
     for answer in entry.answers[key]:
         friction = math.tan(math.radians(answer.value))
         told = fault("heap_of", answer.place, answer.value, friction)
-        if answer.value < FLATTEST:
-            raise refusal("slippery", told, FLATTEST)
-        if answer.value > STEEPEST and not grains.sticky:
-            raise refusal("too_steep", told, STEEPEST)
-        if answer.value > STEEP and not grains.sticky:
-            doubts += said("steep", told, STEEP)
+        if answer.value < ASSUMED.flattest_heap_deg:
+            raise refusal("slippery", told, ASSUMED.flattest_heap_deg)
+        if answer.value > ASSUMED.steepest_deg and not grains.sticky:
+            raise refusal("too_steep", told, ASSUMED.steepest_deg)
+        if answer.value > ASSUMED.steep_deg and not grains.sticky:
+            doubts += said("steep", told, ASSUMED.steep_deg)
     return tuple(doubts)
 
 
@@ -194,9 +166,10 @@ def _check_funnel(entry, heap, grains):
     """Refuse a rig that no grain passes, or that a heap of the measured angle would touch."""
     length = grains.longest * grains.diameter_mm
     orifice, plate = heap.orifice_diameter_mm, heap.plate_diameter_mm
-    if orifice < NARROW * length:
+    if orifice < ASSUMED.narrow_orifice * length:
         clogs = orifice < MIN_ORIFICE_RATIO * length
-        raise refusal("narrow_orifice", entry.place("orifice"), orifice, length, NARROW, clogs)
+        place, least = entry.place("orifice"), ASSUMED.narrow_orifice
+        raise refusal("narrow_orifice", place, orifice, length, least, clogs)
     if plate <= orifice:
         raise refusal("narrow_plate", entry.place("plate"), plate, orifice)
     if heap.discharge_height_mm <= heap.apex_mm:
@@ -208,7 +181,7 @@ def _check_funnel(entry, heap, grains):
 def funnel(entry: Entry, grains: Grains) -> LaboratoryTest:
     """The experiment `heap` in the laboratory's own funnel."""
     heap = heap_of(entry, grains)
-    longest = heap.orifice_diameter_mm / (NARROW * grains.longest)
+    longest = heap.orifice_diameter_mm / (ASSUMED.narrow_orifice * grains.longest)
     poured = heap.of_at_most(grains.most)
     diameter = grains.size(min(poured.diameter_mm, longest))
     poured = replace(heap, diameter_mm=round(diameter, 4))
@@ -244,20 +217,21 @@ def _said_of_funnel(entry, heap, grains, diameter, own):
     across = heap.orifice_diameter_mm / (grains.longest * diameter * QUICK_WIDER)
     roomy = roomy_height(heap.plate_diameter_mm, heap.plate_rim_height_mm, heap.angle_deg)
     larger, quick = grains.enlarged(diameter), COARSER["quick"]
-    return said("funnel", heap, own, fed, larger, quick, across, NARROW, roomy, ENOUGH)
+    limits = ASSUMED.narrow_orifice, roomy, ASSUMED.enough_grains
+    return said("funnel", heap, own, fed, larger, quick, across, *limits)
 
 
 def cylinder(entry: Entry, grains: Grains) -> LaboratoryTest:
     """The experiment `lifted_cylinder`, as wide and as full as was told."""
     _refuse_unknown(entry, grains)
     longest = grains.longest * grains.size(grains.diameter_mm)
-    wide = entry.value("cylinder", max(ACROSS * longest, USUAL_MM))
-    deep = entry.value("depth", DEEP * wide)
+    wide = entry.value("cylinder", max(ASSUMED.assumed_across * longest, ASSUMED.usual_cylinder_mm))
+    deep = entry.value("depth", ASSUMED.cylinder_deep * wide)
     diameter = _size(entry, grains, wide, deep)
     count = filling(math.pi / 4 * wide**2 * deep, diameter)
     angles = entry.values("angle")
     plate = entry.value("plate", _plate(count * volume_mm3(diameter) / 0.6, angles, wide))
-    least = wide + ROUND * diameter * grains.longest
+    least = wide + ASSUMED.plate_around * diameter * grains.longest
     if plate < least:
         raise refusal("narrow_base", entry.place("plate"), plate, wide, least)
     run = {
@@ -265,7 +239,7 @@ def cylinder(entry: Entry, grains: Grains) -> LaboratoryTest:
         "geometry": {
             "cylinder_diameter_mm": round(wide, 3),
             "plate_diameter_mm": round(plate, 3),
-            "lift_speed_mm_s": entry.value("speed", SPEED),
+            "lift_speed_mm_s": entry.value("speed", ASSUMED.lift_speed_mm_s),
         },
         "numerics": {"max_time_s": 5.0},
     }
@@ -273,7 +247,7 @@ def cylinder(entry: Entry, grains: Grains) -> LaboratoryTest:
     return simulated(
         entry, "angle", "cylinder", "lifted_cylinder", run, rows,
         went={"depth": f"{count:.0f} grains of {diameter:.3g} mm, as deep"},
-        discrepancy={"angle_of_repose_deg": RIG_ASSUMED} if assumed else {},
+        discrepancy={"angle_of_repose_deg": ASSUMED.assumed_rig_deg} if assumed else {},
         said=(*doubts_of_angle(entry, "angle", grains),
               *_said_of_cylinder(entry, grains, diameter, wide, deep, count)),
     )  # fmt: skip
@@ -286,13 +260,14 @@ def _refuse_unknown(entry, grains):
 
 
 def _size(entry, grains, wide, deep):
-    """Diameter of the simulated grains [mm]: at most `grains.most` fill the cylinder, and LEAST
+    """Diameter of the simulated grains [mm]: at most `grains.most` fill the cylinder, and enough
     fit across it. Raises CalibrationError for a cylinder that is too narrow for the laboratory's
     own."""
-    limit = wide / (LEAST * grains.longest)
+    limit = wide / (ASSUMED.cylinder_across * grains.longest)
     if grains.size(grains.diameter_mm) > limit:
         length = grains.longest * grains.size(grains.diameter_mm)
-        told = wide, wide / length, short(length), LEAST, short(LEAST * length)
+        least = ASSUMED.cylinder_across
+        told = wide, wide / length, short(length), least, short(least * length)
         raise refusal("narrow_cylinder", entry.place("cylinder"), *told)
     own = filling(math.pi / 4 * wide**2 * deep, grains.diameter_mm)
     wanted = grains.diameter_mm * max(own / grains.most, 1.0) ** (1 / 3)
@@ -304,12 +279,13 @@ def _plate(bulk, angles, wide):
     """Width [mm] of a plate that a heap of `bulk` [mm3] at the measured angle does not cover."""
     slope = math.tan(math.radians(sum(angles) / len(angles)))
     cone = 2.0 * (3.0 * bulk / (math.pi * slope)) ** (1.0 / 3.0)
-    return math.ceil(max(ROOM * cone, 2.0 * wide))
+    return math.ceil(max(ASSUMED.plate_room * cone, 2.0 * wide))
 
 
 def _said_of_cylinder(entry, grains, diameter, wide, deep, count):
     words = {"cylinder": f"{wide:.3g} mm wide", "depth": f"filled {deep:.3g} mm deep",
-             "speed": f"lifted at {SPEED:g} mm/s"}  # fmt: skip
+             "speed": f"lifted at {ASSUMED.lift_speed_mm_s:g} mm/s"}  # fmt: skip
     assumed = {key: text for key, text in words.items() if not entry.values(key)}
-    fits = wide >= LEAST * grains.longest * diameter * QUICK_WIDER
-    return said("cylinder", assumed, RIG_ASSUMED, fits, count, grains.enlarged(diameter))
+    fits = wide >= ASSUMED.cylinder_across * grains.longest * diameter * QUICK_WIDER
+    sd, larger = ASSUMED.assumed_rig_deg, grains.enlarged(diameter)
+    return said("cylinder", assumed, sd, fits, count, larger)
