@@ -1,6 +1,6 @@
-"""What snakemake hands to a stage's function and to the script that calls it, as types."""
+"""What snakemake hands to a stage's function, as a type."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any, Protocol
 
 
@@ -14,14 +14,3 @@ class NamedFiles(Protocol):
 
     def get(self, name: str, default: Any = None) -> Any:
         """The path or paths of a name, `default` where the rule has none of it."""
-
-
-class Job(Protocol):
-    """The job that runs a script: its log files, the study's configuration, checked and as a
-    mapping, and what stands in its rule's `input`, `output` and `params`."""
-
-    log: list[str]
-    config: Mapping[str, Any]
-    input: NamedFiles
-    output: NamedFiles
-    params: NamedFiles

@@ -43,12 +43,6 @@ COHESION = set().union(*map(keys_of, LAWS["cohesion"].values()))
 NOT_SCALED = ("output", "seed")  # what is written, not what is simulated
 
 
-def quantity_of(key: str) -> str | None:
-    """Quantity of `calibration.statistics.dimensions` that a run spec's key holds, by its unit;
-    None for a number without one."""
-    return dimensions.HELD_IN.get(unit_of(key))  # type: ignore[arg-type]
-
-
 def enlarged(
     run: Mapping[str, Any], experiment: str, rule: dimensions.Rule, h: float
 ) -> dict[str, Any]:
@@ -79,7 +73,7 @@ def _scaled(part, factor, key=""):
             f"{key}: the states of a curve, whose unit its powers make, cannot be enlarged here; "
             "use a law with a constant coefficient"
         )
-    quantity = quantity_of(key)
+    quantity = dimensions.HELD_IN.get(unit_of(key))  # type: ignore[arg-type]
     if quantity is None or part is None:
         return part
     if isinstance(part, list):
