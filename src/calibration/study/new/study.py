@@ -43,9 +43,9 @@ LAWS = {slot: DEFAULTS[slot] for slot in ("rolling", "torsion")}
 MEASURED, GIVEN, PAGE = "measured.csv", "given.csv", "README.md"
 MARGINS = {"angle_of_repose_deg": 1.0}
 MARGIN = 0.02  # of any other target: a difference that does not matter
-DESIGNS_S, DESIGN_RUNS = 1200.0, 36
-"""Time of one core [s] for the runs of screening and surface, and their number when each is made
-once: 19 for seven factors and 17 for three."""
+DESIGNS_S, DESIGN_RUNS = 1200.0, 41
+"""Time of one core [s] for the runs of screening, path and surface, and their number when each is
+made once: 19 for seven factors, five and 17 for three."""
 MOST_REPLICATES = 4
 """Of a design. The effects on heaps of 1,500 grains have a standard error of 1.4° by one screening
 of 19 runs, 0.6° by four."""
@@ -129,7 +129,7 @@ def configuration(lab: Laboratory) -> str:
 
 
 def _replicates(lab):
-    """How often screening and surface are run: as DESIGNS_S allows, at most MOST_REPLICATES."""
+    """How often screening, path and surface are run: as DESIGNS_S allows, at most MOST_REPLICATES."""
     config = parse_config(yaml.safe_load(_text(lab, 1)))
     seconds = run_seconds(point_spec(config.own_run, config.experiment, {}, config.seed))
     often = int(DESIGNS_S / (DESIGN_RUNS * (seconds or DESIGNS_S)))  # once where nothing tells
