@@ -76,13 +76,17 @@ def central_composite(
 
 
 def steepest_path(
-    factors: Sequence[Factor], start: Mapping[str, float], step: Mapping[str, float], steps: int
+    factors: Sequence[Factor],
+    start: Mapping[str, float],
+    step: Mapping[str, float],
+    steps: int,
+    replicates: int = 1,
 ) -> pd.DataFrame:
-    """`steps` points start + k step in natural levels; start, step: {factor name: value}. Levels
-    outside a factor's range raise CalibrationError."""
+    """`steps` points start + k step in natural levels, the whole path repeated `replicates` times;
+    start, step: {factor name: value}. Levels outside a factor's range raise CalibrationError."""
     rows = []
-    for k in range(steps):
-        row: dict[str, Any] = {"run": k + 1, "replicate": 1}
+    for r, k in product(range(replicates), range(steps)):
+        row: dict[str, Any] = {"run": len(rows) + 1, "replicate": r + 1}
         for f in factors:
             value = round(start[f.name] + k * step[f.name], 9)
             if not f.low - 1e-9 <= value <= f.high + 1e-9:

@@ -123,6 +123,7 @@ class AscentConfig(_Part):
     """Steepest ascent."""
 
     steps: int = Field(5, ge=2, le=50)
+    replicates: int = Field(1, ge=1, le=20)
     rule: Literal["configured", "effects"] = "configured"
     start: dict[str, float] = {}
     step: dict[str, float] = {}
