@@ -22,9 +22,8 @@ import scipy
 from numpy.typing import ArrayLike
 
 from calibration import figures
-from calibration.chain.handed_over import NamedFiles
 from calibration.chain.responses import spread_of
-from calibration.chain.study import Study
+from calibration.chain.study import NamedFiles, Study
 from calibration.errors import CalibrationError, ConfigError
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written

@@ -10,9 +10,8 @@ from typing import Any
 
 import pandas as pd
 
-from calibration.chain.handed_over import NamedFiles
 from calibration.chain.responses import with_value
-from calibration.chain.study import Study, read_region
+from calibration.chain.study import NamedFiles, Study, read_region
 from calibration.files import read_json
 from calibration.intake.tables import read_written
 from calibration.stages.joint import free_factors

@@ -20,8 +20,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from calibration import figures
-from calibration.chain.handed_over import NamedFiles
-from calibration.chain.study import Study
+from calibration.chain.study import NamedFiles, Study
 from calibration.files import write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_metric, read_values, together, write_plan

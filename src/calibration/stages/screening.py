@@ -9,8 +9,7 @@ import pandas as pd
 
 from calibration import figures
 from calibration.chain import responses
-from calibration.chain.handed_over import NamedFiles
-from calibration.chain.study import Study, further_files
+from calibration.chain.study import NamedFiles, Study, further_files
 from calibration.figures import Drawing, Response
 from calibration.files import write_table
 from calibration.intake.tables import read_written

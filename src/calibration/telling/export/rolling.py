@@ -36,7 +36,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from calibration.chain.handed_over import NamedFiles
+from calibration.chain.study import NamedFiles
 from calibration.engines.conversion import (
     DAMPING_RATIO,
     ELASTIC_PLASTIC,

@@ -14,8 +14,7 @@ import numpy as np
 import pandas as pd
 from PIL import Image, ImageDraw
 
-from calibration.chain.handed_over import NamedFiles
-from calibration.chain.study import Results, Study
+from calibration.chain.study import NamedFiles, Results, Study
 from calibration.figures import Response, label
 from calibration.intake.tables import read_written
 from calibration.runs.store import REFUSED, RunStore
