@@ -74,18 +74,14 @@ def _altered(folder, found):
 
 def made_again(
     folder: str | Path, name: str, outputs: Iterable[str | Path], content: str | None = None
-) -> str | None:
-    """Return why the files of a rule are to be made again, in a sentence; None where they need
-    not. content: the digest that its record must have, if given."""
+) -> bool:
+    """Return whether the files of a rule are to be made again: nothing says how they were made, one
+    is not as the rule left it, or code, settings or tables of the rule have changed. content: the
+    digest that its record must have, if given."""
     found = read_record(Path(folder, FOLDER, f"{name}.json"))
     if found is None:
-        there = any(Path(file).exists() for file in outputs)
-        return f"{folder}, {name}: nothing says how they were made" if there else None
-    if file := next(_altered(folder, found), None):
-        return f"{file}: is not as {name} left it"
-    if content and found["made_from"] != content:
-        return f"{folder}: code, settings or tables of {name} have changed"
-    return None
+        return any(Path(file).exists() for file in outputs)
+    return any(_altered(folder, found)) or (content or found["made_from"]) != found["made_from"]
 
 
 def refuse_others(folder: str | Path) -> None:
