@@ -19,9 +19,9 @@ rule study:
 
 
 # what takes longer than the study and is no part of it: the study with more runs and what the paper
-# claims beyond its calibration, with the pour rate and the posterior in another machine; the study
-# in the rig as printed and out of a funnel that is filled and then opened; and the ways to calibrate
-# compared. Each study is a call of its own, with this one's configuration below its files; runs that
+# claims beyond its calibration, with the posterior in another machine; the study in the rig as
+# printed and out of a funnel that is filled and then opened; and the ways to calibrate compared.
+# Each study is a call of its own, with this one's configuration below its files; runs that
 # exist are not repeated. The first bears this one's name, and its results take the place of these
 rule reference:
     input:
@@ -32,12 +32,12 @@ rule reference:
     params:
         configuration=CONFIG_FILES,
         studies=[
-            ["config/reference.yaml", "--", "study", "pour_rate", "push_through"],
+            ["config/reference.yaml", "--", "study", "push_through"],
             ["config/reference.yaml", "config/rigs/printed.yaml"],
             ["config/reference.yaml", "config/rigs/opened.yaml"],
         ],
     message:
-        "reference: more runs, further claims, two other rigs, the pour rate"
+        "reference: more runs, further claims, two other rigs"
     script:
         "workflow/scripts/reference.py"
 

@@ -14,7 +14,7 @@ from calibration.intake.tables import read_written
 from calibration.runs.simulated import simulate
 from calibration.study.config import overlay
 from calibration.telling.export import decks, rolling
-from calibration.telling.export.trials import OWN, TRIALS, trials
+from calibration.telling.export.decks import OWN, TRIALS, trials
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
 from dem.spec import parse_spec

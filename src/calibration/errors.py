@@ -27,22 +27,12 @@ MACHINE = {
 
 
 class CalibrationError(Exception):
-    """Base class of everything that is shown to the user as one line.
-
-    `path`, `line`, `column`, `key` (of a configuration, or an option), `value` and `allowed` are
-    what the message names; None where it names none.
-    """
-
-    def __init__(
-        self, text, *, path=None, line=None, column=None, key=None, value=None, allowed=None
-    ):
-        self.path, self.line, self.column = path, line, column
-        self.key, self.value, self.allowed = key, value, allowed
-        super().__init__(text)
+    """Base class of everything that is shown to the user as one line."""
 
 
 class ConfigError(CalibrationError, InputError):
-    """A configuration or data file that cannot be used; the message is made of what it names."""
+    """A configuration or data file that cannot be used; the message is made of what it names:
+    `path`, `line`, `column`, `key` (of a configuration, or an option), `value` and `allowed`."""
 
     def __init__(self, reason, **named):
         InputError.__init__(self, reason, **named)

@@ -11,7 +11,6 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cache
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -107,20 +106,13 @@ ANGLE = response_of("angle_of_repose_deg")
 BLUE, ORANGE, GREY, GREEN = "#2f6db5", "#d1711f", "#8a8f98", "#2e8b57"
 
 
-@cache
-def _pyplot():
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    return plt
-
-
 @contextmanager
 def styled() -> Iterator[Any]:
     """Draw in the style of all figures, by `matplotlib.pyplot`, which is given."""
-    plt = _pyplot()
+    import matplotlib
+    from matplotlib import pyplot as plt
+
+    matplotlib.use("Agg")
     with plt.style.context("calibration.figures"):
         yield plt
 

@@ -3,9 +3,6 @@ name, and records read."""
 
 import json
 import os
-import re
-import time
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,23 +13,8 @@ from dem.tables.limits import check_file
 if TYPE_CHECKING:  # pandas takes a while to load, and most of who write a file need none of it
     import pandas as pd
 
-ABANDONED = 3600.0  # seconds
-BLANKS = " \t\n\v\f\xa0\ufeff"
-PARTIAL = re.compile(r"\.partial\..*|\..*\.partial")
-"""What `dem.io.files.replace_file` and `dem.render` write to."""
-
-FORMULA = ("=", "+", "-", "@", "\uff1d", "\uff0b", "\uff0d", "\uff20")
-"""What a formula of a spreadsheet begins with, in its wide forms too."""
-
-
-def sweep_abandoned(folder: str | Path) -> None:
-    """Delete what writers that were killed have left below a folder: partial files of more than an
-    hour."""
-    partials = (p for p in Path(folder).rglob(".*") if PARTIAL.fullmatch(p.name))
-    for partial in partials:
-        with suppress(OSError):  # its writer has just finished
-            if time.time() - partial.stat().st_mtime > ABANDONED:
-                partial.unlink()
+FORMULA = ("=", "+", "-", "@")
+"""What a formula of a spreadsheet begins with."""
 
 
 class DamagedError(InputError, ValueError):
@@ -85,19 +67,10 @@ def csv_text(table: "pd.DataFrame") -> str:
 
 
 def _no_formula(cell):
-    if not isinstance(cell, str):
+    if not (isinstance(cell, str) and cell.lstrip().startswith(FORMULA)):
         return cell
-    cell = cell.replace("\r", " ")  # pandas would let it begin a row of its own
-    # a spreadsheet that parts cells by semicolons or tabs begins a new one behind each, and behind
-    # an end of a line: quotation marks behind a comma are text to it
-    return "".join(_as_text(part) for part in re.split(r"([;\t\n]\s*)", cell))
-
-
-def _as_text(part):
-    if not part.lstrip(BLANKS).startswith(FORMULA):
-        return part
     try:
-        float(part)
+        float(cell)
     except ValueError:
-        return f"'{part}"
-    return part
+        return f"'{cell}"
+    return cell

@@ -11,7 +11,7 @@ from calibration import figures as common
 from calibration.chain.handed_over import NamedFiles
 from calibration.files import read_json, write_table, write_text
 from calibration.runs.simulated import simulate
-from calibration.telling.report.plain import write_page
+from calibration.telling.report.embed import write_page
 from dem.io.files import write_json
 from diagnosis import contacts, emulator_waves, extend, figures, held_out, power, verdict
 from diagnosis.bulk import Bulk

@@ -20,6 +20,11 @@ SCATTER = 0.3  # of a run about the mean; a response spans about 2
 READINGS = 8
 
 
+def uniform(d):
+    """The flat prior of d parameters."""
+    return Prior(np.full(d, 0.5), np.full(d, np.inf))
+
+
 class Linear:
     """An emulator that is right: the mean is a + b u, with a stated error and scatter."""
 
@@ -82,4 +87,4 @@ class World:
             y = self.draws(k, np.repeat(truth[None], READINGS, axis=0), rng)
             se2 = y.var(ddof=1) / READINGS
             found.append(Response(f"response {k}", (emulator,), y.mean(), se2, READINGS - 1))
-        return Joint(tuple(found), Prior.uniform(self.d))
+        return Joint(tuple(found), uniform(self.d))

@@ -136,8 +136,6 @@ CASES = {
                 ("{ name: table, responses: r.csv, code: EDEM, sep: ; }", "engine.sep", ";"),
             )
         ),
-        ("a pour at one rate", "", "pour_rate: { rates_per_s: [500] }", "line 12",
-         "pour_rate.rates_per_s", "500"),
         ("a plane that tilts back", "experiment: heap }", "experiment: heap }, chute: "
          "{ experiment: tilt, run: { geometry: { tilt_rate_deg_s: -5 } } }", "line 4",
          "tests.chute.run.geometry.tilt_rate_deg_s", "-5"),

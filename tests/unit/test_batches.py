@@ -1,24 +1,20 @@
 """Batches of short runs: each run is kept, none is done twice, and a failure names the run and
 why."""
 
-import io
 import json
-import tarfile
 from pathlib import Path
 
 import pytest
 import yaml
 
 from calibration import engines
-from calibration.errors import CalibrationError
+from calibration.runs import store
 from calibration.runs.plans import run_id
 from calibration.runs.runner import (
     batch_count,
-    pack_runs,
     run_batch,
     run_told_batch,
     runs_per_job,
-    unpack_runs,
 )
 from calibration.runs.store import RunStore
 from calibration.runs.verify import lost_runs, short_batches
@@ -26,7 +22,7 @@ from calibration.study.config import parse_config
 from calibration.study.cost import LEAST_JOBS, RUN_S, run_seconds
 from dem.errors import BlowUpError, StoppedError
 from dem.io.files import write_json
-from facts import ROOT, refused
+from facts import ROOT
 
 DROP = {"experiment": "drop", "geometry": {"drop_height_mm": 5.0, "drops": 1}}
 
@@ -36,15 +32,16 @@ def plan_of(folder, specs):
     return folder / "plan.json"
 
 
-def test_batches_share_the_runs_and_a_second_time_does_none(tmp_path):
+def test_batches_share_the_runs_and_a_second_time_does_none(tmp_path, monkeypatch):
+    monkeypatch.setitem(store._place, "root", tmp_path / "runs")
     plan = plan_of(tmp_path, [DROP | {"seed": n} for n in range(3)])
     for batch in range(2):
-        run_batch(plan, batch, 2, tmp_path / f"{batch}.json", root=tmp_path / "runs")
+        run_batch(plan, batch, 2, tmp_path / f"{batch}.json")
     done = [json.loads((tmp_path / f"{b}.json").read_text())["runs"] for b in range(2)]
     assert sorted(done[0] + done[1]) == sorted(json.loads(plan.read_text()))
     results = {p: p.stat().st_mtime_ns for p in (tmp_path / "runs").glob("*/result.json")}
     assert len(results) == 3
-    run_batch(plan, 0, 1, tmp_path / "again.json", root=tmp_path / "runs")
+    run_batch(plan, 0, 1, tmp_path / "again.json")
     assert results == {p: p.stat().st_mtime_ns for p in results}
 
 
@@ -100,9 +97,10 @@ def test_a_lift_lasts_as_its_speed_says():
     assert (slow - RUN_S) / (fast - RUN_S) == pytest.approx((5.83 + 1.54) / (0.06 + 1.54), rel=0.01)
 
 
-def test_a_drop_in_a_shared_process_gives_what_it_gives_alone(tmp_path):
+def test_a_drop_in_a_shared_process_gives_what_it_gives_alone(tmp_path, monkeypatch):
+    monkeypatch.setitem(store._place, "root", tmp_path / "runs")
     specs = [DROP | {"seed": n} for n in range(3)]
-    run_batch(plan_of(tmp_path, specs), 0, 1, tmp_path / "done.json", root=tmp_path / "runs")
+    run_batch(plan_of(tmp_path, specs), 0, 1, tmp_path / "done.json")
     for spec in specs:
         name = run_id(spec)
         alone = engines.make(spec, tmp_path / "alone" / name)
@@ -193,33 +191,3 @@ def test_the_mark_of_a_batch_falls_with_one_of_its_runs(study, damage):
     # also where its plan cannot be read
     (folder / "plan.json").write_text("{")
     assert short_batches(folder, RunStore()) == [mark.name]
-
-
-def test_what_a_batch_did_is_packed_and_unpacked_as_it_was(tmp_path):
-    texts = {name: f'{{"of": "{name}"}}' for name in ("drop-1", "drop-2", "drop-other")}
-    for name, text in texts.items():
-        (tmp_path / "runs" / name).mkdir(parents=True)
-        (tmp_path / "runs" / name / "result.json").write_text(text)
-    write_json(tmp_path / "0.json", {"runs": ["drop-1", "drop-2"], "failed": []})
-    pack_runs(tmp_path / "0.json", tmp_path / "0.tar", tmp_path / "runs")
-    unpack_runs(tmp_path / "0.tar", tmp_path / "elsewhere")
-    found = {p.parent.name: p.read_text() for p in tmp_path.glob("elsewhere/*/result.json")}
-    assert found == {name: texts[name] for name in ("drop-1", "drop-2")}
-    (tmp_path / "broken.tar").write_bytes(b"no archive")
-    with refused(CalibrationError, "broken.tar"):
-        unpack_runs(tmp_path / "broken.tar", tmp_path / "elsewhere")
-
-
-@pytest.mark.parametrize(
-    ("name", "link"),
-    [("../drop-1/result.json", ""), ("/tmp/result.json", ""), ("drop-1/result.json", "/etc/hosts")],
-)
-def test_an_archive_writes_nowhere_but_among_the_runs(tmp_path, name, link):
-    with tarfile.open(tmp_path / "odd.tar", "w") as tar:
-        member = tarfile.TarInfo(name)
-        if link:
-            member.type, member.linkname = tarfile.SYMTYPE, link
-        tar.addfile(member, io.BytesIO())
-    with refused(CalibrationError, "odd.tar", "result.json"):
-        unpack_runs(tmp_path / "odd.tar", tmp_path / "elsewhere")
-    assert not list(tmp_path.rglob("result.json"))

@@ -9,10 +9,11 @@ import pandas as pd
 import pytest
 import yaml
 
+from calibration.chain.responses import spread_of
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError
 from calibration.stages.bench_tests import (
-    SWEEPS,
+    METRIC,
     analyse_sweep,
     bench_parameters,
     inverse_of,
@@ -58,7 +59,7 @@ def by_law(test):
 
     def metrics(spec, _):
         level = numbers_of(spec)[SWEPT[test]]
-        return {SWEEPS[test].metric: LAWS[test](level), SWEEPS[test].spread: 0.1}
+        return {METRIC[test]: LAWS[test](level), spread_of(METRIC[test]): 0.1}
 
     return metrics
 

@@ -7,8 +7,8 @@ from calibration.chain.study import Study
 from calibration.errors import ConfigError
 from calibration.runs.feasibility import check_ahead
 from calibration.stages.screening import _going_on
+from calibration.statistics.design import screening_design
 from calibration.statistics.screening import screen
-from calibration.statistics.screening_design import screening_design
 from calibration.study.factors import Choice, read_factors
 from facts import refused
 from made_up import made_up

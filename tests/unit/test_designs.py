@@ -6,24 +6,24 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError
 from calibration.figures import ANGLE
+from calibration.stages.ascent import ascent, plan_ascent
 from calibration.stages.screening import STAGES, plan_screening, screening
 from calibration.statistics.design import (
+    alias_groups,
     box_behnken,
     central_composite,
     path_from_effects,
-    steepest_path,
-)
-from calibration.statistics.screening_design import (
-    alias_groups,
     plackett_burman,
     resolution_iv,
     screening_design,
+    steepest_path,
 )
 from calibration.statistics.surface import model_matrix, quadratic_terms
 from calibration.study.config import parse_config
@@ -31,7 +31,7 @@ from calibration.study.config.schema import ScreeningConfig
 from calibration.study.factors import Factor, read_factors
 from facts import ROOT, refused, tells
 from paper_tables import paper_table
-from stage_files import PlanFiles
+from stage_files import PlanFiles, write
 
 
 def factors(k):
@@ -224,3 +224,34 @@ def test_the_path_of_the_effects_is_the_gradient_in_coded_levels():
     slope = np.array([2.0, -1.0, 0.5])
     way = x[-1] - x[0]
     assert slope @ way == pytest.approx(np.linalg.norm(slope) * np.linalg.norm(way))
+
+
+def test_the_mean_of_a_point_decides_along_a_path_that_is_run_several_times(tmp_path, monkeypatch):
+    """The second point's first run gives the measured value by chance, the third's on average."""
+    data = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
+    data["ascent"]["replicates"] = 2
+    monkeypatch.chdir(ROOT)
+    study = Study(parse_config(data))
+    names = ["salt_steel_rolling_friction", "salt_salt_restitution", "salt_salt_rolling_friction"]
+    summary = {"factors": names, "effects": dict.fromkeys(study.config.fixed, 1.0)}
+    write(tmp_path / "screening.json", summary)
+    plan_ascent(
+        study, SimpleNamespace(screening=tmp_path / "screening.json"), PlanFiles.of(tmp_path)
+    )
+    design = pd.read_csv(tmp_path / "design.csv")
+    points = [t[names].to_numpy().tolist() for _, t in design.groupby("replicate")]
+    assert points[0] == points[1]
+    assert len(points[0]) == 5
+    assert design["run_id"].is_unique
+    above = np.array([-9.0, 0.0, 3.0, 6.0, 9.0, -9.0, -5.0, -3.0, 6.0, 9.0])  # the measured value
+    measured = float(np.mean(study.measured()))
+    monkeypatch.setattr(
+        "calibration.chain.responses.with_responses",
+        lambda table, _: table.assign(response=measured + above),
+    )
+    files = {n: tmp_path / f"{n}.svg" for n in ("runs", "path", "summary")}
+    ascent(study, SimpleNamespace(design=tmp_path / "design.csv"), SimpleNamespace(**files))
+    found = json.loads(files["summary"].read_text())
+    assert found["step"] == 3
+    assert [found["centre"][name] for name in names] == pytest.approx(points[0][2])
+    assert found["responses"] == pytest.approx(measured + np.array([-9.0, -2.5, 0.0, 6.0, 9.0]))

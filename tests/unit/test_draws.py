@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from calibration.interface.cli import main
-from calibration.runs.all_runs import mixtures
+from calibration.runs.mixtures import finished, mixtures
 from calibration.runs.plans import run_id
 from calibration.study.stage import load_stages
 from calibration.telling.report.build import runs_section
@@ -43,7 +43,7 @@ def study(tmp_path, monkeypatch):
 
 
 def test_runs_of_two_versions_are_a_mixture(study):
-    [said] = mixtures(study)
+    [said] = mixtures(finished(study))
     for words in ("screening", "4 runs", "numba 0.62.0", "numba 0.63.1", "znver3"):
         assert holds(said, words)
 
@@ -52,7 +52,7 @@ def test_runs_of_one_version_are_none(study, monkeypatch):
     for path in Path("results/runs").glob("*/result.json"):
         if "0.63.1" in path.read_text():
             path.unlink()
-    assert mixtures(study) == []
+    assert mixtures(finished(study)) == []
 
 
 def test_verify_and_report_tell_of_it(study, capsys):

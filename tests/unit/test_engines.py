@@ -193,7 +193,7 @@ def deck_of(code, folder, **parts):
 @pytest.mark.parametrize("experiment", ["heap", "drop"])
 def test_a_deck_holds_the_spec(tmp_path, code, experiment):
     spec, text = deck_of(code, tmp_path, experiment=experiment)
-    steps = Drop.of(spec).looks[0] if experiment == "drop" else Pour.of(spec).looks[0]
+    steps = Drop(spec).looks[0] if experiment == "drop" else Pour(spec).looks[0]
     assert f"run {steps}" in text
 
 
@@ -206,7 +206,7 @@ def test_yade_gets_a_script_that_python_can_read(tmp_path):
     for name in ("in.py", "material.py"):
         compile((tmp_path / name).read_text(), name, "exec")
     assert "radii, shares, pitch = [0.00075, 0.001], [0.25, 0.75], 0.0022" in text
-    assert f"O.run({Pour.of(spec).looks[0]}, True)" in text
+    assert f"O.run({Pour(spec).looks[0]}, True)" in text
     entry = {"name": "yade", "identity": {}, "settings": {}}
     with refused(engines.EngineError, "yade", "experiment", "drop", "heap"):
         engines.check(parse_spec(OWN | {"experiment": "drop", "engine": entry}))
@@ -355,7 +355,7 @@ def test_a_sieve_curve_is_poured_in_sizes_between_its_sieves(by):
         "fractions": [0.3, 0.7],
     }
     spec = parse_spec(OWN | {"experiment": "heap", "particles": {"sizes": sizes}})
-    pour = Pour.of(spec)
+    pour = Pour(spec)
     radii, shares = np.array(pour.radii), np.array(pour.shares)
     drawn = draw_radii(spec, 50_000, np.random.default_rng(1))
     assert len(radii) == 10

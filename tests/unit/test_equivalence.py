@@ -1,6 +1,8 @@
 """Verdicts by a margin: a published equivalence test, and the errors that they promise; the
 comparison with the measurement agrees with scipy's and statsmodels' tests."""
 
+from dataclasses import asdict
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -20,7 +22,7 @@ from calibration.statistics.equivalence import (
     together,
     verdict,
 )
-from calibration.statistics.validate import Stated, compare, variance_components
+from calibration.statistics.validate import Stated, compare
 from facts import refused
 from paper_tables import measured_angles, simulated_angles
 
@@ -161,25 +163,9 @@ def test_an_open_comparison_says_how_many_more_runs_would_decide(simulated, meas
 def test_a_stated_mean_is_compared_as_its_readings_are(simulated, measured):
     stated = Stated(measured.mean(), measured.std(ddof=1), measured.size)
     of_readings, of_mean = compare(simulated, measured, 1.0), compare(simulated, stated, 1.0)
-    for name, value in of_readings.as_dict().items():
+    for name, value in asdict(of_readings).items():
         close = value if value is None else pytest.approx(value, rel=1e-12)
-        assert of_mean.as_dict()[name] == close, name
-
-
-def test_variance_components_are_those_of_the_anova(simulated):
-    between, within = variance_components(simulated)
-    # F is the between mean square over the within one: 1 + 5 between^2 / within^2 where above 1
-    f = stats.f_oneway(*simulated).statistic
-    assert between == pytest.approx(within * np.sqrt(max(f - 1, 0) / 5))
-    assert within**2 == pytest.approx(simulated.var(axis=1, ddof=1).mean())
-    spread = simulated + 3.0 * np.arange(5)[:, None]
-    f = stats.f_oneway(*spread).statistic
-    between, within = variance_components(spread)
-    assert between == pytest.approx(within * np.sqrt((f - 1) / 5))
-
-
-def test_groups_that_agree_too_well_have_no_component():
-    assert variance_components([[1.0, 3.0], [3.0, 1.0]]) == (0.0, pytest.approx(np.sqrt(2)))
+        assert asdict(of_mean)[name] == close, name
 
 
 @pytest.mark.parametrize(
@@ -187,7 +173,7 @@ def test_groups_that_agree_too_well_have_no_component():
     [
         ([[1.0]], [1.0, 2.0], 1.0, "1 simulated"),
         ([[1.0, 2.0]], [1.0], 1.0, "1 measured"),
-        ([[1.0, np.nan]], [1.0, 2.0], 1.0, "simulated value 2"),
+        ([[1.0, np.nan]], [1.0, 2.0], 1.0, "simulated"),
         ([[1.0, 1.0]], [2.0, 2.0], 1.0, "scatter"),
         ([[1.0, 2.0]], [1.0, 2.0], 0.0, "margin"),
     ],

@@ -380,9 +380,8 @@ def test_a_law_calibrated_with_keeps_its_number(mapping):
     spec = parse_spec(overlay(mapping, law))
     assert not rolling.needs_search(spec)
     c = Conversion(spec)
-    e = c.equivalent
-    assert e.rolling_friction == spec.contacts.particle_particle.rolling_friction
-    assert e.stiffness_factor == 3.0
+    assert c.numbers["rolling_friction"] == spec.contacts.particle_particle.rolling_friction
+    assert c.numbers["stiffness_factor"] == 3.0
     assert "NOT CONVERTED" not in " ".join(c.sentences("epsd3"))
 
 
@@ -407,7 +406,7 @@ def test_a_study_without_a_heap_says_that_rolling_friction_is_not_converted(mapp
     assert not rolling.needs_search(drop)
     c = Conversion(drop, {"path": None})
     assert "Without a heap" in c.sentences("epsd3")[0]
-    assert c.equivalent.rolling_friction == pytest.approx(OPTIMUM["salt_salt_rolling_friction"])
+    assert c.numbers["rolling_friction"] == pytest.approx(OPTIMUM["salt_salt_rolling_friction"])
 
 
 def test_an_export_says_when_the_angle_cannot_be_reached(material, mapping):

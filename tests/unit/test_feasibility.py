@@ -88,11 +88,6 @@ WRONG = {
         )
     },
     "a factor without a level": ({"fixed": {SALT: None}}, "0.15 to 0.75", f"fixed.{SALT}"),
-    "a narrow top": (
-        {"pour_rate": {"opened": {"funnel_top_diameter_mm": 21.0}}},
-        "closed funnel",
-        "pour_rate.opened",
-    ),
     "a missing mesh": (
         {"tests": {"heap": {"run": {"geometry": {"plate_stl": "none.stl"}}}}},
         "none.stl",
@@ -146,8 +141,7 @@ def test_a_funnel_that_most_runs_would_clog_is_told_first():
     assert chance_to_empty(5.0, 1e6) == 1.0
     run = {"particles": {"count": 1000, "diameter_mm": 8.0},
            "geometry": {"orifice_diameter_mm": 25.0, "generation_rate_per_s": 500}}  # fmt: skip
-    rig = {"tests": {"heap": {"run": run}},
-           "pour_rate": {"rates_per_s": [200, 300], "opened": None}}  # fmt: skip
+    rig = {"tests": {"heap": {"run": run}}}
     key = "tests.heap.run.geometry.orifice_diameter_mm"
     with refused(ConfigError, "3.1 grains wide", key=key):
         check_ahead(study(rig))
@@ -158,7 +152,7 @@ def test_a_funnel_that_most_runs_would_clog_is_told_first():
 def test_more_grains_than_the_machine_holds_are_told_first(monkeypatch):
     grains = {"particles": {"count": 5_000_000}, "geometry": {"generation_rate_per_s": 5e6}}
     tests = {"heap": {"run": grains}}
-    many = study({"tests": tests, "pour_rate": {"rates_per_s": [5e6, 6e6], "opened": None}})
+    many = study({"tests": tests})
     with refused(
         ConfigError,
         "15.2 GB",

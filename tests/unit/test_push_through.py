@@ -40,11 +40,10 @@ def test_the_two_scatters_are_those_of_the_analysis_of_variance():
     w = table.var(axis=1, ddof=1).mean()
     b = 4 * table.mean(axis=1).var(ddof=1)
     found = nested(value, of)
-    assert found.between_sd == pytest.approx(np.sqrt((b - w) / 4))
-    assert found.within_sd == pytest.approx(np.sqrt(w))
+    assert found["sd_parameters"] == pytest.approx(np.sqrt((b - w) / 4))
+    assert found["sd_seed"] == pytest.approx(np.sqrt(w))
     f, _ = stats.f_oneway(*table)
     assert b / w == pytest.approx(f)
-    assert (found.draws, found.runs) == (9, 36)
 
 
 @pytest.mark.slow
@@ -55,7 +54,7 @@ def test_the_interval_holds_a_further_run_as_often_as_it_says(r, between, within
     for _ in range(studies):
         found = nested(*draws_of(12, r, between, within, rng))
         new = 10.0 + rng.normal(0.0, between) + rng.normal(0.0, within)
-        inside += found.low <= new <= found.high
+        inside += found["low"] <= new <= found["high"]
     assert 0.94 <= inside / studies <= 0.96
 
 
@@ -114,8 +113,6 @@ def test_another_machine_is_run_with_the_draws(tmp_path, monkeypatch):
     assert "Measured: 20.00°, inside it." in said
     table = pd.read_csv("results/made-up/push_through/metrics.csv")
     assert table.loc[0, "low"] == pytest.approx(row["low"])
-    shares = pd.read_csv("results/made-up/push_through/shares.csv").set_index("parameter")["low"]
-    assert shares["rolling"] > 0.9 > 0.5 > shares["restitution"]
     assert "<path" in Path("results/made-up/push_through/push_through.svg").read_text()
 
 

@@ -11,7 +11,7 @@ from calibration.atlas.emulators import AtlasEmulators, cut_to_atlas, poured_as_
 from calibration.errors import CalibrationError
 from calibration.interface.commands import main
 from calibration.interface.estimate import LEAST, ranges_by_atlas
-from calibration.statistics.screening_design import screening_design
+from calibration.statistics.design import screening_design
 from calibration.study.factors import read_factors
 from facts import refused, tells
 

@@ -28,7 +28,7 @@ from calibration.intake.tables import read_table
 from calibration.interface import cli
 from calibration.interface.commands import main
 from calibration.stages.numerics import read_numerics
-from calibration.statistics.screening_design import screening_design
+from calibration.statistics.design import screening_design
 from calibration.study.config import overlay, parse_config, read_back
 from calibration.study.config.as_data import data_of
 from calibration.study.config.schema import ScreeningConfig

@@ -20,9 +20,8 @@ from statsmodels.stats.outliers_influence import OLSInfluence, variance_inflatio
 
 from calibration.errors import RankDeficientError
 from calibration.stages.screening import aliasing
-from calibration.statistics.design import box_behnken
+from calibration.statistics.design import box_behnken, foldover, plackett_burman
 from calibration.statistics.screening import screen, significant
-from calibration.statistics.screening_design import foldover, plackett_burman
 from calibration.statistics.surface import fit_surface
 from frozen import FROZEN
 from made_up import factors

@@ -104,9 +104,9 @@ def make_study(tmp_path, root):
     (tmp_path / "workflow").symlink_to(root / "workflow")
     folder = tmp_path / "results" / "salt"
     (folder / "screening").mkdir(parents=True)
-    effects = pd.DataFrame({"code": ["A", "B"], "effect": [1.0, -3.0]})
+    effects = pd.DataFrame({"code": ["A", "B"], "effect": [1.0, -3.0], "name": ["a_b", "c_d"]})
     effects.to_csv(folder / "screening" / "effects.csv", index=False)
-    table = effects.assign(name=["a_b", "c_d"], half_normal_score=[0.3, 1.1])
+    table = effects.assign(half_normal_score=[0.3, 1.1])
     figures.save(half_normal(table, ["B"], figures.ANGLE), folder / "screening" / "half_normal.svg")
     figures.save(pareto(table, 2.0, 2.5, 0.05, figures.ANGLE), folder / "screening" / "pareto.svg")
     names = [make_run(tmp_path, 3 + k, 0.012 + 0.006 * k) for k in range(3)]
@@ -184,7 +184,7 @@ def test_every_figure_has_a_sentence_and_its_data(page):
         caption = re.search(r"<figcaption>(.*?)</figcaption>", chart, flags=re.S).group(1)
         assert re.search(r"\w+ \w+.*\.", caption)
         assert "download=" in caption
-    assert unpacked(page, "screening_effects.csv").startswith("code,effect\nA,1.0")
+    assert unpacked(page, "screening_effects.csv").startswith("code,effect,name\nA,1.0")
 
 
 def unpacked(page, name):

@@ -119,6 +119,8 @@ def test_the_answer_goes_into_a_workbook(study):
 def test_a_name_cannot_leave_the_profilers_script(study):
     region = [vars(f) | {"name": "</script><b>"} for f in REGION]
     write(study / "response_surface" / "region.json", region)
+    point = {"target": TARGET, "optimum": {region[0]["name"]: 1.0}}
+    write(study / "optimise" / "optimum.json", point)
     assert "<" not in profiler(study, ANGLE)
 
 

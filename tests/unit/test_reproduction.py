@@ -4,6 +4,7 @@ from the numbers."""
 import json
 import re
 import shutil
+from dataclasses import asdict
 
 import numpy as np
 import pandas as pd
@@ -49,7 +50,7 @@ def study(tmp_path_factory, request):
         runs.to_csv(folder / "response_surface" / "runs.csv", index=False)
         write_json(folder / "response_surface" / "region.json", region)
         measured = paper.angles()["angle_deg"]
-        found = compare(angles, measured, 1.0).as_dict()
+        found = asdict(compare(angles, measured, 1.0))
         write_json(folder / "validation" / "validation.json", found)
         return folder
 

@@ -23,7 +23,6 @@ from calibration.runs.store import RunStore
 from calibration.runs.verify import (
     FOLDER,
     altered,
-    changed_inputs,
     faults_of,
     hold,
     is_held,
@@ -32,7 +31,6 @@ from calibration.runs.verify import (
     plan_faults,
     read_record,
     record,
-    recorded,
     refuse_others,
     refuse_outside,
     repair,
@@ -286,7 +284,7 @@ def study(with_data):
     )
     planned = PlanFiles.of("results/meshed/screening")
     plan_screening(Study(config), None, planned)
-    record("results/meshed", "plan_screening", "abc", planned, ["table.csv"])
+    record("results/meshed", "plan_screening", "abc", planned)
     return config
 
 
@@ -324,14 +322,6 @@ def test_an_edited_or_deleted_design_is_planned_again(study, table, damage):
     [said] = told(study)
     assert tells(said, str(file), "missing")
     assert str(file) in made_again(folder, "plan_screening", [])
-
-
-def test_a_table_that_was_edited_since_is_told_of(study, capsys):
-    table = Path("table.csv")
-    table.write_text(table.read_text().replace("-1", "1", 1))
-    assert main(["verify", "--repair"]) == 0
-    assert tells(capsys.readouterr().out, "table.csv", "plan_screening")
-    assert Path("table.csv").exists()
 
 
 def test_verify_says_what_is_wrong_and_repair_sets_it_aside(names, capsys):
@@ -406,9 +396,8 @@ def left(tmp_path):
     folder.mkdir(parents=True)
     (folder / "effects.csv").write_text("1")
     (folder / "heaps").mkdir()
-    (tmp_path / "factors.tsv").write_text("a")
     outputs = [folder / "effects.csv", folder / "heaps", folder / "none.csv"]
-    record(folder, NAME, "abc", outputs, [tmp_path / "factors.tsv", tmp_path / "none.tsv"])
+    record(folder, NAME, "abc", outputs)
     return folder
 
 
@@ -425,19 +414,13 @@ def why(folder, content=None):
     return made_again(folder, NAME, [table_of(folder)], content)
 
 
-def test_an_edited_file_and_an_edited_table_are_found(left):
-    assert list(altered(left)) == list(changed_inputs(left)) == []
-    assert (recorded(left, table_of(left)), recorded(left, left / "plan.json")) == (NAME, None)
+def test_an_edited_file_is_found(left):
+    assert list(altered(left)) == []
     assert why(left) is why(left, "abc") is None
     assert "have changed" in why(left, "abd")
     table_of(left).write_text("2")
     assert list(altered(left)) == [(NAME, table_of(left))]
     assert why(left).startswith(str(table_of(left)))
-    table = left.parents[1] / "factors.tsv"
-    table.write_text("b")
-    assert list(changed_inputs(left)) == [(NAME, table)]
-    table.unlink()  # results were moved away from their study
-    assert list(changed_inputs(left)) == []
 
 
 DAMAGED_RECORD = {
@@ -473,17 +456,6 @@ def test_a_record_that_names_a_file_outside_of_the_study_is_none(left, name):
     repair(faults_of(left.parent), left.parent)
     assert outside.read_text() == "years of work"
     assert list(outside.parent.glob("thesis*")) == [outside]
-
-
-def test_a_table_of_the_user_is_never_renamed(left):
-    """Though a record says that a rule read it, and it has changed since."""
-    outside = left.parents[1] / "factors.tsv"
-    record(left, NAME, "abc", [table_of(left)], [left / "../../factors.tsv"])
-    outside.write_text("b")
-    [fault] = faults_of(left.parent)
-    assert "factors.tsv" in str(fault)
-    repair([fault], left.parent)
-    assert outside.read_text() == "b"
 
 
 def test_a_second_setting_aside_keeps_the_first(tmp_path):

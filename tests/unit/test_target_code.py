@@ -11,9 +11,16 @@ from benchmarks import decks as trial_heaps
 from calibration.engines import lammps
 from calibration.engines.conversion import Conversion
 from calibration.study.config import overlay
-from calibration.telling.export import trials
-from calibration.telling.export.decks import Deck, heaps_there, write_decks
-from calibration.telling.export.trials import READERS, margins_of, profile, rows_of
+from calibration.telling.export import decks as trials
+from calibration.telling.export.decks import (
+    READERS,
+    Deck,
+    heaps_there,
+    margins_of,
+    profile,
+    rows_of,
+    write_decks,
+)
 from dem.errors import InputError
 from dem.spec import parse_spec
 from facts import tells

@@ -24,9 +24,9 @@ from calibration.telling.export.decks import (
     Deck,
     heaps_here,
     heaps_there,
+    rows_of,
     write_decks,
 )
-from calibration.telling.export.trials import rows_of
 from dem.grains.sizes import number_fractions
 from dem.spec import parse_spec
 from other_codes import entry_or_skip

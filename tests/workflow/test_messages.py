@@ -19,8 +19,8 @@ from calibration import engines
 from calibration.interface.cli import main
 from calibration.runs.plans import plan, result_path, write_plan
 from calibration.runs.progress import Plan, Progress
-from calibration.runs.runner import report, run_logged
-from calibration.statistics.screening_design import plackett_burman
+from calibration.runs.runner import report, run_each
+from calibration.statistics.design import plackett_burman
 from calibration.study.config import parse_config
 from calibration.study.factors import read_factors
 from dem.errors import BlowUpError
@@ -61,7 +61,7 @@ def test_a_failed_run_names_its_point_its_log_and_the_likely_cause(campaign, cap
 
     monkeypatch.setattr(engines, "make", blows_up)
     with pytest.raises(SystemExit):
-        run_logged(specs[row["run_id"]], folder, folder / "run.log", settings)
+        run_each({row["run_id"]: specs[row["run_id"]]}, settings)
     shown = capsys.readouterr().err
     assert f"run {row['run_id']} failed: particle 1" in shown
     assert tells(shown, "screening", "run 4 of 12", "seed 1")

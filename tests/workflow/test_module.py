@@ -1,5 +1,5 @@
-"""The workflow elsewhere: as a module of another one, with a storage of results, in environments
-made for it, and from the wheel in an empty folder."""
+"""The workflow elsewhere: as a module of another one, in environments made for it, and from the
+wheel in an empty folder."""
 
 import json
 import os
@@ -78,69 +78,6 @@ def test_a_module_with_a_prefix_and_one_without_do_not_meet(outer):
         assert found["factors"][0] == "bounce"
         assert len(list(outer.glob(f"{place}/runs/drop-*/result.json"))) == 8
     assert not (outer / "results").exists()
-
-
-RSYNC = """#!{python}
-import shutil, sys
-
-source, target = [a for a in sys.argv[1:] if not a.startswith("-")]
-shutil.copy2(source, target)
-"""
-
-
-@pytest.fixture
-def in_bucket(tmp_path):
-    """Runs the screening, or what follows it, of a study whose results are in a storage: a folder
-    stands in for a bucket. The plugin copies by rsync; where that is not installed, a copy of a
-    file stands in."""
-    pytest.importorskip("snakemake_storage_plugin_fs")
-    study = write_study(tmp_path / "bounce")
-    place = os.environ
-    if not shutil.which("rsync"):
-        (tmp_path / "bin").mkdir()
-        (tmp_path / "bin" / "rsync").write_text(RSYNC.format(python=sys.executable))
-        (tmp_path / "bin" / "rsync").chmod(0o755)
-        place = place | {"PATH": f"{tmp_path / 'bin'}:{place['PATH']}"}
-
-    def run(target, *more):
-        bucket = ["--default-storage-provider", "fs", "--default-storage-prefix"]
-        command = [*SNAKEMAKE, "-s", ROOT / "workflow/Snakefile", "-j1", *NO_PROFILE]
-        command += ["--configfile", study, *bucket, tmp_path / "bucket", *more, "--", target]
-        return subprocess.run(
-            list(map(str, command)), cwd=tmp_path, env=place, capture_output=True, text=True
-        )
-
-    return run
-
-
-KEPT = "--keep-storage-local-copies"
-
-
-@pytest.mark.slow
-def test_a_storage_keeps_a_study_and_another_machine_goes_on_with_it(in_bucket, tmp_path):
-    done = in_bucket("screening", KEPT)
-    assert done.returncode == 0, done.stderr
-    assert not (tmp_path / "results").exists()
-    kept = tmp_path / "bucket/results/drops/screening"
-    assert json.loads((kept / "screening.json").read_text())["factors"][0] == "bounce"
-    assert {p.suffix for p in kept.glob("batches/*")} == {".json", ".tar"}
-    before = {p: p.stat().st_mtime_ns for p in kept.rglob("*")}
-    shutil.rmtree(tmp_path / ".snakemake/storage")  # what another machine has not
-    done = in_bucket("ascent", KEPT)
-    assert done.returncode == 0, done.stderr
-    assert "8 of" in done.stderr  # runs that are done
-    assert {p: p.stat().st_mtime_ns for p in kept.rglob("*")} == before
-    assert (tmp_path / "bucket/results/drops/ascent/ascent.json").is_file()
-    copies = tmp_path.joinpath(".snakemake/storage/fs", *tmp_path.parts[1:])
-    runs = list(copies.glob("bucket/results/runs/drop-*/result.json"))
-    assert len(runs) > 8
-
-
-@pytest.mark.slow
-def test_a_storage_without_local_copies_is_refused_in_a_sentence(in_bucket):
-    done = in_bucket("screening", "-n")
-    assert done.returncode != 0
-    assert f"add {KEPT}" in done.stdout + done.stderr
 
 
 def test_a_job_makes_its_runs_with_the_study_s_engine(monkeypatch, tmp_path):

@@ -42,8 +42,13 @@ if not workflow.modifier.skip_configfile and not any(map(stands_alone, CONFIG_FI
     configfile: "config/config.yaml"
 
 
+if workflow.storage_settings.default_storage_provider:
+    raise WorkflowError(
+        "--default-storage-provider: results stand in a folder; `--config results=FOLDER` names it"
+    )
+
 # rules name paths below RESULTS as they are without the prefix that a `module` statement may ask
-# for, and without that of a storage; the packages read and write them where they are
+# for; the packages read and write them where they are
 RESULTS = str(config.get("results", Config.model_fields["results"].default))
 config = {**config, "results": str(workflow.modifier.modify_path(RESULTS))}
 
@@ -162,7 +167,7 @@ def again(each):
         return stale or made_again(STUDY_OBJECT.folder, name, files, content)
 
     def check(wildcards):
-        if STARTS and not STORED:
+        if STARTS:
             files, _ = each.expand_output(wildcards)
             name = Path(each.expand_log(wildcards)[0]).stem
             if reason(name, tuple(files)):

@@ -46,20 +46,13 @@ def batches_of(plan):
     """Number of processes that share the runs of a plan; None where each is a job of its own."""
     count = PLANS[plan].batches
     if count is None:
-        specs = plan_of(plan)
-        # what a batch did is stored in one file, so in a storage each run is in a batch
-        alone = len(specs) if STORED else None
-        return batch_count(specs, SETTINGS.runs_per_job) or alone
+        return batch_count(plan_of(plan), SETTINGS.runs_per_job)
     return count(STUDY_OBJECT) if callable(count) else count
 
 
 def marks_of(plan):
     """What the batches of a plan leave when all of their runs are done."""
-    return [
-        f"{STUDY}/{plan}/batches/{n}.{end}"
-        for n in range(batches_of(plan))
-        for end in (("json", "tar") if STORED else ("json",))
-    ]
+    return [f"{STUDY}/{plan}/batches/{n}.json" for n in range(batches_of(plan))]
 
 
 def runs_of(plan):

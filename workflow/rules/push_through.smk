@@ -31,7 +31,6 @@ for OF, DRAWS, SEEDS in (("", "posterior", 5), ("joint_", "joint", 8)):
         output:
             summary=f"{STUDY}/{OF}push_through/{OF}push_through.json",
             metrics=f"{STUDY}/{OF}push_through/metrics.csv",
-            shares=f"{STUDY}/{OF}push_through/shares.csv",
             runs=f"{STUDY}/{OF}push_through/runs.csv",
             figure=page(
                 f"{OF}push_through/push_through.svg",

@@ -55,8 +55,6 @@ rule run_batch:
         compiled=READY,
     output:
         done=f"{STUDY}/{{plan}}/batches/{{batch}}.json",
-        # no rule names the runs of a batch one by one, and a storage holds what rules name
-        runs=f"{STUDY}/{{plan}}/batches/{{batch}}.tar" if STORED else [],
     log:
         f"{STUDY}/logs/{{plan}}_batch_{{batch}}.log",
     wildcard_constraints:

@@ -15,9 +15,6 @@ SHARED_BY = max(
 )
 os.environ.update(CAMPAIGN_CORES=str(SHARED_BY))
 
-if STORED:
-    fetch_study()
-
 if STARTS:
     try:
         print(*opening(SETTINGS), sep="\n", file=sys.stderr)

@@ -1,7 +1,7 @@
 import sys
 
 from calibration.chain.jobs import logged, work_for
-from calibration.runs.runner import pack_runs, report_sometimes, run_batch, run_told_batch
+from calibration.runs.runner import report_sometimes, run_batch, run_told_batch
 from calibration.runs.store import RunStore
 from dem.kernel.threads import use_threads
 
@@ -25,6 +25,3 @@ else:
             # the log takes what the runs say; how far the study is goes to the screen
             tell=lambda: report_sometimes(config, store, sys.__stderr__),
         )
-
-if snakemake.output.runs:
-    pack_runs(snakemake.output.done, snakemake.output.runs, config.runs)

@@ -1,9 +1,7 @@
 from pathlib import Path
 
-from calibration.runs.runner import run_logged
+from calibration.runs.runner import run_each
 from dem.kernel.threads import use_threads
 
 use_threads(snakemake.threads)
-run_logged(
-    snakemake.params.spec, Path(snakemake.output.result).parent, snakemake.log[0], snakemake.config
-)
+run_each({Path(snakemake.output.result).parent.name: snakemake.params.spec}, snakemake.config)

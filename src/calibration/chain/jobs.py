@@ -1,6 +1,5 @@
 """What every script of the workflow needs: its log, and the call of its function."""
 
-import os
 import sys
 import traceback
 from collections.abc import Iterator, Mapping
@@ -10,7 +9,7 @@ from pkgutil import resolve_name
 from typing import Any
 
 from calibration.chain.handed_over import Job
-from calibration.chain.study import Study, each_file
+from calibration.chain.study import Study
 from calibration.errors import CalibrationError, in_words, of_the_machine
 from calibration.intake.started_code import permit
 from calibration.runs.store import keep_runs_in
@@ -27,16 +26,14 @@ def logged(log: str | Path) -> Iterator[None]:
     with open(log, "w") as stream, redirect_stdout(stream), redirect_stderr(stream):
         try:
             yield
-        except (CalibrationError, DemError) as error:
-            print(error, file=stream)
-            print(error, file=sys.__stderr__)
-            sys.exit(1)
         except Exception as error:
-            if of_the_machine(error):
-                print(in_words(error), file=sys.__stderr__)
-                sys.exit(1)
-            traceback.print_exc(file=stream)
-            raise
+            if isinstance(error, CalibrationError | DemError):
+                print(error, file=stream)
+            elif not of_the_machine(error):
+                traceback.print_exc(file=stream)
+                raise
+            print(in_words(error), file=sys.__stderr__)
+            sys.exit(1)
 
 
 def study_of(data: Mapping[str, Any]) -> Study:
@@ -69,10 +66,5 @@ def run_task(job: Job) -> None:
 
 
 def leave_record(job: Job, study: Study) -> None:
-    """Write down what a job has left, see `calibration.runs.verify`; not in a storage, whose local
-    copies another machine may have made."""
-    if "RESULTS_ARE_STORED" not in os.environ:  # set by workflow/rules/storage.smk
-        own = Path(study.config.results).resolve()
-        read = [file for file in job.input if own not in Path(file).resolve().parents]
-        name = Path(job.log[0]).stem
-        record(study.folder, name, job.params.made_from, each_file(job.output), read)
+    """Write down what a job has left, see `calibration.runs.verify`."""
+    record(study.folder, Path(job.log[0]).stem, job.params.made_from, job.output)

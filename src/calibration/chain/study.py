@@ -173,14 +173,6 @@ def read_region(path: str | Path) -> list[Factor]:
     return [Factor(**f) for f in (content["region"] if "region" in content else content)]
 
 
-def each_file(paths: Iterable[str | Path]) -> list[Path]:
-    """Files of a rule's paths, those in its folders one by one."""
-    found = []
-    for path in map(Path, paths):
-        found += sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
-    return found
-
-
 def further_files(config: Config, output: NamedFiles) -> Iterable[tuple[Target, str, str]]:
     """(target, file, figure) of each further target; nothing with one target."""
     if not config.further_targets:

@@ -21,7 +21,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from calibration.digests import adapter_digest
-from calibration.errors import ConfigError
+from calibration.errors import ConfigError, first_fault
 from dem.errors import DemError
 from dem.io.files import write_arrays
 from dem.results import OTHER, STATE
@@ -98,9 +98,7 @@ def entry_of(chosen: str | Mapping[str, Any]) -> dict[str, Any] | None:
     try:
         settings = engine.settings.model_validate(chosen)
     except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join(["engine", *map(str, first["loc"])])
-        raise ConfigError(first["msg"], key=key, value=first.get("input")) from None
+        raise ConfigError("is not valid", **first_fault(error, "engine")) from None
     try:
         identity = _identity(engine, settings)
     except EngineError as error:
@@ -145,8 +143,7 @@ def make(
 def _simulate(spec, context):
     """Metrics of a spec that names another engine; its last state is kept as ours is."""
     engine, entry = engines()[spec.engine.name], spec.engine
-    if engine.experiments:
-        check(spec)
+    check(spec)
     found = _identity(engine, engine.settings.model_validate(entry.settings))
     if found != entry.identity:
         raise EngineError(

@@ -6,14 +6,13 @@ with status 0.
 """
 
 import hashlib
-import json
 import shlex
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import yaml
-from pydantic import Field, field_validator
+from pydantic import Field, StrictFloat, StrictInt, TypeAdapter, ValidationError, field_validator
 
 from calibration.engines import Engine, EngineError, Settings
 from calibration.engines.program import run
@@ -53,8 +52,13 @@ def filled_in(command: str, spec: str | Path, out: str | Path, seed: int) -> lis
     return [word.format(spec=spec, out=out, seed=seed) for word in shlex.split(command)]
 
 
-LARGEST = 1e300
-"""Of a metric; neither infinity nor a number without end of digits is one."""
+METRICS: Any = TypeAdapter(
+    Annotated[
+        dict[str, StrictInt | Annotated[StrictFloat, Field(allow_inf_nan=False)]],
+        Field(min_length=1),
+    ]
+)
+"""What a program leaves: at least one number, none of them infinite."""
 
 
 def identity(settings: Any) -> dict[str, Any]:
@@ -91,33 +95,15 @@ def _here(word):
 def read_metrics(path: str | Path) -> dict[str, float]:
     """{name: finite number} of a metrics file. Raises EngineError."""
     try:
-        found = json.loads(read_limited(path, "table"), object_pairs_hook=_each_once)
-    except (InputError, ValueError, RecursionError) as error:
-        said = getattr(error, "reason", error)
-        raise EngineError(f"the program left no usable {Path(path).name}: {said!s:.200}") from None
-    if not isinstance(found, dict) or not found:
-        raise EngineError(f"{Path(path).name} must map names of metrics to numbers")
-    for name, value in found.items():
-        if (
-            isinstance(value, bool)
-            or not isinstance(value, int | float)
-            or not abs(value) <= LARGEST
-        ):
-            raise EngineError(
-                f"{Path(path).name}: {name:.80} = {value!r:.80} is not a finite number"
-            )
-    return found
-
-
-def _each_once(pairs):
-    """A mapping of JSON; ValueError where it gives a name twice, which JSON would keep the last
-    of."""
-    found: dict[str, Any] = {}
-    for key, value in pairs:
-        if key in found:
-            raise ValueError(f"{key} is given twice")
-        found[key] = value
-    return found
+        return METRICS.validate_json(read_limited(path, "table"))
+    except InputError as error:
+        said = error.reason
+    except ValidationError as error:
+        first = error.errors()[0]
+        said = " ".join([*map(str, first["loc"][:1]), f"{first['input']!r:.80}:", first["msg"]])
+    raise EngineError(
+        f"the program left no usable {Path(path).name}, names of metrics to numbers: {said:.200}"
+    )
 
 
 ENGINE = Engine("command", CommandSettings, (), identity, simulate)

@@ -78,18 +78,6 @@ def needs_search(spec: RunSpec) -> bool:
     return not free and spec.experiment == "heap" and spec.laws.rolling != ELASTIC_PLASTIC  # type: ignore[attr-defined]  # a field for each law
 
 
-@dataclass(frozen=True)
-class Equivalent:
-    """Numbers of grain on grain that give the calibrated angle, in the elastic-plastic law or
-    without rotation."""
-
-    rotates: bool
-    rolling_friction: float
-    static_friction: float
-    stiffness_factor: float
-    damping_ratio: float
-
-
 class Conversion:
     """What rolling.json says, as the exports need it."""
 
@@ -99,26 +87,24 @@ class Conversion:
         self.found = found if found and found["path"] else None
 
     @property
-    def equivalent(self) -> Equivalent:
-        """`Equivalent`: the calibrated numbers before the search, and where none is needed."""
+    def turns(self) -> bool:
+        """Return whether grains turn: the search may find the angle without rotation alone."""
+        return not self.found or self.found["path"] != NO_ROTATION
+
+    @property
+    def numbers(self) -> Mapping[str, float]:
+        """Numbers of grain on grain that give the calibrated angle, in the elastic-plastic law or
+        without rotation: the calibrated ones before the search, and where none is needed."""
         if self.found:
-            f = self.found
-            return Equivalent(
-                f["path"] != NO_ROTATION,
-                f["rolling_friction"],
-                f["static_friction"],
-                f["stiffness_factor"],
-                f["damping_ratio"],
-            )
+            return self.found
         q, pair = self.spec.law_parameters, self.spec.contacts.particle_particle
         factor, damping = q.rolling_stiffness_factor, q.rolling_damping_ratio  # type: ignore[attr-defined]  # a field for each law
-        return Equivalent(
-            True,
-            pair.rolling_friction,
-            pair.static_friction,
-            STIFFNESS_FACTOR if factor is None else factor,
-            DAMPING_RATIO if damping is None else damping,
-        )
+        return {
+            "rolling_friction": pair.rolling_friction,
+            "static_friction": pair.static_friction,
+            "stiffness_factor": STIFFNESS_FACTOR if factor is None else factor,
+            "damping_ratio": DAMPING_RATIO if damping is None else damping,
+        }
 
     def export(self, slot: str, code: str) -> Export:
         """`Export` of the law that `code` has for the calibrated one of a slot: the same law, in
@@ -130,16 +116,15 @@ class Conversion:
     def exports(self, code: str) -> dict[str, Export]:
         """{slot: `Export`} of what a file for `code` states; without rolling where grains do not
         turn."""
-        turning = self.equivalent.rotates
-        slots = [s for s in SLOTS if turning or s not in ROTATION]
+        slots = [s for s in SLOTS if self.turns or s not in ROTATION]
         return {slot: self.export(slot, code) for slot in slots}
 
     def pairs(self, material: Granulate) -> tuple[Pair, ...]:
         """The two `Pair`s of a `Granulate`, with the numbers that give the calibrated angle in the
         laws of other codes."""
-        e = self.equivalent
-        both = {"rolling_stiffness": e.stiffness_factor, "rolling_damping": e.damping_ratio}
-        grains = {"static_friction": e.static_friction, "rolling_friction": e.rolling_friction}
+        of = self.numbers
+        both = {"rolling_stiffness": of["stiffness_factor"], "rolling_damping": of["damping_ratio"]}
+        grains = {name: of[name] for name in ("static_friction", "rolling_friction")}
         wall = {"rolling_friction": material.grain_wall.contact.rolling_friction}  # type: ignore[attr-defined]
         if not self.rolls:
             both["rolling_friction"] = 0.0
@@ -152,17 +137,16 @@ class Conversion:
     def rolls(self) -> bool:
         """Return whether grains turn and their rolling is resisted: rolling friction is then the
         number that a code's other law asks for."""
-        e, on_wall = self.equivalent, self.spec.contacts.particle_wall.rolling_friction
-        resisted = max(e.rolling_friction, on_wall) > 0.0
-        return e.rotates and self.spec.laws.rolling != "none" and resisted  # type: ignore[attr-defined]  # a field for each law
+        on_wall = self.spec.contacts.particle_wall.rolling_friction
+        resisted = max(self.numbers["rolling_friction"], on_wall) > 0.0
+        return self.turns and self.spec.laws.rolling != "none" and resisted  # type: ignore[attr-defined]  # a field for each law
 
     def sentences(self, name: str) -> list[str]:
         """Return what was done about rolling friction, for the head of a file; `name`: the law in
         that code's words."""
         pair, laws = self.spec.contacts.particle_particle, self.spec.laws
         if self.found:
-            held = self.found["path"] == NO_ROTATION
-            text = words("conversion").searched(name, self.found, pair, self.rolls, held)
+            text = words("conversion").searched(name, self.found, pair, self.rolls, not self.turns)
         else:
             rolls = laws.rolling != "none" and pair.rolling_friction > 0  # type: ignore[attr-defined]  # a field for each law
             search = needs_search(self.spec)

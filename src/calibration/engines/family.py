@@ -69,7 +69,7 @@ class Code:
         (folder / f"in.{self.name}").write_text(text)
 
     def _drop(self, spec):
-        drop = rig.Drop.of(spec)
+        drop = rig.Drop(spec)
         at, (first, every, looks) = drop.starts(spec.seed), drop.looks
         places = [" ".join(f"{x:.12g}" for x in place) for place in at]
         box = self.words.box(rig.box_around(at, drop.radius))
@@ -84,12 +84,12 @@ class Code:
         if spec.experiment in rigs():
             return rigs()[spec.experiment].read(spec, folder, output)
         if spec.experiment == "drop":
-            drop = rig.Drop.of(spec)
+            drop = rig.Drop(spec)
             frames = read_frames(folder / "trace.dump")
             z, v = (np.array([f[name] for f in frames]) for name in ("z", "vz"))
             return drop.metrics(z, v, drop.starts(spec.seed)[:, 2]), {}
         state = state_of(read_dump(folder / "end.dump"))
-        return rig.heap_metrics(state, rig.Pour.of(spec), self.made(output)), state
+        return rig.heap_metrics(state, rig.Pour(spec), self.made(output)), state
 
 
 def pour_box(pour: rig.Pour) -> str:

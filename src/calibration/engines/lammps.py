@@ -58,7 +58,7 @@ def block(material: Granulate, conversion: Conversion, about: Sequence[str]) -> 
     provenance."""
     exports, pairs = conversion.exports(CODE), conversion.pairs(material)
     head = conversion.head(CODE, material, about)
-    laws, rotates = [_law(exports, pair) for pair in pairs], conversion.equivalent.rotates
+    laws, rotates = [_law(exports, pair) for pair in pairs], conversion.turns
     return words(CODE).material(head, laws, rotates, material.time_step, material.grain.density)
 
 
@@ -107,7 +107,7 @@ def _made(output):
 
 
 def _heap(spec, folder):
-    pour = rig.Pour.of(spec)
+    pour = rig.Pour(spec)
     names = (
         ["grain.molecule"]
         if len(pour.radii) == 1

@@ -66,7 +66,7 @@ def block(material: Granulate, conversion: Conversion, about: Sequence[str]) -> 
     return words(CODE).material(
         conversion.head(CODE, material, about), max(young) > MAX_YOUNG, min(young) < MIN_YOUNG,
         material, numbers, {name for export in exports.values() for name in export.alone},
-        " ".join(filter(None, laws)), conversion.equivalent.rotates,
+        " ".join(filter(None, laws)), conversion.turns,
     )  # fmt: skip
 
 
@@ -107,7 +107,7 @@ def _made(output):
 
 
 def _heap(spec, folder):
-    pour = rig.Pour.of(spec)
+    pour = rig.Pour(spec)
     g = pour.rig
     write_mesh(folder / "plate.stl", disc(g.plate_radius))
     cone = (g.orifice_radius, g.orifice_height, g.mouth_radius, g.rim_height)

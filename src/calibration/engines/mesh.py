@@ -46,7 +46,11 @@ def body(walls: WallSet, name: str) -> list[np.ndarray]:
     out = []
     for kind, numbers, owner in walls.elements:
         if owner == name:
-            out += _revolved(*numbers[:4]) if kind == REVOLVED else _flat(kind, numbers)
+            if kind == REVOLVED:
+                out += _revolved(*numbers[:4])
+                continue
+            corners, polygons = wall_surface(kind, numbers)
+            out += [corners[[p[0], p[k], p[k + 1]]] for p in polygons for k in range(1, len(p) - 1)]
     return [np.asarray(triangle) + origin for triangle in out]
 
 
@@ -56,11 +60,6 @@ def _revolved(r0, z0, r1, z1):
     bands = max(math.ceil(math.hypot(r1 - r0, z1 - z0) / (LONGEST * width)), 1)
     cuts = np.column_stack([np.linspace(r0, r1, bands + 1), np.linspace(z0, z1, bands + 1)])
     return [t for low, high in pairwise(cuts) for t in frustum(*low, *high)]
-
-
-def _flat(kind, numbers):
-    corners, polygons = wall_surface(kind, numbers)
-    return [corners[[p[0], p[k], p[k + 1]]] for p in polygons for k in range(1, len(p) - 1)]
 
 
 def _ring(radius, z):

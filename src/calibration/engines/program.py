@@ -1,10 +1,8 @@
 """Running another engine's program, and reading what it leaves."""
 
 import math
-import os
 import re
 import shutil
-import signal
 import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -13,6 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+import psutil
 
 from calibration.engines import Engine, EngineError, Settings
 from dem.spec import RunSpec
@@ -117,23 +116,11 @@ def _ended(process, command, timeout_s):
         raise EngineError(f"{_name(command)} was stopped after {timeout_s:g} s") from None
     finally:
         if process.returncode is None:
-            for number in (*_started_by(process.pid), process.pid):
-                with suppress(ProcessLookupError):
-                    os.kill(number, signal.SIGKILL)
+            for child in psutil.Process(process.pid).children(recursive=True):
+                with suppress(psutil.NoSuchProcess):  # it has just ended
+                    child.kill()
+            process.kill()
             process.wait()
-
-
-def _started_by(number):
-    """Processes that a process has started, and that these have; none where the system has no
-    /proc."""
-    above = {}
-    for stat in Path("/proc").glob("[0-9]*/stat"):
-        with suppress(OSError, ValueError, IndexError):  # it has just ended
-            above[int(stat.parent.name)] = int(stat.read_text().rpartition(")")[2].split()[1])
-    found = [number]
-    for parent in found:
-        found += [child for child, its in above.items() if its == parent]
-    return found[1:]
 
 
 def _name(command):

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -98,49 +97,25 @@ def sliced(sizes: Sizes) -> Sizes:
     return sizes.model_copy(update=single)
 
 
-@dataclass(frozen=True)
 class Pour:
     """A funnel heap in SI units, as a deck needs it."""
 
-    rig: Rig
-    count: int
-    rate: float
-    speed: float
-    radii: tuple
-    shares: tuple
-    """Radius [m] and share by number of each size."""
-    density: float
-    dt: float
-    max_time: float
-    rest_energy: float
-    """Kinetic energy of translation below which the heap is at rest [J]. A grain that spins about
-    the normal of its contacts has no resistance in these codes, and does not move the heap."""
-
-    @classmethod
-    def of(cls, spec: RunSpec) -> Pour:
-        """From a `RunSpec` of a heap."""
+    def __init__(self, spec: RunSpec) -> None:
         p, g = spec.particles, spec.geometry
+        self.rig, self.count = Rig(g), p.count
+        self.rate, self.speed = g.generation_rate_per_s, g.injection_speed_m_s
+        sizes = sliced(p.sizes) if p.sizes else None
         scale = 0.5e-3 * p.scale_factor
-        if p.sizes is None:
-            radii, shares = (scale * p.diameter_mm,), (1.0,)
-        else:
-            sizes = sliced(p.sizes)
-            radii = tuple(scale * d for d in sizes.diameters_mm)
-            shares = tuple(number_fractions(sizes))
-        density = spec.materials.particle.density_kg_m3
-        lift = sum(s * 4 / 3 * math.pi * r**4 for r, s in zip(radii, shares, strict=True))
-        return cls(
-            Rig(g),
-            p.count,
-            g.generation_rate_per_s,
-            g.injection_speed_m_s,
-            radii,
-            shares,
-            density,
-            time_step_of(spec),
-            spec.numerics.max_time_s,
-            spec.numerics.rest_energy_ratio * p.count * density * GRAVITY * lift,
-        )
+        # radius [m] and share by number of each size
+        self.radii = tuple(scale * d for d in (sizes.diameters_mm if sizes else (p.diameter_mm,)))
+        self.shares = tuple(number_fractions(sizes)) if sizes else (1.0,)
+        self.density = spec.materials.particle.density_kg_m3
+        self.dt, self.max_time = time_step_of(spec), spec.numerics.max_time_s
+        lift = sum(s * 4 / 3 * math.pi * r**4 for r, s in zip(self.radii, self.shares, strict=True))
+        ratio = spec.numerics.rest_energy_ratio
+        # kinetic energy of translation below which the heap is at rest [J]. A grain that spins
+        # about the normal of its contacts has no resistance in these codes, and does not move it
+        self.rest_energy = ratio * p.count * self.density * GRAVITY * lift
 
     @property
     def largest(self) -> float:
@@ -196,39 +171,19 @@ def box_around(position: np.ndarray, radius: float) -> str:
     return " ".join(f"{a:.6g} {b:.6g}" for a, b in zip(low, high, strict=True))
 
 
-@dataclass(frozen=True)
 class Drop:
     """A drop test in SI units."""
 
-    radius: float
-    height: float
-    drops: int
-    density: float
-    dt: float
-    contact_time: float
-
-    @classmethod
-    def of(cls, spec: RunSpec) -> Drop:
-        """From a `RunSpec` of a drop. Raises EngineError for an output interval, which other
-        engines do not have."""
-        radius, height = mean_radius(spec), 1e-3 * spec.geometry.drop_height_mm
+    def __init__(self, spec: RunSpec) -> None:
+        """Raises EngineError for an output interval, which other engines do not have."""
         if spec.geometry.output_interval_s:
             raise EngineError("geometry.output_interval_s is not carried over to other engines")
         m = spec.materials
-        impact = math.sqrt(2.0 * GRAVITY * height)
-        return cls(
-            radius,
-            height,
-            spec.geometry.drops,
-            m.particle.density_kg_m3,
-            time_step_of(spec),
-            hertz_contact_time(radius, impact, material_of(m.particle), material_of(m.wall)),
-        )
-
-    @property
-    def impact(self) -> float:
-        """Speed of the impact [m/s]."""
-        return math.sqrt(2.0 * GRAVITY * self.height)
+        self.radius, self.height = mean_radius(spec), 1e-3 * spec.geometry.drop_height_mm
+        self.drops, self.density = spec.geometry.drops, m.particle.density_kg_m3
+        self.dt, self.impact = time_step_of(spec), math.sqrt(2.0 * GRAVITY * self.height)
+        bodies = material_of(m.particle), material_of(m.wall)
+        self.contact_time = hertz_contact_time(self.radius, self.impact, *bodies)
 
     def starts(self, seed: int) -> np.ndarray:
         """Positions (drops, 3) [m] of the grains: far apart, at different phases of the

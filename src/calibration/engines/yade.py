@@ -47,7 +47,7 @@ def block(material: Granulate, conversion: Conversion, about: Sequence[str]) -> 
     exports, pairs = conversion.exports(CODE), conversion.pairs(material)
     head = conversion.head(CODE, material, about)
     numbers = [{slot: export.numbers(pair) for slot, export in exports.items()} for pair in pairs]
-    return words(CODE).material(head, material, *numbers, conversion.equivalent.rotates)
+    return words(CODE).material(head, material, *numbers, conversion.turns)
 
 
 @cache
@@ -65,7 +65,7 @@ def deck(spec: RunSpec, folder: Path, material: str | None = None) -> None:
     """Write script and material block of a `RunSpec` of a heap into `folder`. material: text of the
     block, that of the spec unless given."""
     (folder / "material.py").write_text(material or rig.block_of(block, spec))
-    pour = rig.Pour.of(spec)
+    pour = rig.Pour(spec)
     pitch = 2.2 * pour.largest
     every = max(round(pitch / pour.speed / pour.dt), 1)  # a layer has left the source by then
     radii, shares = ([float(x) for x in own] for own in (pour.radii, pour.shares))
@@ -83,7 +83,7 @@ def start(
     if not made:
         raise EngineError(f"yade left no heap: {output.strip()[-300:] or 'no output'}")
     state = state_of(read_dump(folder / "end.dump"))
-    return rig.heap_metrics(state, rig.Pour.of(spec), int(made.group(1))), state
+    return rig.heap_metrics(state, rig.Pour(spec), int(made.group(1))), state
 
 
 ENGINE = engine_of(CODE, ("heap",), version, refuse, deck, start)

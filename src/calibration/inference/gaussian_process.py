@@ -89,7 +89,8 @@ class GaussianProcess:
         x = np.atleast_2d(np.asarray(x, float))
         cross = self._covariance(x, self.x)
         known = cross @ self._root
-        left = np.maximum(self._own(x) - (known * known).sum(axis=1), 0.0)
+        own = self._variances.sum() + self._offset + self._linear * (x**2).sum(axis=1)
+        left = np.maximum(own - (known * known).sum(axis=1), 0.0)
         return self.middle + self.spread * (cross @ self.alpha), self.spread**2 * left
 
     def sd_of_run(self, x: ArrayLike) -> np.ndarray:
@@ -107,20 +108,12 @@ class GaussianProcess:
     def _variance_of_run(self, x):
         return np.exp(self._log_variance[0] + x @ self._log_variance[1:])
 
-    def _parts(self, x, y):
-        """Covariances (k, m) of the smooth part and of the rough one, at (k, d) and (m, d)."""
-        smooth, rough = zip(self._variances, self._lengths, strict=True)
-        yield smooth[0] * np.exp(-0.5 * cdist(x / smooth[1], y / smooth[1], "sqeuclidean"))
-        yield rough[0] * np.exp(-cdist(x / rough[1], y / rough[1], "euclidean"))
-
     def _covariance(self, x, y):
         """Prior covariance (k, m) of the responses, without scatter, at (k, d) and (m, d)."""
-        trend = self._linear * (x @ y.T) + self._offset
-        return sum(self._parts(x, y)) + trend
-
-    def _own(self, x):
-        """Diagonal (k,) of `_covariance` of x (k, d) with itself."""
-        return self._variances.sum() + self._offset + self._linear * (x**2).sum(axis=1)
+        (smooth, rough), (near, far) = self._variances, self._lengths
+        bent = rough * np.exp(-cdist(x / far, y / far, "euclidean"))
+        even = smooth * np.exp(-0.5 * cdist(x / near, y / near, "sqeuclidean"))
+        return even + bent + (self._linear * (x @ y.T) + self._offset)
 
 
 class _Scatter(WhiteKernel):

@@ -52,11 +52,6 @@ class Prior:
     mean: np.ndarray
     sd: np.ndarray
 
-    @classmethod
-    def uniform(cls, d: int) -> "Prior":
-        """The flat prior of d parameters."""
-        return cls(np.full(d, 0.5), np.full(d, np.inf))
-
     def log_density(self, u: np.ndarray) -> np.ndarray:
         """(k,) log density at u (k, d) but for a constant; -inf outside the box."""
         inside = ((u >= 0.0) & (u <= 1.0)).all(axis=1)
@@ -76,11 +71,10 @@ class Prior:
 
 @dataclass(frozen=True)
 class Posterior:
-    """Draws u (n, d), their log density (n,), and how the sampler did: autocorrelation time, share
-    accepted, and the number of independent draws they are worth."""
+    """Draws u (n, d), and how the sampler did: autocorrelation time, share accepted, and the number
+    of independent draws they are worth."""
 
     draws: np.ndarray
-    log_density: np.ndarray
     autocorrelation: float
     accepted: float
     effective: float
@@ -90,20 +84,13 @@ class Posterior:
         """Return whether the chains are long enough for their length to be judged."""
         return bool(self.effective >= AUTOCORRELATIONS * WALKERS)
 
-    def interval(self, level: float = 0.95) -> tuple[np.ndarray, np.ndarray]:
+    def interval(self, level: float) -> tuple[np.ndarray, np.ndarray]:
         """(low, high), (d,) each: the central interval of every parameter on its own."""
         tail = 0.5 * (1.0 - level)
         return np.quantile(self.draws, tail, axis=0), np.quantile(self.draws, 1.0 - tail, axis=0)
 
 
-def sample(
-    measured: Sequence[Any],
-    prior: Prior,
-    seed: int = 1,
-    steps: int = STEPS,
-    burn: int = BURN,
-    walkers: int = WALKERS,
-) -> Posterior:
+def sample(measured: Sequence[Any], prior: Prior, seed: int = 1, steps: int = STEPS) -> Posterior:
     """The posterior by emcee's affine-invariant ensemble (Foreman-Mackey et al. 2013, PASP
     125:306).
 
@@ -121,25 +108,19 @@ def sample(
         return value
 
     rng = np.random.default_rng(seed)
-    start = _starts(log_density, prior, walkers, rng)
+    start = _starts(log_density, prior, rng)
     state = emcee.State(start, random_state=np.random.RandomState(seed).get_state())
     for moves in MOVES:
-        sampler = emcee.EnsembleSampler(walkers, d, log_density, moves=moves, vectorize=True)
-        state = sampler.run_mcmc(state, burn)
+        sampler = emcee.EnsembleSampler(WALKERS, d, log_density, moves=moves, vectorize=True)
+        state = sampler.run_mcmc(state, BURN)
         sampler.reset()
         time, enough = _run_on(sampler, state, steps)
         if enough:
             break
     time = max(time, 1.0) if np.isfinite(time) else float(sampler.iteration)
     thin = max(1, int(0.5 * time))
-    draws = sampler.get_chain(flat=True, thin=thin)
-    return Posterior(
-        draws,
-        sampler.get_log_prob(flat=True, thin=thin),
-        time,
-        float(sampler.acceptance_fraction.mean()),
-        sampler.iteration * walkers / time,
-    )
+    draws, accepted = sampler.get_chain(flat=True, thin=thin), sampler.acceptance_fraction.mean()
+    return Posterior(draws, time, float(accepted), sampler.iteration * WALKERS / time)
 
 
 def _run_on(sampler, state, steps):
@@ -153,11 +134,11 @@ def _run_on(sampler, state, steps):
     return time, enough
 
 
-def _starts(log_density, prior, walkers, rng):
+def _starts(log_density, prior, rng):
     """Walkers (w, d) drawn from the prior in proportion to the likelihood, so that none begins far
     out."""
-    candidates = prior.draw(200 * walkers, rng)
+    candidates = prior.draw(200 * WALKERS, rng)
     value = log_density(candidates)
     weight = np.exp(value - value.max())
     keys = rng.random(len(weight)) ** (1.0 / np.maximum(weight, 1e-300))
-    return candidates[np.argsort(-keys, kind="stable")[:walkers]]
+    return candidates[np.argsort(-keys, kind="stable")[:WALKERS]]

@@ -13,8 +13,9 @@ import pandas as pd
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from calibration.errors import CalibrationError, in_study
+from calibration.errors import in_study
 from calibration.files import write_table
+from calibration.intake.tables import refused
 from dem.grains.clump import MAX_RATIO, MAX_SPHERES, fault, shape_of
 from dem.io.grain_tables import COLUMNS
 from dem.io.stl import read_stl
@@ -26,26 +27,23 @@ MOST_TRIED = 4000  # places for a sphere's centre
 def fill_mesh(path: str | Path, number: int, out: str | Path | None = None) -> list[str]:
     """Fill an STL file [mm] with at most `number` spheres; returns sentences for the screen.
 
-    out: table to write, `<name>.csv` beside the file unless given. Raises CalibrationError for a
-    number that a clump cannot have or a table that exists, ConfigError for a mesh that cannot be
-    used or leaks.
+    out: table to write, `<name>.csv` beside the file unless given. Raises ConfigError for a number
+    that a clump cannot have, a table that exists, and a mesh that cannot be used or leaks.
     """
     path = Path(path)
     out = Path(out) if out else path.with_suffix(".csv")
     if not 1 <= number <= MAX_SPHERES:
-        raise CalibrationError(f"--spheres {number}: allowed: 1 to {MAX_SPHERES}")
+        raise refused("spheres", f"--spheres {number}", most=MAX_SPHERES)
     if out.exists():
-        raise CalibrationError(f"{out}: exists already; name another table by --out")
+        raise refused("mesh exists", out)
     with in_study():
         vertices, triangles = read_stl(path, closed=True)
     inside, origin, pitch = cells_inside(vertices, triangles)
     centre, radius, held = spheres_in(inside, number)
     centre, radius = origin + pitch * centre, pitch * radius
     spheres = [(*c, r) for c, r in zip(centre.tolist(), radius.tolist(), strict=True)]
-    wrong = fault(spheres)
-    if wrong:
-        _, value, allowed = wrong
-        raise CalibrationError(f"{path}: gives a sphere {value}; allowed: {allowed}")
+    if wrong := fault(spheres):
+        raise refused("bad sphere", path, sphere=wrong[1], limits=wrong[2])
     write_table(pd.DataFrame(spheres, columns=list(COLUMNS)).round(6), out)
     volume = mesh_volume(vertices, triangles)
     return [

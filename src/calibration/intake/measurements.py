@@ -18,7 +18,7 @@ import pandas as pd
 
 from calibration.errors import ConfigError
 from calibration.intake import quantities
-from calibration.intake.tables import AT_ITS_WORD, read_table
+from calibration.intake.tables import read_table, refused
 from dem.units import UnitError, has_unit, in_ascii, in_unit, question, unit_of
 
 NEEDED = ("experiment", "quantity", "value", "unit")
@@ -48,7 +48,7 @@ class Measurement:
     quantity's unit. `sd` is None for a single reading.
 
     `line` is where it stands in its file (its first replicate, where these are rows), None where it
-    has none. lever_sd: standard deviation of `proportional`, in its unit; outcome: what the test
+    has none. lever_sd: standard deviation of the lever, in its unit; outcome: what the test
     ended with where it has no value; readings: the values that it is the mean of, where the table
     holds them, and lines: where they stand; covariates: {column: value} of what was recorded beside
     the reading and is no lever, the mean over its readings, and pooled: {column: values} of those
@@ -77,15 +77,11 @@ class Measurement:
     pooled: dict = field(default_factory=dict, compare=False)
 
     @property
-    def proportional(self) -> str | None:
-        """The lever that the reading goes with: the needed one, where the quantity is a share of
-        it; else None."""
-        return getattr(quantities.QUANTITIES[self.experiment].scale, "lever", None)
-
-    @property
     def lever_error(self) -> float:
-        """Error of the reading from that of its lever, to first order."""
-        return self.lever_sd * self.value / self.levers[self.proportional] if self.lever_sd else 0.0
+        """Error of the reading from that of the lever which it is a share of, to first order."""
+        if not self.lever_sd:
+            return 0.0
+        return self.lever_sd * self.value / self.levers[_share_of(self.experiment)]
 
     @property
     def condition(self) -> quantities.Condition:
@@ -154,12 +150,13 @@ def read_measured(path: str | Path, sheet: str | None = None, apart: bool = Fals
     faults, rows = [], []
     table = read_table(path, lambda header, line: _check_header(path, header, line), sheet)
     if not table.rows:
-        raise ConfigError("holds no reading", path=path, allowed="a row for each reading")
+        raise refused("no reading", path)
     covariates = _covariates(table)
     for line, cells in table.rows:
         row = _Row(table, line, cells)
         found = _measurement(row)
-        rows.append(found and replace(found, covariates=_recorded(table, cells, line, covariates)))
+        beside = {c: table.number(line, c, cells[c]) for c in covariates if cells.get(c)}
+        rows.append(found and replace(found, covariates=beside))
         faults += row.faults
     conditions = _gathered([r for r in rows if r is not None], path, faults, apart)
     raise_faults(faults)
@@ -179,31 +176,17 @@ def _gathered(rows, path, faults, apart):
             groups.setdefault((row.shared, () if one else own), []).append(row)
     for own in groups.values():
         means = [m for m in own if not m.readings]
-        faults += [_twice(m, own[0], path) for m in own[1:] if means]
-        faults += _same_name(own, path)
+        for m in own[1:] if means else ():
+            where = {"line": m.line, "column": "experiment"}
+            faults.append(refused("condition twice", path, first=own[0].line, **where))
+        named = {}
+        for m in (m for m in own if m.replicate):
+            first, where = named.setdefault(m.replicate, m), {"column": "replicate"}
+            if first is not m:
+                where |= {"line": m.line, "value": m.replicate}
+                faults.append(refused("replicate twice", path, first=first.line, **where))
         kept.append(own[0] if means else _mean(own))
     return sorted(kept, key=lambda m: m.line)
-
-
-def _twice(row, first, path):
-    reason = (
-        f"repeats the condition of line {first.line}: give its replicates as one row with n, or "
-        "each as a row without sd and n, or say in batch or instrument what differs"
-    )
-    return ConfigError(reason, path=path, line=row.line, column="experiment")
-
-
-def _same_name(own, path):
-    """Faults of replicates that bear the name of an earlier one."""
-    names = [m.replicate for m in own]
-    return [
-        ConfigError(
-            f"repeats the replicate of line {own[names.index(m.replicate)].line}",
-            path=path, line=m.line, column="replicate", value=m.replicate,
-        )
-        for k, m in enumerate(own)
-        if m.replicate and names.index(m.replicate) != k
-    ]  # fmt: skip
 
 
 def _mean(own):
@@ -223,25 +206,19 @@ def _mean(own):
 
 def _check_header(path, header, line):
     needed = (*NEEDED, *SPREAD) if set(SPREAD) & set(header) else NEEDED
-    where = {"path": path, "line": line}
-    found, allowed = ", ".join(header), ", ".join(NEEDED)
-    missing = [name for name in needed if name not in header]
+    found, columns = ", ".join(header), ", ".join(NEEDED)
     raise_faults(
         [
-            ConfigError("is missing", column=name, value=found, allowed=allowed, **where)
-            for name in missing
+            refused("missing column", path, line=line, column=name, value=found, columns=columns)
+            for name in needed
+            if name not in header
         ]
     )
-    misspelt = {
-        name: difflib.get_close_matches(name, COLUMNS, 1, ALIKE)
-        for name in header
-        if name not in COLUMNS
-    }
     raise_faults(
         [
-            ConfigError("is no known column", column=name, allowed=f"{near[0]}, it seems", **where)
-            for name, near in misspelt.items()
-            if near
+            refused("misspelt column", path, line=line, column=name, near=near[0])
+            for name in header
+            if name not in COLUMNS and (near := difflib.get_close_matches(name, COLUMNS, 1, ALIKE))
         ]
     )
 
@@ -259,16 +236,10 @@ def _covariates(table):
         if cells:
             found.append(name)
             continue
-        where = {"path": table.path, "line": table.header_line, "column": name}
-        allowed = f"{', '.join(COLUMNS)}, or a column of numbers that were recorded beside"
-        faults.append(ConfigError("is no known column", **where, allowed=allowed))
+        where = {"line": table.header_line, "column": name}
+        faults.append(refused("unknown column", table.path, columns=", ".join(COLUMNS), **where))
     raise_faults(faults)
     return found
-
-
-def _recorded(table, row, line, names):
-    """{column: value} of the covariates of a row that are given."""
-    return {name: table.number(line, name, row[name]) for name in names if row.get(name)}
 
 
 class _Row:
@@ -282,17 +253,16 @@ class _Row:
         """Text of a cell, empty where there is none."""
         return self.cells.get(column) or ""
 
-    def fault(self, column, reason, **told):
+    def fault(self, key, column, **facts):
         """Note what is wrong with a cell."""
-        where = {"path": self.table.path, "line": self.line, "column": column}
-        self.faults.append(ConfigError(reason, **where, **told))
+        where = {"line": self.line, "column": column}
+        self.faults.append(refused(key, self.table.path, **where, **facts))
 
     def number(self, column, low, high, unit=None):
         """Number of a cell, in `unit` where it carries one of its own; None where it is wrong."""
         text = self.get(column)
         if not text:
-            instead = {"value": "a number, or what the test ended with in the column outcome"}
-            self.fault(column, "is missing", allowed=instead.get(column))
+            self.fault("missing value" if column == "value" else "missing number", column)
             return None
         try:
             inside = partial(in_unit, unit=unit)
@@ -301,7 +271,7 @@ class _Row:
             self.faults.append(error)
             return None
         if not low <= value <= high:
-            self.fault(column, "is out of range", value=value, allowed=f"{low:g} to {high:g}")
+            self.fault("out of range", column, value=value, low=low, high=high)
             return None
         return value
 
@@ -310,14 +280,12 @@ def _measurement(row):
     """`Measurement` of a `_Row`, or None where it has faults."""
     kind = row.get("experiment")
     if kind not in quantities.QUANTITIES:
-        row.fault(
-            "experiment", "is no experiment", value=kind, allowed=", ".join(quantities.QUANTITIES)
-        )
+        known = ", ".join(quantities.QUANTITIES)
+        row.fault("experiment", "experiment", value=kind, known=known)
         return None
     known, name = quantities.measurable(kind), row.get("quantity")
     if name not in known:
-        reason, allowed = f"does not go with {kind}", ", ".join(known)
-        row.fault("quantity", reason, value=name, allowed=allowed)
+        row.fault("quantity", "quantity", value=name, kind=kind, known=", ".join(known))
     q = known.get(name, known[quantities.QUANTITIES[kind].name])
     unit = _unit(row, q)
     text = {c: row.get(c) for c in ("note", *SHARED, "replicate", "test")}
@@ -326,13 +294,12 @@ def _measurement(row):
     _refuse_superfluous(row, chosen["outcome"])
     value, sd, n = _reading(row, q, scale, unit, chosen["outcome"])
     if n is not None and n != int(n):
-        row.fault("n", "is not a whole number", value=n)
+        row.fault("whole number", "n", value=n)
     levers, lever_sd = _levers(row, kind), _lever_sd(row, kind)
     if value is not None and not has_unit(row.get("value").replace(",", ".")):
         # a number without a unit of its own that no material has
         if asked := question(q.key, scale * value):
-            said = row.get("value")
-            row.fault("value", f"is doubtful: {asked}", value=said, allowed=AT_ITS_WORD)
+            row.fault("doubtful", "value", value=row.get("value"), asked=asked)
     if row.faults:
         return None
     more = text | chosen | {"quantity": name, "line": row.line}
@@ -341,8 +308,7 @@ def _measurement(row):
     value = value if scale == 1.0 else scale * value
     sd = sd if scale == 1.0 or sd is None else scale * sd
     if q.below and value >= levers.get(q.below, math.inf):
-        allowed = f"less than {q.below} = {levers[q.below]:g}"
-        row.fault("value", "is too high", value=value, allowed=allowed)
+        row.fault("too high", "value", value=value, lever=q.below, limit=levers[q.below])
         return None
     more |= {"lever_sd": lever_sd, "readings": (value,) if sd is None else ()}
     return Measurement(kind, value, sd, int(n), levers, **more)
@@ -353,8 +319,7 @@ def _refuse_superfluous(row, outcome):
     beside = "outcome" if outcome else "replicate"
     empty = ("value", "sd") if outcome else SPREAD if row.get("replicate") else ()
     for column in (c for c in empty if row.get(c)):
-        reason = f"has no meaning beside {beside}"
-        row.fault(column, reason, value=row.get(column), allowed="empty")
+        row.fault("superfluous", column, value=row.get(column), beside=beside)
 
 
 def _reading(row, quantity, scale, unit, outcome):
@@ -378,20 +343,23 @@ def _chosen(row):
     for column, allowed in (("role", ROLES), ("outcome", ("", *OUTCOMES))):
         if out[column] not in allowed:
             known = ", ".join(a or "empty" for a in allowed)
-            row.fault(column, "is not known", value=out[column], allowed=known)
+            row.fault("unknown word", column, value=out[column], known=known)
     return out
+
+
+def _share_of(kind):
+    """The lever that the quantity of an experiment is a share of, else None."""
+    return getattr(quantities.QUANTITIES[kind].scale, "lever", None)
 
 
 def _lever_sd(row, kind):
     """Standard deviation of the lever that the quantity is a share of; 0 where none is given."""
     if not row.get("lever_sd"):
         return 0.0
-    lever = getattr(quantities.QUANTITIES[kind].scale, "lever", None)
+    lever = _share_of(kind)
     if lever is None or row.get("quantity") != quantities.QUANTITIES[kind].name:
-        known = [k for k, q in quantities.QUANTITIES.items() if hasattr(q.scale, "lever")]
-        allowed = f"empty, or a row of {', '.join(known)}"
-        reason = f"is not known for {kind}"
-        row.fault("lever_sd", reason, value=row.get("lever_sd"), allowed=allowed)
+        known = ", ".join(filter(_share_of, quantities.QUANTITIES))
+        row.fault("lever_sd", "lever_sd", value=row.get("lever_sd"), kind=kind, known=known)
         return 0.0
     return row.number("lever_sd", 0.0, quantities.levers_of(kind)[lever].most, unit_of(lever))
 
@@ -406,9 +374,8 @@ def _unit(row, quantity):
             _scale(stated, quantity.unit or None)
         return stated or quantity.unit
     except UnitError:
-        allowed = f"{quantity.unit}, or what converts to it" if quantity.unit else "no unit"
-        reason = f"does not go with {row.get('experiment')}"
-        row.fault("unit", reason, value=stated, allowed=allowed)
+        facts = {"value": stated, "kind": row.get("experiment"), "own": quantity.unit}
+        row.fault("measured unit" if quantity.unit else "measured number", "unit", **facts)
         return quantity.unit
 
 
@@ -425,10 +392,10 @@ def _levers(row, kind):
         text = row.get(name)
         if not text:
             if name in own and own[name].needed:
-                row.fault(name, f"is needed for {kind}")
+                row.fault("needed lever", name, kind=kind)
         elif name not in own:
-            allowed = f"empty, or a row of {', '.join(quantities.having(name))}"
-            row.fault(name, f"is no lever of {kind}", value=text, allowed=allowed)
+            known = ", ".join(k for k in quantities.QUANTITIES if name in quantities.levers_of(k))
+            row.fault("no lever", name, value=text, kind=kind, known=known)
         else:
             levers[name] = row.number(name, own[name].least, own[name].most, unit_of(name))
     return levers
@@ -436,11 +403,11 @@ def _levers(row, kind):
 
 def readings_table(
     experiment: str,
-    quantity: str,
+    quantity: str | Sequence[str],
     values: Sequence[str],
     unit: str,
-    notes: Sequence[str] | None = None,
+    notes: Sequence[str],
 ) -> pd.DataFrame:
     """Readings (n,) of a quantity as the table that `read_measured` reads, a row a reading."""
     rows = {"experiment": experiment, "quantity": quantity, "value": values, "unit": unit}
-    return pd.DataFrame(rows | ({"note": notes} if notes else {}))
+    return pd.DataFrame(rows | {"note": notes})

@@ -31,11 +31,6 @@ LEVERS = _EVERYWHERE | {c: x for name in QUANTITIES for c, x in levers_of(name).
 """Lever column -> what it is."""
 
 
-def having(lever: str) -> tuple[str, ...]:
-    """Experiments that have a lever."""
-    return tuple(name for name in QUANTITIES if lever in levers_of(name))
-
-
 class Condition(NamedTuple):
     """What is measured or simulated: an experiment, and the levers that are set."""
 

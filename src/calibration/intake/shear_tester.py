@@ -6,13 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import pandas as pd
 from scipy import stats
 
-from calibration.errors import CalibrationError, ConfigError
 from calibration.files import write_table
 from calibration.intake.measurements import readings_table
-from calibration.intake.tables import read_table
+from calibration.intake.tables import read_table, refused
 from dem.units import has_unit, in_unit, unit_of, without_unit
 
 LOAD, PEAK, STEADY = "normal_stress", "shear_stress", "steady_shear_stress"
@@ -37,7 +35,7 @@ def measure_shear(
 
     sheet: of workbooks."""
     if out is not None and out.exists():
-        raise CalibrationError(f"{out}: exists already")
+        raise refused("exists", out)
     found = {path: read_points(path, sheet) for path in paths}
     lines = [line for path, points in found.items() for line in _said(path, points)]
     if out is not None:
@@ -61,13 +59,10 @@ def _said(path, points):
 
 
 def _table(points):
-    parts = []
-    for quantity in (PEAK, STEADY):
-        own = [p for p in points if p.quantity == quantity]
-        values, notes = [round(p.shear, 6) for p in own], [p.note for p in own]
-        part = readings_table("shear", quantity, values, "kPa", notes)
-        parts.append(part.assign(normal_stress_kPa=[round(p.load, 6) for p in own]))
-    return pd.concat([p for p in parts if len(p)], ignore_index=True)
+    own = sorted(points, key=lambda p: p.quantity == STEADY)
+    values, notes = [round(p.shear, 6) for p in own], [p.note for p in own]
+    table = readings_table("shear", [p.quantity for p in own], values, "kPa", notes)
+    return table.assign(normal_stress_kPa=[round(p.load, 6) for p in own])
 
 
 def read_points(path: Path, sheet: str | None = None) -> list[Point]:
@@ -77,9 +72,7 @@ def read_points(path: Path, sheet: str | None = None) -> list[Point]:
     # `normal_stress` of `Normal stress` and of `normal_stress_Pa`
     columns = {without_unit("_".join(name.split())).lower(): name for name in table.header}
     if LOAD not in columns or not {PEAK, STEADY} & set(columns):
-        allowed = f"{LOAD} and {PEAK} (the peak), {STEADY} or both, with units"
-        raise ConfigError("has no columns of a yield locus", path=path, line=table.header_line,
-                          value=", ".join(table.header), allowed=allowed)  # fmt: skip
+        raise refused("no locus", path, line=table.header_line, value=", ".join(table.header))
     points = []
     for line, row in table.rows:
         load = _stress(table, line, columns[LOAD], row)
@@ -88,21 +81,21 @@ def read_points(path: Path, sheet: str | None = None) -> list[Point]:
                 shear = _stress(table, line, columns[quantity], row)
                 points.append(Point(quantity, load, shear, f"{path.name}, line {line}"))
     if not points:
-        raise ConfigError("has no shear stress", path=path, allowed="a row for each point")
+        raise refused("no shear", path)
     return points
 
 
 def _stress(table, line, column, row):
     """Stress [kPa] of a cell. Raises ConfigError where neither cell nor heading has a unit."""
     own = table.units.get(column) or unit_of(column)
+    where = {"line": line, "column": column, "value": row[column]}
     if not own and not has_unit(row[column].replace(",", ".")):
-        allowed = f"{column} [kPa], or another unit of stress"
-        raise table.fault(line, column, "has no unit", row[column], allowed)
+        raise refused("no stress unit", table.path, **where)
 
     def in_kpa(text):
         return in_unit(text if has_unit(text) else f"{text} {own}", "kPa")
 
     found = table.number(line, column, row[column], in_kpa)
     if found < 0:
-        raise table.fault(line, column, "is below zero", row[column], "the size of a stress")
+        raise refused("negative stress", table.path, **where)
     return found

@@ -18,10 +18,11 @@ from scipy.io import wavfile
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import find_peaks
 
-from calibration.errors import CalibrationError, ConfigError, decoding, in_study
+from calibration.errors import decoding, in_study
 from calibration.files import write_table
 from calibration.intake.measurements import readings_table
 from calibration.intake.quantities import LEVERS
+from calibration.intake.tables import refused
 from dem.constants import GRAVITY
 from dem.tables.limits import LONGEST_SOUND_S, check_file
 
@@ -61,56 +62,38 @@ class Train:
 
 
 def read_train(path: str | Path) -> Train:
-    """`Train` of a WAV file. Raises CalibrationError for a file that is none, and for sounds that
-    are not those of one grain coming to rest."""
+    """`Train` of a WAV file, up to the first flight that is too short to be told from the next one.
+    Raises ConfigError for a file that is none, and for sounds that are not those of one grain
+    coming to rest."""
     path = Path(path)
-    rate, sound = _read(path)
-    heard = _impacts(rate, sound)
-    train = Train(path, _clear(heard))
+    heard = _impacts(*_read(path))
+    flights = np.diff(heard)
+    short = np.flatnonzero(flights < SHORT_S)
+    train = Train(path, heard[: short[0] + 1] if len(short) else heard)
+    facts = {"number": len(train.times), "least": LEAST, "short": 1e3 * SHORT_S}
+    if len(train.times) < LEAST and len(short):
+        facts |= {"height": _height_mm(SHORT_S), "longest": 1e3 * flights.max()}
+        raise refused("short flights", path, **facts)
     if len(train.times) < LEAST:
-        raise CalibrationError(f"{path}: {_too_few(train, heard)}")
+        raise refused("few impacts", path, **facts)
     growing = np.flatnonzero(train.restitution >= 1.0)
     if len(growing):
-        k = int(growing[0])
-        first, second = train.flights[k : k + 2]
-        raise CalibrationError(
-            f"{path}: the flight from {train.times[k + 1]:.3f} s lasts {1e3 * second:.1f} ms, the "
-            f"one before {1e3 * first:.1f} ms; allowed: shorter and shorter flights of one grain "
-            f"(cut the recording to them)"
-        )
+        first, second = 1e3 * train.flights[growing[0] : growing[0] + 2]
+        at = train.times[growing[0] + 1]
+        raise refused("growing flight", path, at=at, first=first, second=second)
     return train
 
 
-def _too_few(train, heard):
-    """Why no restitution can be told, and what to do."""
-    number = len(train.times)
-    allowed = f"allowed: {LEAST} or more of one grain that bounces on the spot"
-    if len(heard) > number:
-        first = float(np.diff(heard).max())
-        height = 1e3 * GRAVITY * SHORT_S**2 / 8.0
-        return (
-            f"{number} impacts are clear, as the flights behind them are shorter than "
-            f"{1e3 * SHORT_S:g} ms ({height:.1f} mm high; the longest is {1e3 * first:.0f} ms); "
-            f"{allowed}. Drop the grain from higher: twice the height lengthens each flight by 41 %"
-        )
-    return (
-        f"{number} impacts are heard above the noise; {allowed}. Put the microphone closer, on a "
-        "quiet table, or drop the grain from higher"
-    )
-
-
-def _clear(times):
-    """The impacts up to the first flight that is too short to be told from the next one."""
-    short = np.flatnonzero(np.diff(times) < SHORT_S)
-    return times[: short[0] + 1] if len(short) else times
+def _height_mm(flight):
+    return 1e3 * GRAVITY * flight**2 / 8.0
 
 
 def measure_sounds(paths: Sequence[str | Path], out: Path | None = None) -> list[str]:
     """Lines to print: each recording's restitution, then all of them. Writes the table `out` of
     drops and rebounds; each flight is used once, so that the rows are independent. Raises
-    CalibrationError."""
+    ConfigError."""
     if out is not None and out.exists():
-        raise CalibrationError(f"{out}: exists already")
+        raise refused("exists", out)
     trains, lines = [read_train(path) for path in paths], []
     every = np.concatenate([t.restitution for t in trains])
     for train in trains:
@@ -156,7 +139,7 @@ def _said(ratios):
 def _table(train, every):
     """Rows of drops: a flight's height and that of the next one, with the spread that the
     restitution has within the recording, or where that has two flights in all of them (every)."""
-    e, heights = train.restitution, 1e3 * GRAVITY * train.flights**2 / 8.0
+    e, heights = train.restitution, _height_mm(train.flights)
     rises = heights[1::2]
     falls = heights[:-1:2][: len(rises)]
     notes = [f"{train.path.name}, flights {2 * k + 1} and {2 * k + 2}" for k in range(len(rises))]
@@ -176,19 +159,14 @@ def _read(path):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", wavfile.WavFileWarning)  # further chunks of recorders
             rate, sound = wavfile.read(path)
-        sound = np.asarray(sound)
-        if sound.ndim > 1:
-            sound = sound.mean(axis=1)
-        sound = np.asarray(sound, float)
+        sound = np.asarray(sound if sound.ndim == 1 else sound.mean(axis=1), float)
     if not RATES[0] <= rate <= RATES[1]:
-        raise ConfigError("has no rate of a recording", path=path, value=f"{rate} samples a second",
-                          allowed=f"{RATES[0]:,} to {RATES[1]:,}")  # fmt: skip
+        value = f"{rate} samples a second"
+        raise refused("sound's rate", path, value=value, least=RATES[0], most=RATES[1])
     if len(sound) > LONGEST_SOUND_S * rate:
-        raise ConfigError("is too long", path=path, value=f"{len(sound) / rate:.0f} s",
-                          allowed=f"at most {LONGEST_SOUND_S:g} s: the bounces alone")  # fmt: skip
+        raise refused("long sound", path, value=f"{len(sound) / rate:.0f} s", most=LONGEST_SOUND_S)
     if not np.isfinite(sound).all():
-        raise ConfigError("holds samples that are no numbers", path=path,
-                          allowed="a WAV file: PCM or float")  # fmt: skip
+        raise refused("no samples", path)
     largest = float(np.abs(sound).max(initial=0.0))
     return rate, sound / largest if largest > 0.0 else sound
 

@@ -15,8 +15,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from calibration.errors import ConfigError
 from calibration.files import read_json, write_text
+from calibration.intake.tables import refused
 
 SETTINGS = ("engine.command", "diagnosis.catalogue")
 
@@ -44,13 +44,7 @@ def refuse_unasked(
         if _at(asked or {}, key) == value or given.get(key) == value:
             continue
         study = shlex.join(os.path.relpath(f) for f in files) or "STUDY"
-        raise ConfigError(
-            "would start code; a configuration file may not do so by itself",
-            key=key,
-            value=value,
-            allowed=f"once `calibration allow {study}` in this folder, if you know what it starts; "
-            f"or on the command line: {_flag(key, value)}",
-        )
+        raise refused("unasked", key=key, value=value, study=study, flag=_flag(key, value))
 
 
 def permit(config: Any) -> None:
@@ -76,10 +70,7 @@ def allow(config: Any, folder: str | Path) -> dict[str, str]:
     if found:
         place = _store()
         if place is None:
-            raise ConfigError(
-                "nobody knows this user's home; set XDG_CONFIG_HOME, or say it on the command line",
-                allowed="; ".join(_flag(key, value) for key, value in found.items()),
-            )
+            raise refused("no home", flags="; ".join(_flag(k, v) for k, v in found.items()))
         kept = _read(place) | {str(Path(folder).resolve()): remembered(folder) | found}
         write_text(json.dumps(kept, indent=1) + "\n", place)
     return found

@@ -12,9 +12,20 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from calibration.errors import ConfigError, at_key, in_study
+from calibration.errors import CONFIGURATION, ConfigError, at_key, in_study
 from dem import tables
+from dem.io.files import rows_of
 from dem.units import UnitError, converted, has_unit, in_unit, question, unit_of
+
+_REFUSALS = {row["key"]: row for row in rows_of(Path(__file__).with_name("refusals.csv"))}
+
+
+def refused(fault: str, path: Any = None, **facts: Any) -> ConfigError:
+    """`ConfigError` of a fault of refusals.csv, whose texts name some of the facts; path (a file or
+    an option), line, column, key and value are those of the error."""
+    told, where = _REFUSALS[fault], {k: facts.get(k) for k in ("line", "column", "key", "value")}
+    reason, allowed = (told[text].format(**facts) for text in ("reason", "allowed"))
+    return ConfigError(reason, path=path, allowed=allowed or None, **where)
 
 
 class Table(tables.Table):
@@ -94,7 +105,6 @@ DIFFERENCES = ("discrepancy",)
 
 LARGEST = 1e300
 """Of a bare number: YAML has whole numbers that are no float."""
-AT_ITS_WORD = "a plausible number, or one with its unit, which is taken at its word"
 
 
 def plausible_number(table: Table, line: int, column: str, text: str, key: str) -> float:
@@ -111,7 +121,7 @@ def plausible_number(table: Table, line: int, column: str, text: str, key: str) 
     value = table.number(line, column, text, partial(in_unit, unit=unit))
     asked = question(key, value) if bare else None
     if asked:
-        raise table.fault(line, column, f"is doubtful: {asked}", text, AT_ITS_WORD)
+        raise refused("doubtful", table.path, line=line, column=column, value=text, asked=asked)
     return value
 
 
@@ -127,7 +137,7 @@ def check_plausible(data: Mapping[str, Any], prefix: str = "") -> None:
                 raise at_key(name, "is no number", item, f"at most {LARGEST:g}")
             asked = question(name, item)
             if asked:
-                raise at_key(name, f"is doubtful: {asked}", item, AT_ITS_WORD)
+                raise refused("doubtful", CONFIGURATION, key=name, value=item, asked=asked)
 
 
 def in_key_units(data: dict[str, Any]) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from calibration.errors import CalibrationError
 from calibration.figures import response_of
 from calibration.inference.joint.critique import ALPHA, POINTS, borders, misspecification
 from calibration.stages.joint import atlas_against, sentences, write_posterior
-from calibration.statistics.screening_design import screening_design
+from calibration.statistics.design import screening_design
 from calibration.study.config import Config, overlay, parse_config
 from calibration.study.config.joint import joint_targets, measured_of
 from calibration.study.config.tests import spec_of

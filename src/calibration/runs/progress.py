@@ -8,7 +8,6 @@ from math import ceil
 from calibration.runs.plans import plans_of
 from calibration.runs.store import REFUSED, RunStore
 from calibration.study.config import Config, point_spec
-from calibration.study.config.joint import joint_tests
 from calibration.study.cost import duration, run_seconds
 from calibration.study.stage import planning
 from dem.results import FAILED, is_current
@@ -118,11 +117,11 @@ class Progress:
 
 def progress(config: Config, store: RunStore | None = None) -> Progress:
     """`Progress` of a study, as the store's index has it: no result is read."""
-    store, plans, left = store or RunStore(config.runs), [], []
+    store = store or RunStore(config.runs)
     walls: dict[str, list[float]] = {}  # {experiment: of the chain}
-    above_s: dict[str, float] = {}  # {plan: mean of its own}
+    found: list[tuple[Plan, list[str]]] = []  # with the experiments of the runs that are left
     for name, declared, names, own in _plans(config):
-        expected = 0 if names or not own else declared.expected(config)
+        expected = [] if names or not own else declared.expected(config)
         if not names and not expected:
             continue
         ended = [e for n in names if (e := store.known(n)) and is_current(e["engine"])]
@@ -130,30 +129,27 @@ def progress(config: Config, store: RunStore | None = None) -> Progress:
         if declared is None:  # stages above keep a run without a value, and go on
             over |= {n for n in names if (store.folder(n) / FAILED).exists()}
         failed = tuple(n for n in names if n not in over and (store.folder(n) / REPEAT).exists())
-        total = len(names) or expected
-        short = bool(declared and declared.batches)  # a share of a process each
-        none = sum(bool(entry.get(REFUSED)) for entry in ended)
-        above = declared is None
-        touched = _touched(store, set(names) - over - set(failed))
-        plan = Plan(name, len(over), total, failed, bool(names), none, short, above, None, touched)
-        plans.append(plan)
         took = [e for e in ended if e["wall_time_s"] is not None]
-        if above and took:  # another rig than the chain's, as a rule
-            above_s[name] = float(_mean([e["wall_time_s"] for e in took]))
-        if plan.counted:
-            for entry in took:
-                walls.setdefault(_experiment(entry["run"]), []).append(entry["wall_time_s"])
-        if names:
-            left.append([_experiment(n) for n in names if n not in over])
-        else:
-            left.append(_unplanned(config, declared))
-    asked = {experiment for them in left for experiment in them}
+        plan = Plan(
+            name,
+            len(over),
+            len(names) or len(expected),
+            failed,
+            planned=bool(names),
+            valueless=sum(bool(entry.get(REFUSED)) for entry in ended),
+            short=bool(declared and declared.batches),  # a share of a process each
+            above=declared is None,
+            each_s=_mean([entry["wall_time_s"] for entry in took]),
+            touched=_touched(store, set(names) - over - set(failed)),
+        )
+        found.append((plan, expected or [_experiment(n) for n in names if n not in over]))
+        for entry in took if plan.counted else ():
+            walls.setdefault(_experiment(entry["run"]), []).append(entry["wall_time_s"])
+    asked = {experiment for _, left in found for experiment in left}
     lasted = _expected(config, asked - walls.keys()) | {e: _mean(them) for e, them in walls.items()}
     plans = [
-        replace(
-            plan, each_s=above_s.get(plan.name) or _mean([lasted[e] for e in them if e in lasted])
-        )
-        for plan, them in zip(plans, left, strict=True)
+        replace(plan, each_s=plan.each_s or _mean([lasted[e] for e in left if e in lasted]))
+        for plan, left in found
     ]
     mean = _mean([wall for them in walls.values() for wall in them])
     return Progress(tuple(plans), mean, None if walls else lasted.get(config.experiment))
@@ -162,13 +158,6 @@ def progress(config: Config, store: RunStore | None = None) -> Progress:
 def _experiment(run):
     """Of which a run is, by its name."""
     return run.rpartition("-")[0]
-
-
-def _unplanned(config, declared):
-    """Experiments of the runs that a plan will have."""
-    if declared.every_rig:
-        return [config.tests[name].experiment for name in joint_tests(config)]
-    return [config.experiment]
 
 
 def _mean(seconds):

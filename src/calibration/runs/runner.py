@@ -7,21 +7,21 @@ batch that was cut off goes on where it stopped.
 """
 
 import sys
-import tarfile
 import threading
 import time
 import traceback
 from collections.abc import Callable, Mapping
 from math import ceil
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any, TextIO
 
 import numpy as np
 import yaml
 
 from calibration import engines
+from calibration.engines.templates import macros
 from calibration.errors import CalibrationError, in_words, of_the_machine
-from calibration.files import read_json
+from calibration.files import write_text
 from calibration.intake.started_code import permit
 from calibration.runs.plans import points_of, read_plan
 from calibration.runs.progress import REPEAT, cores, progress
@@ -30,7 +30,7 @@ from calibration.runs.store import REFUSED, RunStore
 from calibration.study.config import Config
 from calibration.study.cost import LEAST_JOBS, START_S, run_seconds
 from dem.errors import DemError, MeasureError, StoppedError
-from dem.io.files import replace_file, write_arrays, write_json
+from dem.io.files import write_arrays, write_json
 from dem.results import STATE, write_result
 from dem.spec import parse_spec
 
@@ -38,81 +38,53 @@ from dem.spec import parse_spec
 NOTE_EVERY = 0.1
 REPORT_EVERY = 5.0  # seconds
 WATCH_EVERY = 30.0  # seconds
-NO_HEAP = (
-    "the grains roll or bounce off the plate, or are too few: more friction, a lower discharge "
-    "height or a rim (docs/geometry.md), or more grains"
-)
-SPREAD = (
-    "the grains roll apart: with so little rolling friction no heap stands, or the grains are too "
-    "few. The design leaves such points out"
-)
-"""Of a heap that was not poured."""
-STANDS = (
-    "the grains stand as they stood in the cylinder, of which none came loose: they stick too much "
-    "for a heap. The design leaves such points out"
-)
 SPREAD_FROM = 1.25  # radii of a lifted cylinder within which the grains of a heap do not all lie
-
-
-def run_logged(
-    spec: dict[str, Any], out: str | Path, log: str | Path, config: Mapping[str, Any]
-) -> None:
-    """Run `spec` (a mapping) into folder `out` and write its progress to `log`.
-
-    A failed run says which points of which designs need it, why it failed, the likely cause and
-    where its log is. It keeps its spec beside the log, and ends the job with status 1.
-    """
-    store, config = RunStore(Path(out).parent), Config.model_validate(config)
-    permit(config)
-    if _fault(spec, Path(out).name, log, config, store):
-        sys.exit(1)
 
 
 def run_each(
     specs: Mapping[str, dict[str, Any]],
-    log: str | Path,
     config: Mapping[str, Any],
-    root: str | Path | None = None,
+    note: Callable[[str], object] = lambda text: None,
 ) -> None:
-    """Make runs {name: spec} one after another in this process, each as `run_logged` does with its
-    log in its own folder; those that are there are not made again. `log` says of each how it ended.
-    A run that fails does not stop the others, but ends the job with status 1 after them; where the
-    machine refuses, or the job is to stop, no further run begins."""
-    config, store, failed = Config.model_validate(config), RunStore(root), 0
+    """Make runs {name: spec} of the study of a checked configuration (a mapping) one after another
+    in this process; those that are there are not made again. note: takes of each how it ended.
+
+    The progress of a run is in the log in its folder. A run that fails says which points of which
+    designs need it, why it failed, the likely cause and where its log is. It keeps its spec beside
+    the log. It does not stop the others, but ends the job with status 1 after them; where the
+    machine refuses, or the job is to stop, no further run begins.
+    """
+    config = Config.model_validate(config)
     permit(config)
-    Path(log).parent.mkdir(parents=True, exist_ok=True)
-    with open(log, "w", buffering=1) as stream:
-        for name, spec in specs.items():
-            if store.current(name):
-                stream.write(f"{name} was there\n")
-                continue
-            error = _fault(spec, name, store.folder(name) / "run.log", config, store)
-            stopped = isinstance(error, StoppedError)
-            ending = "done" if not error else str(error) if stopped else f"failed: {error}"
-            stream.write(f"{name} {ending}\n")
-            failed += bool(error)
-            if stopped or (error and of_the_machine(error)):
-                break  # the next run would meet the same
+    store, failed = RunStore(config.runs), 0
+    for name, spec in specs.items():
+        if store.current(name):
+            note(f"{name} was there")
+            continue
+        error = _fault(spec, name, config, store)
+        stopped = isinstance(error, StoppedError)
+        note(f"{name} {'done' if not error else error if stopped else f'failed: {error}'}")
+        failed += bool(error)
+        if stopped or (error and of_the_machine(error)):
+            break  # the next run would meet the same
     if failed:
         sys.exit(1)
 
 
-def _fault(spec, name, log, config, store):
+def _fault(spec, name, config, store):
     """Make one run; what went wrong, which has been told, or None."""
     try:
-        return _attempt(spec, name, log, config, store)
+        return _attempt(spec, name, config, store)
     except OSError as error:  # the log itself
         print(f"run {name}: {in_words(error)}", file=sys.stderr)
         return error
 
 
-def _attempt(spec, name, log, config, store):
-    out = store.folder(name)
-    started = time.time()
-    Path(log).parent.mkdir(parents=True, exist_ok=True)
-    repeat = Path(log).with_name(REPEAT)
+def _attempt(spec, name, config, store):
+    out, started, told = store.folder(name), time.time(), -1.0
+    out.mkdir(parents=True, exist_ok=True)
+    log, repeat = out / "run.log", out / REPEAT
     with open(log, "w") as stream:
-        told = -1.0
 
         def note(fraction, text):
             nonlocal told
@@ -137,8 +109,7 @@ def _attempt(spec, name, log, config, store):
             stream.write(f"{message}\n")
             if not (isinstance(error, DemError) or of_the_machine(error)):
                 traceback.print_exc(file=stream)
-            text = yaml.safe_dump(spec, sort_keys=False)
-            replace_file(repeat, lambda stream: stream.write(text.encode()))
+            write_text(yaml.safe_dump(spec, sort_keys=False), repeat)
             return error
         stream.write(f"{ending}\n")
     repeat.unlink(missing_ok=True)
@@ -189,9 +160,10 @@ def causes(
     from the start. position: as of `failure`."""
     from dem.advice import warnings_of  # loads the engine, which takes a second
 
-    cause = NO_HEAP if spec.get("experiment") == "heap" else SPREAD
+    said = macros("calibration.runs", "said")
+    cause = said.no_heap() if spec.get("experiment") == "heap" else said.spread()
     if position is not None and _stands(spec, position):
-        cause = STANDS
+        cause = said.stands()
     found = [cause] if isinstance(error, MeasureError) and "no heap" in str(error) else []
     try:
         return found + warnings_of(parse_spec(spec))
@@ -248,20 +220,19 @@ def report_sometimes(config: Config, store: RunStore, stream: TextIO | None = No
 
 
 def watch(config: Config) -> None:
-    """`tell_changes` in a thread that ends with this process."""
-    threading.Thread(target=tell_changes, args=(config,), daemon=True).start()
+    """Print how far the campaign is whenever that has changed, in a thread that ends with this
+    process: jobs on other machines print it to logs that nobody sees."""
 
+    def tell():
+        store, told = RunStore(config.runs), None
+        while True:
+            time.sleep(WATCH_EVERY)
+            said = sentence(config, store)
+            if said != told:
+                print(said, file=sys.stderr, flush=True)
+            told = said
 
-def tell_changes(config: Config) -> None:
-    """Print how far the campaign is whenever that has changed, without end: jobs on other machines
-    print it to logs that nobody sees."""
-    store, told = RunStore(config.runs), None
-    while True:
-        time.sleep(WATCH_EVERY)
-        said = sentence(config, store)
-        if said != told:
-            print(said, file=sys.stderr, flush=True)
-        told = said
+    threading.Thread(target=tell, daemon=True).start()
 
 
 def report(config: Config, store: RunStore | None = None, stream: TextIO | None = None) -> None:
@@ -333,7 +304,6 @@ def run_batch(
     batches: int,
     done: str | Path,
     failures: str = "refused",
-    root: str | Path | None = None,
     tell: Callable[[], object] = lambda: None,
 ) -> None:
     """Do every `batches`-th run of a plan, from number `batch` on, and write their names to `done`.
@@ -347,10 +317,10 @@ def run_batch(
         print(text, flush=True)
         tell()
 
-    found = simulate(specs, root, note)
+    found = simulate(specs, note=note)
     failed = [name for name, metrics in found.items() if metrics is None]
     if failed and failures == "refused":
-        store = RunStore(root)
+        store = RunStore()
         lines = [f"{n}: {(store.failure(n) or {}).get('error', '')}" for n in failed]
         raise CalibrationError(f"{len(failed)} runs of {plan_file} failed\n" + "\n".join(lines))
     write_json(done, {"runs": list(specs), "failed": failed})
@@ -363,45 +333,16 @@ def run_told_batch(
     done: str | Path,
     log: str | Path,
     config: Mapping[str, Any],
-    root: str | Path | None = None,
 ) -> None:
     """The same for runs that could each be a job of its own: each has its log and its message, and
     the job ends with status 1 after them where one failed; see `run_each`."""
     try:
         specs = share_of(plan_file, batch, batches)
-        run_each(specs, log, config, root)
+        with open(log, "w", buffering=1) as stream:
+            run_each(specs, config, lambda text: print(text, file=stream))
         write_json(done, {"runs": list(specs), "failed": []})
     except OSError as error:
         sys.exit(in_words(error))
-
-
-def pack_runs(done: str | Path, archive: str | Path, root: str | Path | None = None) -> None:
-    """Put the folders of the runs that a batch left `done` into one file."""
-    store = RunStore(root)
-    with tarfile.open(archive, "w") as tar:
-        for name in read_json(done)["runs"]:
-            tar.add(store.folder(name), name)
-
-
-def unpack_runs(archive: str | Path, root: str | Path | None = None) -> None:
-    """Put the runs of an archive where they are kept. Raises CalibrationError for one that is
-    broken."""
-    try:
-        with tarfile.open(archive) as tar:
-            if odd := next((m.name for m in tar if not _of_a_run(m)), None):
-                raise CalibrationError(f"{archive}: holds {odd}, which is no file of a run")
-            # Python 3.11.3 and older know no filter and extract as they always did
-            tar.extraction_filter = getattr(tarfile, "data_filter", None)
-            tar.extractall(RunStore(root).folder("."))
-    except tarfile.TarError as error:
-        raise CalibrationError(f"{archive}: {error}") from None
-
-
-def _of_a_run(member):
-    """Return whether a member of an archive is a file or a folder below the archive's root."""
-    path = PurePosixPath(member.name)
-    below = not path.is_absolute() and ".." not in path.parts
-    return below and (member.isfile() or member.isdir())
 
 
 def share_of(plan_file: str | Path, batch: int, batches: int) -> dict[str, dict[str, Any]]:

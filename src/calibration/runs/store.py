@@ -8,6 +8,7 @@ of a campaign is known without reading any result.
 
 import json
 import os
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +51,7 @@ class RunStore:
     def result(self, name: str) -> dict[str, Any]:
         """Content of a run's result.json, checked, of whatever engine."""
         known = self._unchanged(name)
-        result = _whole(read_result, self.folder(name), files=known is None)
+        result = read_result(self.folder(name), files=known is None)
         if known is None:
             self._add(name, result)
         return result
@@ -59,7 +60,7 @@ class RunStore:
         """Return what the index holds of a finished run: `engine`, `wall_time_s`, `refused` of one
         without a value. `full` checks all of it again."""
         known = None if full else self._unchanged(name)
-        return known or self._add(name, _whole(read_result, self.folder(name)))
+        return known or self._add(name, read_result(self.folder(name)))
 
     def current(self, name: str) -> dict[str, Any] | None:
         """Content of a run's result where it can be trusted and is of this engine, else None."""
@@ -72,7 +73,7 @@ class RunStore:
 
     def kept_failure(self, name: str) -> dict[str, Any]:
         """Content of a run's failed.json, of whatever engine. Raises ResultError."""
-        return _whole(read_result, self.folder(name), name=FAILED)
+        return read_result(self.folder(name), name=FAILED)
 
     def known(self, name: str) -> dict[str, Any] | None:
         """The entry of a finished run as the index has it, without a look at the run itself unless
@@ -143,11 +144,8 @@ class RunStore:
         whole = added[: added.rfind(b"\n") + 1]
         self._read_to += len(whole)
         for line in whole.splitlines():
-            try:
+            with suppress(ValueError, TypeError, KeyError):  # cut off
                 entry = json.loads(line)
-            except (ValueError, RecursionError):
-                continue
-            if _is_entry(entry):
                 self._known[entry["run"]] = entry
 
 
@@ -157,26 +155,6 @@ def _of_this_engine(read, name):
     except ResultError:
         return None
     return found if is_current(found["engine"]) else None
-
-
-def _whole(read, folder, **keys):
-    """Return what `read` finds in the folder of a run. Raises ResultError, also for a file whose
-    checksum fits and whose content is that of no run: it was made by hand, or by another
-    program."""
-    try:
-        return read(folder, **keys)
-    except (KeyError, TypeError, AttributeError, ValueError):
-        raise ResultError(folder, "is not as a run is written") from None
-
-
-def _is_entry(entry):
-    """Return whether a line of the index has what is asked of it: it may be cut off or of an old
-    version."""
-    if not isinstance(entry, dict) or not {"run", "engine", "wall_time_s", "files"} <= set(entry):
-        return False
-    files = entry["files"]
-    texts = [entry["run"], entry["engine"], *(files if isinstance(files, dict) else ())]
-    return isinstance(files, dict) and all(isinstance(x, str) and "\0" not in x for x in texts)
 
 
 def _state(path):

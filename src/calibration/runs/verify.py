@@ -24,7 +24,7 @@ from filelock import FileLock, Timeout
 
 from calibration import engines
 from calibration.errors import CalibrationError, ConfigError
-from calibration.files import read_json, set_aside, sweep_abandoned
+from calibration.files import read_json, set_aside
 from calibration.runs.plans import read_plan, run_id
 from calibration.runs.store import RunStore
 from calibration.study.config import Config
@@ -37,51 +37,32 @@ FOLDER = ".made_from"
 project knows its own folders: in one that has files and none of it, nothing is changed."""
 
 
-def record(
-    folder: str | Path,
-    name: str,
-    made_from: str,
-    outputs: Iterable[str | Path],
-    inputs: Iterable[str | Path] = (),
-) -> None:
+def record(folder: str | Path, name: str, made_from: str, outputs: Iterable[str | Path]) -> None:
     """Write down what a rule has left in a study's folder.
 
-    made_from : digest of code, settings and tables; outputs : files below the folder, of which
-    folders are left out; inputs : files of the user that the rule read
+    made_from : digest of code, settings and tables; outputs : files and folders of files
     """
-    files = {os.path.relpath(f, folder): digest_of(f) for f in outputs if Path(f).is_file()}
-    read = {str(f): digest_of(f) for f in inputs if Path(f).is_file()}
-    content = {"made_from": made_from, "files": files, "inputs": read}
+    paths = [p for path in map(Path, outputs) for p in (path, *sorted(path.rglob("*")))]
+    files = {os.path.relpath(p, folder): digest_of(p) for p in paths if p.is_file()}
+    content = {"made_from": made_from, "files": files}
     write_json(Path(folder, FOLDER, f"{name}.json"), sealed(content))
 
 
 def read_record(path: str | Path) -> dict[str, Any] | None:
-    """Return a record: a mapping with `made_from`, `files` and `inputs` {path: SHA-256}; None where
-    it is missing or damaged, or names a file that is not in its study's folder."""
+    """Return a record: a mapping with `made_from` and `files` {path: SHA-256}; None where it is
+    missing or damaged, or names a file that is not in its study's folder."""
+    study = Path(path).parents[1]
     try:
         found = read_json(path)
-        whole = is_sealed(found) and isinstance(found.get("made_from"), str)
     except (OSError, ValueError):
         return None
-    if not (whole and all(_digests(found.get(k)) for k in ("files", "inputs"))):
-        return None
-    study = Path(path).parents[1]
-    return found if all(inside(study, study / file) for file in found["files"]) else None
-
-
-def _digests(found):
-    """Return whether something is a mapping of paths to checksums."""
-    return isinstance(found, dict) and all(
-        isinstance(v, str) and "\0" not in k for k, v in found.items()
-    )
+    whole = is_sealed(found) and all(inside(study, study / file) for file in found["files"])
+    return found if whole else None
 
 
 def inside(folder: Path, file: Path) -> bool:
     """Return whether a file lies in a folder, all links followed."""
-    try:
-        return file.resolve().is_relative_to(folder.resolve())
-    except (OSError, RuntimeError):  # a name that is too long, links in a circle
-        return False
+    return file.resolve().is_relative_to(folder.resolve())
 
 
 def records(folder: str | Path) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -103,21 +84,6 @@ def _altered(folder, found):
         file = Path(folder, relative)
         if not (file.is_file() and digest_of(file) == digest):
             yield file
-
-
-def changed_inputs(folder: str | Path) -> Iterator[tuple[str, Path]]:
-    """(name, file) of each table of the user that has changed since a rule read it. One that is not
-    at hand is left out: results may have been moved away from their study."""
-    for name, found in records(folder):
-        for path, digest in found["inputs"].items():
-            if Path(path).is_file() and digest_of(path) != digest:
-                yield name, Path(path)
-
-
-def recorded(folder: str | Path, file: str | Path) -> str | None:
-    """Name of the rule whose record has a file of a study's folder, or None."""
-    relative = os.path.relpath(file, folder)
-    return next((name for name, found in records(folder) if relative in found["files"]), None)
 
 
 def made_again(
@@ -170,8 +136,8 @@ waits for it."""
 
 @dataclass(frozen=True)
 class Fault:
-    """What is wrong with a run (`run`, its name), with a plan or another file that a rule wrote
-    (`file`), or with a table of the user (neither)."""
+    """What is wrong with a run (`run`, its name), or with a plan or another file that a rule wrote
+    (`file`)."""
 
     text: str
     run: str | None = None
@@ -183,26 +149,11 @@ class Fault:
 
 
 def faults_of(results: str | Path = "results") -> list[Fault]:
-    """`Fault`s of all runs, plans and files of stages below a folder of results, every file read;
-    and of tables that have changed since: their digest makes the workflow make again what was made
-    from them, here they are told of."""
-    store = RunStore(Path(results) / "runs")
+    """`Fault`s of all runs, plans and files of stages below a folder of results, every file
+    read."""
     studies = sorted(p.parent for p in Path(results).glob(f"*/{FOLDER}"))
-    return [
-        *_run_faults(store, full=True),
-        *(f for s in studies for f in _study_faults(s)),
-        *(
-            Fault(f"{plan}: nothing says what it was planned from", file=plan)
-            for s in studies
-            for plan in _plans(s)
-            if recorded(s, plan) is None
-        ),
-        *(
-            Fault(f"{file}: has changed since {name} read it")
-            for s in studies
-            for name, file in changed_inputs(s)
-        ),
-    ]
+    found = list(_run_faults(RunStore(Path(results) / "runs"), full=True))
+    return found + [fault for study in studies for fault in _study_faults(study)]
 
 
 def checked_runs(results: str | Path) -> int:
@@ -330,7 +281,6 @@ def set_faults_aside(config: Config) -> None:
     call works there."""
     results, folder = Path(config.results), Path(config.results, config.name)
     hold(results)
-    sweep_abandoned(folder)
     planned = {name for plan in _plans(folder) for name in _specs(plan)}
     for fault in _study_faults(folder):
         _set_aside(fault)

@@ -17,6 +17,6 @@ def worded(name: str, **told: Any) -> Callable[..., list[str]]:
     macro `name` of `sentences.j2`, to which `told` is told besides."""
 
     def sentences(*given):
-        return said(name, *given, template="stages/sentences.j2", **told)
+        return said(name, *given, template="stages/sentences", **told)
 
     return sentences

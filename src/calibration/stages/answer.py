@@ -50,11 +50,11 @@ def plan_answer(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     calibrated one, which the validation has; and of the study's own test at the levels that bench
     tests found in place of the study's."""
     levels, parts = handed_out(source), []
-    for n, row, test in _simulated(study):
-        if test is not None:
+    for n, row, test in _rows(study):
+        if test and not (row.outcome or _validated(study, row, test) or _refused(test)):
             design = pd.DataFrame([{"row": n, "instead": ""} | levels] * RUNS)
             with suppress(DemError, ValueError):  # told by the analysis, which finds no run
-                parts.append(study.plan_test(design, at_setting(test, row)))
+                parts.append(study.plan_test(design, test))
     own = tests_of(study.config)[0]
     for name, level, _ in _disputed(study, source, levels):
         design = pd.DataFrame([{"row": -1, "instead": name} | levels | {name: level}] * RUNS)
@@ -63,30 +63,21 @@ def plan_answer(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     write_plan(output.plan, table, specs)
 
 
-def _simulated(study: Study) -> Iterator[tuple[int, Measurement, SimulatedTest | None]]:
-    """(number, row, test) of the measured rows; no test where none stands for the row, where the
-    validation has its runs, or where the study's engine cannot run it."""
+def _rows(study: Study) -> Iterator[tuple[int, Measurement, SimulatedTest | None]]:
+    """(number, row, its test at its setting, None where none stands for it) of the measured
+    conditions, those that are held out of a diagnosis among them."""
     tests = tests_of(study.config)
-    for n, row in enumerate(_rows(study)):
-        test = None if row.outcome else test_of(tests, row)
-        if test and _validated(study, row, test):
-            test = None
-        yield n, row, test if test and not _refused(at_setting(test, row)) else None
-
-
-def _rows(study):
-    """Measured conditions, those that are held out of a diagnosis among them."""
-    return read_measured(study.config.measurements).conditions
+    for n, row in enumerate(read_measured(study.config.measurements).conditions):
+        test = test_of(tests, row)
+        yield n, row, test and at_setting(test, row)
 
 
 def _validated(study, row, test):
     """Return whether the validation has simulated a row: one of the study's targets, in a run that
     is the study's own."""
-    if test.experiment != study.config.experiment:
-        return False
+    own = test.experiment == study.config.experiment and test.run == study.config.own_run
     metrics = {t.metric for t in study.targets}
-    own = at_setting(test, row).run == study.config.own_run and not test.fixed
-    return own and measurable(row.experiment)[row.quantity].key in metrics
+    return own and not test.fixed and measurable(row.experiment)[row.quantity].key in metrics
 
 
 def _only(files):
@@ -164,9 +155,8 @@ def _compared(study, source, design):
     """`Test` of each measured row."""
     config, rows = study.config, []
     validated = read_written(source.validated)
-    tests = tests_of(config)
-    for n, row in enumerate(_rows(study)):
-        test, metric = test_of(tests, row), measurable(row.experiment)[row.quantity].key
+    for n, row, test in _rows(study):
+        metric = measurable(row.experiment)[row.quantity].key
         values, why, name = np.array([]), "", test.name if test else row.experiment
         if row.outcome:
             why, name = f"the laboratory's test ended with {label(row.outcome)}", row.experiment
@@ -178,7 +168,7 @@ def _compared(study, source, design):
         else:
             names = design.loc[design["row"] == n, "run_id"] if "row" in design else []
             values, why = _values(names, metric)
-            why = why or _refused(at_setting(test, row))
+            why = why or _refused(test)
         rows.append(_row(row, name, metric, values, why))
     count = sum(p is not None for _, p in rows)
     return [_judged(config, t, p, count) for t, p in rows]
@@ -441,6 +431,6 @@ STAGES = (
         chain=True,
         # a measured row that cannot be simulated is told, and stops nothing
         figures=(Figure("pulls", ("tests.csv", "answer.json")),),
-        plans=(Plan("answer", batches=2, failures="kept", every_rig=True),),
+        plans=(Plan("answer", batches=2, failures="kept"),),
     ),
 )

@@ -37,7 +37,7 @@ def _path(config, chosen, effects):
     configured = rules.rule == "configured" and all(_named(config, f) for f in chosen)
     if not configured:
         start, step = path_from_effects(chosen, effects, rules.steps)
-    design = steepest_path(chosen, start, step, rules.steps)
+    design = steepest_path(chosen, start, step, rules.steps, rules.replicates)
     design["path"] = "configured" if configured else "effects"
     return design
 
@@ -52,7 +52,7 @@ def _ahead(config, factors):
     if named and config.ascent.rule == "configured":
         design = _path(config, named, {})
     else:
-        design = pd.DataFrame(index=range(config.ascent.steps))
+        design = pd.DataFrame(index=range(config.ascent.steps * config.ascent.replicates))
     return [Points("ascent", design, config.experiment, config.own_run)]
 
 
@@ -65,11 +65,12 @@ def ascent(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     with responses.naming_left_out(every):
         runs = responses.judge(responses.with_value(every, "response"), config)
     target = float(read_target(config).mean())
-    best = responses.nearest(runs)
+    points = responses.judge(_points(runs, len(every) // every["replicate"].max()), config)
+    best = responses.nearest(points)
     used = [f for f in factors if f.name in runs]
     write_table(runs, output.runs)
     response = figures.response_of(config.target.metric)
-    figures.save(ascent_path(runs, used, target, int(best["run"]), response), output.path)
+    figures.save(ascent_path(points, used, target, int(best["run"]), response), output.path)
     write_json(
         output.summary,
         {
@@ -78,17 +79,24 @@ def ascent(study: Study, source: NamedFiles, output: NamedFiles) -> None:
             "response": float(best["response"]),
             "target": target,
             "path": str(best["path"]),
-            "responses": [float(v) for v in runs["response"]],
+            "responses": [float(v) for v in points["response"]],
             "centre_named": sorted(config.response_surface.centre),
             **responses.told(every),
         },
     )
 
 
+def _points(runs, steps):
+    """The `steps` points of the path, `run` their number, each with the means of its runs."""
+    number = (runs["run"] - 1) % steps + 1
+    means = runs.assign(run=number).groupby("run", as_index=False).mean(numeric_only=True)
+    return means.assign(path=runs["path"].iloc[0])
+
+
 def ascent_path(
     runs: pd.DataFrame, factors: Sequence[Factor], target: float, best: int, response: Response
 ) -> Drawing:
-    """Response along the path with the target."""
+    """Mean response at each point of the path with the target."""
     figure, ax = figures.subplots()
     ax.errorbar(
         runs["run"],

@@ -24,6 +24,7 @@ from numpy.typing import ArrayLike
 
 from calibration import figures
 from calibration.chain.handed_over import NamedFiles
+from calibration.chain.responses import spread_of
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError, ConfigError
 from calibration.files import read_json, write_table
@@ -262,20 +263,9 @@ def yield_loci(
     return figure
 
 
-@dataclass(frozen=True)
-class Sweep:
-    """What a bench test that calibrates a factor measures; `repeats` is the geometry key of the
-    repeats within a run."""
-
-    metric: str
-    spread: str
-    repeats: str
-
-
-SWEEPS = {
-    "tilt": Sweep("sliding_angle_deg", "sliding_angle_sd_deg", "trials"),
-    "drop": Sweep("rebound_height_mm", "rebound_height_sd_mm", "drops"),
-}
+METRIC = {"tilt": "sliding_angle_deg", "drop": "rebound_height_mm"}
+REPEATS = {"tilt": "trials", "drop": "drops"}
+"""Geometry key of the repeats within a run of a test that calibrates a factor."""
 
 
 def swept(study: Study, test: str) -> str:
@@ -286,7 +276,7 @@ def swept(study: Study, test: str) -> str:
 def measured(study: Study, test: str) -> float:
     """The measured value that a test's sweep is inverted at, of its rig. Raises ConfigError for
     none, or for several."""
-    found = read_swept(study.config, swept_test(study.config, test), SWEEPS[test].metric)
+    found = read_swept(study.config, swept_test(study.config, test), METRIC[test])
     if len(found) > 1:
         raise ConfigError(
             f"holds several conditions that the bench test {test} is at",
@@ -341,9 +331,8 @@ def fit_sweep(
     """Runs with their `response`, coefficients of the quadratic (highest power first), its R2, and
     the level that gives the measured value. Raises CalibrationError where no swept level does. The
     coefficients are (3,)."""
-    sweep = SWEEPS[test]
     runs = read_written(design_file)
-    runs["response"] = read_metric(runs["run_id"], sweep.metric)
+    runs["response"] = read_metric(runs["run_id"], METRIC[test])
     x, y = runs[swept(study, test)].to_numpy(float), runs["response"].to_numpy(float)
     coefficients = np.polyfit(x, y, 2)
     residual = y - np.polyval(coefficients, x)
@@ -363,16 +352,16 @@ def plan_confirmation(test: str, study: Study, source: NamedFiles, output: Named
 
 def analyse_sweep(test: str, study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Fit, inverse, confirmation, and the closed form beside them."""
-    config, sweep, factor = study.config, SWEEPS[test], swept(study, test)
+    config, metric, factor = study.config, METRIC[test], swept(study, test)
     value = measured(study, test)
     runs, coefficients, r2, level = fit_sweep(study, test, source.sweep)
-    runs["response_sd"] = read_metric(runs["run_id"], sweep.spread)
+    runs["response_sd"] = read_metric(runs["run_id"], spread_of(metric))
     spec = parse_spec(point_spec(config.run_of(swept_test(config, test)), test, {}, config.seed))
-    runs["repeats"] = getattr(spec.geometry, sweep.repeats)
+    runs["repeats"] = getattr(spec.geometry, REPEATS[test])
     confirm = read_written(source.confirmation)
-    confirmed = np.array(read_metric(confirm["run_id"], sweep.metric))
+    confirmed = np.array(read_metric(confirm["run_id"], metric))
     write_table(runs, output.runs)
-    axis = figures.response_of(sweep.metric).axis
+    axis = figures.response_of(metric).axis
     figure = sweep_figure(runs[factor], runs["response"], coefficients, level, value, factor, axis)
     figures.save(figure, output.figure)
     write_json(
@@ -380,7 +369,7 @@ def analyse_sweep(test: str, study: Study, source: NamedFiles, output: NamedFile
         {
             "factor": factor,
             "measured": value,
-            "unit": in_ascii(unit_of(sweep.metric)),
+            "unit": in_ascii(unit_of(metric)),
             "quadratic": [float(c) for c in coefficients],
             "R2": r2,
             "inverse": level,

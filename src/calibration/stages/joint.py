@@ -348,8 +348,8 @@ STAGES = (
         place=5.3,
         # the second plan has the runs that the first ones ask for
         plans=(
-            Plan("joint_first", ahead=_first, every_rig=True),
-            Plan("joint", ahead=_second, every_rig=True),
+            Plan("joint_first", ahead=_first),
+            Plan("joint", ahead=_second),
         ),
         **SHOWN,
     ),

@@ -6,7 +6,6 @@ there.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -23,7 +22,6 @@ from calibration.intake.measurements import read_measured
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_values, together, write_plan
 from calibration.stages import worded
-from calibration.statistics.numbers import NORMAL_95
 from calibration.statistics.ties import first_largest
 from calibration.study.config.measured import pooled, rows_of
 from calibration.study.config.schema import TestConfig
@@ -40,28 +38,15 @@ LEAST_DRAWS = 4
 """Draws that an interval of a correlation needs (Fisher's z has n - 3)."""
 
 
-@dataclass(frozen=True)
-class Nested:
-    """Mean of all, standard deviation from draw to draw, and from run to run at a draw (None where
-    no draw has two). low, high: the interval that holds a further run at a further draw."""
-
-    mean: float
-    between_sd: float
-    within_sd: float | None
-    low: float
-    high: float
-    draws: int
-    runs: int
-
-
-def nested(values: ArrayLike, of: ArrayLike) -> Nested:
-    """`Nested` of values (n,) at the draws `of` (n,), by the analysis of variance of one random
-    effect.
+def nested(values: ArrayLike, of: ArrayLike) -> dict[str, float | None]:
+    """Of values (n,) at the draws `of` (n,), by the analysis of variance of one random effect: the
+    mean of all, the interval that holds a further run at a further draw, and the standard
+    deviations from draw to draw and from run to run at a draw (None where no draw has two).
 
     The interval is the 95 % t interval of a further value, its degrees of freedom by Satterthwaite
     (1946, Biometrics Bulletin 2:110). Draws of unequal number count by their harmonic mean. With
-    one run at each draw the two scatters are not told apart: `between_sd` then holds both. Raises
-    CalibrationError for fewer than three draws.
+    one run at each draw the two scatters are not told apart: `sd_parameters` then holds both.
+    Raises CalibrationError for fewer than three draws.
     """
     values, of = np.asarray(values, float), np.asarray(of)
     _, which = np.unique(of, return_inverse=True)
@@ -81,15 +66,13 @@ def nested(values: ArrayLike, of: ArrayLike) -> Nested:
         df = total**2 / (draws**2 / (n - 1) + rest**2 / freedom)
     reach = scipy.stats.t.ppf(0.975, df) * np.sqrt(total + draws / n)
     mean = float(means.mean())
-    return Nested(
-        mean,
-        float(np.sqrt(max(draws - within / r, 0.0))),
-        float(np.sqrt(within)) if freedom else None,
-        mean - float(reach),
-        mean + float(reach),
-        n,
-        int(runs.sum()),
-    )
+    return {
+        "mean": mean,
+        "low": mean - float(reach),
+        "high": mean + float(reach),
+        "sd_parameters": float(np.sqrt(max(draws - within / r, 0.0))),
+        "sd_seed": float(np.sqrt(within)) if freedom else None,
+    }
 
 
 def plan_push_through(study: Study, source: NamedFiles, output: NamedFiles) -> None:
@@ -109,14 +92,14 @@ def plan_push_through(study: Study, source: NamedFiles, output: NamedFiles) -> N
 
 
 def push_through(study: Study, source: NamedFiles, output: NamedFiles) -> None:
-    """The distribution of each metric of each machine, and each parameter's share of its spread.
-    Writes the outputs that the rule declares."""
+    """The distribution of each metric of each machine, and the parameter that decides it. Writes
+    the outputs that the rule declares."""
     config = study.config
     design = read_written(source.design)
     machines = {name: config.tests[name] for name in predicted(config)}
     runs = [_with_metrics(design, name, m) for name, m in machines.items()]
     write_table(pd.concat(runs, ignore_index=True), output.runs)
-    measured, rows, drawn, shared = read_measured(config.measurements), [], [], []
+    measured, rows, drawn = read_measured(config.measurements), [], []
     for (name, machine), table in zip(machines.items(), runs, strict=True):
         parameters = _parameters(table)
         for metric in metrics_of(machine):
@@ -128,11 +111,7 @@ def push_through(study: Study, source: NamedFiles, output: NamedFiles) -> None:
             rows.append(row)
             if row["low"] is not None:
                 drawn.append((row, table))
-                shared += _shares(row, means)
-    found = pd.DataFrame(rows)
-    write_table(found, output.metrics)
-    columns = ["machine", "metric", "parameter", "share", "low", "high", "correlation"]
-    write_table(pd.DataFrame(shared, columns=columns), output.shares)
+    write_table(pd.DataFrame(rows), output.metrics)
     write_json(output.summary, {"metrics": rows})
     figures.save(pushed_through(drawn), output.figure)
 
@@ -170,18 +149,10 @@ def _summary(config, row, runs, means, table):
         empty = ("mean", "low", "high", "sd_parameters", "sd_seed", "decides", "rank_correlation")
         return dict.fromkeys((*empty, "measured", "within"))
     limits = next(m for m in experiments()[row["experiment"]].metrics if m.name == metric)
-    low, high = max(found.low, limits.least), min(found.high, limits.most)
+    found["low"], found["high"] = max(found["low"], limits.least), min(found["high"], limits.most)
     measured = _measured(config, table, row["machine"], metric)
-    return {
-        "mean": found.mean,
-        "low": low,
-        "high": high,
-        "sd_parameters": found.between_sd,
-        "sd_seed": found.within_sd,
-        **_decides(means, metric),
-        "measured": measured,
-        "within": None if measured is None else bool(low <= measured <= high),
-    }
+    within = None if measured is None else bool(found["low"] <= measured <= found["high"])
+    return found | _decides(means, metric) | {"measured": measured, "within": within}
 
 
 def _decides(means, metric):
@@ -196,33 +167,6 @@ def _decides(means, metric):
     if len(means) < LEAST_DRAWS or found[best].pvalue * len(parameters) > ALPHA:
         return nothing
     return {"decides": best, "rank_correlation": float(found[best].statistic)}
-
-
-def _shares(row, means):
-    """A row a parameter: its share of the spread of a metric's row that is not the seeds'."""
-    values = means[row["metric"]]
-    if len(means) < LEAST_DRAWS or values.nunique() < 2:
-        return []
-    clear = min(row["sd_parameters"] ** 2 / values.var(), 1.0)
-    of = {"machine": row["machine"], "metric": row["metric"]}
-    parameters = means.columns.drop(row["metric"])
-    return [of | {"parameter": p} | _share(means[p], values, clear) for p in parameters]
-
-
-def _share(levels, values, clear):
-    """Of the variance of values (n,) without the seeds' part, the share that goes in a straight
-    line with levels (n,).
-
-    The first-order share of a linear response, whatever hangs together with the parameter, with its
-    95 % interval by Fisher's z; `clear`: part of the variance of the values that is not the seeds'.
-    """
-    r = float(np.corrcoef(levels, values)[0, 1])
-    reach = NORMAL_95 / np.sqrt(len(levels) - 3)
-    ends = np.tanh(np.arctanh(np.clip(r, -1.0 + 1e-12, 1.0 - 1e-12)) + np.array([-reach, reach]))
-    low = 0.0 if ends[0] < 0.0 < ends[1] else (ends**2).min()
-    squares = {"share": r**2, "low": low, "high": (ends**2).max()}
-    found = {k: float(min(x / max(clear, 1e-12), 1.0)) for k, x in squares.items()}
-    return found | {"correlation": r}
 
 
 def _measured(config, table, name, metric):
@@ -261,10 +205,7 @@ def _panel(ax, pushed):
 
 SHOWN: Any = {
     "figures": (Figure("push_through", ("metrics.csv", "runs.csv")),),
-    "tables": (
-        ("metrics", "Each metric over the draws"),
-        ("shares", "Share of each metric's spread that goes with a parameter"),
-    ),
+    "tables": (("metrics", "Each metric over the draws"),),
     "sentences": worded("push_through"),
 }
 """What either shows."""

@@ -11,7 +11,6 @@ out zero and part of it lies beyond the margin. Otherwise it is undecided.
 """
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
 from itertools import product
 from typing import Any
 
@@ -28,10 +27,10 @@ from calibration.intake.tables import read_written
 from calibration.runs.plans import read_metric, read_values, together, write_plan
 from calibration.stages import worded
 from calibration.statistics import dimensions
+from calibration.statistics.dimensions import PAPER_RULE
 from calibration.statistics.numbers import fixed
 from calibration.study.config import Config, given, overlay, point_spec
 from calibration.study.stage import Figure, Plan, Points, Stage
-from dem.constants import GRAVITY
 from dem.contact.catalogue import LAWS
 from dem.grains.sizes import mean_radius
 from dem.io.files import write_json
@@ -136,21 +135,19 @@ SPEED = 1e-3  # of the overlap over the Rayleigh time step: small beside the ela
 
 
 def probe(run: dict[str, Any]) -> dict[str, float]:
-    """Return mass [kg], weight, force [N], stiffness [N/m] and damping coefficient [kg/s] of a
-    grain that is pressed into a plate by a fixed share of its radius, at rest and with a small
-    speed. The paper's Eqs. 4 to 6 and 15 state how they go with the scale.
+    """Return force [N], stiffness [N/m] and damping coefficient [kg/s] of a grain that is pressed
+    into a plate by a fixed share of its radius, at rest and with a small speed. The paper's Eqs. 6
+    and 15 state how they go with the scale.
 
     `run` is a run spec of the drop, without experiment and seed.
     """
     spec = parse_spec(run | {"experiment": "drop", "numerics": {"precision": "double"}})
     radius = mean_radius(spec)
-    force, mass, step = _force(spec, radius, OVERLAP * radius, 0.0)
+    force, step = _force(spec, radius, OVERLAP * radius, 0.0)
     more = _force(spec, radius, OVERLAP * radius * (1.0 + STRETCH), 0.0)[0]
     speed = SPEED * OVERLAP * radius / step
     moving = _force(spec, radius, OVERLAP * radius, speed)[0]
     return {
-        "mass": mass,
-        "weight": mass * GRAVITY,
         "force": force,
         "stiffness": (more - force) / (STRETCH * OVERLAP * radius),
         "damping_coefficient": (moving - force) / speed,
@@ -158,8 +155,7 @@ def probe(run: dict[str, Any]) -> dict[str, float]:
 
 
 def _force(spec, radius, overlap, speed):
-    """Force on the plate [N], the grain's mass [kg] and the time step [s]; speed of approach
-    [m/s]."""
+    """Force on the plate [N] and the time step [s]; speed of approach [m/s]."""
     from dem.experiments.setup import build_simulation  # loads the engine
     from dem.materials import WALL
     from dem.walls.builder import WallSet
@@ -168,7 +164,7 @@ def _force(spec, radius, overlap, speed):
     sim = build_simulation(spec, walls, gravity=(0.0, 0.0, 0.0))
     sim.add_particles([[0.0, 0.0, radius - overlap]], radius, velocity=[[0.0, 0.0, -speed]])
     sim.advance(1)
-    return abs(float(sim.wall_force("plate")[2])), float(sim.mass[0]), sim.time_step
+    return abs(float(sim.wall_force("plate")[2])), sim.time_step
 
 
 def measured_exponents(runs: Mapping[float, dict[str, Any]]) -> dict[str, float]:
@@ -185,24 +181,10 @@ RESPONSE = {"heap": "angle_of_repose_deg", "drop": "effective_restitution"}
 HOLDS, FAILS, UNDECIDED = "holds", "fails", "undecided"
 KEPT, CHANGED = "kept", "changed"
 VERDICT = {KEPT: HOLDS, CHANGED: FAILS, UNDECIDED: UNDECIDED}
+FOUND = ("found", "low", "high")
 DIFFERENCE = ("difference", "difference_low", "difference_high")
 ALPHA = 0.05
 EXACT = 0.01  # exponents measured on one contact carry rounding alone
-
-
-@dataclass(frozen=True)
-class Statement:
-    """A statement of the paper, what the runs or the theory gave, and the verdict that follows."""
-
-    id: str
-    where: str
-    statement: str
-    printed: float | None
-    found: float | None
-    low: float | None
-    high: float | None
-    verdict: str
-    sentence: str
 
 
 def response_table(
@@ -288,7 +270,7 @@ SAID = {"heap": ("angle of repose", "°", 1), "drop": ("restitution on steel", "
 """Experiment -> its response in words, the unit behind a value, and decimals."""
 
 
-def response_statements(runs: pd.DataFrame, margins: Mapping[str, float]) -> list[Statement]:
+def response_statements(runs: pd.DataFrame, margins: Mapping[str, float]) -> list[dict[str, Any]]:
     """A statement a case: does the response keep its value over the scales? One trend, so that one
     test judges it.
 
@@ -308,15 +290,16 @@ def response_statements(runs: pd.DataFrame, margins: Mapping[str, float]) -> lis
         runs_of = len(case), len(case) - len(told)
         [sentence] = worded("enlarged")(rule, how, response, means, ends, margin, change, runs_of)
         out.append(
-            Statement(  # type: ignore[call-arg]
-                f"{experiment}.{rule}.{'cohesive' if cohesive else 'plain'}",
-                "1.2.1, conclusion 4" if rule == dimensions.PAPER_RULE.name else "(gravity kept)",
-                f"The {response[0]} does not change with the scale, {how}, under the {rule} rule",
-                0.0,
-                *(ends or (None, None, None)),
-                VERDICT[change],
-                sentence,
-            )
+            {
+                "id": f"{experiment}.{rule}.{'cohesive' if cohesive else 'plain'}",
+                "where": "1.2.1, conclusion 4" if rule == PAPER_RULE.name else "(gravity kept)",
+                "statement": f"The {response[0]} does not change with the scale, {how}, under the "
+                f"{rule} rule",
+                "printed": 0.0,
+                **dict(zip(FOUND, ends or (None, None, None), strict=True)),
+                "verdict": VERDICT[change],
+                "sentence": sentence,
+            }
         )
     return out
 
@@ -330,18 +313,18 @@ POWERS = {
 """Claim of 1.2.2 -> statement, exponent, and the quantity of `probe` or metric of the drop."""
 
 
-def exponent_statements(measured: Mapping[str, float]) -> list[Statement]:
+def exponent_statements(measured: Mapping[str, float]) -> list[dict[str, Any]]:
     """The exponents of a contact's constants beside those measured in the engine, enlarged by the
     paper's own rule."""
     own = [(claim, measured[q]) for claim, (*_, q) in POWERS.items() if q in measured]
     return [_power(claim, "measured in the engine", found, found, found) for claim, found in own]
 
 
-def drop_statements(design: pd.DataFrame) -> list[Statement]:
+def drop_statements(design: pd.DataFrame) -> list[dict[str, Any]]:
     """The exponents of impact speed and restitution over the scale, by a line through the
     logarithms of all drops."""
     drops = design[(design["experiment"] == "drop") & ~design["cohesive"]]
-    drops, out = drops[drops["rule"] == dimensions.PAPER_RULE.name], []
+    drops, out = drops[drops["rule"] == PAPER_RULE.name], []
     for claim in ("section122.velocity", "section122.restitution"):
         values = read_metric(drops["run_id"], POWERS[claim][-1])
         slope = log_slope(drops["scale"], values)
@@ -350,16 +333,23 @@ def drop_statements(design: pd.DataFrame) -> list[Statement]:
 
 
 def _power(claim, how, found, low, high):
-    """`Statement` on the exponent of a quantity, known exactly where its ends are one."""
+    """Statement on the exponent of a quantity, known exactly where its ends are one."""
     text, printed, quantity = POWERS[claim]
     verdict = HOLDS if low - EXACT <= printed <= high + EXACT else FAILS
     ends = f" (95 %: {fixed(low, 2)} to {fixed(high, 2)})" if low < high else ""
     what = f"{quantity.removesuffix('_m_s').replace('_', ' ')} {how}"
-    return Statement(
-        claim, "1.2.2", text, printed, found, low, high, verdict,
-        f"The {what} goes as h^{fixed(found, 2)}{ends}; printed h^{printed}: the statement "
-        f"{verdict}.",
-    )  # fmt: skip
+    return {
+        "id": claim,
+        "where": "1.2.2",
+        "statement": text,
+        "printed": printed,
+        "found": found,
+        "low": low,
+        "high": high,
+        "verdict": verdict,
+        "sentence": f"The {what} goes as h^{fixed(found, 2)}{ends}; printed h^{printed}: the "
+        f"statement {verdict}.",
+    }
 
 
 def log_slope(scale: ArrayLike, value: ArrayLike) -> tuple[float, float, float]:
@@ -382,27 +372,16 @@ def scaling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     margins = {"heap": section.margin_deg, "drop": section.margin_restitution}  # type: ignore[union-attr]
     table = response_table(design, response, margins)
     base = base_run(config, "drop", False)
-    measured = {
-        rule.name: measured_exponents({h: enlarged(base, "drop", rule, h) for h in section.factors})  # type: ignore[union-attr]
-        for rule in dimensions.RULES.values()
-    }
+    drops = {h: enlarged(base, "drop", PAPER_RULE, h) for h in section.factors}  # type: ignore[union-attr]
     statements = [
-        *exponent_statements(measured[dimensions.PAPER_RULE.name]),
+        *exponent_statements(measured_exponents(drops)),
         *drop_statements(design),
         *response_statements(design.assign(response=response), margins),
     ]
     write_table(design.assign(response=response), output.runs)
     write_table(table, output.table)
     figures.save(scaling_figure(table), output.figure)
-    write_json(
-        output.summary,
-        {
-            "statements": [asdict(s) for s in statements],
-            "exponents": measured,
-            "margins": {"angle_deg": margins["heap"], "restitution": margins["drop"]},
-            "cohesion": section.cohesion,  # type: ignore[union-attr]
-        },
-    )
+    write_json(output.summary, {"statements": statements})
 
 
 def scaling_figure(table: pd.DataFrame) -> figures.Drawing:

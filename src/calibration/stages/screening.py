@@ -16,6 +16,7 @@ from calibration.files import write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
 from calibration.stages import worded
+from calibration.statistics.design import alias_groups, screening_design
 from calibration.statistics.screening import (
     aliases,
     interactions,
@@ -24,7 +25,6 @@ from calibration.statistics.screening import (
     tells_apart,
     why,
 )
-from calibration.statistics.screening_design import alias_groups, screening_design
 from calibration.study.factors import Choice, read_factors
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json

@@ -1,5 +1,7 @@
 """Validation: replicates at the parameters handed out, against the measurement."""
 
+from dataclasses import asdict
+
 import numpy as np
 import pandas as pd
 
@@ -80,7 +82,7 @@ def _compare(groups, config, target, margin, figure):
     result = compare(groups, measured, margin, config.validation.alpha)
     response = figures.response_of(target.metric)
     figures.save(validation_figure(groups, measured, result, response), figure)
-    return result.as_dict()
+    return asdict(result)
 
 
 def validation_figure(

@@ -103,25 +103,10 @@ def factors(held: Mapping[str, float], h: float) -> dict[str, float]:
     return {quantity: float(h) ** float(a) for quantity, a in exponents(held).items()}
 
 
-def independent(quantities: list[str]) -> int:
-    """Number of independent dimensions among `quantities` (3 are needed to fix a mechanical
-    model)."""
-    return int(np.linalg.matrix_rank([DIMENSIONS[q] for q in quantities]))
-
-
 def group_exponents(settings: Mapping[str, Fraction]) -> pd.DataFrame:
     """Table of the dimensionless groups of an enlarged model: group, exponent (of h, in the group),
-    kept (exponent is 0). settings: exponent of h of each quantity, see `settings_of`."""
+    kept (exponent is 0). settings: exponent of h of each quantity; 0 of what is not scaled,
+    whatever a rule asks: real gravity, a measured surface energy, the laboratory's funnel."""
     parts = GROUPS.assign(exponent=GROUPS["power"] * GROUPS["quantity"].map(settings))
     table = parts.groupby("group", sort=False)["exponent"].agg(sum).reset_index()
     return table.assign(kept=table["exponent"] == 0)
-
-
-def settings_of(rule: Rule, unscaled: tuple[str, ...] = ()) -> dict[str, Fraction]:
-    """Exponents a simulation is set up with: the rule's, save that each quantity in `unscaled`
-    keeps its value.
-
-    Real gravity, a measured surface energy or the laboratory's funnel are not scaled because a rule
-    asks for it: naming them in `unscaled` shows with `group_exponents` what that breaks.
-    """
-    return exponents(rule.held) | dict.fromkeys(unscaled, Fraction(0))

@@ -1,7 +1,7 @@
 """A factor: its name, the key that it sets in a run spec, and its levels, coded and natural."""
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -18,8 +18,6 @@ class Factor:
     low: float
     high: float
     description: str = ""
-    has_middle: ClassVar[bool] = True
-    """Whether there are levels between low and high."""
 
     @property
     def centre(self) -> float:
@@ -57,7 +55,6 @@ class Choice(Factor):
     Its natural levels in tables are -1 and +1, as its coded ones."""
 
     words: tuple = ()
-    has_middle: ClassVar[bool] = False
 
     def natural(self, coded: Any) -> Any:
         """The level of a coded one; there is none in the middle, where the first word stands."""

@@ -9,9 +9,8 @@ ends where its own interval is narrow enough ends too early too often.
 """
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from math import ceil, sqrt
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -53,8 +52,7 @@ class Comparison:
 
     more_runs: how many more would show that the means are equivalent, or differ by more than the
     margin, with the difference and the scatter as found; None where one is shown, or where no
-    number of runs would. between_groups_sd, within_groups_sd: describe the simulated groups;
-    nothing is judged by them."""
+    number of runs would."""
 
     simulated_mean: float
     simulated_sd: float
@@ -74,21 +72,15 @@ class Comparison:
     equivalence_low: float
     equivalence_high: float
     more_runs: int | None
-    between_groups_sd: float
-    within_groups_sd: float
-
-    def as_dict(self) -> dict[str, Any]:
-        """Plain mapping for JSON."""
-        return {k: (v.item() if isinstance(v, np.generic) else v) for k, v in asdict(self).items()}
 
 
 def compare(
     simulated: npt.ArrayLike, measured: npt.ArrayLike | Stated, margin: float, alpha: float = 0.05
 ) -> Comparison:
-    """Compare simulated (groups, replicates) with measured (n,) values, or a `Stated` mean of them.
+    """Compare simulated values with measured (n,) ones, or a `Stated` mean of them.
 
     All simulated values count as independent: runs that differ in their seed alone are, whatever
-    group a table puts them in.
+    group (a row) a table puts them in.
 
     The interval of the difference and the tests are Welch's, of unequal variances. The equivalence
     test is two one-sided tests against +-margin (Schuirmann 1987, Journal of Pharmacokinetics and
@@ -97,10 +89,8 @@ def compare(
     within the margin. Raises CalibrationError for missing values, fewer than two on a side, no
     scatter at all, or a margin that is not positive.
     """
-    groups = np.atleast_2d(np.asarray(simulated, float))
-    s, m = groups.ravel(), measured
-    if not isinstance(m, Stated):
-        m = np.asarray(measured, float).ravel()
+    s = np.asarray(simulated, float).ravel()
+    m = measured if isinstance(measured, Stated) else np.asarray(measured, float).ravel()
     _check(s, m, margin)
     difference = float(s.mean() - m.mean())
     vs, vm = s.var(ddof=1) / len(s), m.var(ddof=1) / len(m)
@@ -110,7 +100,6 @@ def compare(
     t = difference / se
     below = scipy.stats.t.sf((difference + margin) / se, df)
     one_sided = max(below, scipy.stats.t.cdf((difference - margin) / se, df))
-    between, within = variance_components(groups)
     own, theirs = Error(vs**0.5, len(s) - 1, len(s)), Error(vm**0.5, len(m) - 1)
     decision = decide_difference(difference, own, theirs, margin, alpha)
     return Comparison(
@@ -119,36 +108,21 @@ def compare(
         difference, difference - half, difference + half, 100.0 * abs(difference) / float(m.mean()),
         float(t), float(2 * scipy.stats.t.sf(abs(t), df)), margin, float(one_sided),
         bool(one_sided < alpha),
-        difference - narrow, difference + narrow, decision.more_runs, between, within,
+        difference - narrow, difference + narrow, decision.more_runs,
     )  # fmt: skip
 
 
 def _check(simulated, measured, margin):
     for name, values in (("simulated", simulated), ("measured", measured)):
-        if len(values) < 2:
-            raise CalibrationError(
-                f"{len(values)} {name} value has no spread; two or more are needed"
-            )
-        if not isinstance(values, Stated) and not np.isfinite(values).all():
-            raise CalibrationError(
-                f"{name} value {int(np.flatnonzero(~np.isfinite(values))[0]) + 1} is not finite"
-            )
+        n = len(values)
+        if n < 2:
+            raise CalibrationError(f"{n} {name} value has no spread; two or more are needed")
+    if not np.isfinite(simulated).all():
+        raise CalibrationError("a simulated value is not finite")
     if np.ptp(simulated) == 0.0 and measured.std() == 0.0:
-        raise CalibrationError(
-            "neither the simulated nor the measured values scatter; nothing can be tested"
-        )
+        raise CalibrationError("neither simulated nor measured values scatter; nothing to test")
     if not margin > 0.0:
         raise CalibrationError(f"the margin of equivalence must be above 0, not {margin:g}")
-
-
-def variance_components(groups: npt.ArrayLike) -> tuple[float, float]:
-    """Standard deviations between and within groups (g, r) by the method of moments; zero where
-    negative."""
-    groups = np.atleast_2d(groups)
-    r = groups.shape[1]
-    within = groups.var(axis=1, ddof=1).mean() if r > 1 else 0.0
-    between = groups.mean(1).var(ddof=1) - within / r if len(groups) > 1 else 0.0
-    return float(np.sqrt(max(between, 0.0))), float(np.sqrt(within))
 
 
 ALPHA = 0.05

@@ -54,19 +54,17 @@ class Plan:
     batches : processes that share these runs, or a function of the study; where None, as many as
         the cost of a run asks for
     failures : "refused" or "kept"
-    every_rig : whether they are of all rigs of the laboratory, not of the study's own experiment
     """
 
     folder: str
     ahead: Callable[[Config, Sequence[Factor | Choice]], list[Points]] | None = None
     batches: int | Callable | None = None
     failures: str = "refused"
-    every_rig: bool = False
 
-    def expected(self, config: Config) -> int:
-        """Return the number of runs as far as the configuration tells it."""
+    def expected(self, config: Config) -> list[str]:
+        """Return the experiment of each run as far as the configuration tells them."""
         ahead = self.ahead(config, read_factors(config.factors)) if self.ahead else []
-        return sum(len(points.design) for points in ahead)
+        return [points.experiment for points in ahead for _ in range(len(points.design))]
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from calibration.files import read_json, write_text
 from calibration.intake.tables import read_written
 from calibration.statistics.equivalence import judged
 from calibration.statistics.numbers import fixed, spread
-from calibration.telling.export import trials
+from calibration.telling.export import decks as trials
 from calibration.telling.kept_results import put
 from paper import rigs
 from paper.audit import run_audit

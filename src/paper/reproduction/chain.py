@@ -11,6 +11,7 @@ three factors. The first study whose screening sent these on is taken.
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
 from decimal import ROUND_HALF_UP, Decimal
 from typing import Any
 
@@ -283,7 +284,7 @@ def _validation(paper, study):
     yield r.spreads(place, their_sd, theirs.size, sd, n)
     # simulated and measured angle by the equivalence test, in the paper's tables and in ours
     margin, low, high = found["margin"], "equivalence_low", "equivalence_high"
-    said = compare(theirs, paper.angles()["angle_deg"].to_numpy(), margin).as_dict()
+    said = asdict(compare(theirs, paper.angles()["angle_deg"].to_numpy(), margin))
     text = f"simulated and measured angle within {margin:g} deg of each other"
     place = study.place("3.2", f"validation.equivalence.{name}", text, headline=True)
     verdicts = [verdict(x[low], x[high], margin) for x in (said, found)]

@@ -238,14 +238,14 @@ def _criticism(config, whole, measured, draws):
     seed = config.seed
     cloud = Cloud.of(whole, seed=seed)
     read = {target.name: mean for target, mean in measured.items()}
-    agreed = critique.agreement(whole, draws, seed, cloud)
+    agreed = critique.agreement(cloud, draws, seed)
     return {
         "targets": [
             {"rig": read[p.response].tests[p.coefficient]}
             | {"metric": read[p.response].metrics[p.coefficient]}
             | asdict(p)
             | {"agrees": p.p_others >= critique.ALPHA}
-            for p in critique.pulls(whole, draws, seed, cloud)
+            for p in critique.pulls(cloud, draws, seed)
         ],
         "agreement": asdict(agreed) | {"contradicts": agreed.contradicts},
         "misspecification_p": critique.misspecification(whole, seed=seed),

@@ -45,11 +45,11 @@ class Pull:
     p_others: float
 
 
-def pulls(joint: Joint, draws: np.ndarray, seed: int = 1, cloud: Cloud | None = None) -> list[Pull]:
-    """`Pull` of each coefficient of each response. draws: (k, d) of the posterior; cloud: a `Cloud`
-    of the study, for the posteriors without one response."""
-    cloud, found = cloud or Cloud.of(joint, seed=seed), []
-    for r in joint.responses:
+def pulls(cloud: Cloud, draws: np.ndarray, seed: int = 1) -> list[Pull]:
+    """`Pull` of each coefficient of each response of a study's `Cloud`, which gives the posteriors
+    without one response. draws: (k, d) of the posterior."""
+    found = []
+    for r in cloud.joint.responses:
         left = _draws_without(cloud, r.name, seed)
         with_all, with_others = (r.predicted(thinned(u)) for u in (draws, left))
         for j, y in enumerate(r.mean):
@@ -108,20 +108,18 @@ class Agreement:
         return self.p < ALPHA
 
 
-def agreement(
-    joint: Joint, draws: np.ndarray, seed: int = 1, cloud: Cloud | None = None
-) -> Agreement:
-    """`Agreement` of a study's targets. draws: (k, d) of its posterior; cloud: a `Cloud` of the
-    study, for the posteriors without one response.
+def agreement(cloud: Cloud, draws: np.ndarray, seed: int = 1) -> Agreement:
+    """`Agreement` of the targets of a study's `Cloud`, which gives the posteriors without one
+    response. draws: (k, d) of its posterior.
 
     The least misfit over draws of the posterior and of the prior is compared with that of values
     drawn anew at the posterior: a parametric bootstrap of the goodness of fit (Efron and Tibshirani
     1993, chapter 16), which counts the freedom that the parameters really have.
     """
+    joint, without, left = cloud.joint, {}, {}
     misfit, p = _goodness(joint, draws, seed)
     if p >= ALPHA or len(joint.responses) < 2:
         return Agreement(misfit, p, (joint.names[0],) if p < ALPHA else (), {})
-    cloud, without, left = cloud or Cloud.of(joint, seed=seed), {}, {}
     for name in joint.names:
         own = _draws_without(cloud, name, seed)
         left[name], without[name] = _goodness(joint.without(name), own, seed)
@@ -160,20 +158,17 @@ class Border:
     beyond: float
 
 
-def borders(draws: np.ndarray, prior: Prior, seed: int = 1) -> list[Border]:
+def borders(draws: np.ndarray, prior: Prior) -> list[Border]:
     """`Border`s of draws u (k, d) in [0, 1]^d: parameters with at least three times the prior's
     share in the outermost tenth of a side, and more than at the other side.
 
     A density that is flat or falls towards the border gives none. `beyond` is the distance at which
     an exponential tail with the median distance of the draws has fallen to 5 %.
     """
-    before = prior.draw(20000, np.random.default_rng(seed))
-    found = []
+    before, found = prior.draw(20000, np.random.default_rng(1)), []
     for k in range(draws.shape[1]):
         for side in ("low", "high"):
-            own, other = draws[:, k], before[:, k]
-            if side == "high":
-                own, other = 1.0 - own, 1.0 - other
+            own, other = (x[:, k] if side == "low" else 1.0 - x[:, k] for x in (draws, before))
             share, prior_share = (float(np.mean(x <= EDGE)) for x in (own, other))
             if share >= PRESSED * max(prior_share, 0.01) and share > np.mean(own >= 1.0 - EDGE):
                 beyond = np.log(20.0) / np.log(2.0) * np.median(own)

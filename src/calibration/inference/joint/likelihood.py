@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import stats
 
-from calibration.errors import CalibrationError
-from calibration.inference.posterior_sampling import Posterior, Prior, sample
+from calibration.inference.posterior_sampling import STEPS, Posterior, Prior, sample
 
 SCALES = 15
 """Points at which the unknown variance of few readings is integrated."""
@@ -41,8 +40,7 @@ class Response:
     name: for sentences. emulators: q objects whose `mean(u)` gives mean and variance (k,) each at
     u (k, d). mean: (q,) measured mean. covariance: (q, q) of that mean. freedom: degrees of freedom
     from which the covariance is estimated, infinite where it is known. discrepancy: (q,) standard
-    deviation by which the model itself may be wrong. Raises CalibrationError for shapes that do not
-    agree and for a covariance that is none.
+    deviation by which the model itself may be wrong.
     """
 
     name: str
@@ -54,22 +52,10 @@ class Response:
 
     def __post_init__(self) -> None:
         mean = np.atleast_1d(np.asarray(self.mean, float))
-        covariance = np.atleast_2d(np.asarray(self.covariance, float))
         own = np.zeros(len(mean)) if self.discrepancy is None else self.discrepancy
         object.__setattr__(self, "mean", mean)
-        object.__setattr__(self, "covariance", covariance)
-        discrepancy = np.atleast_1d(np.asarray(own, float))
-        object.__setattr__(self, "discrepancy", discrepancy)
-        q = len(self.emulators)
-        if mean.shape != (q,) or covariance.shape != (q, q) or discrepancy.shape != (q,):
-            raise CalibrationError(
-                f"{self.name}: {q} emulators need as many means, discrepancies and a square "
-                f"covariance, not {mean.shape}, {discrepancy.shape} and {covariance.shape}"
-            )
-        # coefficients that hang together to the last digit have a least eigenvalue of about zero
-        least = np.linalg.eigvalsh(covariance)[0] + 1e-12 * abs(np.trace(covariance))
-        if not np.allclose(covariance, covariance.T) or least < 0.0:
-            raise CalibrationError(f"{self.name}: its covariance is none")
+        object.__setattr__(self, "covariance", np.atleast_2d(np.asarray(self.covariance, float)))
+        object.__setattr__(self, "discrepancy", np.asarray(own, float))
 
     def predicted(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Emulated means (k, q) and variances (k, q), the stated discrepancy in them, at u
@@ -85,22 +71,26 @@ class Response:
         mean, variance = self.predicted(u)
         return self.log_density(self.mean, mean, self.spread(variance))
 
-    def spread(self, variance: np.ndarray) -> "Spread":
-        """`Spread` of the measured mean about predictions with variances (k, q)."""
+    def spread(self, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Covariances v + s C of the measured mean about predictions with variances v (k, q), at m
+        factors s on the measurement's own C, all along the axes that make v one and C a diagonal:
+        rows of axes (k, q, q), variances along them (m, k, q) and logarithms of the determinants
+        (m, k)."""
         scales, _ = _scales(self.freedom)
         variance = np.maximum(variance, LEAST_SHARE * np.diag(self.covariance))
         size = 1.0 / np.sqrt(variance)
         roots, basis = np.linalg.eigh(size[:, :, None] * self.covariance * size[:, None, :])
         widths = 1.0 + scales[:, None, None] * roots
         log_size = np.log(widths).sum(axis=-1) + np.log(variance).sum(axis=-1)
-        return Spread(np.swapaxes(basis, 1, 2) * size[:, None, :], widths, log_size)
+        return np.swapaxes(basis, 1, 2) * size[:, None, :], widths, log_size
 
-    def log_density(self, y: np.ndarray, mean: np.ndarray, spread: "Spread") -> np.ndarray:
-        """(k,) log density of a measured mean y (q,) about means (k, q), with the `Spread` of their
+    def log_density(self, y: np.ndarray, mean: np.ndarray, spread: Any) -> np.ndarray:
+        """(k,) log density of a measured mean y (q,) about means (k, q), with the `spread` of their
         variances."""
-        along = np.einsum("kij,kj->ki", spread.basis, y - mean)
-        square = (along**2 / spread.widths).sum(axis=-1)
-        logs = -0.5 * (square + spread.log_size + len(y) * np.log(2.0 * np.pi))
+        axes, widths, log_size = spread
+        along = np.einsum("kij,kj->ki", axes, y - mean)
+        square = (along**2 / widths).sum(axis=-1)
+        logs = -0.5 * (square + log_size + len(y) * np.log(2.0 * np.pi))
         return logs[0] if len(logs) == 1 else _log_mean(logs.T, _scales(self.freedom)[1])
 
     def misfit(self, y: np.ndarray, mean: np.ndarray, variance: np.ndarray) -> np.ndarray:
@@ -151,19 +141,6 @@ def _log_mean(logs, weights):
 
 
 @dataclass(frozen=True)
-class Spread:
-    """Covariances v + s C of a measured mean about k predictions with variances v, at m factors s
-    on the measurement's own C, all along the axes that make v one and C a diagonal.
-
-    basis: (k, q, q), rows of axes; widths: (m, k, q), variances along them; log_size: (m, k),
-    logarithms of the covariances' determinants."""
-
-    basis: np.ndarray
-    widths: np.ndarray
-    log_size: np.ndarray
-
-
-@dataclass(frozen=True)
 class Joint:
     """Responses of all tests, the prior, and what else speaks for parameters (`formed`: objects
     with `log_likelihood`, see `calibration.inference.posterior_sampling.Formed`)."""
@@ -177,8 +154,8 @@ class Joint:
         """Names of the responses."""
         return [r.name for r in self.responses]
 
-    def posterior(self, seed: int = 1, **settings: Any) -> Posterior:
-        """Its `calibration.inference.posterior_sampling.Posterior`; settings: of `sample` there.
+    def posterior(self, seed: int = 1, steps: int = STEPS) -> Posterior:
+        """Its `calibration.inference.posterior_sampling.Posterior`; steps: of `sample` there.
 
         Where draws of the prior, weighed by the likelihood, are worth `INDEPENDENT` equal ones,
         they are taken: they are independent, and no chain has to find its way along a ridge. Else
@@ -191,10 +168,9 @@ class Joint:
         weights /= weights.sum()
         good = worth(weights)
         if good < INDEPENDENT:
-            return sample([*self.responses, *self.formed], self.prior, seed, **settings)
+            return sample([*self.responses, *self.formed], self.prior, seed, steps)
         pick = rng.choice(len(u), int(min(good, MOST_DRAWS)), p=weights)
-        density = log[pick] + self.prior.log_density(u[pick])
-        return Posterior(u[pick], density, 1.0, good / len(u), good)
+        return Posterior(u[pick], 1.0, good / len(u), good)
 
     def without(self, name: str) -> "Joint":
         """This study without one response."""
@@ -265,10 +241,8 @@ class Cloud:
         weights = self.weights(measured, but)
         if worth(weights) >= LEAST_WORTH:
             return self.u[rng.choice(len(weights), count, p=weights)]
-        joint = self.joint.at(measured)
-        draws = (
-            (joint if but is None else joint.without(but)).posterior(int(rng.integers(2**31))).draws
-        )
+        joint = self.joint.at(measured) if but is None else self.joint.at(measured).without(but)
+        draws = joint.posterior(int(rng.integers(2**31))).draws
         return draws[rng.integers(0, len(draws), count)]
 
 

@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 from scipy import stats
 
-from calibration.errors import CalibrationError
 from calibration.inference.joint.critique import thinned
 
 DRAWS = 400
@@ -89,12 +88,10 @@ def expected_information(predicted: npt.ArrayLike, error_sd: npt.ArrayLike) -> f
     predicted: (n,) its expected values at draws of the posterior; error_sd: (n,) or one standard
     deviation of its error there. It is the entropy of what could be measured less that of the error
     (Lindley 1956, Annals of Mathematical Statistics 27:986); both are computed, the first of the
-    mixture on a grid. Raises CalibrationError for an error of 0.
+    mixture on a grid.
     """
     predicted = np.asarray(predicted, float)
     sd = np.broadcast_to(np.asarray(error_sd, float), predicted.shape)
-    if not (sd > 0.0).all():
-        raise CalibrationError("an expected measurement needs an error above 0")
     low, high = (predicted - SIGMAS * sd).min(), (predicted + SIGMAS * sd).max()
     points = max(ENTROPY_GRID, int(4 * (high - low) / sd.min()) + 1)
     grid = np.linspace(low, high, points)

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from calibration.errors import CalibrationError, decoding
-from calibration.intake.tables import said_number
+from calibration.errors import decoding
+from calibration.intake.tables import refused, said_number
 from dem.units import UnitError, in_unit
 
 FULL_FRAME_MM = math.hypot(36.0, 24.0)
@@ -47,31 +47,24 @@ class View:
 
 
 def view_of(camera: str | None, plumb: str | None, focal: str | None) -> View:
-    """`View` of the options' texts. Raises CalibrationError naming option, value and what is
-    allowed."""
+    """`View` of the options' texts. Raises ConfigError naming option, value and what is allowed."""
     if camera and plumb:
-        raise CalibrationError("--camera and --plumb: one of them tells how the camera stood")
+        raise refused("two views")
     if focal and not (camera or plumb):
-        raise CalibrationError(f"--focal {focal}: goes with --camera or --plumb")
-    return View(
-        told("camera", camera, _place, "is no place; allowed: its distance from the heap's middle, "
-             "then its height above the base, such as 600mm/150mm"),
-        told("plumb", plumb, _plumb, "is no plumb line; allowed: two of its points in pixels from "
-             "the picture's upper left corner, 100 or more apart, such as 310,200/342,2400"),
-        told("focal", focal, _focal, f"is no focal length; allowed: {FOCAL_MM[0]:g} to "
-             f"{FOCAL_MM[1]:g} mm, as of 35 mm film"),
-    )  # fmt: skip
+        raise refused("focal alone", f"--focal {focal}")
+    stood = told("--camera", camera, _place), told("--plumb", plumb, _plumb)
+    return View(*stood, told("--focal", focal, _focal))
 
 
-def told(option: str, text: str | None, read: Callable[[str], Any], allowed: str) -> Any:
-    """Return what read(text) gives of an option, None of one that was not given. Raises
-    CalibrationError where that is None, or fails."""
+def told(option: str, text: str | None, read: Callable[[str], Any]) -> Any:
+    """Return what read(text) gives of an option, None of one that was not given. Raises ConfigError
+    where that is None, or fails."""
     try:
         found = read(text) if text else None
     except (UnitError, ValueError, ZeroDivisionError):
         found = None
     if text and found is None:
-        raise CalibrationError(f"--{option} {text}: {allowed}")
+        raise refused(option, f"{option} {text}", least=FOCAL_MM[0], most=FOCAL_MM[1])
     return found
 
 
@@ -115,14 +108,11 @@ def camera_of(
     path: Path, view: View, size: tuple[int, int], reduced: float, base: np.ndarray, tilt: float
 ) -> Camera:
     """`Camera` of a photograph. size: of the reduced picture (columns, rows); base (2,): a point of
-    the base line below the heap's middle, tilt [rad]: of the base line. Raises CalibrationError
-    where the focal length is not known, or what was told does not go with the picture."""
+    the base line below the heap's middle, tilt [rad]: of the base line. Raises ConfigError where
+    the focal length is not known, or what was told does not go with the picture."""
     focal_mm = view.focal or _stated_focal(path)
     if focal_mm is None:
-        raise CalibrationError(
-            f"{path}: does not say its focal length; allowed: --focal, as of 35 mm film (26mm for "
-            "most phones)"
-        )
+        raise refused("no focal", path)
     focal = focal_mm / FULL_FRAME_MM * math.hypot(*size)
     middle = (0.5 * (size[0] - 1), 0.5 * (size[1] - 1))
     across = np.array([math.cos(tilt), -math.sin(tilt)])
@@ -133,10 +123,7 @@ def camera_of(
     else:
         pitch = _by_plumb(path, view.plumb, reduced, size, middle, across, down, focal)
     if abs(math.degrees(pitch)) > MOST_PITCH:
-        raise CalibrationError(
-            f"{path}: the camera would look down by {math.degrees(pitch):.0f}°; allowed: at most "
-            f"{MOST_PITCH:g}°. Hold it lower, or check what was told of it"
-        )
+        raise refused("pitch", path, pitch=math.degrees(pitch), most=MOST_PITCH)
     return Camera(focal, middle, math.degrees(pitch))
 
 
@@ -148,10 +135,7 @@ def _by_plumb(path, plumb, reduced, size, middle, across, down, focal):
         for p in map(np.array, plumb)
     )
     if min(abs(xa), abs(xb)) < OFF_MIDDLE * size[0] or xa * xb < 0.0:
-        raise CalibrationError(
-            f"{path}: --plumb stands too near the picture's middle to tell anything; allowed: a "
-            f"line {100 * OFF_MIDDLE:g} % of the width or more beside it"
-        )
+        raise refused("near plumb", path, least=100 * OFF_MIDDLE)
     if xa == xb:
         return 0.0
     meets = ya - xa * (yb - ya) / (xb - xa)

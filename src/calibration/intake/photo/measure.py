@@ -19,12 +19,11 @@ import pandas as pd
 from PIL import Image, ImageDraw, ImageFont, ImageOps
 from scipy import ndimage
 
-from calibration.errors import CalibrationError, ConfigError, decoding, in_study
+from calibration.errors import decoding, in_study
 from calibration.files import write_table
 from calibration.intake.measurements import readings_table
 from calibration.intake.photo.camera import View, camera_of, read_low, told, view_of
-from calibration.intake.tables import said_number, summary
-from dem.errors import InputError
+from calibration.intake.tables import refused, said_number, summary
 from dem.io.files import digest_of, replace_file
 from dem.measure.heap import LOWER, UPPER, fit_flank
 from dem.tables.limits import MOST_PIXELS, check_file
@@ -36,7 +35,6 @@ LOWEST = 0.2  # share of the columns on a side that are taken for its base
 LEAST_HEIGHT = 20  # px
 MOST_TILT = 15.0  # deg of the base line
 ROUGH = 0.04  # root mean square of outline less fitted line, over the height: more is no flank
-CARD = "a plain card behind the heap, of another colour"
 LEVEL = View()
 
 
@@ -71,14 +69,13 @@ def measure_photo(path: str | Path, view: View = LEVEL) -> HeapPhoto:
     """`HeapPhoto` of a picture: one heap from the side, before a plain backdrop. view: how the
     camera stood, a level one far away unless it is told.
 
-    Raises CalibrationError naming the file where it is no picture, or shows no heap.
+    Raises ConfigError naming the file where it is no picture, or shows no heap.
     """
     path = Path(path)
     picture, reduced = read_picture(path)
-    try:
-        rows = outline(picture)
-    except NoOutlineError as error:
-        raise CalibrationError(f"{path}: {error}; allowed: {CARD}") from None
+    rows = outline(picture)
+    if rows is None:
+        raise refused("no outline", path)
     columns = np.flatnonzero(np.isfinite(rows))
     points = np.column_stack([columns, rows[columns]]).astype(float)
     return _fitted(path, points, reduced, picture.shape[1::-1], view)
@@ -89,10 +86,8 @@ def read_picture(path: str | Path) -> tuple[np.ndarray, float]:
     and by how much the picture was reduced. Raises ConfigError where it is none."""
     image = open_picture(path)
     if min(image.size) < SMALLEST:
-        raise ConfigError(
-            "is too small a picture", path=path, value=f"{image.width} x {image.height} pixels",
-            allowed=f"{SMALLEST} or more each way",
-        )  # fmt: skip
+        value = f"{image.width} x {image.height} pixels"
+        raise refused("small picture", path, value=value, least=SMALLEST)
     area = image.width * image.height
     reduced = max(image.width / WIDEST, math.sqrt(area / MOST_REDUCED), 1.0)
     if reduced > 1.0:
@@ -114,28 +109,20 @@ def open_picture(path: str | Path) -> Image.Image:
                         raise Image.DecompressionBombError
                     return ImageOps.exif_transpose(opened).convert("RGB")
             except Image.DecompressionBombError:
-                allowed = f"at most {MOST_PIXELS / 1e6:g} million: save it smaller"
-                raise InputError("has too many pixels", path=path, allowed=allowed) from None
+                raise refused("many pixels", path, most=MOST_PIXELS / 1e6) from None
 
 
 def _fitted(path, points, reduced, size, view):
     (x0, y0), tilt = _base(points)
     if abs(tilt) > np.radians(MOST_TILT):
-        raise CalibrationError(
-            f"{path}: the feet of what stands out do not lie level, by {np.degrees(tilt):.0f}°; "
-            f"allowed: at most {MOST_TILT:g}°. Hold the camera level, with both feet of the heap "
-            f"in the picture and {CARD}"
-        )
+        raise refused("tilt", path, tilt=np.degrees(tilt), most=MOST_TILT)
     turn = np.array([[np.cos(tilt), np.sin(tilt)], [-np.sin(tilt), np.cos(tilt)]])
     along, up = turn @ np.array([points[:, 0] - x0, y0 - points[:, 1]])
     order = np.argsort(along)
     stations = np.arange(along.min(), along.max(), 1.0)
     height = np.interp(stations, along[order], up[order])
     if height.max(initial=0.0) < LEAST_HEIGHT:
-        raise CalibrationError(
-            f"{path}: what stands out is {height.max(initial=0.0):.0f} pixels high; allowed: "
-            f"{LEAST_HEIGHT} or more. Go nearer to the heap, or pour a larger one"
-        )
+        raise refused("low heap", path, height=height.max(initial=0.0), least=LEAST_HEIGHT)
     crest = int(np.mean(np.flatnonzero(height > 0.97 * height.max())))
     back = lambda p: tuple(np.array([x0, y0]) + np.array([1, -1]) * (turn.T @ p))  # noqa: E731
     angles, lines = [], []
@@ -144,11 +131,7 @@ def _fitted(path, points, reduced, size, view):
         distance = np.arange(len(profile), dtype=float)
         angle = fit_flank(distance, profile, np.inf)
         if not np.isfinite(angle):
-            which = "left" if side < 0 else "right"
-            raise CalibrationError(
-                f"{path}: the {which} flank is too short to fit; allowed: a heap with both flanks "
-                f"in the picture, and {CARD}"
-            )
+            raise refused("short flank", path, which="left" if side < 0 else "right")
         angles.append(angle)
         ends = _line(distance, profile, angle)
         lines.append(tuple(back(np.array([stations[crest] + side * d, h])) for d, h in ends))
@@ -165,21 +148,16 @@ def _fitted(path, points, reduced, size, view):
 
 
 def _check_straight(path, distance, height, ends):
-    """Raise CalibrationError where the outline between the ends of the fitted line does not follow
+    """Raise ConfigError where the outline between the ends of the fitted line does not follow
     it."""
     (first, high), (last, low) = ends
     inside = (distance >= first) & (distance <= last)
     line = np.interp(distance[inside], [first, last], [high, low])
     off = float(np.sqrt(np.mean((height[inside] - line) ** 2))) if inside.any() else np.inf
     if not np.isfinite(off):
-        raise CalibrationError(
-            f"{path}: no flank can be followed from the crest to the foot; allowed: {CARD}"
-        )
+        raise refused("no flank", path)
     if off > ROUGH * height.max():
-        raise CalibrationError(
-            f"{path}: the outline leaves the fitted flank by {100 * off / height.max():.0f} % of "
-            f"the height; allowed: {100 * ROUGH:g} %. It may be that of something behind: {CARD}"
-        )
+        raise refused("rough flank", path, off=100 * off / height.max(), most=100 * ROUGH)
 
 
 def _base(points):
@@ -223,22 +201,16 @@ TO_XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 
 """Linear sRGB to CIE XYZ; its rows add up to the white of D65."""
 
 
-class NoOutlineError(ValueError):
-    """A picture in which no heap can be told from the backdrop."""
-
-
-def outline(picture: np.ndarray) -> np.ndarray:
-    """(columns,) row of the outline from the top, nan where there is none; picture (rows, columns,
-    3), 0 to 1.
-
-    Raises NoOutlineError where nothing stands out.
-    """
+def outline(picture: np.ndarray) -> np.ndarray | None:
+    """(columns,) row of the outline from the top, nan where there is none, and None where nothing
+    stands out from the backdrop; picture (rows, columns, 3), 0 to 1."""
     lab = cielab(picture)
     smooth = ndimage.gaussian_filter(lab, (BLUR, BLUR, 0))
     away = np.linalg.norm(smooth - _backdrop(smooth), axis=2)
     top = slice(0, int(TOP * len(away)))
     threshold = max(LEAST_CONTRAST, NOISE * float(np.median(away[top])))
-    return _refined(smooth, _first_foreground(away > threshold), top)
+    first = _first_foreground(away > threshold)
+    return None if first is None else _refined(smooth, first, top)
 
 
 def cielab(picture: np.ndarray) -> np.ndarray:
@@ -283,11 +255,11 @@ def _quadratic(x, y):
 
 def _first_foreground(there):
     """(columns,) first row from the top of the largest thing before the backdrop, nan where there
-    is none."""
+    is none of it, and None without a thing."""
     labels, _ = ndimage.label(there, np.ones((3, 3)))
     sizes = np.bincount(labels.ravel())[1:]
     if not len(sizes) or sizes.max() < 0.01 * there.size:
-        raise NoOutlineError("nothing stands out from the backdrop")
+        return None
     mask = labels == 1 + int(np.argmax(sizes))
     found = mask.any(axis=0)
     return np.where(found, mask.argmax(axis=0), np.nan)
@@ -331,20 +303,19 @@ OUTLINE, FLANK, BASE = (255, 210, 0), (214, 40, 40), (30, 120, 220)
 
 def read_photos(paths: Sequence[Path], view: View = LEVEL) -> tuple[list[HeapPhoto], list[str]]:
     """(photographs as they were read, sentences): pictures of fits, which a pattern such as *.png
-    catches too, are left out and named. Raises CalibrationError where nothing else is given, and
-    for a photograph that is given twice, under another name too: it is no second reading."""
+    catches too, are left out and named. Raises ConfigError where nothing else is given, and for a
+    photograph that is given twice, under another name too: it is no second reading."""
     kept = [p for p in paths if not p.name.endswith(FIT)]
-    left = [p.name for p in paths if p not in kept]
-    said = f"left out, as pictures of a fit: {', '.join(left)}"
+    left = ", ".join(p.name for p in paths if p not in kept)
     if not kept:
-        raise CalibrationError(f"{said}; allowed: the photographs beside them")
+        raise refused("fits alone", names=left)
     seen: dict[str, Path] = {}
     for path in (p for p in kept if p.is_file()):  # what cannot be read is told by its reader
         first = seen.setdefault(digest_of(path), path)
         if first is not path:
-            reason = f"is the same photograph as {first}"
-            raise ConfigError(reason, path=path, allowed="each heap once")
-    return [measure_photo(p, view) for p in kept], [said] if left else []
+            raise refused("same photograph", path, first=first)
+    said = [f"left out, as pictures of a fit: {left}"] if left else []
+    return [measure_photo(p, view) for p in kept], said
 
 
 def measure_photos(
@@ -360,12 +331,12 @@ def measure_photos(
     picture a photo.
 
     scale: a length over its pixels, `100mm/830`; camera, plumb, focal: how the camera stood, as
-    `view_of` takes it. Raises CalibrationError.
+    `view_of` takes it. Raises ConfigError.
     """
     view = view_of(camera, plumb, focal)
     if out is not None and out.exists():
-        raise CalibrationError(f"{out}: exists already")
-    per_pixel = told("scale", scale, _mm_per_pixel, "is no length over pixels; allowed: 100mm/830")
+        raise refused("exists", out)
+    per_pixel = told("--scale", scale, _mm_per_pixel)
     photos, lines = read_photos([Path(p) for p in paths], view)
     heights = []
     for photo in photos:

@@ -147,8 +147,6 @@ def _parse(data):
     _check_candidate(config)
     config = with_engine(config)
     check_tests(config)
-    if config.pour_rate and config.experiment != "heap":
-        raise at_key("pour_rate", "goes with a heap", allowed="a study of the experiment heap")
     _check_run(config, factors)
     _check_measured(config)
     check_joint(config, factors)

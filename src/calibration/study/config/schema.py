@@ -123,6 +123,7 @@ class AscentConfig(_Part):
     """Steepest ascent."""
 
     steps: int = Field(5, ge=2, le=50)
+    replicates: int = Field(1, ge=1, le=20)
     rule: Literal["configured", "effects"] = "configured"
     start: dict[str, float] = {}
     step: dict[str, float] = {}
@@ -211,14 +212,6 @@ class PosteriorConfig(_Part):
     hours: dict[str, Positive] = {}
 
 
-class PourRateConfig(_Part):
-    """Heaps at the optimum, poured at other rates."""
-
-    rates_per_s: list[Positive] = Field(min_length=2)
-    heaps: int = Field(6, ge=2, le=100)
-    opened: dict | None = None
-
-
 class PredictConfig(_Part):
     """Tests and machines that are simulated with draws of a posterior."""
 
@@ -284,7 +277,6 @@ class Config(_Part):
     scaling: ScalingConfig | None = None
     validation: ValidationConfig = ValidationConfig()
     posterior: PosteriorConfig = PosteriorConfig()
-    pour_rate: PourRateConfig | None = None
     predict: PredictConfig = PredictConfig()
     joint: JointConfig = JointConfig()
     calibrate: CalibrateConfig = CalibrateConfig()

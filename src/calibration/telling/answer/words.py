@@ -2,9 +2,9 @@
 
 import re
 from collections.abc import Mapping
-from functools import cache
 from typing import Any
 
+from calibration.engines.templates import macros
 from calibration.figures import PLACES, label, response_of
 from calibration.statistics.equivalence import judged, verdict_of
 from calibration.statistics.numbers import difference_of, fixed, signed
@@ -125,27 +125,14 @@ def between(name: str) -> str:
 
 FILTERS = {
     "behind": behind, "between": between, "capital": capital, "compared": compared,
-    "difference_of": difference_of, "fixed": fixed, "fmt": format, "given_nowhere": given_nowhere,
-    "judged": judged, "known": known, "label": label, "response_of": response_of,
-    "signed": signed, "title_of": title, "value": lambda x, response: response.value(x),
-    "value_of": value, "verdict": verdict_of,
+    "difference_of": difference_of, "given_nowhere": given_nowhere, "judged": judged,
+    "known": known, "label": label, "response_of": response_of, "signed": signed,
+    "title_of": title, "value": lambda x, response: response.value(x), "value_of": value,
+    "verdict": verdict_of,
 }  # fmt: skip
 
 
-@cache
-def _macros(template):
-    from jinja2 import Environment, PackageLoader, StrictUndefined  # most commands need none
-
-    environment = Environment(
-        loader=PackageLoader("calibration", "."), undefined=StrictUndefined, trim_blocks=True,
-        lstrip_blocks=True,
-    )  # fmt: skip
-    environment.filters |= FILTERS
-    return environment.get_template(template).module
-
-
-def said(
-    macro: str, *given: Any, template: str = "telling/answer/words.j2", **told: Any
-) -> list[str]:
+def said(macro: str, *given: Any, template: str = "telling/answer/words", **told: Any) -> list[str]:
     """The lines that a macro gives, of `words.j2` or of another template of the package."""
-    return [x for x in getattr(_macros(template), macro)(*given, **told).splitlines() if x]
+    words = macros("calibration", template, tuple(FILTERS.items()))
+    return [x for x in getattr(words, macro)(*given, **told).splitlines() if x]

@@ -13,9 +13,8 @@ from calibration.runs.store import RunStore
 from calibration.telling.answer.schema import answer_of
 from calibration.telling.answer.words import head
 from calibration.telling.export import by_hand, mercurydpm
-from calibration.telling.export.decks import scatter_of_one, write_decks
+from calibration.telling.export.decks import profile, scatter_of_one, write_decks
 from calibration.telling.export.parameters import engine_of, known_parameters, to_yaml
-from calibration.telling.export.trials import profile
 from dem.errors import DemError
 from dem.render import read_run
 from dem.render.image import plate_of
@@ -69,14 +68,8 @@ def summary(
             "the same angle with the rolling friction of other codes": f"calibration run "
             f"{exports}/study.yaml export_converted",
         },
-        "target": {
-            "metric": metric,
-            "unit": in_ascii(unit_of(metric)),
-            "file": config.measurements,
-            "measured_mean": validation["measured_mean"],
-            "measured_sd": validation["measured_sd"],
-            "measured_n": validation["measured_n"],
-        },
+        "target": {"metric": metric, "unit": in_ascii(unit_of(metric)), "file": config.measurements}
+        | {key: validation[key] for key in ("measured_mean", "measured_sd", "measured_n")},
         "validated": _validated(study),
         **more,
         "parameters": known_parameters(study, spec, known),
@@ -107,8 +100,10 @@ def write_exports(
 ) -> None:
     """Write calibrated.yaml and exports/ into folder `out`, each file atomically; see `summary`."""
     lines, folder, conversion = about(study), Path(out) / "exports", Conversion(parse_spec(mapping))
-    data, expected = summary(study, mapping, known, more), _expected(study)
-    _write_blocks(conversion, lines, folder)
+    data, expected = summary(study, mapping, known, more), _validated_heap(study)
+    spread = scatter_of_one(expected)
+    expected |= {"low": expected["mean"] - spread, "high": expected["mean"] + spread}
+    _write_codes(study, conversion, lines, folder)
     for name, code in BY_HAND.items():
         told, grains = [*lines, *left_out(conversion.spec, code)], granulate(conversion.spec)
         text = by_hand.block(code, grains, conversion, told, data["parameters"], expected)
@@ -116,7 +111,6 @@ def write_exports(
     head = "".join(f"# {line}\n" for line in lines)
     write_text(head + to_yaml(mapping), folder / "dem.yaml")
     write_text(head + to_yaml(data), Path(out) / "calibrated.yaml")
-    _write_decks(study, conversion, lines, folder)
     write_text(to_yaml(study.config.model_dump(mode="json")), folder / "study.yaml")
 
 
@@ -125,9 +119,7 @@ def write_converted(
 ) -> None:
     """Write the blocks and decks of codes with other rolling laws into a folder; rolling: what the
     search found."""
-    conversion, lines = Conversion(parse_spec(mapping), rolling), about(study)
-    _write_blocks(conversion, lines, folder)
-    _write_decks(study, conversion, lines, folder)
+    _write_codes(study, Conversion(parse_spec(mapping), rolling), about(study), folder)
 
 
 def _validated_heap(study):
@@ -135,17 +127,6 @@ def _validated_heap(study):
     stated = _validated(study)
     kept = {key: stated[key] for key in ("mean", "sd", "runs", "margin", "unit")}
     return {"metric": study.config.target.metric} | kept
-
-
-def _expected(study):
-    heap = _validated_heap(study)
-    mean, spread = heap["mean"], scatter_of_one(heap)
-    return heap | {"low": mean - spread, "high": mean + spread}
-
-
-def _write_decks(study, conversion, lines, folder):
-    expected = _validated_heap(study) | {"heaps": _profiles(study)}
-    write_decks(conversion.spec, conversion, lines, expected, folder)
 
 
 def _profiles(study):
@@ -159,8 +140,11 @@ def _profiles(study):
     return found
 
 
-def _write_blocks(conversion, lines, folder):
+def _write_codes(study, conversion, lines, folder):
+    """Write the blocks and decks of the codes that may need another law."""
     spec = conversion.spec
     for name, code in CONVERTED.items():
         about = [*lines, *left_out(spec, code.CODE)]
         write_text(code.block(granulate(spec), conversion, about), folder / name)
+    expected = _validated_heap(study) | {"heaps": _profiles(study)}
+    write_decks(spec, conversion, lines, expected, folder)

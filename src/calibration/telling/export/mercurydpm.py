@@ -34,7 +34,7 @@ def block(material: Granulate, conversion: Conversion, about: Sequence[str]) -> 
     head = conversion.head(CODE, material, about, checked, mark="//")
     setters = [("grain", _numbers(stated, pairs[0])), ("grainWall", _numbers(stated, pairs[1]))]
     words = macros("calibration.telling.export", "mercurydpm")
-    return words.block(head, material, setters, conversion.equivalent.rotates)
+    return words.block(head, material, setters, conversion.turns)
 
 
 def _numbers(exports, pair):

@@ -13,7 +13,6 @@ import scipy
 from calibration.chain.study import Results
 from calibration.errors import CalibrationError
 from calibration.figures import PLACES, Response, label, response_of
-from calibration.intake.tables import read_written
 from calibration.statistics.surface import fit_surface
 from calibration.telling.answer import words
 from calibration.telling.answer.schema import answer_of
@@ -29,10 +28,11 @@ def answer(study: Path, response: Response) -> dict[str, Any] | None:
     parameter in brief), `tests` (rows of every measured value), `by`, `wrong`, `right` (whether
     nothing is), `beside`, `next`, `block` (rows of every parameter), `solution` (rows of the
     surface's) and `notes`."""
-    answered = answer_of(Results(study))
+    results = Results(study)
+    answered = answer_of(results)
     if answered is None:
         return None
-    optimum = Results(study).summary("optimise", "optimum")
+    optimum = results.summary("optimise", "optimum")
     return {
         "by": "all tests together" if answered.by == "joint" else f"the {response.name} alone",
         "first": [
@@ -42,11 +42,11 @@ def answer(study: Path, response: Response) -> dict[str, Any] | None:
         ],
         "tests": [words.compared(t) | {"state": t.state} for t in answered.tests],
         "wrong": answered.wrong.sentence,
-        "right": answered.wrong.verdict in ("met", "adequate") and predicts(Results(study)),
+        "right": answered.wrong.verdict in ("met", "adequate") and predicts(results),
         "beside": [words.beside(b) for b in answered.beside],
         "next": " ".join(said("next", answered.next)) if answered.next else "",
         "block": [*_block(answered), *_time_step(study)],
-        "solution": _solution(study, optimum) if optimum and answered.by == "chain" else [],
+        "solution": _solution(results, optimum) if optimum and answered.by == "chain" else [],
         "notes": [*(said("optimum", optimum, response) if optimum else []), *_limits(study)],
     }
 
@@ -82,18 +82,18 @@ def _time_step(study):
     return [_row("simulator", "time step", f"{time_step_of(spec):.4g}", "s", fraction)]
 
 
-def _solution(study, optimum):
+def _solution(results, optimum):
     """Rows {heading: text} of the calibrated parameters over the surface's solution set."""
-    region = Results(study).summary("response_surface", "region") or []
-    units = {f["name"]: unit for f in region if (unit := unit_of(f["key"]))}
-    if given_nowhere(optimum):
-        return []
-    rows = []
-    for name, (low, high) in optimum["solution_set"].items():
-        unit = f" [{units[name]}]" if name in units else ""
-        over = f"{low:.4g} to {high:.4g}"
-        rows.append({"parameter": f"{label(name)}{unit}", "over the solution set": over})
-    return rows
+    region = results.summary("response_surface", "region") or []
+    units = {f["name"]: f" [{unit}]" for f in region if (unit := unit_of(f["key"]))}
+    return [
+        {
+            "parameter": f"{label(name)}{units.get(name, '')}",
+            "over the solution set": f"{low:.4g} to {high:.4g}",
+        }
+        for name, (low, high) in optimum["solution_set"].items()
+        if not given_nowhere(optimum)
+    ]
 
 
 def _limits(study):
@@ -115,27 +115,17 @@ def predicts(results: Results) -> bool:
 
 def findings(study: Path, response: Response) -> list[tuple[str, str]]:
     """[(heading, text)] for the page's first screen; only what the study's files hold."""
-    screening = Results(study).summary("screening", "screening")
-    found = []
-    effects = _effects(study)
+    results, found = Results(study), []
+    screening, effects = results.summary("screening"), results.table("screening", "effects")
     if screening and effects is not None:
-        decides = said("decides", effects.to_dict("records"), screening, response)
-        found.append(("What decides", " ".join(decides)))
+        rows = effects.sort_values("effect", key=abs, ascending=False).to_dict("records")
+        found.append(("What decides", " ".join(said("decides", rows, screening, response))))
     odd = _left_out(screening, response) if screening else []
-    if surface := Results(study).summary("response_surface", "response_surface"):
+    if surface := results.summary("response_surface"):
         odd += said("surface", surface, POOR)
     if odd:
         found.append(("What to know of the runs", " ".join(odd)))
     return found
-
-
-def _effects(study):
-    """The screening's table of effects, the largest first; None where it has not run."""
-    path = study / "screening" / "effects.csv"
-    table = read_written(path) if path.exists() else None
-    if table is None or not {"name", "effect"} <= set(table):
-        return None
-    return table.sort_values("effect", key=abs, ascending=False)
 
 
 def _left_out(screening, response):
@@ -154,43 +144,30 @@ def profiler(study: Path, response: Response) -> str | None:
     Each response has terms, coefficients and their covariance, the calibrated one first. The
     surfaces are the stage's own, of the runs in its table; the optimum's has more runs.
     """
-    region = Results(study).summary("response_surface", "region")
-    optimum = Results(study).summary("optimise", "optimum")
-    path = study / "response_surface" / "runs.csv"
-    if not (region and optimum and path.exists()):
+    results = Results(study)
+    region, runs = results.summary("response_surface", "region"), None
+    if region and (optimum := results.summary("optimise", "optimum")):
+        runs = results.table("response_surface", "runs")
+    if runs is None:
         return None
-    runs, codes = read_written(path), [f["code"] for f in region]
-    if "response" not in runs or not set(codes) <= set(runs):
-        return None
+    codes = [f["code"] for f in region]
     main = _surface(runs, codes, "response", response, optimum["target"])
     if main is None:
         return None
-    factors = [_factor(f, optimum) for f in region]
-    data = {"factors": factors, "responses": [main, *_further(study, runs, codes)]}
-    return json.dumps(data).replace("<", "\\u003c")  # nothing in a name ends the script
-
-
-def _factor(factor, optimum):
-    value = optimum["optimum"].get(factor["name"], 0.5 * (factor["low"] + factor["high"]))
-    return {
-        "name": escape(label(factor["name"])),
-        "key": factor["key"],
-        "low": factor["low"],
-        "high": factor["high"],
-        "value": value,
-    }
-
-
-def _further(study, runs, codes):
-    """The surfaces of the further targets, each in the runs' column of its metric; target None
-    where it was not measured."""
-    validation = Results(study).summary("validation", "validation") or {}
-    found = (
-        _surface(runs, codes, metric, response_of(metric), one.get("measured_mean"))
-        for metric, one in validation.get("further", {}).items()
+    factors = [
+        {"name": escape(label(f["name"]))}
+        | {k: f[k] for k in ("key", "low", "high")}
+        | {"value": optimum["optimum"][f["name"]]}
+        for f in region
+    ]
+    further = (results.summary("validation") or {}).get("further", {})
+    surfaces = [
+        _surface(runs, codes, metric, response_of(metric), one["measured_mean"])
+        for metric, one in further.items()
         if metric in runs
-    )
-    return [surface for surface in found if surface]
+    ]
+    data = {"factors": factors, "responses": [main, *filter(None, surfaces)]}
+    return json.dumps(data).replace("<", "\\u003c")  # nothing in a name ends the script
 
 
 def _surface(runs, codes, column, response, target):

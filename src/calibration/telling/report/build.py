@@ -4,6 +4,7 @@ study is made of, their number, seeds, size and time."""
 
 import json
 import math
+import re
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -15,7 +16,7 @@ from calibration.chain.study import Results
 from calibration.figures import WORDS, Response, label, response_of
 from calibration.files import csv_text, write_text
 from calibration.intake.tables import read_written
-from calibration.runs.all_runs import mixtures
+from calibration.runs.mixtures import mixtures
 from calibration.runs.store import RunStore
 from calibration.study.stage import Stage
 from calibration.telling.answer.words import said
@@ -94,48 +95,55 @@ ALL_ROWS = 10_000  # a table of verdicts is shown whole, in a box that scrolls
 
 def section(study: Path, stage: Stage, response: Response) -> dict[str, Any] | None:
     """The section of a declared stage in the folder of a study, or None where it has not run or has
-    none."""
-    missing = _missing(study, stage)
+    none. Of one that has run, it names the declared files that are missing."""
+    folder = study / stage.name
+    declared = [f"{name}.csv" for name, _ in stage.tables]
+    for f in stage.figures:
+        declared += [f"{f.name}.svg", *f.numbers]
+    missing = [name for name in dict.fromkeys(declared) if not (folder / name).exists()]
+    ran = len(missing) < len(set(declared))
     if stage.name == "diagnosis":
         made = diagnosis(study)
-    elif missing is None:
+    elif not ran:
         return None
     else:
-        made = beside(study, stage) if stage.about else _listed(study, stage, response)
-    return made and made | {"supplement": stage.supplement, "missing": missing}
+        tables = [(p, t) for name, t in stage.tables if (p := folder / f"{name}.csv").exists()]
+        made = (_beside if stage.about else _listed)(study, stage, response, tables)
+        made |= {"key": stage.name, "title": stage.title}
+    return made and made | {"supplement": stage.supplement, "missing": missing if ran else []}
 
 
-def _missing(study, stage):
-    """Names of the declared files that a stage's folder lacks; None where it has none of them."""
-    names = [f"{name}.csv" for name, _ in stage.tables]
-    for drawn in stage.figures:
-        names += [f"{drawn.name}.svg", *drawn.numbers]
-    there = {name for name in names if (study / stage.name / name).exists()}
-    return [name for name in dict.fromkeys(names) if name not in there] if there else None
+def _drawn(folder, stage, data_of):
+    """The declared figures that are there, with the files data_of(`Figure`) of their numbers."""
+    paths = [(p, f) for f in stage.figures if (p := folder / f"{f.name}.svg").exists()]
+    return [embed.figure(p, _named(stage.name, p), data_of(f)) for p, f in paths]
 
 
-def _left(study, stage):
-    """([(file, `Figure`)], [(file, title)]) of the declared figures and tables that are there."""
-    folder = study / stage.name
-    figures = [(p, f) for f in stage.figures if (p := folder / f"{f.name}.svg").exists()]
-    tables = [(p, t) for name, t in stage.tables if (p := folder / f"{name}.csv").exists()]
-    return figures, tables
-
-
-def _listed(study, stage, response):
+def _listed(study, stage, response, tables):
     """The section of a stage that says its outcome in sentences."""
-    folder, (figures, tables) = study / stage.name, _left(study, stage)
-    drawn = [
-        embed.figure(p, _named(stage.name, p), [folder / d for d in f.numbers]) for p, f in figures
-    ]
-    drawn += _further(folder, [f.name for f in stage.figures])
-    summary = Results(study).summary(stage.name)
+    folder = study / stage.name
+    drawn = _drawn(folder, stage, lambda f: [folder / d for d in f.numbers])
     return {
-        "key": stage.name,
-        "title": stage.title,
-        "texts": sentences_of(stage, summary, response),
-        "figures": drawn,
+        "texts": sentences_of(stage, Results(study).summary(stage.name), response),
+        "figures": drawn + _further(folder, [f.name for f in stage.figures]),
         "tables": [embed.table(path, title) for path, title in tables],
+    }
+
+
+def _beside(study, stage, _, tables):
+    """The section of what stands beside the chain, made of its tables, figures and summary."""
+    folder = study / stage.name
+    paths, summary = [p for p, _ in tables], [*folder.glob(f"{stage.name}.json")]
+    figures = _drawn(folder, stage, lambda _: [*paths, *summary])
+    return {
+        "texts": [stage.about, *_counts(paths)],
+        "figures": figures,
+        "tables": [
+            embed.table(p, title, ("verdict", "disagrees"), ALL_ROWS, stage.unshown)
+            | {"open": True}
+            for p, title in tables
+        ],
+        "downloads": [] if figures else [embed.download(p) for p in summary],
     }
 
 
@@ -152,40 +160,15 @@ def _further(folder, listed):
     return figures
 
 
-def beside(study: Path, stage: Stage) -> dict[str, Any]:
-    """The section of what stands beside the chain, made of its tables, figures and summary."""
-    key, (figures, tables) = stage.name, _left(study, stage)
-    paths, summary = [p for p, _ in tables], [*(study / key).glob(f"{key}.json")]
-    return {
-        "key": key,
-        "title": stage.title,
-        "texts": [stage.about, *_counts(paths)],
-        "figures": [embed.figure(p, _named(key, p), [*paths, *summary]) for p, _ in figures],
-        "tables": [
-            embed.table(p, title, ("verdict", "disagrees"), ALL_ROWS, stage.unshown)
-            | {"open": True}
-            for p, title in tables
-        ],
-        "downloads": [] if figures else [embed.download(p) for p in summary],
-    }
-
-
 def _counts(tables):
-    """How many rows of a table of verdicts have which."""
-    sentences = []
-    for path in tables:
-        frame = read_written(path)
-        judged = [column for column in ("verdict", "agreement") if column in frame]
-        for column in judged:
-            found = frame[column].value_counts()
-            words = ", ".join(f"{n} {_verb(label(str(word)), n)}" for word, n in found.items())
-            sentences.append(f"{len(frame)} in all: {words}.")
-    return sentences
-
-
-def _verb(word, n):
-    """A verdict behind its number: 1 agrees, 2 agree."""
-    return word.removesuffix("s") if n != 1 and word.endswith("agrees") else word
+    """How many rows of a table of verdicts have which: 1 agrees, 2 agree."""
+    for frame in map(read_written, tables):
+        for column in (c for c in ("verdict", "agreement") if c in frame):
+            found = frame[column].value_counts().rename(lambda word: label(str(word)))
+            told = [
+                f"{n} {re.sub('agrees$', 'agree' + 's' * (n == 1), w)}" for w, n in found.items()
+            ]
+            yield f"{len(frame)} in all: {', '.join(told)}."
 
 
 def _named(key, path):
@@ -220,36 +203,27 @@ def diagnosis(study: Path) -> dict[str, Any] | None:
     }
 
 
-def _results(study, stages):
-    """[(stage, name, result)] of the runs of all designs."""
-    found, store = [], RunStore()
-    plans = [plan.folder for stage in stages.values() for plan in stage.plans]
-    for stage in plans:
-        design = study / stage / "design.csv"
-        for name in read_written(design)["run_id"] if design.exists() else []:
-            with suppress(ResultError):  # the study was moved here without all of its runs
-                found.append((stage, name, store.result(name)))
-    return found
-
-
-def _row(result):
-    numerics = result["numerics"]
-    return {
-        "seed": result["seed"],
-        "particles": result["spec"]["particles"]["count"],
-        "steps": numerics.get("steps"),
-        "simulated_time_s": numerics.get("simulated_time_s"),
-        "wall_time_s": numerics.get("wall_time_s", math.nan),  # a run without a value has none
-        "engine": result["engine"],
-    }
+MEASURES = ("steps", "simulated_time_s", "wall_time_s")
+"""Of a run's numerics; one without a value has none."""
 
 
 def runs_section(study: Path, stages: Mapping[str, Stage]) -> dict[str, Any] | None:
     """The section of run times and seeds, or None where no run is at hand."""
-    found = _results(study, stages)
-    runs = pd.DataFrame([{"stage": s, "run_id": n} | _row(result) for s, n, result in found])
-    if runs.empty:
+    found, store = [], RunStore()
+    for plan in (plan for stage in stages.values() for plan in stage.plans):
+        design = study / plan.folder / "design.csv"
+        for name in read_written(design)["run_id"] if design.exists() else []:
+            with suppress(ResultError):  # the study was moved here without all of its runs
+                found.append((plan.folder, name, store.result(name)))
+    if not found:
         return None
+    runs = pd.DataFrame(
+        {"stage": stage, "run_id": name, "seed": result["seed"]}
+        | {"particles": result["spec"]["particles"]["count"]}
+        | {key: result["numerics"].get(key, math.nan) for key in MEASURES}
+        | {"engine": result["engine"]}
+        for stage, name, result in found
+    )
     rows = [
         {
             "stage": label(stage),
@@ -263,7 +237,7 @@ def runs_section(study: Path, stages: Mapping[str, Stage]) -> dict[str, Any] | N
         for stage, own in runs.groupby("stage", sort=False)
     ]
     timed = runs.dropna(subset="wall_time_s").drop_duplicates("run_id")
-    drawn = [(name, [stage], result) for stage, name, result in found]
+    drawn = [(stage, result) for stage, _, result in found]
     total = timed["wall_time_s"].sum() / 60.0
     engines = ", ".join(sorted(runs["engine"].unique()))
     return {
@@ -272,7 +246,7 @@ def runs_section(study: Path, stages: Mapping[str, Stage]) -> dict[str, Any] | N
         "texts": [
             f"{timed['run_id'].nunique()} runs took {total:.1f} minutes of one core, by engine "
             f"{engines}. A run that two stages share was made once.",
-            *(f"{mixture}." for mixture in mixtures(study, drawn)),
+            *(f"{mixture}." for mixture in mixtures(drawn)),
         ],
         "figures": [],
         "tables": [

@@ -38,7 +38,12 @@ def workbook(name: str, answer: Mapping[str, Any], findings: Sequence[tuple[str,
         if table:
             _table_sheet(book.create_sheet(title), table)
     words = book.create_sheet("words")
-    for line in (*_told(answer), *findings, ("", citation(name))):
+    for row in answer["first"]:
+        words.append([row["name"], f"{row['value']}: {row['known']}"])
+    words.append(["What is wrong", answer["wrong"]])
+    if answer["next"]:
+        words.append(["What to measure next", answer["next"]])
+    for line in (*findings, ("", citation(name))):
         words.append(list(line))
     words.column_dimensions["A"].width, words.column_dimensions["B"].width = 30, 100
     kept = io.BytesIO()
@@ -64,27 +69,13 @@ def _number(text):
         return text
 
 
-def _told(answer):
-    """[(heading, text)] of what the answer says in sentences."""
-    found = [(row["name"], f"{row['value']}: {row['known']}") for row in answer["first"]]
-    found.append(("What is wrong", answer["wrong"]))
-    return [*found, ("What to measure next", answer["next"])] if answer["next"] else found
-
-
 def _at_one_time(package):
     """The same package with one time in it, in place of that of its making."""
     kept = io.BytesIO()
     with zipfile.ZipFile(io.BytesIO(package)) as old, zipfile.ZipFile(kept, "w") as new:
         for entry in old.namelist():
-            if entry != "docProps/core.xml":
-                _put(new, entry, old.read(entry))
-                continue
-            core = old.read(entry).decode()
-            _put(
-                new, entry, re.sub(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", "1980-01-01T00:00:00Z", core)
-            )
+            text = old.read(entry)
+            if entry == "docProps/core.xml":
+                text = re.sub(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", b"1980-01-01T00:00:00Z", text)
+            new.writestr(zipfile.ZipInfo(entry, WRITTEN), text, zipfile.ZIP_DEFLATED)
     return kept.getvalue()
-
-
-def _put(package, name, content):
-    package.writestr(zipfile.ZipInfo(name, WRITTEN), content, zipfile.ZIP_DEFLATED)

@@ -1,5 +1,5 @@
 """Files turned into pieces of a page that needs no other file: figures, tables, images and
-downloads."""
+downloads; and a page of Markdown as such a page."""
 
 import base64
 import re
@@ -12,9 +12,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from jinja2 import Environment, PackageLoader
+from markupsafe import Markup
 
 from calibration.engines.templates import macros
 from calibration.figures import label
+from calibration.files import write_text
 from calibration.intake.tables import read_written
 from calibration.runs.snakemake_command import WORKFLOW
 
@@ -182,3 +184,38 @@ def cell(value: Any) -> str:
     if LONG_NUMBER.fullmatch(str(value)):
         return cell(float(value))
     return label(str(value)) if re.fullmatch(r"[a-z0-9_]+", str(value)) else str(value)
+
+
+FIGURE = re.compile(r"!\[(.*)\]\((.*\.svg)\)")
+
+
+def write_page(title: str, markdown: str, folder: str | Path, out: str | Path) -> None:
+    """Write the HTML of a page of Markdown that a stage wrote, which opens offline: headings,
+    paragraphs, lists, tables, and figures that are SVG files in `folder`."""
+    blocks = [block for block in re.split(r"\n\s*\n", markdown.strip()) if block]
+    body = Markup("\n".join(_block(block, Path(folder)) for block in blocks))
+    write_text(filled("plain.html.j2", title=title, body=body), out)
+
+
+def _block(block, folder):
+    lines = block.splitlines()
+    if drawn := FIGURE.fullmatch(block.strip()):
+        path = folder / drawn[2]
+        if not path.is_file():
+            return ""
+        own = figure(path, caption(f"{folder.name}_{path.stem}") or f"{drawn[1]}.")
+        return macros(__package__, "pieces").chart(own, escape)
+    level = len(block) - len(block.lstrip("#"))
+    if level:
+        return f"<h{level}>{_words(block[level:].strip())}</h{level}>"
+    if all(line.startswith("- ") for line in lines):
+        return f"<ul>{''.join(f'<li>{_words(line[2:])}</li>' for line in lines)}</ul>"
+    if all(line.startswith("|") for line in lines):
+        head, _, *rows = ([c.strip() for c in line.strip("|").split("|")] for line in lines)
+        return f'<div class="scroll">{html_table(head, rows, cards=True, words=_words)}</div>'
+    return f"<p>{_words(' '.join(lines))}</p>"
+
+
+def _words(text):
+    """Text with its bold parts."""
+    return re.sub(r"\*\*(.+?)\*\*", r"<b>\1</b>", escape(text))

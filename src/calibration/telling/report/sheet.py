@@ -15,7 +15,7 @@ import pandas as pd
 from PIL import Image, ImageDraw
 
 from calibration.chain.handed_over import NamedFiles
-from calibration.chain.study import Study
+from calibration.chain.study import Results, Study
 from calibration.figures import Response, label
 from calibration.intake.tables import read_written
 from calibration.runs.store import REFUSED, RunStore
@@ -49,19 +49,19 @@ def sheet(
     groups, files = [], {}  # type: ignore[var-annotated]
     for stage in stages.values():
         heaps = _heaps(study, stage.pictured, response, metric) if stage.pictured else []
-        for heap in heaps:
-            files.setdefault(heap["run"], heap.pop("file"))  # a run may be of several stages
+        # the lowest, the highest and those evenly between: the others look alike
+        telling = np.linspace(0, len(heaps) - 1, TELLING).round()
+        for k, heap in enumerate(heaps):
+            file = heap.pop("file")
+            files.setdefault(heap["run"], (len(files), file))  # a run may be of several stages
+            heap["y"], heap["x"] = divmod(files[heap["run"]][0], COLUMNS)
+            heap["telling"] = k in telling
         if heaps:
-            _mark_telling(heaps)
             groups.append({"title": stage.title, "heaps": heaps})
     if not groups:
         return None
-    place = {run: divmod(k, COLUMNS) for k, run in enumerate(files)}
-    for heap in (heap for group in groups for heap in group["heaps"]):
-        heap["y"], heap["x"] = place[heap["run"]]  # type: ignore[index]
-    image = _drawn(list(files.values()))
     return {
-        "image": image,
+        "image": _drawn([file for _, file in files.values()]),
         "columns": min(COLUMNS, len(files)),
         "rows": math.ceil(len(files) / COLUMNS),
         "ratio": WIDTH / HEIGHT,
@@ -69,13 +69,6 @@ def sheet(
         "heaps": sum(len(group["heaps"]) for group in groups),
         "folded": any(len(group["heaps"]) > TELLING for group in groups),
     }
-
-
-def _mark_telling(heaps):
-    """The lowest, the highest and those evenly between, in their order: the others look alike."""
-    chosen = set(np.linspace(0, len(heaps) - 1, TELLING).round().astype(int))
-    for k, heap in enumerate(heaps):
-        heap["telling"] = k in chosen
 
 
 def _heaps(study, key, response, metric):
@@ -88,23 +81,15 @@ def _heaps(study, key, response, metric):
             continue
         metrics = _metrics(row["run_id"])
         y = row.get("response", metrics.get(metric))
-        y = None if y is None or pd.isna(y) else y
-        text = f"run {row['run']}{'' if y is None else f': {response.value(y)}'}"
+        heap = {"run": row["run_id"], "name": row["run"], "file": file}
+        heap |= {"value": "no value", "text": f"run {row['run']}"}
+        if known := y is not None and not pd.isna(y):
+            heap["value"] = f"{fixed(y, 1)}°" if response.unit == "°" else response.value(y)
+            heap["text"] += f": {response.value(y)}"
         if left := metrics.get("in_funnel"):
-            text += f", {left} grains left in the funnel"
-        heap = {
-            "run": row["run_id"],
-            "name": row["run"],
-            "value": "no value" if y is None else _short(y, response),
-            "text": text,
-            "file": file,
-        }
-        found.append((math.inf if y is None else y, heap))
+            heap["text"] += f", {left} grains left in the funnel"
+        found.append((y if known else math.inf, heap))
     return [heap for _, heap in sorted(found, key=lambda pair: pair[0])]
-
-
-def _short(y, response):
-    return f"{fixed(y, 1)}°" if response.unit == "°" else response.value(y)
 
 
 def _metrics(run_id):
@@ -159,18 +144,16 @@ def viewer(study: Path, response: Response) -> dict[str, str] | None:
 
 def _chosen(study, response):
     """(run_id, name) of the heaps to show."""
-    chosen = []
-    for stage, picks in (("validation", "middle"), ("screening", "extremes")):
-        path = study / stage / "runs.csv"
-        if not path.exists():
-            continue
-        runs = read_written(path)
-        y = runs["response"]
-        at = [(y - y.mean()).abs().idxmin()] if picks == "middle" else [y.idxmin(), y.idxmax()]
-        names = ["calibrated"] if picks == "middle" else ["lowest of the screening", "highest"]
-        for k, name in zip(at, names, strict=True):
-            chosen.append((runs.loc[k, "run_id"], f"{name}, {response.value(y[k])}"))
-    return chosen
+    picks = (
+        ("validation", "calibrated", lambda y: (y - y.mean()).abs().idxmin()),
+        ("screening", "lowest of the screening", lambda y: y.idxmin()),
+        ("screening", "highest", lambda y: y.idxmax()),
+    )
+    for stage, name, pick in picks:
+        runs = Results(study).table(stage, "runs")
+        if runs is not None:
+            row = runs.loc[pick(runs["response"])]
+            yield row["run_id"], f"{name}, {response.value(row['response'])}"
 
 
 def _scene(run_id, name):
