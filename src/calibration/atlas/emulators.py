@@ -227,7 +227,7 @@ class AtlasEmulators:
     def told(self, measured: Mapping[JointTarget, MeasuredMean]) -> dict[JointTarget, MeasuredMean]:
         """Of what was measured the targets of which the atlas has all metrics. Raises
         CalibrationError for none."""
-        found = {t: m for t, m in measured.items() if all(map(self.has, m.tests, m.metrics))}
+        found = {t: m for t, m in measured.items() if self.has(t.test, t.metric)}
         if not found:
             faults = "; ".join(filter(None, self._faults.values()))
             titles = ", ".join(rig.title for rig in RIGS.values())

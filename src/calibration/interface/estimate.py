@@ -78,7 +78,7 @@ def estimate(config: Config) -> Estimate:
     tables["next"] = tables["next"].merge(rigs)
     summary["next_test"] = tables["next"].to_dict("records")
     tables["predictions"] = expected.drop(columns="told")
-    made = [pair for m in told.values() for pair in zip(m.tests, m.metrics, strict=True)]
+    made = [(t.test, t.metric) for t in told]
     said += [*sentences(summary, None), *_foretold(expected, made)]
     return Estimate(summary, tables, said, factors)
 
@@ -187,7 +187,7 @@ def ranges_by_atlas(
     except CalibrationError as error:
         return list(factors), [f"the ranges stay as they are: {error}"], []
     joint = joint_of(config, emulators, measured)  # type: ignore[arg-type]  # as Emulators
-    tests = [test for mean in measured.values() for test in mean.tests]
+    tests = [target.test for target in measured]
     sides, said = zip(*_reached(config, joint, measured), strict=True)
     why, low, high = "", np.zeros(len(own)), np.ones(len(own))
     inner = low + LEAST, high - LEAST
@@ -221,8 +221,8 @@ def _reached(config, joint, measured):
     all of that lies below the measured value (1), above it (-1) or about it (0)."""
     rng = np.random.default_rng(config.seed)
     u = joint.prior.draw(POINTS, rng)
-    for response, mean in zip(joint.responses, measured.values(), strict=True):
-        (test,), (metric,), (y,) = mean.tests, mean.metrics, response.mean
+    for response, target in zip(joint.responses, measured, strict=True):
+        test, metric, (y,) = target.test, target.metric, response.mean
         values, variance = response.predicted(u)
         tails = 0.5 - 0.5 * KEPT, 0.5 + 0.5 * KEPT
         low, high = np.quantile(rng.normal(values, np.sqrt(variance)), tails)

@@ -129,10 +129,9 @@ def _check_held(config, factors):
 def cost_ahead(config: Config) -> str:
     """A sentence: memory and, for a study of poured grains, time of one run on one core, before any
     has been made."""
-    spec = parse_spec(point_spec(config.own_run, config.experiment, {}, config.seed))
-    count = spec.particles.count
+    run = point_spec(config.own_run, config.experiment, {}, config.seed)
+    count, seconds = parse_spec(run).particles.count, cost.run_seconds(run)
     grains = "1 grain" if count == 1 else f"{count:,} grains"
-    seconds = cost.seconds_of(spec)
     time = "" if seconds is None else f" and about {cost.duration(max(1.0, seconds))} of one core"
     return f"a run of {grains} takes about {cost.memory_mb(count):.0f} MB of memory{time}"
 

@@ -39,14 +39,10 @@ LIFTED = 1.2  # of its own depth of grains, by which a cylinder is lifted
 PACKING = 0.6  # solid fraction of a bed
 
 
-def run_seconds(spec: Mapping[str, Any]) -> float | None:
+def run_seconds(run: Mapping[str, Any]) -> float | None:
     """Time of one run [s] of one core, estimated from its spec (a mapping); None for an experiment
     whose duration nothing tells, and for another engine."""
-    return seconds_of(parse_spec(spec))
-
-
-def seconds_of(spec: RunSpec) -> float | None:
-    """`run_seconds` of a `RunSpec`."""
+    spec = parse_spec(run)
     asked = set(type(spec.geometry).model_fields)
     own = [of_run for fields, of_run in LASTS.items() if asked.issuperset(fields)]
     if not own or spec.engine is not None:

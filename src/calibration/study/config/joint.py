@@ -10,7 +10,6 @@ from calibration.errors import ConfigError, at_key
 from calibration.intake.measurements import read_measured
 from calibration.study.config.measured import NotComparableError, is_measured, pooled, rows_of
 from calibration.study.config.schema import METRICS, Config
-from calibration.study.config.specs import SEEDS_A_STAGE
 from calibration.study.factors import Choice, Factor, refuse_choices
 from dem.units import without_unit
 
@@ -180,11 +179,6 @@ def _check_names(config, factors):
         if not factor.low <= mean <= factor.high:
             key = f"posterior.priors.{factor.name}.mean"
             raise at_key(key, "lies outside its levels", mean, factor.levels)
-    planned = joint.runs + joint.repeated + joint.second_wave
-    if planned > SEEDS_A_STAGE:
-        allowed = f"runs, repeated and second_wave of {SEEDS_A_STAGE} at most"
-        reason = "asks for more runs of a test than there are seeds"
-        raise at_key("joint.runs", reason, joint.runs, allowed)
     if joint.repeated > joint.runs:
         allowed = f"at most {joint.runs} (runs)"
         raise at_key("joint.repeated", "is more than the points", joint.repeated, allowed)

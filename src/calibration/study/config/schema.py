@@ -216,8 +216,8 @@ class PredictConfig(_Part):
     """Tests and machines that are simulated with draws of a posterior."""
 
     tests: list[str] = []
-    draws: int = Field(20, ge=3, le=300)
-    replicates: int = Field(2, ge=1, le=20)
+    draws: int = Field(20, ge=3, le=200)
+    replicates: int = Field(2, ge=1, le=5)
 
 
 class JointConfig(_Part):
@@ -225,9 +225,10 @@ class JointConfig(_Part):
 
     tests: list[str] = []
     factors: list[str] = []
-    runs: int = Field(60, ge=8, le=900)
-    repeated: int = Field(16, ge=0, le=500)
-    second_wave: int = Field(20, ge=0, le=500)
+    # together, as draws times replicates above, no more than SEEDS_A_STAGE
+    runs: int = Field(60, ge=8, le=600)
+    repeated: int = Field(16, ge=0, le=200)
+    second_wave: int = Field(20, ge=0, le=200)
     machine: str | None = None
 
 

@@ -55,7 +55,6 @@ class Heap:
     discharge_height_mm: float
     angle_deg: float
     shear_modulus_Pa: float
-    poisson_ratio: float = 0.25
     mass_flow_g_s: float | None = None  # poured in a second, where the laboratory measured it
     plate_rim_height_mm: float = 0.0
     least_restitution: float = 0.2  # between grains, of those that are tried
@@ -111,7 +110,7 @@ class Heap:
         """Rayleigh times in a time step: fewer than is usual where an impact on the plate would
         last less than `impact_steps` or pressed grains would tremble."""
         radius = 0.5e-3 * self.diameter_mm
-        material = Material(self.density_kg_m3, self.shear_modulus_Pa, self.poisson_ratio)
+        material = Material(self.density_kg_m3, self.shear_modulus_Pa, 0.25)
         speed = math.sqrt(2.0 * GRAVITY * 1e-3 * self.discharge_height_mm)
         impact = hertz_contact_time(radius, speed, material, STEEL) / ASSUMED.impact_steps
         pressure = bed_pressure(self.count, 2.0 * radius, self.density_kg_m3)
