@@ -24,7 +24,7 @@ from dem.io.files import digest_of
 SOURCES = Path(__file__).parents[1]
 PACKAGES = ("dem", "calibration", "diagnosis", "paper")
 """The project's own, each importing those before it; every stage has the first two."""
-COUNTED = {".py", ".j2", ".json", ".csv", ".mplstyle"}
+COUNTED = {".py", ".j2", ".json", ".csv", ".yaml", ".mplstyle"}
 LIBRARIES = (
     "numpy", "scipy", "pandas", "scikit-learn", "emcee", "pyDOE3", "matplotlib", "pillow", "pint",
     "jinja2",

@@ -36,7 +36,7 @@ def study(tmp_path, monkeypatch):
         data = {
             "tests": {"ball": {"experiment": "drop"}},
             "screening": {"centre_runs": 2},
-            "calibrate": {"to": {"rebound_height_mm": {}}},
+            "calibrate": {"to": "rebound_height_mm"},
             "fixed": FIXED,
             "run": run,
         }

@@ -54,7 +54,7 @@ def test_wheat_becomes_four_rigs_on_one_calibration(here, capsys):
     friction = factors["contacts.particle_wall.static_friction"]
     assert friction.centre == pytest.approx(math.tan(math.radians(21)), abs=1e-3)
     assert config.own_run["particles"]["clump"]["file"] == "wheat/clump.csv"
-    assert config.target.metric == "angle_of_repose_deg"
+    assert config.target == "angle_of_repose_deg"
     check_ahead(config)
     said = capsys.readouterr().out
     assert tells(said, "assumed", "cylinder")

@@ -89,8 +89,7 @@ def finished(tmp_path, monkeypatch, **notes):
         metrics = {"angle_of_repose_deg": 30.0}
         write_result(RunStore().folder(names[-1]), spec, metrics, said, files=())
     design = pd.DataFrame({"run": [1, 2, 3], "run_id": names})
-    target = SimpleNamespace(metric="angle_of_repose_deg")
-    return responses.with_responses(design, SimpleNamespace(target=target, further_targets=[]))
+    return responses.with_responses(design, SimpleNamespace(target="angle_of_repose_deg"))
 
 
 def test_a_note_of_a_run_is_in_the_stages_table_and_sentences(tmp_path, monkeypatch):
@@ -107,4 +106,4 @@ def test_a_note_of_a_run_is_in_the_stages_table_and_sentences(tmp_path, monkeypa
 def test_a_design_with_too_few_values_says_why(runs):
     with refused(CalibrationError, "1 of 3", "run 2, 3", "5 grains"):
         with responses.naming_left_out(runs):
-            responses.with_value(runs, "response")
+            responses.with_value(runs)

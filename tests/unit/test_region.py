@@ -24,8 +24,7 @@ from calibration.statistics.design import (
     region_design,
     resolution_iv,
 )
-from calibration.statistics.goals import RULES, Goal, overall_desirability
-from calibration.statistics.optimise import most_desirable, solve
+from calibration.statistics.optimise import RULES, solve
 from calibration.statistics.screening import PURE_ERROR, interactions, screen
 from calibration.statistics.surface import (
     fit_surface,
@@ -332,21 +331,3 @@ def test_a_target_out_of_reach_gives_the_nearest_corner():
     assert not solution.attainable
     assert solution.chosen == pytest.approx([1.0, 1.0], abs=1e-6)
     assert solution.predicted == pytest.approx(2.5, abs=1e-6)
-
-
-def test_desirability_has_derringer_and_suichs_values():
-    target = Goal(40, 50, 46)
-    assert target.desirability([39, 43, 46, 48, 51]) == pytest.approx([0, 0.5, 1, 0.5, 0])
-    # 0.25 and 0.75
-    low, high = Known("A", lambda a: 1.0 + 0 * a), Known("A", lambda a: 5.0 + 0 * a)
-    both = overall_desirability([low, high], [Goal(0, 8, 4)] * 2, [[0.0]])
-    assert both[0] == pytest.approx((0.25 * 0.75) ** 0.5)
-
-
-def test_several_responses_meet_where_both_are_met():
-    # a = 0.5 gives the first target, b = -0.25 the second
-    first, second = Known("AB", lambda a, b: 10 + 4 * a), Known("AB", lambda a, b: 5 - 4 * b)
-    goals = [Goal(8, 14, 12), Goal(3, 9, 6)]
-    point, value = most_desirable([first, second], goals)
-    assert point == pytest.approx([0.5, -0.25], abs=1e-3)
-    assert value == pytest.approx(1.0, abs=1e-3)

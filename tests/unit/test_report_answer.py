@@ -198,26 +198,6 @@ def test_the_distance_to_the_solution_set_is_the_shortest(study, tab):
     assert tab.evaluate(POINT).splitlines()[2] == "k.C: 0.6"
 
 
-def test_further_targets_stand_below_the_calibrated_one(study, tab):
-    runs = pd.read_csv(study / "response_surface" / "runs.csv")
-    scatter = np.random.default_rng(2).normal(0, 1.0, len(runs))
-    runs["bulk_density_kg_m3"] = 800 + 20 * runs["B"] + scatter
-    runs.to_csv(study / "response_surface" / "runs.csv", index=False)
-    found = {
-        "simulated_mean": 30.1, "simulated_n": 5, "measured_mean": 30.0, "difference": 0.1,
-        "relative_error_percent": 0.3, "difference_low": -0.1, "difference_high": 0.3,
-        "margin": 1.0, "equivalent": True, "equivalence_low": 0.0, "equivalence_high": 0.25,
-        "equivalence_p": 0.01, "t_p": 0.3,
-    }  # fmt: skip
-    further = {"bulk_density_kg_m3": found | {"measured_mean": 850.0}}
-    write(study / "validation" / "validation.json", found | {"further": further})
-    build(study, study / "report.html", load_stages())
-    tab.open((study / "report.html").as_uri(), 390, 844)
-    said_of = "document.querySelector('.profiler .further').textContent"
-    assert "measured 850 kg/m³" in tab.evaluate(said_of)
-    assert "too low" in tab.evaluate(said_of)
-
-
 @pytest.mark.parametrize(
     ("laws", "mu_r", "limited"),
     [

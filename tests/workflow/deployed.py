@@ -34,7 +34,7 @@ STUDY = """name: {name}
 tests: {{ ball: {{ experiment: drop }} }}
 factors: {folder}/factors.tsv
 measurements: {folder}/measured.csv
-calibrate: {{ to: {{ rebound_height_mm: {{}} }} }}
+calibrate: {{ to: rebound_height_mm }}
 engine: {{ name: command, command: "{python} {folder}/solver.py {{spec}}", version: "1" }}
 run:
   materials: {{ particle: {{ density_kg_m3: 2500, shear_modulus_Pa: 1.0e+7, poisson_ratio: 0.2 }} }}

@@ -58,9 +58,8 @@ def expanded(names, tasks):
 @pytest.fixture(scope="module")
 def data():
     data = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
-    # the ends of the desirability, which a further target needs, and a rig, which a target names
-    to = {"angle_of_repose_deg": {"low": 20.0, "high": 70.0}}
-    more = {"calibrate": {"to": to}, "tests": {"pour": {"like": "heap"}}}
+    # a target, and a rig, which it names
+    more = {"calibrate": {"to": "angle_of_repose_deg"}, "tests": {"pour": {"like": "heap"}}}
     return overlay(data, more)
 
 

@@ -32,7 +32,7 @@ STUDY = {
     "factors": "factors.tsv",
     "measurements": "measured.csv",
     "tests": {"heap": {"experiment": "heap"}},
-    "calibrate": {"to": {"height_mm": {}}},
+    "calibrate": {"to": "height_mm"},
     "run": RUN,
     "screening": {
         "kind": "plackett_burman", "runs": 4, "replicates": 2, "at_least": 2, "at_most": 2

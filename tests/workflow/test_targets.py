@@ -11,13 +11,11 @@ import pytest
 
 from calibration.chain.jobs import leave_record
 from calibration.chain.study import Study
-from calibration.errors import CalibrationError
 from calibration.runs.plans import read_plan
 from calibration.runs.verify import faults_of
 from calibration.study.config import parse_config
 from calibration.study.stage import load_stages
 from calibration.telling.report import build
-from facts import refused
 from made_up import HEAP, answer
 from opened.watch import undeclared, watching
 from workflow_rules import flat, read_workflow, rules_of
@@ -112,7 +110,7 @@ def study(tmp_path, monkeypatch, count, measured, **more):
         "factors": "factors.tsv",
         "measurements": "measured.csv",
         "tests": {"heap": {"experiment": "drop" if first.startswith("rebound") else "heap"}},
-        "calibrate": {"to": {first: {}}},
+        "calibrate": {"to": first},
         "run": HEAP,
         "ascent": {"rule": "effects"},
         "response_surface": {"half_width": {"f1": 0.05, "f2": 0.05, "f3": 0.05}},
@@ -125,10 +123,6 @@ def angle(a, b, c, *others):
     return 35.0 + 6.0 * a + 4.0 * b + 3.0 * c + 0.5 * a * a
 
 
-def height(a, b, c, *others):
-    return 12.0 + 2.0 * a - 3.0 * b + 1.0 * c
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("count", "runs"), [(4, 8), (11, 32)])
 def test_four_to_eleven_factors_are_screened_and_calibrated(tmp_path, monkeypatch, count, runs):
@@ -138,48 +132,6 @@ def test_four_to_eleven_factors_are_screened_and_calibrated(tmp_path, monkeypatc
     assert found["screening"]["factors"] == ["f1", "f2", "f3"]
     assert found["optimise"]["attainable"]
     assert found["validation"]["simulated_mean"] == pytest.approx(36.0, abs=0.15)
-    assert "responses" not in found["optimise"]
-
-
-BOTH = {
-    "angle_of_repose_deg": {"low": 26.0, "high": 46.0},
-    "height_mm": {"low": 8.0, "high": 18.0, "margin": 1.0},
-}
-
-
-def test_two_targets_are_met(tmp_path, monkeypatch):
-    measured = {"angle_of_repose_deg": 36.0, "height_mm": 13.0}
-    config = study(tmp_path, monkeypatch, 4, measured, calibrate={"to": BOTH})
-    found = run_chain(config, 4, {"angle_of_repose_deg": angle, "height_mm": height})
-    best, validated = found["optimise"], found["validation"]
-    assert best["rule"] == "desirability"
-    assert best["responses"]["height_mm"]["predicted"] == pytest.approx(13.0, abs=0.1)
-    assert validated["simulated_mean"] == pytest.approx(36.0, abs=0.2)
-    further = validated["further"]["height_mm"]
-    assert further["simulated_mean"] == pytest.approx(13.0, abs=0.2)
-    assert further["equivalent"]
-    folder = Path("results/made-up")
-    for name in ("screening/pareto", "response_surface/surfaces"):
-        assert (folder / f"{name}_height_mm.svg").exists()
-
-
-def test_a_factor_that_moves_only_the_second_target_goes_on(tmp_path, monkeypatch):
-    measured = {"angle_of_repose_deg": 36.0, "height_mm": 13.0}
-    config = study(tmp_path, monkeypatch, 6, measured, calibrate={"to": BOTH})
-    metrics = {
-        "angle_of_repose_deg": lambda a, b, c, d, e, f: 35.0 + 6.0 * a + 4.0 * b + 0.1 * c,
-        "height_mm": lambda a, b, c, d, e, f: 12.0 + 3.0 * f,
-    }
-    found = run_stage("screening", config, 6, metrics)
-    assert "f6" in found["factors"]
-
-
-@pytest.mark.slow
-def test_targets_that_exclude_each_other_end_with_a_sentence(tmp_path, monkeypatch):
-    measured = {"angle_of_repose_deg": 36.0, "height_mm": 13.0}
-    config = study(tmp_path, monkeypatch, 4, measured, calibrate={"to": BOTH})
-    with refused(CalibrationError, "acceptable", "targets"):
-        run_chain(config, 4, {"angle_of_repose_deg": angle, "height_mm": lambda a, b, c, d: 90.0})
 
 
 @pytest.fixture(scope="module")
@@ -201,7 +153,7 @@ def test_the_page_opens_what_its_rule_declares(exported):
     files = [f(None) if callable(f) else f for f in rule.input]
     declared = [p for one in files for p in (one if isinstance(one, list) else [one])]
     with watching() as seen:
-        build(study.folder, rule.output[0], load_stages(), study.config.target.metric)
+        build(study.folder, rule.output[0], load_stages(), study.config.target)
     assert undeclared(seen, [*declared, *rule.output]) == []
     assert any(path.endswith("effects.csv") for path in seen)
 

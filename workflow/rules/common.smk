@@ -107,7 +107,7 @@ def page(file, category, caption=None, captions="../report"):
 PLANNING = ["seed", "experiment", "fixed", "own_run", "factors"]
 TESTS = ["own", "run", "tests"]
 EVERYTHING = [*Config.model_fields, *VIEWS]
-RESPONSES = ["target", "further_targets", "measurements", "experiment", *TESTS]
+RESPONSES = ["target", "measurements", "experiment", *TESTS]
 
 # An edit of the factor table makes again the rules that have FACTORS among their input, and what
 # follows (`snakemake -n` shows it); a run whose spec stays is kept. The same for MEASUREMENTS

@@ -41,11 +41,6 @@ measured = table_that(STUDY_OBJECT.measured)
 diagnosed = table_that(lambda: read_all(SETTINGS.measurements))
 
 
-def each_further(pattern):
-    """Files of the study, one for each further target, `{}` standing for its metric."""
-    return [f"{STUDY}/{pattern}".format(t.metric) for t in SETTINGS.further_targets]
-
-
 def shown(wildcards):
     """What the page waits for and shows: what the rules of the chain and of the supplements leave,
     plans among it."""

@@ -50,7 +50,7 @@ checkpoint plan_candidate:
         region=f"{STUDY}/candidate/region.json",
     params:
         function="calibration.stages.optimum:plan_candidate",
-        reads=[*PLANNING, "optimise", "response_surface", "target", "further_targets"],
+        reads=[*PLANNING, "optimise", "response_surface", "target"],
         seeds=3,
     message:
         "plan as many more runs at the candidate as the scatter of the first asks for"

@@ -34,8 +34,6 @@ rule response_surface:
         anova=f"{STUDY}/response_surface/anova.csv",
         diagnostics=f"{STUDY}/response_surface/diagnostics.csv",
         summary=f"{STUDY}/response_surface/response_surface.json",
-        further=each_further("response_surface/{}.json"),
-        further_figures=each_further("response_surface/surfaces_{}.svg"),
         surfaces=page("response_surface/surfaces.svg", "3 Response surface"),
         predicted=page("response_surface/predicted_actual.svg", "3 Response surface"),
         residuals=page("response_surface/residuals.svg", "3 Response surface"),

@@ -30,8 +30,6 @@ rule screening:
         anova=f"{STUDY}/screening/anova.csv",
         runs=f"{STUDY}/screening/runs.csv",
         summary=f"{STUDY}/screening/screening.json",
-        further=each_further("screening/effects_{}.csv"),
-        further_figures=each_further("screening/pareto_{}.svg"),
         half_normal=page("screening/half_normal.svg", "1 Screening"),
         pareto=page("screening/pareto.svg", "1 Screening"),
     params:

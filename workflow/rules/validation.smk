@@ -29,7 +29,6 @@ rule validation:
     output:
         summary=f"{STUDY}/validation/validation.json",
         runs=f"{STUDY}/validation/runs.csv",
-        further_figures=each_further("validation/{}.svg"),
         figure=page("validation/validation.svg", "5 Validation"),
     params:
         function="calibration.stages.validation:validation",

@@ -7,6 +7,6 @@ from calibration.telling.report import build
 with logged(snakemake.log[0]):
     stages = load_stages(*snakemake.params.declared)
     study = work_for(snakemake.config)
-    for missing in build(study.folder, snakemake.output[0], stages, study.config.target.metric):
+    for missing in build(study.folder, snakemake.output[0], stages, study.config.target):
         print(missing, file=sys.__stderr__)
     leave_record(snakemake, study)

@@ -1,10 +1,8 @@
-"""Responses of a study: which metric of the runs each is, which factors matter to any, and which
-point is nearest."""
+"""Responses of a study's runs: their values, those that have none, and how near each comes."""
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,62 +10,51 @@ import pandas as pd
 
 from calibration.errors import CalibrationError
 from calibration.runs.plans import notes_of, read_values, reason_without
-from calibration.statistics.goals import combined_desirability
-from calibration.statistics.screening import Screening
-from calibration.study.config import Config, goals, read_target
-
-
-def columns(config: Config) -> dict[str, str]:
-    """{column of the design tables: metric}; the target's is `response`, the others bear their
-    metric's name."""
-    return {"response": config.target.metric} | {t.metric: t.metric for t in config.further_targets}
+from calibration.study.config import Config, read_target
 
 
 def with_responses(design: pd.DataFrame, config: Config) -> pd.DataFrame:
-    """The design table (pandas) with the metrics of its finished runs in `columns`. `response_sd`
-    has the spread within a run, if the target's metric has one, and `note` what runs say beside
-    their numbers, if any does.
+    """The design table (pandas) with the target of its finished runs in `response`. `response_sd`
+    has the spread within a run, if the metric has one, and `note` what runs say beside their
+    numbers, if any does.
 
     A run that finished without the metric, as a heap that is no heap does, has NaN there.
     """
-    design = design.copy()
-    for column, metric in columns(config).items():
-        design[column] = read_values(design["run_id"], metric)
-    spread = read_values(design["run_id"], spread_of(config.target.metric))
+    design = design.assign(response=read_values(design["run_id"], config.target))
+    spread = read_values(design["run_id"], spread_of(config.target))
     if np.isfinite(spread).all():
         design["response_sd"] = spread
     notes = [notes_of(name) for name in design["run_id"]]
     return design.assign(note=notes) if any(notes) else design
 
 
-def with_value(runs: pd.DataFrame, column: str) -> pd.DataFrame:
-    """The rows of a table that have a value in `column`, numbered anew. Raises CalibrationError
+def with_value(runs: pd.DataFrame) -> pd.DataFrame:
+    """The rows of a table that have a response, numbered anew. Raises CalibrationError
     where fewer than two have one."""
-    here = runs[runs[column].notna()].reset_index(drop=True)
+    here = runs[runs["response"].notna()].reset_index(drop=True)
     if len(here) < 2:
         raise CalibrationError(
-            f"{len(here)} of {len(runs)} runs have a value of {column}; nothing can be fitted to "
-            f"them"
+            f"{len(here)} of {len(runs)} runs have a response; nothing can be fitted to them"
         )
     return here
 
 
 @contextmanager
-def naming_left_out(runs: pd.DataFrame, column: str = "response") -> Iterator[None]:
-    """An analysis of the runs that have a value in `column`: where it fails, its CalibrationError
+def naming_left_out(runs: pd.DataFrame) -> Iterator[None]:
+    """An analysis of the runs that have a response: where it fails, its CalibrationError
     names the others as well."""
     try:
         yield
     except CalibrationError as error:
-        sentences = without_value(left_out(runs, column))
+        sentences = without_value(left_out(runs))
         if not sentences:
             raise
         raise CalibrationError(f"{error}. {' '.join(sentences)}") from None
 
 
-def left_out(runs: pd.DataFrame, column: str = "response") -> list[dict[str, Any]]:
-    """[{run, reason}] of the runs of a table that finished without a value in `column`."""
-    without = runs[runs[column].isna()]
+def left_out(runs: pd.DataFrame) -> list[dict[str, Any]]:
+    """[{run, reason}] of the runs of a table that finished without a response."""
+    without = runs[runs["response"].isna()]
     return [
         {"run": int(number), "reason": reason_without(name)}
         for number, name in zip(without["run"], without["run_id"], strict=True)
@@ -101,33 +88,7 @@ def spread_of(metric: str) -> str:
     return re.sub(r"_([^_]+)$", r"_sd_\1", metric)
 
 
-def strongest(screenings: Sequence["Screening"]) -> "Screening":
-    """One screening for several responses: each factor with the response that it moves most for its
-    error.
-
-    screenings: `Screening` of each response over the same codes. The effects of the result are the
-    t values, which compare across units; p is that of the response chosen.
-    """
-    every = pd.concat([s.table for s in screenings], ignore_index=True)
-    best = every.loc[every.groupby("code", sort=False)["t"].idxmax()].reset_index(drop=True)
-    return replace(screenings[0], table=best.assign(effect=best["t"])[["code", "effect", "p"]])
-
-
 def judge(runs: pd.DataFrame, config: Config) -> pd.DataFrame:
-    """The table of runs with what says how near each comes: `relative_error` of the target, and
-    `desirability` where there are several targets."""
+    """The table of runs with the `relative_error` of each: how near it comes to the target."""
     mean = float(read_target(config).mean())
-    runs = runs.assign(relative_error=(runs["response"] - mean).abs() / abs(mean))
-    if config.further_targets:
-        values = [runs[c] for c in columns(config)]
-        runs["desirability"] = combined_desirability(goals(config), values)
-    return runs
-
-
-def nearest(runs: pd.DataFrame) -> pd.Series:
-    """The row of judged runs that comes nearest to what is wanted: of least error, or with several
-    targets the most desirable one. Where none is acceptable in all targets, it is again the error
-    of the first that counts."""
-    if "desirability" in runs and runs["desirability"].max() > 0.0:
-        return runs.loc[runs["desirability"].idxmax()]
-    return runs.loc[runs["relative_error"].idxmin()]
+    return runs.assign(relative_error=(runs["response"] - mean).abs() / abs(mean))

@@ -17,7 +17,7 @@ from calibration.files import read_json
 from calibration.intake.tables import read_written
 from calibration.statistics.validate import Stated
 from calibration.study.config import Config, read_target
-from calibration.study.config.schema import VIEWS, Target
+from calibration.study.config.schema import VIEWS
 from calibration.study.factors import Choice, Factor, read_factors
 from calibration.study.simulated_tests import SimulatedTest
 from calibration.study.stage import Points
@@ -112,15 +112,9 @@ class Study(Results):
         """The factors of the table, in its order. Raises ConfigError."""
         return read_factors(self.config.factors)
 
-    @property
-    def targets(self) -> list[Target]:
-        """The main target, then the further ones."""
-        return [self.config.target, *self.config.further_targets]
-
-    def measured(self, target: Target | None = None) -> np.ndarray | Stated:
-        """(n,) readings of a target, of the main one unless given, or a `Stated` mean of them.
-        Raises ConfigError."""
-        return read_target(self.config, target)
+    def measured(self) -> np.ndarray | Stated:
+        """(n,) readings of the target, or a `Stated` mean of them. Raises ConfigError."""
+        return read_target(self.config)
 
     def bench_levels(self) -> dict[str, float]:
         """{factor: level} that the bench tests found, where the study takes its levels from
@@ -182,10 +176,3 @@ def read_region(path: str | Path) -> list[Factor]:
     was sought in."""
     content = read_json(path)
     return [Factor(**f) for f in (content["region"] if "region" in content else content)]
-
-
-def further_files(config: Config, output: NamedFiles) -> Iterable[tuple[Target, str, str]]:
-    """(target, file, figure) of each further target; nothing with one target."""
-    if not config.further_targets:
-        return ()
-    return zip(config.further_targets, output.further, output.further_figures, strict=True)

@@ -25,7 +25,6 @@ from calibration.runs.snakemake_command import LOGGER, call, snakemake_command
 from calibration.statistics.validate import Stated
 from calibration.study.config import overlay, stands_alone
 from calibration.study.config.parse import parse_resolved
-from calibration.study.config.schema import Target
 from calibration.study.factors import Choice, Factor
 from calibration.study.stage import load_stages
 from calibration.telling.answer.schema import Answer, answer_of
@@ -90,11 +89,10 @@ class Study(study.Study):
         with self._in_root():
             return super().factors
 
-    def measured(self, target: Target | None = None) -> np.ndarray | Stated:
-        """(n,) readings of a target, of the main one unless given, or a `Stated` mean of them.
-        Raises ConfigError."""
+    def measured(self) -> np.ndarray | Stated:
+        """(n,) readings of the target, or a `Stated` mean of them. Raises ConfigError."""
         with self._in_root():
-            return super().measured(target)
+            return super().measured()
 
     def run(
         self, stage: str, cores: int = 2, progress: Callable[[str], object] | None = print
@@ -143,7 +141,7 @@ class Study(study.Study):
         return found
 
     def _unit(self, column):
-        named = self.config.target.metric if column in IN_THE_TARGET_S_UNIT else column
+        named = self.config.target if column in IN_THE_TARGET_S_UNIT else column
         return unit_of(named)
 
     @property
@@ -178,7 +176,7 @@ class Study(study.Study):
         summary = self.summary(stage.name)
         if not summary:
             return NOT_YET
-        said = sentences_of(stage, summary, response_of(self.config.target.metric))
+        said = sentences_of(stage, summary, response_of(self.config.target))
         return " ".join(said) or "done"
 
 

@@ -243,7 +243,7 @@ def _standing(config, factors, emulators, low, high, inner):
     """Ends moved in until each test of the screening has a value as likely as not: one after the
     other to the `inner` ones, those first at which most tests have none. How much grains stick is
     not cut: the atlas ends where heaps still form."""
-    chance = emulators.formed(config.own, [config.target.metric], 1).chance
+    chance = emulators.formed(config.own, [config.target], 1).chance
     design = screening_design(factors, config.screening)[[f.code for f in emulators.factors]]
     corners = 0.5 + 0.5 * design.drop_duplicates().to_numpy(float)
     tops = np.eye(len(low))

@@ -33,13 +33,12 @@ def check_ahead(config: Config) -> None:
     a run that needs more memory than there is."""
     if config.name in RESERVED:
         raise ConfigError("is taken", key="name", value=config.name, allowed="another name")
-    for target in (config.target, *config.further_targets):
-        try:
-            measured.is_measured(config, target) and measured.read_target(config, target)
-        except measured.SingleError:
-            raise
-        except measured.NotComparableError:
-            pass  # a study may have it for its diagnosis alone
+    try:
+        measured.is_measured(config) and measured.read_target(config)
+    except measured.SingleError:
+        raise
+    except measured.NotComparableError:
+        pass  # a study may have it for its diagnosis alone
     factors = read_factors(config.factors)
     _check_held(config, factors)
     first: RunSpec | None = None

@@ -72,11 +72,11 @@ def _rows(study: Study) -> Iterator[tuple[int, Measurement, SimulatedTest | None
 
 
 def _validated(study, row, test):
-    """Return whether the validation has simulated a row: one of the study's targets, in a run that
-    is the study's own."""
+    """Return whether the validation has simulated a row: the study's target, in a run that is the
+    study's own."""
     own = test.experiment == study.config.experiment and test.run == study.config.own_run
-    metrics = {t.metric for t in study.targets}
-    return own and not test.fixed and measurable(row.experiment)[row.quantity].key in metrics
+    metric = measurable(row.experiment)[row.quantity].key
+    return own and not test.fixed and metric == study.config.target
 
 
 def _only(files):
@@ -162,7 +162,7 @@ def _compared(study, source, design):
         elif test is None:
             why = f"no test of the configuration is a {row.experiment}"
         elif _validated(study, row, test):
-            column = "response" if metric == config.target.metric else metric
+            column = "response" if metric == config.target else metric
             values = validated[column].dropna().to_numpy(float)
         else:
             names = design.loc[design["row"] == n, "run_id"] if "row" in design else []
@@ -228,9 +228,8 @@ def _judged(config, test, count):
     if test.p is None:
         return test
     p = min(test.p * count, 1.0)
-    margins = {config.target.metric: config.validation.margin}
-    margins |= {t.metric: t.margin for t in config.further_targets if t.margin}
-    margin = margins.get(test.metric, 0.0) if test.test == config.own else 0.0
+    calibrated = (test.test, test.metric) == (config.own, config.target)
+    margin = config.validation.margin if calibrated else 0.0
     near = abs(test.measured - test.predicted) < margin
     found = {"p": p, "state": "missed" if p < ALPHA and not near else "met"}
     if p < ALPHA and near:
@@ -254,7 +253,7 @@ def _predictions(source):
 
 def _instead(study, source, design, levels):
     """`Instead` of each disputed parameter."""
-    whole, metric = study.config.fixed | levels, study.config.target.metric
+    whole, metric = study.config.fixed | levels, study.config.target
     validated = read_written(source.validated)["response"].dropna().to_numpy(float)
     for name, level, test in _disputed(study, source, levels):
         values, _ = _values(design.loc[design["instead"] == name, "run_id"], metric)
@@ -354,7 +353,7 @@ def _wrong(study, source, tests, instead, beside):
         verdict, laws = diagnosed["verdict"], list(diagnosed["causes"])
     said = words.said(
         "objections", tests, instead, {i.parameter: _origin(study, i.parameter) for i in instead},
-        read_json(source.validation), response_of(study.config.target.metric),
+        read_json(source.validation), response_of(study.config.target),
         handed_out_by(study.config), against(read_json(joint)) if joint else [], beside, diagnosed,
     )  # fmt: skip
     rows = [words.title(t) for t in missed]

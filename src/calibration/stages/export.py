@@ -43,7 +43,7 @@ def plan_export_scan(study: Study, source: NamedFiles, output: NamedFiles) -> No
 
 def plan_export_confirmation(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan the runs that confirm what the search found."""
-    scan = _rolling().read_scan(source.scan, study.config.target.metric)
+    scan = _rolling().read_scan(source.scan, study.config.target)
     _rolling().plan_confirmation(_spec(study, source), scan, output)
 
 
@@ -54,7 +54,7 @@ def plan_export_correction(study: Study, source: NamedFiles, output: NamedFiles)
 
 def export_rolling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Write rolling.json: the conversion of rolling friction."""
-    metric = study.config.target.metric
+    metric = study.config.target
     correction = _rolling().read_scan(source.correction, metric)
     spec, unit = parse_spec(_spec(study, source)), in_ascii(unit_of(metric))
     found = _rolling().conclude(spec, _evidence(study, source), correction, unit)
@@ -63,7 +63,7 @@ def export_rolling(study: Study, source: NamedFiles, output: NamedFiles) -> None
 
 def _evidence(study, source):
     """Return what the search and its confirmation gave."""
-    metric = study.config.target.metric
+    metric = study.config.target
     return _rolling().Evidence(
         _rolling().read_scan(source.scan, metric),
         _rolling().read_scan(source.confirmation, metric),
@@ -91,7 +91,7 @@ def by_chain(
     """({key: entry} of the factors that the chain calibrated, what calibrated.yaml says of the
     solution). optimum: content of optimum.json; runs: those whose values the surface is fitted
     to."""
-    fitted = with_value(runs, "response")
+    fitted = with_value(runs)
     surface = fit_surface(fitted, [f.code for f in region], fitted["response"])
     solution = {
         "rule": optimum["rule"],

@@ -110,7 +110,7 @@ def _difference(ours, theirs):
 
 def numerics(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Write the table of differences and its figure."""
-    metric = study.config.target.metric
+    metric = study.config.target
     table = compare_variants(read_written(source.design), metric).round(3)
     write_table(table, output.table)
     figures.save(numerics_figure(table, figures.response_of(metric)), output.figure)

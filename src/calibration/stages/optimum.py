@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from calibration import figures
-from calibration.chain.responses import columns, with_responses, with_value
+from calibration.chain.responses import with_responses, with_value
 from calibration.chain.study import NamedFiles, Study, read_region
 from calibration.figures import Drawing, Response, plane
 from calibration.files import read_json, write_table
@@ -18,11 +18,10 @@ from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
 from calibration.stages import worded
 from calibration.statistics.design import region_design
-from calibration.statistics.goals import Goal, overall_desirability
-from calibration.statistics.optimise import Compromise, Solution, compromise, solve
+from calibration.statistics.optimise import Solution, solve
 from calibration.statistics.surface import Surface, fit_surface, outliers, parameter_interval
 from calibration.statistics.validate import mean_interval, runs_needed
-from calibration.study.config import Config, goals, read_target
+from calibration.study.config import Config, read_target
 from calibration.study.factors import Factor, inside, physical_range
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json
@@ -99,28 +98,25 @@ def augmented_runs(
 
 
 def _optimise(config, runs_file, region_file, output, candidate_file=None):
-    """Solve the surface for the measured mean. With several targets, find the most desirable point.
-    With `candidate_file` the runs at the candidate are fitted as well."""
+    """Solve the surface for the measured mean. With `candidate_file` the runs at the candidate are
+    fitted as well."""
     region = read_region(region_file)
     codes = [f.code for f in region]
     if candidate_file:
         runs = augmented_runs(config, runs_file, region, candidate_file)
     else:
         runs = read_written(runs_file)
-    used = {c: with_value(runs, c) for c in columns(config)}
-    surfaces = [fit_surface(used[c], codes, used[c][c]) for c in columns(config)]
-    if config.further_targets:
-        found = _optimise_several(config, surfaces, region, output)
-    else:
-        found = _optimise_one(config, surfaces[0], region, output)
-        if not found["attainable"] and not candidate_file:
-            found["moved_region"] = _moved(config, region, found["optimum"])
-    suspects = used["response"].iloc[outliers(surfaces[0])]
+    used = with_value(runs)
+    surface = fit_surface(used, codes, used["response"])
+    found = _solved(config, surface, region, output)
+    if not found["attainable"] and not candidate_file:
+        found["moved_region"] = _moved(config, region, found["optimum"])
+    suspects = used.iloc[outliers(surface)]
     found["repeat"] = suspects[[f.name for f in region]].to_dict("records")
     found["region"] = [vars(f) for f in region]
     if candidate_file and not read_json(region_file)["moved"]:
         found |= _replicated(config, candidate_file, [f.name for f in region])
-    write_json(output.summary, found | {"fitted_runs": len(used["response"])})
+    write_json(output.summary, found | {"fitted_runs": len(used)})
 
 
 def _replicated(config, candidate_file, names):
@@ -148,7 +144,7 @@ def _moved(config, region, optimum):
     return found
 
 
-def _optimise_one(config, surface, region, output):
+def _solved(config, surface, region, output):
     """The point of the solution set that the configured rule takes."""
     rules = config.optimise
     point = [f.coded(rules.point.get(f.name, f.centre)) for f in region]
@@ -156,7 +152,7 @@ def _optimise_one(config, surface, region, output):
     wanted, error = float(measured.mean()), float(measured.std(ddof=1) / np.sqrt(len(measured)))
     solution = solve(surface, wanted, rules.rule, config.seed, point)
     _write_points(solution.points, region, output.solutions)
-    response = figures.response_of(config.target.metric)
+    response = figures.response_of(config.target)
     figures.save(contours(surface, region, solution, response), output.contours)
     intervals = [
         parameter_interval(surface, wanted, solution.chosen, k, 0.05, error, len(measured) - 1)
@@ -173,42 +169,6 @@ def _optimise_one(config, surface, region, output):
             for f, interval in zip(region, intervals, strict=True)
         },
     } | _optimum(config, surface, region, solution.chosen, (solution.low, solution.high))
-
-
-def _optimise_several(config, surfaces, region, output):
-    """The most desirable point; its solution set is the region that is nearly as desirable."""
-    wanted = goals(config)
-    found = compromise(surfaces, wanted, config.seed)
-    _write_points(found.points, region, output.solutions)
-    figures.save(desirability_contours(surfaces, wanted, region, found), output.contours)
-    rows = zip(columns(config).values(), surfaces, wanted, strict=True)
-    return (
-        {
-            "target": wanted[0].target,
-            "attainable": bool(found.desirability > 1.0 - 1e-3),
-            "rule": "desirability",
-            "desirability": found.desirability,
-        }
-        | _optimum(config, surfaces[0], region, found.chosen, (found.low, found.high))
-        | {
-            "responses": {
-                metric: _expected(config, surface, goal, found.chosen)
-                for metric, surface, goal in rows
-            }
-        }
-    )
-
-
-def _expected(config, surface, goal, chosen):
-    """Return what one of several responses is expected to be at the optimum."""
-    predicted = float(surface.predict([chosen])[0])
-    low, high = surface.confirmation_interval([chosen], _confirmation_runs(config))
-    return {
-        "target": goal.target,
-        "predicted": predicted,
-        "confirmation_interval": [float(low[0]), float(high[0])],
-        "desirability": float(goal.desirability(predicted)),
-    }
 
 
 def _confirmation_runs(config):
@@ -257,9 +217,6 @@ def optimise(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     _optimise(study.config, source.runs, source.candidate_region, output, source.candidate)
 
 
-LINES = ("#d1711f", "#2f6db5", "#7b4fa3", "#b5363f", "#5b7a1f")  # of the targets, in their order
-
-
 def contours(
     surface: Surface, region: Sequence[Factor], solution: Solution, response: Response
 ) -> Drawing:
@@ -285,29 +242,6 @@ def _mark(ax, region, pair, chosen):
     x, y = (figures.label(region[k].name) for k in pair)
     ax.set(xlabel=x, ylabel=y)
     ax.grid(False)
-
-
-def desirability_contours(
-    surfaces: Sequence[Surface], goals: Sequence[Goal], region: Sequence[Factor], found: Compromise
-) -> Drawing:
-    """Overall desirability over each pair of factors, with the others at the chosen point. A line
-    shows where a response meets its target. surfaces and goals have the same order; found:
-    `Compromise`. Returns a matplotlib Figure."""
-
-    def draw(ax, pair):
-        x, y, levels = plane(region, *pair, at=found.chosen)
-        overall = overall_desirability(surfaces, goals, levels).reshape(x.shape)
-        filled = ax.contourf(x, y, overall, np.linspace(0.0, 1.0, 11), cmap="Greens", alpha=0.85)
-        ax.figure.colorbar(filled, ax=ax, label="overall desirability", shrink=0.9)
-        for n, (surface, goal) in enumerate(zip(surfaces, goals, strict=True)):
-            response = surface.predict(levels).reshape(x.shape)
-            if response.min() < goal.target < response.max():
-                colour = LINES[n % len(LINES)]
-                drawn = ax.contour(x, y, response, [goal.target], colors=colour, linewidths=2.0)
-                ax.clabel(drawn, fmt=f"target {n + 1}: %.4g", fontsize=8)
-        _mark(ax, region, pair, found.chosen)
-
-    return figures.panels(combinations(range(len(region)), 2), (4.8, 4.0), draw)
 
 
 STAGES = (

@@ -9,7 +9,7 @@ import scipy
 
 from calibration import figures
 from calibration.chain.responses import naming_left_out, told, with_responses, with_value
-from calibration.chain.study import NamedFiles, Study, further_files, read_region
+from calibration.chain.study import NamedFiles, Study, read_region
 from calibration.errors import CalibrationError
 from calibration.figures import Drawing, Response, label_3d, plane
 from calibration.files import read_json, write_table
@@ -82,34 +82,24 @@ def _around(factor, centre, config):
 def response_surface(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Quadratic model, ANOVA, diagnostics and plots. Runs without a response are left out and
     named. Runs beyond the outlier limit are named, and the fit without them stands beside the fit
-    of all runs. Raises CalibrationError where a model cannot be fitted, naming the further target
-    that it is of."""
+    of all runs. Raises CalibrationError where a model cannot be fitted."""
     config = study.config
     region = read_region(source.region)
     every = with_responses(read_written(source.design), config)
     with naming_left_out(every):
-        runs = with_value(every, "response")
+        runs = with_value(every)
         surface = fit_surface(runs, [f.code for f in region], runs["response"])
     write_table(every, output.runs)
     write_table(surface.coefficients, output.coefficients)
     write_table(surface.anova, output.anova)
     write_table(surface.diagnostics.assign(run=runs["run"].to_numpy()), output.diagnostics)
-    response = figures.response_of(config.target.metric)
+    response = figures.response_of(config.target)
     figures.save(predicted_actual(surface, response), output.predicted)
     figures.save(residual_panel(surface, response), output.residuals)
     figures.save(perturbation(surface, region, response), output.perturbation)
     figures.save(surfaces(surface, region, response), output.surfaces)
     beside = _beside(runs, [f.code for f in region], "response", surface)
     write_json(output.summary, _description(surface, region) | beside | told(every))
-    for target, path, figure in further_files(config, output):
-        here = with_value(every, target.metric)
-        try:
-            other = fit_surface(here, [f.code for f in region], here[target.metric])
-        except CalibrationError as error:
-            raise CalibrationError(f"further target {target.metric}: {error}") from None
-        write_json(path, _description(other, region))
-        response = figures.response_of(target.metric)
-        figures.save(surfaces(other, region, response), figure)
 
 
 def _beside(runs, codes, column, surface):

@@ -9,7 +9,7 @@ import pandas as pd
 
 from calibration import figures
 from calibration.chain import responses
-from calibration.chain.study import NamedFiles, Study, further_files
+from calibration.chain.study import NamedFiles, Study
 from calibration.figures import Drawing, Response
 from calibration.files import write_table
 from calibration.intake.tables import read_written
@@ -54,50 +54,37 @@ def screening(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     every = responses.with_responses(read_written(source.design), config)
     rules = config.screening
     runs = _deciding(config, factors, every)
-    screened = _screened(config, factors, runs)
-    result = screened["response"]
-    deciding = responses.strongest(list(screened.values())) if config.further_targets else result
-    codes, reasons = _going_on(config, factors, deciding)
+    result = _screened(config, factors, runs)
+    codes, reasons = _going_on(config, factors, result)
     names, table = {f.code: f.name for f in factors}, result.table
     write_table(every, output.runs)
     write_table(table, output.effects)
     write_table(result.anova, output.anova)
-    for target, path, figure in further_files(config, output):
-        own, shown = screened[target.metric], figures.response_of(target.metric)
-        write_table(own.table, path)
-        figures.save(
-            pareto(own.table, own.t_limit, own.bonferroni_limit, rules.alpha, shown), figure
-        )
-    response = figures.response_of(config.target.metric)
+    response = figures.response_of(config.target)
     figures.save(half_normal(table, codes, response), output.half_normal)
     limits = result.t_limit, result.bonferroni_limit, rules.alpha
     figures.save(pareto(table, *limits, response), output.pareto)
     summary = {
         "factors": [names[c] for c in codes],
         "why": {names[c]: words for c, words in reasons.items()},
-        "significant": [names[c] for c in significant(deciding, rules.alpha, at_least=0)],
+        "significant": [names[c] for c in significant(result, rules.alpha, at_least=0)],
         **_numbers(result),
-        "p_of_all_targets": dict(
-            zip(map(names.get, deciding.table["code"]), deciding.table["p"], strict=True)
-        )
-        if config.further_targets
-        else None,
-        "aliased": _aliased(factors, responses.with_value(runs, "response")),
+        "aliased": _aliased(factors, responses.with_value(runs)),
         "method": result.method,
         **aliasing(runs, [f.code for f in factors]),
         "alpha": rules.alpha,
         **responses.told(every),
     }
     if rules.foldover and rules.design and runs is every:
-        summary["halves"] = {"runs": len(responses.with_value(every, "response"))}
+        summary["halves"] = {"runs": len(responses.with_value(every))}
     elif rules.foldover:
-        both = _screened(config, factors, every)["response"]
+        both = _screened(config, factors, every)
         summary["with_foldover"] = {
             **_numbers(both),
             "significant": [names[c] for c in significant(both, rules.alpha, at_least=0)],
             "method": both.method,
-            "runs": len(responses.with_value(every, "response")),
-            "aliased": _aliased(factors, responses.with_value(every, "response")),
+            "runs": len(responses.with_value(every)),
+            "aliased": _aliased(factors, responses.with_value(every)),
             **aliasing(every, [f.code for f in factors]),
         }
     write_json(output.summary, summary)
@@ -105,14 +92,12 @@ def screening(study: Study, source: NamedFiles, output: NamedFiles) -> None:
 
 def _deciding(config, factors, every):
     """The runs that decide: all, or those of a configured table without its foldover if they tell
-    the factors apart for each response."""
+    the factors apart."""
     rules, codes = config.screening, [f.code for f in factors]
     if not (rules.foldover and rules.design):
         return every
     own = every[every["fold"] == 1]
-    apart = all(
-        tells_apart(responses.with_value(own, name)[codes]) for name in responses.columns(config)
-    )
+    apart = tells_apart(responses.with_value(own)[codes])
     return own if apart else every
 
 
@@ -131,7 +116,7 @@ def aliasing(runs: pd.DataFrame, codes: list[str]) -> dict[str, Any]:
     largest variance inflation; lack_of_fit: what the main effects leave beyond the scatter of
     repeated runs, and the interactions that take most of it, None without repeats.
     """
-    here = responses.with_value(runs, "response")
+    here = responses.with_value(runs)
     result = screen(here, codes, here["response"])
     anova = result.anova.set_index("source")
     found = {
@@ -157,15 +142,12 @@ def aliasing(runs: pd.DataFrame, codes: list[str]) -> dict[str, Any]:
 
 
 def _screened(config, factors, runs):
-    """{column: Screening} of each response over the runs that have one, with the factors' names."""
-    names, found = {f.code: f.name for f in factors}, {}
-    for column in responses.columns(config):
-        with responses.naming_left_out(runs, column):
-            here = responses.with_value(runs, column)
-            own = screen(here, list(names), here[column], config.screening.alpha)
-            named = own.table.assign(name=own.table["code"].map(names))
-            found[column] = replace(own, table=named)
-    return found
+    """The `Screening` of the runs that have a response, with the factors' names."""
+    names = {f.code: f.name for f in factors}
+    with responses.naming_left_out(runs):
+        here = responses.with_value(runs)
+        own = screen(here, list(names), here["response"], config.screening.alpha)
+    return replace(own, table=own.table.assign(name=own.table["code"].map(names)))
 
 
 def _going_on(config, factors, deciding):

@@ -47,41 +47,27 @@ def _replicates(config, levels):
 
 
 def validation(study: Study, source: NamedFiles, output: NamedFiles) -> None:
-    """Compare the replicates with the measurement, and with the further ones where there are
-    any."""
+    """Compare the replicates with the measurement."""
     config = study.config
     runs = with_responses(read_written(source.design), config)
     rules = config.validation
     write_table(runs, output.runs)
-    groups = _groups(runs, "response")
-    found = _compare(groups, config, config.target, rules.margin, output.figure)
-    found |= told(runs)
+    groups, measured = _groups(runs), read_target(config)
+    result = compare(groups, measured, rules.margin, rules.alpha)
+    shown = figures.response_of(config.target)
+    figures.save(validation_figure(groups, measured, result, shown), output.figure)
+    found = asdict(result) | told(runs)
     found["group_means"] = [float(v) for v in groups.mean(axis=1)]
-    further = zip(config.further_targets, output.get("further_figures", ()), strict=True)
-    if config.further_targets:
-        found["further"] = {
-            t.metric: _compare(_groups(runs, t.metric), config, t, t.margin, figure)
-            for t, figure in further
-        }
     write_json(output.summary, found)
 
 
-def _groups(runs, column):
+def _groups(runs):
     """Values (groups, replicates); where runs have none, the others as one group."""
-    with naming_left_out(runs, column):
-        with_value(runs, column)  # raises where there is too little to compare
-    groups = runs.pivot(index="group", columns="replicate", values=column).to_numpy(float)
+    with naming_left_out(runs):
+        with_value(runs)  # raises where there is too little to compare
+    groups = runs.pivot(index="group", columns="replicate", values="response").to_numpy(float)
     missing = np.isnan(groups)
     return groups[~missing][None] if missing.any() else groups
-
-
-def _compare(groups, config, target, margin, figure):
-    """Comparison of groups (g, r) with the measurement of a target, for JSON; draws it."""
-    measured = read_target(config, target)
-    result = compare(groups, measured, margin, config.validation.alpha)
-    response = figures.response_of(target.metric)
-    figures.save(validation_figure(groups, measured, result, response), figure)
-    return asdict(result)
 
 
 def validation_figure(

@@ -1,17 +1,16 @@
-"""Solving response surfaces for targets: the whole set of solutions, the chosen point,
-desirability."""
+"""Solving response surfaces for a target: the whole set of solutions and the chosen point."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 import scipy
 
-from calibration.errors import CalibrationError
-from calibration.statistics.goals import Goal, overall_desirability
 from calibration.statistics.surface import Surface
-from calibration.statistics.ties import first_least, largest_first
+from calibration.statistics.ties import first_least
+
+RULES = ("closest_to_centre", "closest_to_point", "smallest_prediction_variance")
+"""Which point of the set is chosen."""
 
 CANDIDATES = 4096
 TOLERANCE = 1e-6  # of the target, or of 1 where the target is smaller
@@ -149,50 +148,3 @@ def _least(function, starts, **how):
     bounds = [(-1, 1)] * starts.shape[1]
     fits = [scipy.optimize.minimize(function, s, bounds=bounds, **how) for s in starts]
     return fits[first_least([f.fun for f in fits])]
-
-
-def most_desirable(
-    surfaces: Sequence[Surface], goals: Sequence[Goal], seed: int = 1
-) -> tuple[np.ndarray, float]:
-    """Point (factors,) of the cube with the largest overall desirability, and that desirability."""
-    k = len(surfaces[0].codes)
-    starts = 2.0 * scipy.stats.qmc.Sobol(k, seed=seed).random(CANDIDATES) - 1.0
-    value = overall_desirability(surfaces, goals, starts)
-    best = starts[largest_first(value)[:8]]
-    winner = _least(
-        lambda x: -float(overall_desirability(surfaces, goals, [x])[0]), best, method="Nelder-Mead"
-    )
-    return winner.x, -float(winner.fun)
-
-
-NEARLY = 0.95  # of the best desirability: points that are as good for practical purposes
-
-
-@dataclass(frozen=True)
-class Compromise:
-    """The most desirable point (factors,), its desirability, and what comes near: points (m,
-    factors) of at least NEARLY of it and their extent low, high (factors,). All in coded levels."""
-
-    chosen: np.ndarray
-    desirability: float
-    points: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-
-
-def compromise(surfaces: Sequence[Surface], goals: Sequence[Goal], seed: int = 1) -> Compromise:
-    """The point of the cube [-1, 1]^k with the largest overall desirability and the region around
-    it.
-
-    Raises CalibrationError where no point is acceptable in all responses at once.
-    """
-    chosen, best = most_desirable(surfaces, goals, seed)
-    if not best > 0.0:
-        raise CalibrationError(
-            "no point of the region is acceptable in all targets at once; widen their low and "
-            "high, or move the region"
-        )
-    sample = 2.0 * scipy.stats.qmc.Sobol(len(chosen), seed=seed).random(CANDIDATES) - 1.0
-    near = sample[overall_desirability(surfaces, goals, sample) >= NEARLY * best]
-    points = np.vstack([chosen, near])
-    return Compromise(chosen, best, points, points.min(0), points.max(0))

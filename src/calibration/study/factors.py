@@ -26,8 +26,8 @@ WORD = r"(?!nan$|inf$)[a-z][a-z_]*"
 """A word of a run spec, such as the name of a law."""
 
 RESERVED = set(
-    "run replicate group path fold seed experiment run_id response response_sd relative_error "
-    "desirability".split()
+    "run replicate group path fold seed experiment run_id response response_sd "
+    "relative_error".split()
 )
 
 

@@ -117,7 +117,7 @@ def _scatter(study, every):
     if len(every) == 1:
         own, n = study.seed_spread() or (None, None)
         return own, None if n is None else n - 1
-    valued = with_value(pd.concat(every, ignore_index=True), "response")
+    valued = with_value(pd.concat(every, ignore_index=True))
     square, freedom = pure_error(valued[CODES].to_numpy(float), valued["response"].to_numpy())
     return math.sqrt(square / freedom), freedom
 
@@ -126,7 +126,7 @@ def _effects(paper, study, ran, sd, freedom):
     names = paper.text("table05_contact_parameter_ranges").set_index("factor")["name"]
     effects = study.table("screening", "effects").set_index("code")
     theirs = screened(paper).table.set_index("code")["effect"]
-    runs = with_value(ran, "response")
+    runs = with_value(ran)
     own = [c for c in CODES if c in effects.index and effects.loc[c, "name"] == names[c]]
     ours = screen(runs, own, runs["response"]).table.set_index("code") if own else None
     inverse = np.linalg.inv(np.cov(runs[own].T, bias=True).reshape(len(own), len(own)))
@@ -183,7 +183,7 @@ def runs_at(runs: pd.DataFrame, point: Mapping[str, float]) -> pd.DataFrame:
 def _surface(study):
     """Our regression of the region's runs in the paper's letters A, B, C."""
     region = {f["name"]: f["code"] for f in study.region}
-    runs = with_value(study.region_runs(), "response")
+    runs = with_value(study.region_runs())
     ours = pd.DataFrame({a: runs[region[name]] for a, name in LETTERS.items()})
     return fit_surface(ours, list(LETTERS), runs["response"])
 
@@ -215,7 +215,7 @@ def _statistics(paper, study):
         return
     table = paper.text("table12_summary", "statistic", "value")
     printed = dict(zip(table["statistic"], table["value"], strict=True))
-    runs, codes = with_value(runs, "response"), [f["code"] for f in region]
+    runs, codes = with_value(runs), [f["code"] for f in region]
     repeats = [one for _, one in runs.groupby("replicate")]
     ours = [fit_surface(one, codes, one["response"]) for one in repeats]
     pairs = zip(repeats, ours, strict=True)

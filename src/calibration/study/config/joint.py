@@ -85,14 +85,10 @@ def joint_targets(config: Config) -> list[JointTarget]:
 
 
 def own_targets(config: Config) -> list[JointTarget]:
-    """Return what was measured of the metrics of the one test that the chain calibrates on. Raises
+    """Return the target of the one test that the chain calibrates on, where it was measured. Raises
     ConfigError for a table that cannot be read."""
-    doubt = config.tests[config.own].discrepancy
-    return [
-        JointTarget(config.own, target.metric, doubt.get(target.metric, 0.0))
-        for target in (config.target, *config.further_targets)
-        if is_measured(config, target)
-    ]
+    doubt = config.tests[config.own].discrepancy.get(config.target, 0.0)
+    return [JointTarget(config.own, config.target, doubt)] if is_measured(config) else []
 
 
 def measured_of(config: Config, targets: Iterable[JointTarget]) -> dict[JointTarget, MeasuredMean]:

@@ -8,23 +8,21 @@ from pathlib import Path
 
 import numpy as np
 
-from calibration.errors import CalibrationError, ConfigError, at_key
+from calibration.errors import ConfigError
 from calibration.intake.measurements import Measurement, Measurements, read_measured
 from calibration.intake.quantities import LEVERS
 from calibration.intake.tables import summary
-from calibration.statistics.goals import Goal
 from calibration.statistics.validate import Stated
-from calibration.study.config.schema import Config, Target
+from calibration.study.config.schema import Config
 from calibration.study.config.tests import spec_of
 from dem.spec import RunSpec
 from dem.units import behind, unit_of, without_unit
 
 
-def read_target(config: Config, target: Target | None = None) -> np.ndarray | Stated:
-    """(n,) readings of `target`, of the main one unless given, in the metric's unit; a `Stated`
-    mean where the table holds nothing else. Raises ConfigError."""
-    metric = (target or config.target).metric
-    return sample(read_swept(config, config.own, metric), config.measurements)
+def read_target(config: Config) -> np.ndarray | Stated:
+    """(n,) readings of the target in its unit; a `Stated` mean where the table holds nothing else.
+    Raises ConfigError."""
+    return sample(read_swept(config, config.own, config.target), config.measurements)
 
 
 def rows_of(
@@ -37,11 +35,11 @@ def rows_of(
     return agreeing(own, experiment, without_unit(metric), spec, but)
 
 
-def is_measured(config: Config, target: Target) -> bool:
-    """Return whether the table of measurements holds the quantity of a target. Raises
+def is_measured(config: Config) -> bool:
+    """Return whether the table of measurements holds the quantity of the target. Raises
     ConfigError."""
     table = read_measured(config.measurements)
-    return bool(table.of(config.experiment, without_unit(target.metric)))
+    return bool(table.of(config.experiment, without_unit(config.target)))
 
 
 def read_swept(
@@ -52,18 +50,15 @@ def read_swept(
 
 
 def read_back(config: Config) -> list[str]:
-    """A sentence for each measured target: what was read of it. Raises ConfigError."""
-    table, found = read_measured(config.measurements), []
-    for target in (config.target, *config.further_targets):
-        name = without_unit(target.metric)
-        if table.of(config.experiment, name):
-            unit = behind(unit_of(target.metric))
-            try:
-                said = _said(read_target(config, target), unit, table.how)
-            except NotComparableError as error:
-                said = f"no calibration can use it, only a diagnosis ({error})"
-            found.append(f"{table.path}, {name}: {said}")
-    return found
+    """A sentence on what was read of the target, where it was measured. Raises ConfigError."""
+    table, name = read_measured(config.measurements), without_unit(config.target)
+    if not table.of(config.experiment, name):
+        return []
+    try:
+        said = _said(read_target(config), behind(unit_of(config.target)), table.how)
+    except NotComparableError as error:
+        said = f"no calibration can use it, only a diagnosis ({error})"
+    return [f"{table.path}, {name}: {said}"]
 
 
 def _said(values, unit, how):
@@ -71,25 +66,6 @@ def _said(values, unit, how):
         return summary(values, unit, how)
     said = f"{values.value:g}{unit} ± {values.sd:.2g}{unit} (sd), mean of {values.n} {values.of}"
     return f"{said} ({how})"
-
-
-def goals(config: Config) -> list[Goal]:
-    """`Goal`s of the target and the further targets, in this order. Raises ConfigError."""
-    found = []
-    for target in (config.target, *config.further_targets):
-        key = f"calibrate.to.{target.metric}"
-        if target.low is None or target.high is None:
-            raise at_key(
-                f"{key}.low" if target.low is None else f"{key}.high",
-                "must be given where there are several targets",
-                allowed="the value at which the desirability falls to 0",
-            )
-        wanted = float(read_target(config, target).mean())
-        try:
-            found.append(Goal(target.low, target.high, wanted))
-        except CalibrationError as error:
-            raise at_key(key, str(error)) from None
-    return found
 
 
 class NotComparableError(ConfigError):

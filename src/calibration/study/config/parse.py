@@ -14,7 +14,7 @@ from calibration.errors import CONFIGURATION, ConfigError, at_key, first_fault
 from calibration.intake.measurements import read_measured
 from calibration.intake.tables import check_plausible, in_key_units
 from calibration.study.config.joint import check_joint
-from calibration.study.config.measured import NotComparableError, goals, is_measured, read_target
+from calibration.study.config.measured import NotComparableError, is_measured, read_target
 from calibration.study.config.schema import COARSER, MEANINGS, Config, named_section_of, section_of
 from calibration.study.config.specs import point_spec, states
 from calibration.study.config.tests import check_tests, key_in
@@ -205,7 +205,7 @@ def _known_keys(loc):
 
 
 def _check_measured(config):
-    """Measured values can be read, and goals make sense. A target that was not measured, or not at
+    """Measured values can be read. A target that was not measured, or not at
     the setting that is simulated, is refused by the stages that use it: a study may have a table
     for its diagnosis alone."""
     for row in read_measured(config.measurements).conditions:
@@ -218,20 +218,9 @@ def _check_measured(config):
                     n for n, t in config.tests.items() if t.experiment == row.experiment
                 ) or "empty",
             )  # fmt: skip
-    for n, target in enumerate((config.target, *config.further_targets)):
-        if not is_measured(config, target):
-            continue
+    if is_measured(config):
         with suppress(NotComparableError):
-            read_target(config, target)
-        if n and target.margin is None:
-            raise at_key(
-                f"calibrate.to.{target.metric}.margin",
-                f"must be given, as {target.metric} was measured",
-                allowed="a difference that does not matter, in the metric's unit",
-            )
-    if config.further_targets:
-        with suppress(NotComparableError):
-            goals(config)
+            read_target(config)
 
 
 def with_engine(config: Config) -> Config:

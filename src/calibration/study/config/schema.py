@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from calibration.statistics.goals import RULES
+from calibration.statistics.optimise import RULES
 from calibration.study.config.specs import overlay
 from calibration.study.factors import section_of
 from dem.experiments import experiments
@@ -83,25 +83,11 @@ def named_section_of(annotation: Any) -> type[BaseModel] | None:
     return section_of(parts[1]) if get_origin(annotation) is dict else None
 
 
-VIEWS = ("own", "experiment", "own_run", "target", "further_targets", "by_atlas")
+VIEWS = ("own", "experiment", "own_run", "target", "by_atlas")
 """What follows from a `Config`'s sections and what a stage may read in their place."""
 
 METRICS = {name: e.targets for name, e in experiments().items()}
 """What a run of each experiment can be calibrated to; the unit is in the name."""
-
-
-class Response(_Part):
-    """What is asked of a metric of the test that the chain calibrates on."""
-
-    low: float | None = None
-    high: float | None = None
-    margin: Positive | None = None
-
-
-class Target(Response):
-    """A metric to which the chain calibrates, and what is asked of it."""
-
-    metric: str
 
 
 class ScreeningConfig(_Part):
@@ -237,7 +223,7 @@ class CalibrateConfig(_Part):
 
     by: Literal["chain", "joint", "atlas"] | None = None
     test: str | None = None
-    to: dict[str, Response] = {}
+    to: str | None = None
 
 
 class PublishedConfig(_Part):
@@ -249,8 +235,8 @@ class PublishedConfig(_Part):
 
 class Config(_Part):
     """The whole configuration, and what follows from it: `own` is the test that the chain is
-    calibrated on, `own_run` its run spec, `experiment` its experiment, `target` and
-    `further_targets` its metrics."""
+    calibrated on, `own_run` its run spec, `experiment` its experiment, `target` the
+    metric."""
 
     @model_validator(mode="before")
     @classmethod
@@ -320,15 +306,6 @@ class Config(_Part):
         return min(own, key=lambda name: self.tests[name].sweep is None, default=None)
 
     @property
-    def target(self) -> Target:
-        """The main metric that the chain calibrates to."""
-        return self._targets()[0]
-
-    @property
-    def further_targets(self) -> list[Target]:
-        """Further metrics of the same runs that count beside it."""
-        return self._targets()[1:]
-
-    def _targets(self):
-        asked = self.calibrate.to or {METRICS[self.experiment][0]: Response()}
-        return [Target(metric=metric, **dict(asked[metric])) for metric in asked]
+    def target(self) -> str:
+        """The metric that the chain calibrates to."""
+        return self.calibrate.to or METRICS[self.experiment][0]

@@ -86,7 +86,7 @@ def check_tests(config: Config) -> None:
         for name in names:
             if name not in config.tests:
                 raise at_key(key, "is no test", name, ", ".join(config.tests))
-    _check_metrics("calibrate.to", config.experiment, list(config.calibrate.to))
+    _check_metrics("calibrate.to", config.experiment, [config.target])
     _check_bench(config)
     _check_runs(config)
 

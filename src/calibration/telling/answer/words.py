@@ -113,9 +113,8 @@ def capital(text: str) -> str:
 
 
 def given_nowhere(summary: Mapping[str, Any]) -> bool:
-    """Return whether no point of the region is predicted to give the target. Of several targets the
-    optimum is a compromise, and its solution set is what is nearly as desirable."""
-    return "desirability" not in summary and not summary.get("attainable", True)
+    """Return whether no point of the region is predicted to give the target."""
+    return not summary.get("attainable", True)
 
 
 def between(name: str) -> str:

@@ -38,7 +38,7 @@ def about(study: Study) -> list[str]:
     """Lines of provenance for the head of each file: what the validation found and, where the
     answer is at hand, what it says of every measured row."""
     config, validation = study.config, study.summary("validation")
-    unit, metric = in_ascii(unit_of(config.target.metric)), config.target.metric
+    unit, metric = in_ascii(unit_of(config.target)), config.target
     found = answer_of(study)
     return [
         f"Study {config.name}: {metric} measured {validation['measured_mean']:.2f} {unit} "
@@ -57,7 +57,7 @@ def summary(
     """Content of calibrated.yaml. mapping: run spec at the parameters handed out; known: entries of
     those that were calibrated; more: what their way says besides."""
     config, validation = study.config, study.summary("validation")
-    spec, metric = parse_spec(mapping), config.target.metric
+    spec, metric = parse_spec(mapping), config.target
     exports = f"{config.results}/{config.name}/exports"
     return {
         "study": config.name,
@@ -87,7 +87,7 @@ def _validated(study):
         "difference_interval_95": [validation["difference_low"], validation["difference_high"]],
         "margin": validation["margin"],
         "equivalent": validation["equivalent"],
-        "unit": in_ascii(unit_of(study.config.target.metric)),
+        "unit": in_ascii(unit_of(study.config.target)),
     }
 
 
@@ -126,7 +126,7 @@ def _validated_heap(study):
     """Return what the calibrated model gives, as decks compare with it."""
     stated = _validated(study)
     kept = {key: stated[key] for key in ("mean", "sd", "runs", "margin", "unit")}
-    return {"metric": study.config.target.metric} | kept
+    return {"metric": study.config.target} | kept
 
 
 def _profiles(study):

@@ -12,7 +12,7 @@ import scipy
 
 from calibration.chain.study import Results
 from calibration.errors import CalibrationError
-from calibration.figures import PLACES, Response, label, response_of
+from calibration.figures import PLACES, Response, label
 from calibration.statistics.surface import fit_surface
 from calibration.telling.answer import words
 from calibration.telling.answer.schema import answer_of
@@ -136,10 +136,10 @@ def _left_out(screening, response):
 
 
 def profiler(study: Path, response: Response) -> str | None:
-    """JSON of factors and responses, or None where no surface was fitted.
+    """JSON of the factors and the response, or None where no surface was fitted.
 
-    Each response has terms, coefficients and their covariance, the calibrated one first. The
-    surfaces are the stage's own, of the runs in its table; the optimum's has more runs.
+    The response has terms, coefficients and their covariance. The surface is the stage's own, of
+    the runs in its table; the optimum's has more runs.
     """
     results = Results(study)
     region, runs = results.summary("response_surface", "region"), None
@@ -148,8 +148,10 @@ def profiler(study: Path, response: Response) -> str | None:
     if runs is None:
         return None
     codes = [f["code"] for f in region]
-    main = _surface(runs, codes, "response", response, optimum["target"])
-    if main is None:
+    runs = runs.dropna(subset=["response"])
+    try:
+        surface = fit_surface(runs, codes, runs["response"])
+    except CalibrationError:
         return None
     factors = [
         {"name": escape(label(f["name"]))}
@@ -157,30 +159,14 @@ def profiler(study: Path, response: Response) -> str | None:
         | {"value": optimum["optimum"][f["name"]]}
         for f in region
     ]
-    further = (results.summary("validation") or {}).get("further", {})
-    surfaces = [
-        _surface(runs, codes, metric, response_of(metric), one["measured_mean"])
-        for metric, one in further.items()
-        if metric in runs
-    ]
-    data = {"factors": factors, "responses": [main, *filter(None, surfaces)]}
-    return json.dumps(data).replace("<", "\\u003c")  # nothing in a name ends the script
-
-
-def _surface(runs, codes, column, response, target):
-    """A fitted response for the page, or None where the runs do not carry one."""
-    runs = runs.dropna(subset=[column])
-    try:
-        surface = fit_surface(runs, codes, runs[column])
-    except CalibrationError:
-        return None
-    place = {code: k for k, code in enumerate(codes)}
-    return {
-        "terms": [[place[c] for c in term] for term in surface.terms],
+    fitted = {
+        "terms": [[codes.index(c) for c in term] for term in surface.terms],
         "beta": [float(b) for b in surface.beta],
         "covariance": (surface.sigma2 * surface.inverse).tolist(),
         "t": float(scipy.stats.t.ppf(0.975, surface.df)) if surface.df > 0 else None,
-        "target": target,
+        "target": optimum["target"],
         "unit": response.unit,
         "name": response.name,
     }
+    data = json.dumps({"factors": factors, "response": fitted})
+    return data.replace("<", "\\u003c")  # nothing in a name ends the script

@@ -125,7 +125,7 @@ def _listed(study, stage, response, tables):
     drawn = _drawn(folder, stage, lambda f: [folder / d for d in f.numbers])
     return {
         "texts": sentences_of(stage, Results(study).summary(stage.name), response),
-        "figures": drawn + _further(folder, [f.name for f in stage.figures]),
+        "figures": drawn,
         "tables": [embed.table(path, title) for path, title in tables],
     }
 
@@ -145,19 +145,6 @@ def _beside(study, stage, _, tables):
         ],
         "downloads": [] if figures else [embed.download(p) for p in summary],
     }
-
-
-def _further(folder, listed):
-    """Figures of further targets, <figure>_<metric>.svg or <metric>.svg, with the files that bear
-    the metric."""
-    figures = []
-    for path in sorted(p for p in folder.glob("*.svg") if p.stem not in listed):
-        base = next((n for n in listed if path.stem.startswith(f"{n}_")), None)
-        metric = path.stem.removeprefix(f"{base}_")
-        text = f"{response_of(metric).name.capitalize()}: {embed.caption(base or folder.name)}"
-        data = sorted(p for p in folder.glob(f"*{metric}*") if p.suffix != ".svg")
-        figures.append(embed.figure(path, text, [*data, folder / "runs.csv"]))
-    return figures
 
 
 def _counts(tables):
