@@ -6,23 +6,20 @@ matplotlib, which takes a second to load, is loaded when the first one is drawn.
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from importlib.resources import files
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from calibration.statistics.numbers import fixed
-from dem.io.files import replace_file
+from dem.io.files import replace_file, rows_of
 from dem.units import behind, unit_of, without_unit
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from matplotlib.figure import Figure
     from mpl_toolkits.mplot3d import Axes3D
 
@@ -38,8 +35,7 @@ POISSON = re.compile(r"((?P<of>[^_]+)_)?poisson_ratio")
 WORDS: dict[str, dict[str, str]] = {}
 """{of what: {name in the code: what a reader calls it}}, from `names.csv`; of metrics those whose
 own names, written apart, would name no quantity."""
-_TABLE = files("calibration").joinpath("names.csv").read_text("utf-8")
-for _row in csv.DictReader(_TABLE.splitlines()):
+for _row in rows_of(Path(__file__).with_name("names.csv")):
     WORDS.setdefault(_row["of"], {})[_row["key"]] = _row["words"]
 PLACES = WORDS["place"]
 """Part of a run spec -> what a reader calls it."""

@@ -172,7 +172,7 @@ def shear(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     judged = {n: _judge(curve, used, measured[0]) for n, curve in curves.items()}
     write_table(runs, output.runs)
     drawn = runs.rename(columns={factor: "particle_friction"})
-    figures.save(yield_loci(drawn, loci, curves, MEASURE, measured), output.figure)
+    figures.save(yield_loci(drawn, loci, curves, measured), output.figure)
     write_json(
         output.summary,
         {
@@ -209,32 +209,31 @@ def yield_loci(
     runs: pd.DataFrame,
     loci: Sequence[Mapping[str, Any]],
     curves: Mapping[str, Any],
-    measure: str,
     measured: tuple[float, float],
 ) -> figures.Drawing:
     """Yield loci at each particle friction, and the slope over the friction with its interval,
     beside the measured.
 
-    runs: columns particle_friction, normal_stress_kPa and, for each measure, <measure>_kPa;
+    runs: columns particle_friction, normal_stress_kPa and, for each of METRICS, <name>_kPa;
     measured: slope and intercept [kPa].
     """
     figure, (left, right) = figures.subplots(1, 2, (9.6, 4.2))
     end = 1.05 * runs["normal_stress_kPa"].max()
     x = np.array([0.0, end])
     for locus in loci:
-        friction, line = locus["particle_friction"], locus[measure]
+        friction, line = locus["particle_friction"], locus[MEASURE]
         points = runs[runs["particle_friction"] == friction]
         text = f"µ {friction:g}: {fixed(line['slope'], 2)} x {fixed(line['intercept_kPa'], 2, '+')}"
         (drawn,) = left.plot(x, line["slope"] * x + line["intercept_kPa"], label=text)
         left.scatter(
-            points["normal_stress_kPa"], points[f"{measure}_kPa"], color=drawn.get_color(), s=18
+            points["normal_stress_kPa"], points[f"{MEASURE}_kPa"], color=drawn.get_color(), s=18
         )
     slope, intercept = measured
     text = f"measured: {slope:g} x {intercept:+g}"
     left.plot(x, slope * x + intercept, color="black", ls="--", label=text)
     left.set(
         xlabel="normal stress [kPa]",
-        ylabel=f"{measure} shear stress [kPa]",
+        ylabel=f"{MEASURE} shear stress [kPa]",
         xlim=(0, None),
         ylim=(0, None),
     )
