@@ -77,7 +77,7 @@ def steepest_path(
 ) -> pd.DataFrame:
     """`steps` points start + k step in natural levels, the whole path repeated `replicates` times;
     start, step: {factor name: value}. Levels outside a factor's range raise CalibrationError."""
-    rows = []
+    rows: list[dict[str, Any]] = []
     for r, k in product(range(replicates), range(steps)):
         row: dict[str, Any] = {"run": len(rows) + 1, "replicate": r + 1}
         for f in factors:
