@@ -17,8 +17,7 @@ from calibration.statistics.surface import fit_surface
 from calibration.study.factors import Factor
 from calibration.study.stage import load_stages
 from calibration.telling.report import build
-from calibration.telling.report.answer import answer, findings, profiler
-from calibration.telling.report.carried import workbook
+from calibration.telling.report.answer import answer, findings, profiler, workbook
 from dem.advice import limits_of
 from dem.spec import parse_spec
 from facts import tells

@@ -225,8 +225,7 @@ class AtlasEmulators:
         return {m: self.of(test, m) for m in metrics if self.has(test, m)}
 
     def told(self, measured: Mapping[JointTarget, MeasuredMean]) -> dict[JointTarget, MeasuredMean]:
-        """Of what was measured the targets of which the atlas has all metrics. Raises
-        CalibrationError for none."""
+        """Of what was measured the targets that the atlas has. Raises CalibrationError for none."""
         found = {t: m for t, m in measured.items() if self.has(t.test, t.metric)}
         if not found:
             faults = "; ".join(filter(None, self._faults.values()))

@@ -222,11 +222,11 @@ def _reached(config, joint, measured):
     rng = np.random.default_rng(config.seed)
     u = joint.prior.draw(POINTS, rng)
     for response, target in zip(joint.responses, measured, strict=True):
-        test, metric, (y,) = target.test, target.metric, response.mean
+        test, metric, y = target.test, target.metric, response.mean
         values, variance = response.predicted(u)
         tails = 0.5 - 0.5 * KEPT, 0.5 + 0.5 * KEPT
         low, high = np.quantile(rng.normal(values, np.sqrt(variance)), tails)
-        error, shown = 2.0 * np.sqrt(response.covariance[0, 0]), response_of(metric)
+        error, shown = 2.0 * np.sqrt(response.variance), response_of(metric)
         side = int(y - error > high) - int(y + error < low)
         given = f"{shown.name} {shown.value(max(low, 0.0))} to {shown.value(high)}"
         told = f"measured {shown.value(y)}: {reach(config, test, metric, side)}"

@@ -127,26 +127,14 @@ def joint_of(
     tell."""
     responses, formed = [], {}
     for target, mean in measured.items():
-        responses.append(_response(target, mean, emulators))
-        few = not np.isfinite(mean.freedom)
-        tests = LEAST_TESTS if few else mean.freedom + len(mean.metrics)
-        for rig, metrics in mean.of_tests.items():
-            own = emulators.formed(rig, metrics, tests)
-            if own:
-                formed[rig] = own
+        emulator = emulators.of(target.test, target.metric)
+        known = mean.mean, mean.variance, mean.freedom, target.discrepancy
+        responses.append(Response(target.name, emulator, *known))
+        tests = mean.freedom + 1 if np.isfinite(mean.freedom) else LEAST_TESTS
+        if own := emulators.formed(target.test, [target.metric], tests):
+            formed[target.test] = own
     prior = prior_of(config, emulators.factors)
     return Joint(tuple(responses), prior, tuple(formed.values()))
-
-
-def _response(target: Any, measured: MeasuredMean, emulators: Emulators) -> Response:
-    return Response(
-        target.name,
-        tuple(emulators.of(r, m) for r, m in zip(measured.tests, measured.metrics, strict=True)),
-        measured.mean,
-        measured.covariance,
-        measured.freedom,
-        np.full(len(measured.metrics), target.discrepancy),
-    )
 
 
 def prior_of(config: Config, factors: Sequence[Any]) -> Prior:
@@ -236,12 +224,11 @@ def _criticism(config, whole, measured, draws):
     """Pull of each target, whether all agree, and whether the model gives such values at all."""
     seed = config.seed
     cloud = Cloud.of(whole, seed=seed)
-    read = {target.name: mean for target, mean in measured.items()}
+    read = {target.name: target for target in measured}
     agreed = critique.agreement(cloud, draws, seed)
     return {
         "targets": [
-            {"rig": read[p.response].tests[p.coefficient]}
-            | {"metric": read[p.response].metrics[p.coefficient]}
+            {"rig": read[p.response].test, "metric": read[p.response].metric}
             | asdict(p)
             | {"agrees": p.p_others >= critique.ALPHA}
             for p in critique.pulls(cloud, draws, seed)
@@ -295,22 +282,17 @@ def _as_table(parameters):
 
 
 def _targets(whole, apart):
-    """A row a coefficient: what was measured, its error, what is predicted, pull and p by all
-    targets and by all others."""
-    named = {r.name: r.covariance for r in whole.responses}
-    variance = [named[p["response"]][p["coefficient"], p["coefficient"]] for p in apart]
-    table = pd.DataFrame(apart).assign(error=np.sqrt(variance))
+    """A row a target: what was measured, its error, what is predicted, pull and p by all targets
+    and by all others."""
+    table = pd.DataFrame(apart).assign(error=np.sqrt([r.variance for r in whole.responses]))
     shown = "rig metric measured error predicted sd pull p pull_others p_others"
     return table.reindex(columns=shown.split())
 
 
 def _without_value(emulators, measured):
-    """{target: runs of its rigs that gave no value}."""
-    found = {}
-    for target, mean in measured.items():
-        has = [np.isfinite(emulators.values(r, m)).all(axis=1) for r, m in mean.of_tests.items()]
-        found[target.name] = int(sum((~h).sum() for h in has))
-    return found
+    """{target: runs of its rig that gave no value}."""
+    values = {t.name: emulators.values(t.test, [t.metric]) for t in measured}
+    return {name: int((~np.isfinite(own)).sum()) for name, own in values.items()}
 
 
 HOURS = Path(__file__).with_name("laboratory_hours.csv")
@@ -351,7 +333,7 @@ def metrics_of(
     else its experiment's main one and those that were measured."""
     own = config.tests[rig]
     main = experiments()[own.experiment].targets[:1]
-    found = [m for mean in measured.values() for m in mean.of_tests.get(rig, ())]
+    found = [t.metric for t in measured if t.test == rig]
     return tuple(dict.fromkeys(own.metrics or (*main, *found)))
 
 
@@ -368,11 +350,7 @@ def hours_of(config: Config, rig: str) -> float:
 
 def _reading_sd(measured):
     """{(rig, metric): standard deviation of a reading} of what was measured."""
-    found = {}
-    for mean in measured.values():
-        for *key, sd in zip(mean.tests, mean.metrics, mean.reading_sd, strict=True):
-            found[tuple(key)] = float(sd)
-    return found
+    return {(t.test, t.metric): mean.reading_sd for t, mean in measured.items()}
 
 
 def _row(told, factors, measured):

@@ -327,7 +327,7 @@ def _targets(config, rig, trials):
     above all that runs gave, -1 below, 0 between, by its standard error."""
     for target in (t for t in joint_targets(config) if t.test == rig):
         found = read_joint_target(config, target)
-        mean, error = float(found.mean[0]), float(np.sqrt(found.covariance[0, 0]))
+        mean, error = found.mean, float(np.sqrt(found.variance))
         given = [t.metrics[target.metric] for t in trials if target.metric in t.metrics] or [mean]
         yield target.metric, mean, int(mean > max(given) + error) - int(mean < min(given) - error)
 

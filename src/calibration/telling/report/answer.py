@@ -1,10 +1,15 @@
 """The answer, before anything else, as the page shows it: all of it from answer.json, with the
 solution set of the surface beneath; and what the chain's runs say: what decides, and what to know
 of them; and the page's profiler: the response surfaces with their covariance, for the page to
-evaluate."""
+evaluate; and the answer as a workbook: the parameters, intervals and how to cite them."""
 
+import io
 import json
+import re
+import zipfile
+from collections.abc import Mapping, Sequence
 from html import escape
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +24,7 @@ from calibration.telling.answer.schema import answer_of
 from calibration.telling.answer.words import given_nowhere, said
 from dem.advice import limits_of
 from dem.errors import DemError
+from dem.fingerprint import engine_fingerprint
 from dem.spec import load_spec
 from dem.units import unit_of, without_unit
 
@@ -170,3 +176,70 @@ def profiler(study: Path, response: Response) -> str | None:
     }
     data = json.dumps({"factors": factors, "response": fitted})
     return data.replace("<", "\\u003c")  # nothing in a name ends the script
+
+
+PACKAGE = "granular-calibration"
+WRITTEN = (1980, 1, 1, 0, 0, 0)
+"""Time of a file within these: the same study makes the same bytes."""
+
+
+def citation(name: str) -> str:
+    """How to cite a study's answer: the program, its version and that of its engine."""
+    return (
+        f"Cite as: the granular-calibration developers, {PACKAGE} {version(PACKAGE)} "
+        f"(engine {engine_fingerprint()}), study “{name}”."
+    )
+
+
+def workbook(name: str, told: Mapping[str, Any], found: Sequence[tuple[str, str]]) -> bytes:
+    """A workbook: a sheet of every parameter, one of every measured value, one of words; told: the
+    `answer`; found: the `findings`. Values that are numbers stand as numbers."""
+    import openpyxl  # takes a quarter of a second
+
+    book = openpyxl.Workbook()
+    book.remove(book.active)
+    for title, table in (("parameters", told["block"]), ("tests", told["tests"])):
+        if table:
+            _table_sheet(book.create_sheet(title), table)
+    words = book.create_sheet("words")
+    for row in told["first"]:
+        words.append([row["name"], f"{row['value']}: {row['known']}"])
+    words.append(["What is wrong", told["wrong"]])
+    if told["next"]:
+        words.append(["What to measure next", told["next"]])
+    for line in (*found, ("", citation(name))):
+        words.append(list(line))
+    words.column_dimensions["A"].width, words.column_dimensions["B"].width = 30, 100
+    kept = io.BytesIO()
+    book.save(kept)
+    return _at_one_time(kept.getvalue())
+
+
+def _table_sheet(sheet, table):
+    from openpyxl.styles import Font
+
+    sheet.append(list(table[0]))
+    for row in table:
+        sheet.append([_as_number(text) for text in row.values()])
+    for cell in sheet[1]:
+        cell.font = Font(bold=True)
+        sheet.column_dimensions[cell.column_letter].width = 30
+
+
+def _as_number(text):
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _at_one_time(package):
+    """The same package with one time in it, in place of that of its making."""
+    kept = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(package)) as old, zipfile.ZipFile(kept, "w") as new:
+        for entry in old.namelist():
+            text = old.read(entry)
+            if entry == "docProps/core.xml":
+                text = re.sub(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", b"1980-01-01T00:00:00Z", text)
+            new.writestr(zipfile.ZipInfo(entry, WRITTEN), text, zipfile.ZIP_DEFLATED)
+    return kept.getvalue()

@@ -22,8 +22,7 @@ from calibration.study.stage import Stage
 from calibration.telling.answer.words import said
 from calibration.telling.kept_results import sentences_of
 from calibration.telling.report import embed
-from calibration.telling.report.answer import answer, findings, profiler
-from calibration.telling.report.carried import citation, workbook
+from calibration.telling.report.answer import answer, citation, findings, profiler, workbook
 from calibration.telling.report.sheet import sheet, viewer
 from dem.errors import ResultError
 
