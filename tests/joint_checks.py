@@ -29,7 +29,7 @@ def check_ranks(ranks, draws=100):
 
 def coverage(joint, truths, measured, level=0.95, cloud=None, seed=1):
     """Share (d,) of truths (n, d), drawn from the prior, that lie in the central interval of their
-    parameter. measured: what was measured at each, n `Joint`s or lists of one (q,) a response."""
+    parameter. measured: what was measured at each, n `Joint`s or lists of one number a response."""
     cloud, rng = cloud or Cloud.of(joint, seed=seed), np.random.default_rng(seed)
     tail = 0.5 * (1.0 - level)
     pairs = zip(truths, measured, strict=True)

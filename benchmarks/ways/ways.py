@@ -157,7 +157,7 @@ def _surface(x, y):
 
 def _weights(emulator, bench):
     """Posterior probability (n,) of the cube's grid points."""
-    target = Response("heap", (emulator,), bench.measured, bench.se**2)
+    target = Response("heap", emulator, bench.measured, bench.se**2)
     log = target.log_likelihood(0.5 + 0.5 * CUBE)
     weight = np.exp(log - log.max())
     return weight / weight.sum()

@@ -86,5 +86,5 @@ class World:
         for k, emulator in enumerate(emulators):
             y = self.draws(k, np.repeat(truth[None], READINGS, axis=0), rng)
             se2 = y.var(ddof=1) / READINGS
-            found.append(Response(f"response {k}", (emulator,), y.mean(), se2, READINGS - 1))
+            found.append(Response(f"response {k}", emulator, y.mean(), se2, READINGS - 1))
         return Joint(tuple(found), uniform(self.d))

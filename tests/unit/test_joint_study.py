@@ -325,10 +325,10 @@ def test_batches_are_pooled_and_those_that_differ_are_the_readings(tmp_path, mon
         return read_joint_target(config, joint_targets(config)[1])
 
     far = plane(20, 24, 22)
-    assert (far.mean[0], far.freedom) == (22.0, 2.0)
-    assert far.covariance[0, 0] == pytest.approx(4.0 / 3.0)
+    assert (far.mean, far.freedom) == (22.0, 2.0)
+    assert far.variance == pytest.approx(4.0 / 3.0)
     near = plane(20.1, 20.0, 19.9)  # less than six readings of 0.6 make of three means
-    assert near.covariance[0, 0] == pytest.approx((15 * 0.6**2 + 12 * 0.1**2) / 17 / 18)
+    assert near.variance == pytest.approx((15 * 0.6**2 + 12 * 0.1**2) / 17 / 18)
 
 
 def test_single_readings_of_a_known_spread_are_not_surer_where_they_agree(tmp_path, monkeypatch):
@@ -336,7 +336,7 @@ def test_single_readings_of_a_known_spread_are_not_surer_where_they_agree(tmp_pa
     rows = "".join(f"tilt,sliding_angle,{v},deg,0.5,1,{k}\n" for k, v in enumerate((20.0, 20.02)))
     config = laboratory(tmp_path, monkeypatch, PLANES + rows)
     found = read_joint_target(config, joint_targets(config)[1])
-    assert found.covariance[0, 0] == pytest.approx(0.5**2 / 2)
+    assert found.variance == pytest.approx(0.5**2 / 2)
     assert np.isinf(found.freedom)
 
 
@@ -360,5 +360,5 @@ def test_batches_hold_what_they_say():
 def test_a_single_reading_counts_with_the_sd_of_one_reading(tmp_path, monkeypatch):
     config = laboratory(tmp_path, monkeypatch, ROWS.replace("0.6,6", "0.5,1"))
     _, plane = (read_joint_target(config, t) for t in joint_targets(config))
-    assert plane.covariance[0, 0] == pytest.approx(0.25)
+    assert plane.variance == pytest.approx(0.25)
     assert np.isinf(plane.freedom)

@@ -36,12 +36,12 @@ def test_wheat_becomes_four_rigs_on_one_calibration(here, capsys):
     found = measured(config)
     angle = found["cylinder", "angle_of_repose_deg"]
     values = [26.1, 27.4, 28.0, 26.8, 27.9]
-    assert angle.mean[0] == pytest.approx(np.mean(values))
-    assert angle.covariance[0, 0] == pytest.approx(np.var(values, ddof=1) / 5)
+    assert angle.mean == pytest.approx(np.mean(values))
+    assert angle.variance == pytest.approx(np.var(values, ddof=1) / 5)
     rebound = found["drop_300_mm", "rebound_height_mm"]
-    assert (rebound.mean[0], rebound.covariance[0, 0]) == pytest.approx((78.0, 16.0 / 10))
-    assert found["vessel", "poured_density_kg_m3"].mean[0] == pytest.approx(765.0)
-    assert found["plane", "sliding_angle_deg"].mean[0] == pytest.approx(21.0)
+    assert (rebound.mean, rebound.variance) == pytest.approx((78.0, 16.0 / 10))
+    assert found["vessel", "poured_density_kg_m3"].mean == pytest.approx(765.0)
+    assert found["plane", "sliding_angle_deg"].mean == pytest.approx(21.0)
     assert config.tests["drop_300_mm"].run["geometry"]["drop_height_mm"] == 300
     # (6.2 * 3.3 * 2.9) ** (1/3) = 3.900 mm
     assert config.tests["drop_300_mm"].run["particles"]["diameter_mm"] == pytest.approx(
@@ -184,7 +184,7 @@ def test_a_moist_powder_sticks_and_is_said_to_be_coarse(here, capsys):
     line = np.polyfit([2, 4, 6, 8], [1.9, 3.4, 4.8, 6.4], 1, full=True)
     sd = math.sqrt(line[1][0] / 2)
     found = measured(config)["shear_2_kPa", "shear_stress_kPa"]
-    assert math.sqrt(found.covariance[0, 0]) == pytest.approx(sd)
+    assert math.sqrt(found.variance) == pytest.approx(sd)
     check_ahead(config)
 
 
@@ -309,7 +309,7 @@ def test_a_time_of_a_mass_is_a_flow(here):
     timed = "--discharge time=1.0s time=1.1s mass=1kg orifice=60mm".split()
     config = begun("wheat", [*WHEAT, *timed])
     found = measured(config)["silo", "mass_flow_g_s"]
-    assert found.mean[0] == pytest.approx((1000 / 1.0 + 1000 / 1.1) / 2)
+    assert found.mean == pytest.approx((1000 / 1.0 + 1000 / 1.1) / 2)
 
 
 @pytest.mark.parametrize(
@@ -350,8 +350,8 @@ def test_drops_from_several_heights_show_their_scatter_together(here):
     for height, restitution in drops.items():
         own = found[f"drop_{height}_mm", "rebound_height_mm"]
         rebound = restitution**2 * height
-        assert own.mean[0] == pytest.approx(rebound)
-        assert own.covariance[0, 0] ** 0.5 == pytest.approx(2 * 0.01 / 0.51 * rebound, rel=1e-4)
+        assert own.mean == pytest.approx(rebound)
+        assert own.variance**0.5 == pytest.approx(2 * 0.01 / 0.51 * rebound, rel=1e-4)
     factors = {f.key: f for f in read_factors("own/factors.tsv")}
     wall = factors["contacts.particle_wall.restitution"]
     # a fifth of the least and of the greatest
@@ -365,7 +365,7 @@ def test_what_bounces_write_is_taken_as_it_is(here):
     config = begun("own", [*GRAIN, "--drop", "drops.csv", "wall=steel"])
     rows = pd.read_csv("drops.csv")
     found = {
-        config.tests[rig].run["geometry"]["drop_height_mm"]: (m.mean[0], m.covariance[0, 0])
+        config.tests[rig].run["geometry"]["drop_height_mm"]: (m.mean, m.variance)
         for (rig, metric), m in measured(config).items()
         if metric == "rebound_height_mm"
     }

@@ -95,7 +95,7 @@ def _expected(config, emulators, tables):
         response = emulators.of(rig, metric)
         mean, variance = response.mean(u)
         many = rng.normal(mean, np.sqrt(variance))
-        odds, *_ = emulators.formed(rig, [metric], 1).chance.with_slope(u, [])
+        odds, *_ = emulators.formed(rig, metric, 1).chance.with_slope(u, [])
         has = (many >= least) & (many <= most) & (rng.random(len(u)) > expit(odds))
         runs = rng.normal(many, response.sd_of_run(u)).clip(least, most)
         row |= {"geometry": _in_words(config, rig), "told": has.mean() > 0.5}
@@ -222,11 +222,11 @@ def _reached(config, joint, measured):
     rng = np.random.default_rng(config.seed)
     u = joint.prior.draw(POINTS, rng)
     for response, target in zip(joint.responses, measured, strict=True):
-        test, metric, (y,) = target.test, target.metric, response.mean
+        test, metric, y = target.test, target.metric, response.mean
         values, variance = response.predicted(u)
         tails = 0.5 - 0.5 * KEPT, 0.5 + 0.5 * KEPT
         low, high = np.quantile(rng.normal(values, np.sqrt(variance)), tails)
-        error, shown = 2.0 * np.sqrt(response.covariance[0, 0]), response_of(metric)
+        error, shown = 2.0 * np.sqrt(response.variance), response_of(metric)
         side = int(y - error > high) - int(y + error < low)
         given = f"{shown.name} {shown.value(max(low, 0.0))} to {shown.value(high)}"
         told = f"measured {shown.value(y)}: {reach(config, test, metric, side)}"
@@ -243,7 +243,7 @@ def _standing(config, factors, emulators, low, high, inner):
     """Ends moved in until each test of the screening has a value as likely as not: one after the
     other to the `inner` ones, those first at which most tests have none. How much grains stick is
     not cut: the atlas ends where heaps still form."""
-    chance = emulators.formed(config.own, [config.target.metric], 1).chance
+    chance = emulators.formed(config.own, config.target.metric, 1).chance
     design = screening_design(factors, config.screening)[[f.code for f in emulators.factors]]
     corners = 0.5 + 0.5 * design.drop_duplicates().to_numpy(float)
     tops = np.eye(len(low))

@@ -49,17 +49,17 @@ class Emulators:
         levels = [0.5 + 0.5 * f.coded(runs[f.name].to_numpy(float)) for f in self.factors]
         return runs, np.column_stack(levels)
 
-    def values(self, rig: str, metrics: Sequence[str]) -> np.ndarray:
-        """(n, q) metrics of the rig's runs, nan where a run gave none."""
+    def values(self, rig: str, metric: str) -> np.ndarray:
+        """(n,) values of a metric of the rig's runs, nan where a run gave none."""
         runs, _ = self.inputs(rig)
-        return np.column_stack([read_values(runs["run_id"], m) for m in metrics])
+        return read_values(runs["run_id"], metric)
 
     def of(self, rig: str, metric: str) -> GaussianProcess:
         """The emulator of a metric. Raises CalibrationError naming rig and metric where too few
         runs gave a value, or all the same."""
         if (rig, metric) not in self._kept:
             _, u = self.inputs(rig)
-            values = self.values(rig, [metric])[:, 0]
+            values = self.values(rig, metric)
             has = np.isfinite(values)
             try:
                 self._kept[rig, metric] = self.trained(rig, metric, u[has], values[has])
@@ -81,10 +81,10 @@ class Emulators:
                 continue  # it does not vary, or few runs give it
         return found
 
-    def formed(self, rig: str, metrics: Sequence[str], tests: float) -> Formed | None:
-        """`Formed` of `tests` of a rig that gave all metrics; None where no run lacks one."""
+    def formed(self, rig: str, metric: str, tests: float) -> Formed | None:
+        """`Formed` of `tests` of a rig that gave a metric; None where no run lacks it."""
         _, u = self.inputs(rig)
-        failed = ~np.isfinite(self.values(rig, metrics)).all(axis=1)
+        failed = ~np.isfinite(self.values(rig, metric))
         return Formed(Chance(u, failed, np.ones(len(u))), tests) if failed.any() else None  # type: ignore[arg-type]  # infinite where a mean is stated
 
 
@@ -128,26 +128,14 @@ def joint_of(
     tell."""
     responses, formed = [], {}
     for target, mean in measured.items():
-        responses.append(_response(target, mean, emulators))
-        few = not np.isfinite(mean.freedom)
-        tests = LEAST_TESTS if few else mean.freedom + len(mean.metrics)
-        for rig, metrics in mean.of_tests.items():
-            own = emulators.formed(rig, metrics, tests)
-            if own:
-                formed[rig] = own
+        test, metric = target.test, target.metric
+        own = mean.mean, mean.variance, mean.freedom, target.discrepancy
+        responses.append(Response(target.name, emulators.of(test, metric), *own))
+        tests = mean.freedom + 1 if np.isfinite(mean.freedom) else LEAST_TESTS
+        if without := emulators.formed(test, metric, tests):
+            formed[test] = without
     prior = prior_of(config, emulators.factors)
     return Joint(tuple(responses), prior, tuple(formed.values()))
-
-
-def _response(target: Any, measured: MeasuredMean, emulators: Emulators) -> Response:
-    return Response(
-        target.name,
-        tuple(emulators.of(r, m) for r, m in zip(measured.tests, measured.metrics, strict=True)),
-        measured.mean,
-        measured.covariance,
-        measured.freedom,
-        np.full(len(measured.metrics), target.discrepancy),
-    )
 
 
 def prior_of(config: Config, factors: Sequence[Any]) -> Prior:
@@ -237,12 +225,11 @@ def _criticism(config, whole, measured, draws):
     """Pull of each target, whether all agree, and whether the model gives such values at all."""
     seed = config.seed
     cloud = Cloud.of(whole, seed=seed)
-    read = {target.name: mean for target, mean in measured.items()}
+    read = {target.name: target for target in measured}
     agreed = critique.agreement(cloud, draws, seed)
     return {
         "targets": [
-            {"rig": read[p.response].tests[p.coefficient]}
-            | {"metric": read[p.response].metrics[p.coefficient]}
+            {"rig": read[p.response].test, "metric": read[p.response].metric}
             | asdict(p)
             | {"agrees": p.p_others >= critique.ALPHA}
             for p in critique.pulls(cloud, draws, seed)
@@ -296,10 +283,10 @@ def _as_table(parameters):
 
 
 def _targets(whole, apart):
-    """A row a coefficient: what was measured, its error, what is predicted, pull and p by all
+    """A row a target: what was measured, its error, what is predicted, pull and p by all
     targets and by all others."""
-    named = {r.name: r.covariance for r in whole.responses}
-    variance = [named[p["response"]][p["coefficient"], p["coefficient"]] for p in apart]
+    named = {r.name: r.variance for r in whole.responses}
+    variance = [named[p["response"]] for p in apart]
     table = pd.DataFrame(apart).assign(error=np.sqrt(variance))
     shown = "rig metric measured error predicted sd pull p pull_others p_others"
     return table.reindex(columns=shown.split())
@@ -307,11 +294,7 @@ def _targets(whole, apart):
 
 def _without_value(emulators, measured):
     """{target: runs of its rigs that gave no value}."""
-    found = {}
-    for target, mean in measured.items():
-        has = [np.isfinite(emulators.values(r, m)).all(axis=1) for r, m in mean.of_tests.items()]
-        found[target.name] = int(sum((~h).sum() for h in has))
-    return found
+    return {t.name: int((~np.isfinite(emulators.values(t.test, t.metric))).sum()) for t in measured}
 
 
 HOURS = Path(__file__).with_name("laboratory_hours.csv")
@@ -329,7 +312,7 @@ def next_tests(
     """Return what each metric of each test is expected to tell an hour, the best first; of the
     metrics of `machine` where it is named. tests: {test: metrics}; draws: u (k, d) of the
     posterior. Raises ConfigError for a table of hours that cannot be read."""
-    spread = _reading_sd(measured)
+    spread = {(t.test, t.metric): mean.reading_sd for t, mean in measured.items()}
     wanted, candidates = None, []
     for rig, metrics in tests.items():
         known = emulators.known(rig, metrics)
@@ -352,7 +335,7 @@ def metrics_of(
     else its experiment's main one and those that were measured."""
     own = config.tests[rig]
     main = experiments()[own.experiment].targets[:1]
-    found = [m for mean in measured.values() for m in mean.of_tests.get(rig, ())]
+    found = [t.metric for t in measured if t.test == rig]
     return tuple(dict.fromkeys(own.metrics or (*main, *found)))
 
 
@@ -365,15 +348,6 @@ def hours_of(config: Config, rig: str) -> float:
     rows = {row["experiment"]: (line, row["hours"]) for line, row in table.rows}
     line, hours = rows[config.tests[rig].experiment]
     return float(table.number(line, "hours", hours))
-
-
-def _reading_sd(measured):
-    """{(rig, metric): standard deviation of a reading} of what was measured."""
-    found = {}
-    for mean in measured.values():
-        for *key, sd in zip(mean.tests, mean.metrics, mean.reading_sd, strict=True):
-            found[tuple(key)] = float(sd)
-    return found
 
 
 def _row(told, factors, measured):

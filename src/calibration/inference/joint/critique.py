@@ -27,7 +27,7 @@ PRESSED = 3.0
 
 @dataclass(frozen=True)
 class Pull:
-    """One coefficient of a response against what is predicted of it.
+    """A response against what is predicted of it.
 
     measured; predicted: mean of the posterior of all targets; sd: that of their difference, the
     emulator's error in it; pull: the difference over it; p: two-sided, of the posterior predictive.
@@ -35,7 +35,6 @@ class Pull:
     """
 
     response: str
-    coefficient: int
     measured: float
     predicted: float
     sd: float
@@ -46,17 +45,16 @@ class Pull:
 
 
 def pulls(cloud: Cloud, draws: np.ndarray, seed: int = 1) -> list[Pull]:
-    """`Pull` of each coefficient of each response of a study's `Cloud`, which gives the posteriors
-    without one response. draws: (k, d) of the posterior."""
+    """`Pull` of each response of a study's `Cloud`, which gives the posteriors without one. draws:
+    (k, d) of the posterior."""
     found = []
     for r in cloud.joint.responses:
         left = _draws_without(cloud, r.name, seed)
         with_all, with_others = (r.predicted(thinned(u)) for u in (draws, left))
-        for j, y in enumerate(r.mean):
-            (mean, sd, pull, p), (_, _, apart, p_apart) = (
-                _against(r, j, y, *predicted) for predicted in (with_all, with_others)
-            )
-            found.append(Pull(r.name, j, float(y), mean, sd, pull, p, apart, p_apart))
+        (mean, sd, pull, p), (_, _, apart, p_apart) = (
+            _against(r, *predicted) for predicted in (with_all, with_others)
+        )
+        found.append(Pull(r.name, r.mean, mean, sd, pull, p, apart, p_apart))
     return found
 
 
@@ -72,19 +70,19 @@ def _draws_without(cloud, name, seed):
     return cloud.draws(measured, POINTS, np.random.default_rng(seed), but=name)
 
 
-def _against(response, j, y, mean, variance):
-    """(predicted mean, sd, pull, two-sided p) of a measured coefficient against a mixture of
-    predictions (k, q)."""
-    own = response.covariance[j, j]
-    sd = np.sqrt(variance[:, j] + own)
-    spread = float(np.sqrt(np.mean(sd**2) + mean[:, j].var()))
-    standard = (y - mean[:, j]) / sd
+def _against(response, mean, variance):
+    """(predicted mean, sd, pull, two-sided p) of a measured mean against a mixture of predictions
+    (k,)."""
+    y, own = response.mean, response.variance
+    sd = np.sqrt(variance + own)
+    spread = float(np.sqrt(np.mean(sd**2) + mean.var()))
+    standard = (y - mean) / sd
     # of few readings the tails are Student's, with the degrees of freedom of a sum of variances of
     # which `own` alone is estimated (Welch and Satterthwaite)
     known, freedom = not np.isfinite(response.freedom), response.freedom * (sd**2 / own) ** 2
     law = stats.norm if known else stats.t(freedom)
     below = float(np.mean(law.cdf(standard)))
-    centre = float(mean[:, j].mean())
+    centre = float(mean.mean())
     return centre, spread, float((y - centre) / spread), 2.0 * min(below, 1.0 - below)
 
 
@@ -134,7 +132,7 @@ def _goodness(joint, draws, seed):
     own = thinned(draws)
     u = np.concatenate([own, joint.prior.draw(POINTS, rng)])
     predicted = joint.predicted(u)
-    misfit = float(least_misfit(joint, [r.mean[None] for r in joint.responses], predicted)[0])
+    misfit = float(least_misfit(joint, [[r.mean] for r in joint.responses], predicted)[0])
     pick = rng.integers(0, len(own), AGAIN)
     again = [
         r.drawn(mean[pick], variance[pick], rng)
@@ -177,7 +175,7 @@ def borders(draws: np.ndarray, prior: Prior) -> list[Border]:
 
 
 def imagined(joint: Joint, u: np.ndarray, rng: np.random.Generator) -> list[Sequence[Any]]:
-    """Measured values at u (k, d) as the model gives them: k lists with one (q,) a response."""
+    """Measured values at u (k, d) as the model gives them: k sets with one a response."""
     drawn = [r.drawn(*r.predicted(u), rng) for r in joint.responses]
     return list(zip(*drawn, strict=True))
 

@@ -1,16 +1,15 @@
 """The joint likelihood: what several measured responses of several experiments say of the
 parameters.
 
-A response has one number, or several coefficients of a curve's shape with their covariance. Its
-measured mean is normal about the emulated one with the emulator's error and a stated discrepancy of
-the model. Where the measurement's own error is estimated from few readings, the unknown variance is
-integrated out (Student's t).
+A measured mean is normal about the emulated one with the emulator's error and a stated discrepancy
+of the model. Where the measurement's own error is estimated from few readings, the unknown variance
+is integrated out (Student's t).
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -35,36 +34,25 @@ MANY = 200
 
 @dataclass(frozen=True)
 class Response:
-    """A measured response and the emulators of its coefficients.
+    """A measured response and its emulator.
 
-    name: for sentences. emulators: q objects whose `mean(u)` gives mean and variance (k,) each at
-    u (k, d). mean: (q,) measured mean. covariance: (q, q) of that mean. freedom: degrees of freedom
-    from which the covariance is estimated, infinite where it is known. discrepancy: (q,) standard
-    deviation by which the model itself may be wrong.
+    name: for sentences. emulator: its `mean(u)` gives mean and variance (k,) each at u (k, d).
+    mean, variance: the measured mean and the variance of that. freedom: degrees of freedom from
+    which this is estimated, infinite where it is known. discrepancy: standard deviation by which
+    the model itself may be wrong.
     """
 
     name: str
-    emulators: tuple
-    mean: np.ndarray
-    covariance: np.ndarray
+    emulator: Any
+    mean: float
+    variance: float
     freedom: float = np.inf
-    discrepancy: np.ndarray | None = None
-
-    def __post_init__(self) -> None:
-        mean = np.atleast_1d(np.asarray(self.mean, float))
-        own = np.zeros(len(mean)) if self.discrepancy is None else self.discrepancy
-        object.__setattr__(self, "mean", mean)
-        object.__setattr__(self, "covariance", np.atleast_2d(np.asarray(self.covariance, float)))
-        object.__setattr__(self, "discrepancy", np.asarray(own, float))
+    discrepancy: float = 0.0
 
     def predicted(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Emulated means (k, q) and variances (k, q), the stated discrepancy in them, at u
-        (k, d)."""
-        u = np.atleast_2d(u)
-        found = [emulator.mean(u) for emulator in self.emulators]
-        mean = np.column_stack([m for m, _ in found])
-        variance = np.column_stack([v for _, v in found])
-        return mean, variance + cast(np.ndarray, self.discrepancy) ** 2
+        """Emulated means (k,) and variances (k,), the stated discrepancy in them, at u (k, d)."""
+        mean, variance = self.emulator.mean(np.atleast_2d(u))
+        return mean, variance + self.discrepancy**2
 
     def log_likelihood(self, u: np.ndarray) -> np.ndarray:
         """(k,) log density of the measured mean at u (k, d)."""
@@ -72,55 +60,41 @@ class Response:
         return self.log_density(self.mean, mean, self.spread(variance))
 
     def spread(self, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Covariances v + s C of the measured mean about predictions with variances v (k, q), at m
-        factors s on the measurement's own C, all along the axes that make v one and C a diagonal:
-        rows of axes (k, q, q), variances along them (m, k, q) and logarithms of the determinants
-        (m, k)."""
+        """Variances v + s C of the measured mean about predictions with variances v (k,), at m
+        factors s on the measurement's own C: 1 over the root of v (k,), the variances in units of v
+        (m, k) and their logarithms (m, k)."""
         scales, _ = _scales(self.freedom)
-        variance = np.maximum(variance, LEAST_SHARE * np.diag(self.covariance))
+        variance = np.maximum(variance, LEAST_SHARE * self.variance)
         size = 1.0 / np.sqrt(variance)
-        roots, basis = np.linalg.eigh(size[:, :, None] * self.covariance * size[:, None, :])
-        widths = 1.0 + scales[:, None, None] * roots
-        log_size = np.log(widths).sum(axis=-1) + np.log(variance).sum(axis=-1)
-        return np.swapaxes(basis, 1, 2) * size[:, None, :], widths, log_size
+        widths = 1.0 + scales[:, None] * (size * self.variance * size)
+        return size, widths, np.log(widths) + np.log(variance)
 
-    def log_density(self, y: np.ndarray, mean: np.ndarray, spread: Any) -> np.ndarray:
-        """(k,) log density of a measured mean y (q,) about means (k, q), with the `spread` of their
+    def log_density(self, y: float, mean: np.ndarray, spread: Any) -> np.ndarray:
+        """(k,) log density of a measured mean about means (k,), with the `spread` of their
         variances."""
-        axes, widths, log_size = spread
-        along = np.einsum("kij,kj->ki", axes, y - mean)
-        square = (along**2 / widths).sum(axis=-1)
-        logs = -0.5 * (square + log_size + len(y) * np.log(2.0 * np.pi))
+        size, widths, log_size = spread
+        logs = -0.5 * ((size * (y - mean)) ** 2 / widths + log_size + np.log(2.0 * np.pi))
         return logs[0] if len(logs) == 1 else _log_mean(logs.T, _scales(self.freedom)[1])
 
     def misfit(self, y: np.ndarray, mean: np.ndarray, variance: np.ndarray) -> np.ndarray:
-        """(n, k) distances of measured means y (n, q) from predictions (k, q) each.
+        """(n, k) distances of measured means y (n,) from predictions (k,).
 
         The squared distance in standard deviations, chi squared where all is normal; where the
         error is estimated, twice the fall of the log density of Student's t instead.
         """
-        q = len(self.mean)
-        total = self.covariance + np.einsum("ki,ij->kij", variance, np.eye(q))
-        inverse = np.linalg.inv(total)
-        off = y[:, None, :] - mean[None]
-        square = np.einsum("nki,kij,nkj->nk", off, inverse, off)
+        total, off = self.variance + variance, y[:, None] - mean
+        square = off * (1.0 / total) * off
         if not np.isfinite(self.freedom) or self.freedom >= MANY:
             return square
-        own = np.trace(self.covariance)
-        behind = self.freedom * (np.trace(total, axis1=1, axis2=2) / own) ** 2
-        return (behind + q) * np.log1p(square / behind)
+        behind = self.freedom * (total / self.variance) ** 2
+        return (behind + 1.0) * np.log1p(square / behind)
 
     def drawn(self, mean: np.ndarray, variance: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """(k, q) measured means as they could have come out at predictions (k, q) each."""
-        k, q = mean.shape
-        own = rng.multivariate_normal(np.zeros(q), self.covariance, size=k, method="eigh")
+        """(k,) measured means as they could have come out at predictions (k,)."""
+        own = rng.standard_normal(len(mean)) * np.sqrt(self.variance)
         if np.isfinite(self.freedom) and self.freedom < MANY:
-            own *= np.sqrt(self.freedom / rng.chisquare(self.freedom, k))[:, None]
+            own *= np.sqrt(self.freedom / rng.chisquare(self.freedom, len(mean)))
         return rng.normal(mean, np.sqrt(variance)) + own
-
-    def at(self, y: ArrayLike) -> "Response":
-        """This response with another measured mean y (q,)."""
-        return replace(self, mean=np.asarray(y, float))
 
 
 @cache
@@ -177,13 +151,13 @@ class Joint:
         return replace(self, responses=tuple(r for r in self.responses if r.name != name))
 
     def predicted(self, u: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-        """[(means (k, q), variances (k, q))] of each response at u (k, d)."""
+        """[(means (k,), variances (k,))] of each response at u (k, d)."""
         return [r.predicted(u) for r in self.responses]
 
-    def at(self, measured: Sequence[ArrayLike]) -> "Joint":
-        """This study with other measured means, one (q,) a response."""
+    def at(self, measured: Sequence[float]) -> "Joint":
+        """This study with other measured means, one a response."""
         pairs = zip(self.responses, measured, strict=True)
-        return replace(self, responses=tuple(r.at(y) for r, y in pairs))
+        return replace(self, responses=tuple(replace(r, mean=y) for r, y in pairs))
 
 
 @dataclass(frozen=True)
@@ -207,20 +181,20 @@ class Cloud:
         formed = sum((f.log_likelihood(u) for f in joint.formed), np.zeros(size))
         return cls(joint, u, joint.predicted(u), formed)
 
-    def weights(self, measured: Sequence[ArrayLike], but: str | None = None) -> np.ndarray:
-        """(k,) weights, of sum 1, under measured means, one (q,) a response; `but`: the name of one
+    def weights(self, measured: Sequence[float], but: str | None = None) -> np.ndarray:
+        """(k,) weights, of sum 1, under measured means, one a response; `but`: the name of one
         that does not count."""
         log = self.log_likelihood(measured, but)
         weights = np.exp(log - log.max())
         return weights / weights.sum()
 
-    def log_likelihood(self, measured: Sequence[ArrayLike], but: str | None = None) -> np.ndarray:
-        """(k,) log density of measured means, one (q,) a response; `but` as of `weights`."""
+    def log_likelihood(self, measured: Sequence[float], but: str | None = None) -> np.ndarray:
+        """(k,) log density of measured means, one a response; `but` as of `weights`."""
         log = self.formed.copy()
         parts = zip(self.joint.responses, measured, self.predicted, self._spreads, strict=True)
         for r, y, (mean, _), spread in parts:
             if r.name != but:
-                log += r.log_density(np.asarray(y, float), mean, spread)
+                log += r.log_density(y, mean, spread)
         return log
 
     @cached_property
@@ -231,7 +205,7 @@ class Cloud:
 
     def draws(
         self,
-        measured: Sequence[ArrayLike],
+        measured: Sequence[float],
         count: int,
         rng: np.random.Generator,
         but: str | None = None,
@@ -254,7 +228,7 @@ def worth(weights: np.ndarray) -> float:
 def least_misfit(
     joint: Joint, measured: Sequence[ArrayLike], predicted: Sequence[tuple[np.ndarray, np.ndarray]]
 ) -> np.ndarray:
-    """(n,) smallest sums of the responses' misfits over the points (k, q) at which all are
-    predicted, of n sets of measured means, one (n, q) a response."""
+    """(n,) smallest sums of the responses' misfits over the k points at which all are predicted,
+    of n sets of measured means, one (n,) a response."""
     parts = zip(joint.responses, measured, predicted, strict=True)
     return sum(r.misfit(np.asarray(y, float), *p) for r, y, p in parts).min(axis=1)

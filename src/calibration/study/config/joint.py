@@ -31,24 +31,13 @@ class JointTarget:
 
 @dataclass(frozen=True)
 class MeasuredMean:
-    """What was measured of a target: tests and metrics (q names each), mean (q,), covariance (q, q)
-    of the mean, the degrees of freedom behind it, infinite where it is stated, and the standard
-    deviation (q,) of one reading."""
+    """What was measured of a target: its mean with the variance of that, the degrees of freedom
+    behind it, infinite where it is stated, and the standard deviation of one reading."""
 
-    tests: tuple
-    metrics: tuple
-    mean: np.ndarray
-    covariance: np.ndarray
+    mean: float
+    variance: float
     freedom: float
-    reading_sd: np.ndarray
-
-    @property
-    def of_tests(self) -> dict[str, list[str]]:
-        """{test: its metrics}."""
-        found: dict[str, list[str]] = {}
-        for test, metric in zip(self.tests, self.metrics, strict=True):
-            found.setdefault(test, []).append(metric)
-        return found
+    reading_sd: float
 
 
 def joint_tests(config: Config) -> list[str]:
@@ -133,10 +122,7 @@ def read_joint_target(config: Config, target: JointTarget) -> MeasuredMean:
     # a stated deviation of single readings is an instrument's; of several it is estimated from them
     stated = mean.of == "values" and all(m.n == 1 for m in found)
     freedom = np.inf if stated else mean.n - 1.0
-    return MeasuredMean(
-        (target.test,), (target.metric,), np.array([mean.value]), np.array([[mean.sd**2 / mean.n]]),
-        freedom, np.array([mean.sd]),
-    )  # fmt: skip
+    return MeasuredMean(mean.value, mean.sd**2 / mean.n, freedom, mean.sd)
 
 
 def check_joint(config: Config, factors: Sequence[Factor | Choice]) -> None:

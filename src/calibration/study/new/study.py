@@ -18,7 +18,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 import yaml
 
@@ -327,7 +326,7 @@ def _targets(config, rig, trials):
     above all that runs gave, -1 below, 0 between, by its standard error."""
     for target in (t for t in joint_targets(config) if t.test == rig):
         found = read_joint_target(config, target)
-        mean, error = float(found.mean[0]), float(np.sqrt(found.covariance[0, 0]))
+        mean, error = found.mean, found.variance**0.5
         given = [t.metrics[target.metric] for t in trials if target.metric in t.metrics] or [mean]
         yield target.metric, mean, int(mean > max(given) + error) - int(mean < min(given) - error)
 
