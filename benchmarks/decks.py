@@ -8,7 +8,7 @@ from typing import Any, cast
 
 import yaml
 
-from calibration.chain.handed_over import NamedFiles
+from calibration.chain.study import NamedFiles
 from calibration.files import read_json
 from calibration.intake.tables import read_written
 from calibration.runs.simulated import simulate

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from dem.errors import InputError
 from dem.io.files import replace_file
-from dem.tables.limits import check_file
 
 if TYPE_CHECKING:  # pandas takes a while to load, and most of who write a file need none of it
     import pandas as pd
@@ -23,17 +22,12 @@ class DamagedError(InputError, ValueError):
 
 def read_json(path: str | Path) -> Any:
     """Content of a JSON file that a stage wrote. Raises OSError, and DamagedError for what is no
-    JSON, no plain file or larger than a record (`dem.tables.limits`)."""
-    again = "the file as it was written; delete it, and the next start makes it again"
-    os.stat(path)  # who asks for a file that is not there is told so, and not of damage
+    JSON."""
     try:
-        check_file(path, "record")
         return json.loads(Path(path).read_text("utf-8"))
-    except InputError as error:
-        reason = f"is damaged: it {error.reason}"
-        raise DamagedError(reason, path=path, value=error.value, allowed=again) from None
     except (ValueError, RecursionError) as error:
         line = getattr(error, "lineno", None)
+        again = "the file as it was written; delete it, and the next start makes it again"
         raise DamagedError("is damaged: no JSON", path=path, line=line, allowed=again) from None
 
 

@@ -62,7 +62,7 @@ STAGES = (
         name="diagnosis",
         title="What the calibrated model gets wrong",
         place=6,
-        plans=tuple(Plan(folder, batches=batches, failures="kept") for folder in PLANS),
+        plans=tuple(Plan(folder, batches=batches, kept=True) for folder in PLANS),
         figures=tuple(map(Figure, ("gain", "predictions", "ranking", "residuals"))),
         tables=(("residuals", "Residuals"),),
         made_by="diagnose",

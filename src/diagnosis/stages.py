@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from calibration import figures as common
-from calibration.chain.handed_over import NamedFiles
+from calibration.chain.study import NamedFiles
 from calibration.files import read_json, write_table, write_text
 from calibration.runs.simulated import simulate
 from calibration.telling.report.embed import write_page

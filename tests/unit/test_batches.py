@@ -13,7 +13,7 @@ from calibration.runs.plans import run_id
 from calibration.runs.runner import (
     batch_count,
     run_batch,
-    run_told_batch,
+    run_kept_batch,
     runs_per_job,
 )
 from calibration.runs.store import RunStore
@@ -36,12 +36,12 @@ def test_batches_share_the_runs_and_a_second_time_does_none(tmp_path, monkeypatc
     monkeypatch.setitem(store._place, "root", tmp_path / "runs")
     plan = plan_of(tmp_path, [DROP | {"seed": n} for n in range(3)])
     for batch in range(2):
-        run_batch(plan, batch, 2, tmp_path / f"{batch}.json")
+        run_kept_batch(plan, batch, 2, tmp_path / f"{batch}.json")
     done = [json.loads((tmp_path / f"{b}.json").read_text())["runs"] for b in range(2)]
     assert sorted(done[0] + done[1]) == sorted(json.loads(plan.read_text()))
     results = {p: p.stat().st_mtime_ns for p in (tmp_path / "runs").glob("*/result.json")}
     assert len(results) == 3
-    run_batch(plan, 0, 1, tmp_path / "again.json")
+    run_kept_batch(plan, 0, 1, tmp_path / "again.json")
     assert results == {p: p.stat().st_mtime_ns for p in results}
 
 
@@ -100,7 +100,7 @@ def test_a_lift_lasts_as_its_speed_says():
 def test_a_drop_in_a_shared_process_gives_what_it_gives_alone(tmp_path, monkeypatch):
     monkeypatch.setitem(store._place, "root", tmp_path / "runs")
     specs = [DROP | {"seed": n} for n in range(3)]
-    run_batch(plan_of(tmp_path, specs), 0, 1, tmp_path / "done.json")
+    run_kept_batch(plan_of(tmp_path, specs), 0, 1, tmp_path / "done.json")
     for spec in specs:
         name = run_id(spec)
         alone = engines.make(spec, tmp_path / "alone" / name)
@@ -139,7 +139,7 @@ def test_a_batch_goes_on_after_a_run_that_failed_and_tells_of_it(study, monkeypa
 
     monkeypatch.setattr(engines, "make", make)
     with pytest.raises(SystemExit):
-        run_told_batch(plan, 0, 1, "done.json", "batch.log", settings)
+        run_batch(plan, 0, 1, "done.json", "batch.log", settings)
     assert f"run {bad} failed: particle 1" in capsys.readouterr().err
     made = [n for n in sorted(specs) if RunStore().current(n)]
     assert made == [n for n in sorted(specs) if n != bad]
@@ -147,7 +147,7 @@ def test_a_batch_goes_on_after_a_run_that_failed_and_tells_of_it(study, monkeypa
     assert "overlap" in Path(f"results/runs/{bad}/run.log").read_text()
     assert Path(f"results/runs/{bad}/failed.yaml").exists()
     monkeypatch.setattr(engines, "make", true)
-    run_told_batch(plan, 0, 1, "done.json", "batch.log", settings)
+    run_batch(plan, 0, 1, "done.json", "batch.log", settings)
     assert Path("batch.log").read_text().count("was there") == 2
     assert json.loads(Path("done.json").read_text())["runs"] == sorted(specs)
 
@@ -162,7 +162,7 @@ def test_a_batch_that_is_asked_to_stop_begins_no_further_run(study, monkeypatch,
 
     monkeypatch.setattr(engines, "make", stopped)
     with pytest.raises(SystemExit):
-        run_told_batch(
+        run_batch(
             f"results/{config.name}/screening/plan.json", 0, 1, "done.json", "batch.log",
             config.model_dump(mode="json"),
         )  # fmt: skip
@@ -178,7 +178,7 @@ def test_the_mark_of_a_batch_falls_with_one_of_its_runs(study, damage):
     config, specs = study
     folder = Path(f"results/{config.name}/screening")
     mark = folder / "batches" / "0.json"
-    run_told_batch(
+    run_batch(
         folder / "plan.json", 0, 1, mark, "batch.log", config.model_dump(mode="json")
     )  # fmt: skip
     assert short_batches(folder, RunStore()) == []

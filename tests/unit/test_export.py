@@ -15,7 +15,7 @@ import yaml
 
 from calibration.chain.study import Study, read_region
 from calibration.engines import lammps, liggghts, yade
-from calibration.engines.conversion import Conversion, granulate
+from calibration.engines.conversion import Conversion, Granulate
 from calibration.errors import CalibrationError
 from calibration.stages import export as stage
 from calibration.statistics.surface import fit_surface
@@ -90,7 +90,7 @@ def mapping(config):
 
 @pytest.fixture(scope="module")
 def material(mapping):
-    return granulate(parse_spec(mapping))
+    return Granulate(parse_spec(mapping))
 
 
 def conversion(mapping, **changes):
@@ -99,7 +99,7 @@ def conversion(mapping, **changes):
 
 def typed(code, spec):
     """The page of numbers to type into a code for a spec with nothing searched."""
-    return by_hand.block(code, granulate(spec), Conversion(spec), [])
+    return by_hand.block(code, Granulate(spec), Conversion(spec), [])
 
 
 def uncommented(text):
@@ -182,7 +182,7 @@ def test_liggghts_block_has_full_symmetric_matrices(material, mapping):
 
 def test_liggghts_is_told_of_soft_grains(mapping):
     soft = parse_spec(overlay(mapping, {"materials": {"particle": {"shear_modulus_Pa": 1e6}}}))
-    text = liggghts.block(granulate(soft), Conversion(soft, found()), [])
+    text = liggghts.block(Granulate(soft), Conversion(soft, found()), [])
     assert "soft_particles yes" in text
 
 
@@ -364,7 +364,7 @@ def test_lammps_alone_takes_the_torsion_along(mapping):
     plain, twisting = (parse_spec(overlay(mapping, m)) for m in ({}, {"laws": laws}))
     for code, keeps in ((lammps, True), (liggghts, False), (yade, False), (mercurydpm, False)):
         for spec in (plain, twisting):
-            text = code.block(granulate(spec), Conversion(spec), [])
+            text = code.block(Granulate(spec), Conversion(spec), [])
             assert ("twisting marshall" in text) == (keeps and spec is twisting)
             lost = "NOT CONVERTED: torsion" in uncommented(text)
             assert lost == (not keeps and spec is twisting)

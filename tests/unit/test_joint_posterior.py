@@ -16,8 +16,8 @@ from calibration.inference.joint.next_test import (
     expected_information,
     expected_spread,
     rank,
+    shares,
 )
-from calibration.inference.joint.shares import shares
 from calibration.inference.posterior_sampling import Formed, Prior, sample
 from calibration.statistics.design import box_behnken
 from calibration.study.factors import Factor

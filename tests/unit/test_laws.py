@@ -99,11 +99,11 @@ SPEC = (
 
 EXPORTED = """
 from calibration.engines import lammps, liggghts
-from calibration.engines.conversion import Conversion, granulate, left_out
+from calibration.engines.conversion import Conversion, Granulate, left_out
 
 for code in (lammps, liggghts):
     told = left_out(spec, code.CODE)
-    print(code.CODE, code.block(granulate(spec), Conversion(spec), told), sep="\\n")
+    print(code.CODE, code.block(Granulate(spec), Conversion(spec), told), sep="\\n")
 """
 
 

@@ -24,7 +24,6 @@ from calibration.stages.scaling import (
     log_slope,
     measured_exponents,
     plan_scaling,
-    quantity_of,
     response_statements,
     response_table,
     scaling_figure,
@@ -32,6 +31,7 @@ from calibration.stages.scaling import (
 from calibration.statistics.dimensions import (
     DIMENSIONS,
     GRAVITY_RULE,
+    HELD_IN,
     PAPER_RULE,
     RULES,
     ScalingError,
@@ -43,6 +43,7 @@ from calibration.statistics.dimensions import (
 from calibration.statistics.numbers import fixed
 from calibration.study.config import parse_config
 from dem.spec import GEOMETRY, LawParameters, Numerics, Particles
+from dem.units import unit_of
 from facts import refused, tells
 from stage_files import PlanFiles
 
@@ -133,7 +134,7 @@ def test_every_key_with_a_unit_is_known(model):
     # an angle and the shape that a file gives stay as they are at any scale; curves are refused
     alike = ("_angle_deg", "_stl")
     unscaled = {k for k in model.model_fields if not k.endswith(alike) and "_curve_" not in k}
-    assert {k for k in unscaled if quantity_of(k) is None} <= bare
+    assert {k for k in unscaled if HELD_IN.get(unit_of(k)) is None} <= bare
 
 
 @pytest.mark.parametrize("rule", RULES.values(), ids=list(RULES))

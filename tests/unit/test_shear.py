@@ -31,7 +31,7 @@ def stress(noise):
 
 
 def test_an_exact_law_gives_its_own_slopes_and_inverse():
-    curve = SlopeCurve.fit(FRICTION, NORMAL, stress(0.0))
+    curve = SlopeCurve(FRICTION, NORMAL, stress(0.0))
     assert curve.at(0.5)[0] == pytest.approx(bulk_slope(0.5))
     friction, interval = curve.inverse(bulk_slope(0.55))
     assert friction == pytest.approx(0.55, abs=1e-4)
@@ -41,19 +41,19 @@ def test_an_exact_law_gives_its_own_slopes_and_inverse():
 def test_the_interval_of_the_inverse_covers_the_truth_and_widens_with_the_scatter():
     widths = []
     for noise in (0.02, 0.06):
-        _, (low, high) = SlopeCurve.fit(FRICTION, NORMAL, stress(noise)).inverse(bulk_slope(0.5))
+        _, (low, high) = SlopeCurve(FRICTION, NORMAL, stress(noise)).inverse(bulk_slope(0.5))
         assert low < 0.5 < high
         widths.append(high - low)
     assert widths[1] > widths[0]
 
 
 def test_a_slope_out_of_reach_has_no_inverse():
-    curve = SlopeCurve.fit(FRICTION, NORMAL, stress(0.02))
+    curve = SlopeCurve(FRICTION, NORMAL, stress(0.02))
     assert curve.inverse(1.5) == (None, None)
 
 
 def test_a_slope_just_above_the_curve_is_met_where_it_comes_nearest():
-    curve = SlopeCurve.fit(FRICTION, NORMAL, stress(0.05))
+    curve = SlopeCurve(FRICTION, NORMAL, stress(0.05))
     top = max(curve.at(np.linspace(0.2, 0.85, 200))[0])
     friction, (low, high) = curve.inverse(top + 0.005)
     assert low <= friction <= high

@@ -22,7 +22,6 @@ from calibration.runs.simulated import simulate, untested
 from calibration.runs.store import RunStore
 from calibration.runs.verify import (
     FOLDER,
-    altered,
     faults_of,
     hold,
     is_held,
@@ -34,7 +33,6 @@ from calibration.runs.verify import (
     refuse_others,
     refuse_outside,
     repair,
-    set_faults_aside,
     untrusted,
 )
 from calibration.stages.screening import plan_screening
@@ -130,9 +128,14 @@ def tree(folder="."):
 def told(config):
     """What a start says; it looks, and writes nothing."""
     before = tree()
-    said = untrusted(config, RunStore(looks_only=True))
+    said, _ = untrusted(config, RunStore(looks_only=True))
     assert tree() == before
     return said
+
+
+def set_faults_aside(config):
+    """As a start does."""
+    repair(untrusted(config, RunStore())[1], config.results)
 
 
 @pytest.mark.parametrize("damage", DAMAGE.values(), ids=DAMAGE)
@@ -312,7 +315,7 @@ def test_a_mesh_halved_in_place_is_another_run(study):
 def test_an_edited_or_deleted_design_is_planned_again(study, table, damage):
     file, folder = Path("results/meshed/screening", table), Path("results/meshed")
     assert faults_of() == []
-    assert made_again(folder, "plan_screening", []) is None
+    assert not made_again(folder, "plan_screening", [])
     file.write_text(damage(file.read_text()))
     assert {fault.file for fault in faults_of()} == {file}
     assert told(study)[-1].startswith(str(file))
@@ -321,7 +324,7 @@ def test_an_edited_or_deleted_design_is_planned_again(study, table, damage):
     assert Path(f"{file}.damaged").exists()
     [said] = told(study)
     assert tells(said, str(file), "missing")
-    assert str(file) in made_again(folder, "plan_screening", [])
+    assert made_again(folder, "plan_screening", [])
 
 
 def test_verify_says_what_is_wrong_and_repair_sets_it_aside(names, capsys):
@@ -343,7 +346,7 @@ def test_two_calls_do_not_work_in_one_folder(names):
     from filelock import FileLock
 
     with FileLock("results/.lock"), pytest.raises(CalibrationError, match="--config results="):
-        set_faults_aside(NO_STUDY)
+        hold("results")
     assert told(NO_STUDY) == []
 
 
@@ -409,18 +412,19 @@ def record_of(folder):
     return folder / FOLDER / f"{NAME}.json"
 
 
-def why(folder, content=None):
-    """The reason to make the files again, or None."""
+def stale(folder, content=None):
+    """Whether the files are to be made again."""
     return made_again(folder, NAME, [table_of(folder)], content)
 
 
 def test_an_edited_file_is_found(left):
-    assert list(altered(left)) == []
-    assert why(left) is why(left, "abc") is None
-    assert "have changed" in why(left, "abd")
+    assert faults_of(left.parent) == []
+    assert not stale(left)
+    assert not stale(left, "abc")
+    assert stale(left, "abd")
     table_of(left).write_text("2")
-    assert list(altered(left)) == [(NAME, table_of(left))]
-    assert why(left).startswith(str(table_of(left)))
+    assert [fault.file for fault in faults_of(left.parent)] == [table_of(left)]
+    assert stale(left)
 
 
 DAMAGED_RECORD = {
@@ -433,8 +437,8 @@ DAMAGED_RECORD = {
 @pytest.mark.parametrize("damage", DAMAGED_RECORD.values(), ids=DAMAGED_RECORD)
 def test_a_record_that_is_missing_or_damaged_makes_the_files_again(left, damage):
     damage(record_of(left))
-    assert list(altered(left)) == []
-    assert "nothing says" in why(left)
+    assert table_of(left) not in {fault.file for fault in faults_of(left.parent)}
+    assert stale(left)
 
 
 OUTSIDE = {

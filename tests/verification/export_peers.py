@@ -7,7 +7,7 @@ from pathlib import Path
 from calibration.engines import lammps as to_lammps
 from calibration.engines import liggghts as to_liggghts
 from calibration.engines import yade as to_yade
-from calibration.engines.conversion import Conversion, granulate
+from calibration.engines.conversion import Conversion, Granulate
 from calibration.engines.program import find, run
 from calibration.study.config import overlay, parse_config
 from calibration.study.factors import read_factors
@@ -34,7 +34,7 @@ def exported(code, spec, found, folder):
     returns its name."""
     parsed = parse_spec(spec)
     name = f"block.{code.__name__.rsplit('.', 1)[-1]}"
-    text = code.block(granulate(parsed), Conversion(parsed, found), ["a test"])
+    text = code.block(Granulate(parsed), Conversion(parsed, found), ["a test"])
     (Path(folder) / name).write_text(text)
     return name
 

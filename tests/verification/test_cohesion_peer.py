@@ -6,7 +6,7 @@ import pytest
 from export_peers import liggghts as run_liggghts
 
 from calibration.engines import liggghts
-from calibration.engines.conversion import Conversion, granulate
+from calibration.engines.conversion import Conversion, Granulate
 from calibration.engines.program import read_dump
 from calibration.study.config import overlay
 from dem.spec import parse_spec
@@ -46,7 +46,7 @@ run 0
 
 def test_two_grains_and_a_grain_on_a_wall_attract_as_here(tmp_path):
     spec = parse_spec(overlay(SPEC, STICKY))
-    material = granulate(spec)
+    material = Granulate(spec)
     block = liggghts.block(material, Conversion(spec), ["a test"])
     (tmp_path / "material.in").write_text(block)
     r = material.radius

@@ -13,7 +13,7 @@ from calibration.chain.jobs import leave_record
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError
 from calibration.runs.plans import read_plan
-from calibration.runs.verify import altered
+from calibration.runs.verify import faults_of
 from calibration.study.config import parse_config
 from calibration.study.stage import load_stages
 from calibration.telling.report import build
@@ -212,7 +212,7 @@ def test_an_edited_deck_is_told(exported):
     output = flat(rules_of(data)["export"].output)
     job = SimpleNamespace(input=[], output=output, log=["export.log"])
     leave_record(SimpleNamespace(**vars(job), params=SimpleNamespace(made_from="")), study)
-    assert list(altered(study.folder)) == []
+    assert faults_of(study.folder.parent) == []
     deck = Path(study.folder, "exports/lammps/in.lammps")
     deck.write_text(deck.read_text() + "# mine\n")
-    assert list(altered(study.folder)) == [("export", deck)]
+    assert [fault.file for fault in faults_of(study.folder.parent)] == [deck]

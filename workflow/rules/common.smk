@@ -159,18 +159,18 @@ def again(each):
     """
 
     @cache
-    def reason(name, files):
+    def stale(name, files):
         known = all(workflow.persistence.params(file) is not None for file in files)
         content = None if known else each.params.made_from({})
         plans = [p.parent for p in map(Path, files) if p.name == "plan.json"]
-        stale = next((fault for plan in plans for fault in plan_faults(plan)), None)
-        return stale or made_again(STUDY_OBJECT.folder, name, files, content)
+        faults = any(True for plan in plans for _ in plan_faults(plan))
+        return faults or made_again(STUDY_OBJECT.folder, name, files, content)
 
     def check(wildcards):
         if STARTS:
             files, _ = each.expand_output(wildcards)
             name = Path(each.expand_log(wildcards)[0]).stem
-            if reason(name, tuple(files)):
+            if stale(name, tuple(files)):
                 workflow.dag.forcefiles.update(files)
         return []
 

@@ -64,8 +64,7 @@ rule run_batch:
         runtime=240,
     params:
         batches=lambda w: batches_of(w.plan),
-        # runs that could each be a job of its own are told of as such
-        failures=lambda w: PLANS[w.plan].failures if PLANS[w.plan].batches else "told",
+        kept=lambda w: PLANS[w.plan].kept,
     message:
         "{wildcards.plan}: runs, batch {wildcards.batch}"
     script:

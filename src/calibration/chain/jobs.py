@@ -8,7 +8,6 @@ from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any
 
-from calibration.chain.handed_over import Job
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError, in_words, of_the_machine
 from calibration.intake.started_code import permit
@@ -52,7 +51,7 @@ def work_for(config: Mapping[str, Any]) -> Study:
     return study
 
 
-def run_task(job: Job) -> None:
+def run_task(job: Any) -> None:
     """Do what a rule declares: call its function with the study, its inputs and its outputs.
 
     job: what snakemake hands to a script; its parameters name the function, the sections of the
@@ -65,6 +64,6 @@ def run_task(job: Job) -> None:
         leave_record(job, study)
 
 
-def leave_record(job: Job, study: Study) -> None:
+def leave_record(job: Any, study: Study) -> None:
     """Write down what a job has left, see `calibration.runs.verify`."""
     record(study.folder, Path(job.log[0]).stem, job.params.made_from, job.output)

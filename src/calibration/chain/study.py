@@ -4,15 +4,14 @@ The workflow hands one to each stage, narrowed to the sections of the configurat
 declares; in Python `Study("wheat")` opens one from its folder.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import pandas as pd
 
-from calibration.chain.handed_over import NamedFiles
 from calibration.errors import CalibrationError
 from calibration.files import read_json
 from calibration.intake.tables import read_written
@@ -26,6 +25,18 @@ from calibration.study.stage import Points
 ALWAYS = ("name", "results")  # where a study's files are; it decides none of their content
 OF = {"run_of": "tests", "of_experiment": "tests"}
 """Methods of a `Config`: the section that they read."""
+
+
+class NamedFiles(Protocol):
+    """Input or output files of a rule: each attribute is the path, or the list of paths, that
+    stands under this name in the rule's `input` or `output`."""
+
+    def __getattr__(self, name: str) -> Any: ...
+
+    def __iter__(self) -> Iterator[Any]: ...
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """The path or paths of a name, `default` where the rule has none of it."""
 
 
 class UndeclaredError(CalibrationError):

@@ -5,14 +5,14 @@ sentences on what is converted and what is not."""
 import math
 import textwrap
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from calibration.engines.templates import words
 from dem.constants import GRAVITY
 from dem.contact.catalogue import LAWS, SLOTS
 from dem.contact.export import Export, Pair
-from dem.contact.registry import Laws, Material, pair_properties
+from dem.contact.registry import Laws, pair_properties
 from dem.experiments.setup import time_step_of
 from dem.grains.sizes import mean_radius
 from dem.materials import PARTICLE, WALL, contact_parameters, laws_of, material_of
@@ -34,40 +34,26 @@ STIFFNESS_FACTOR = _OWN["rolling_stiffness_factor"]
 DAMPING_RATIO = _OWN["rolling_damping_ratio"]
 
 
-@dataclass(frozen=True)
 class Granulate:
-    """Grains and walls. `spec` is the run spec at the calibrated point."""
+    """Grains and walls of a `RunSpec` at the calibrated point. The mean grain stands for all where
+    there is a size distribution."""
 
-    spec: RunSpec
-    grain: Material
-    wall: Material
-    radius: float
-    grain_grain: Pair
-    grain_wall: Pair
+    def __init__(self, spec: RunSpec) -> None:
+        m = spec.materials
+        self.spec, self.radius, self.time_step = spec, mean_radius(spec), time_step_of(spec)
+        self.grain, self.wall = material_of(m.particle), material_of(m.wall)
+        self.grain_grain = self._pair(self.grain, PARTICLE, 0.5)
+        self.grain_wall = self._pair(self.wall, WALL, 1.0)
 
-    @property
-    def time_step(self) -> float:
-        """Time step of the calibrated runs [s]."""
-        return time_step_of(self.spec)
-
-
-def granulate(spec: RunSpec) -> Granulate:
-    """`Granulate` of a `RunSpec`. The mean grain stands for all where there is a size
-    distribution."""
-    grain, wall = material_of(spec.materials.particle), material_of(spec.materials.wall)
-    radius = mean_radius(spec)
-    inertia = 1.4 * 4 / 3 * math.pi * radius**5 * grain.density
-    load = TYPICAL_LOAD * 4 / 3 * math.pi * radius**3 * grain.density * GRAVITY
-    pairs = []
-    contacts = contact_parameters(spec)
-    for other, name, r_eff, i_eff in (
-        (grain, PARTICLE, radius / 2, inertia / 2),
-        (wall, WALL, radius, inertia),
-    ):
-        contact = contacts[PARTICLE, name]
-        p = pair_properties(Laws(), grain, other, contact)
-        pairs.append(Pair(p.young, p.shear, p.damping, r_eff, i_eff, load, name == WALL, contact))
-    return Granulate(spec, grain, wall, radius, *pairs)
+    def _pair(self, other, name, share):
+        """`Pair` of a grain and another body; share: of its radius and inertia that counts."""
+        radius, density = self.radius, self.grain.density
+        inertia = 1.4 * 4 / 3 * math.pi * radius**5 * density
+        load = TYPICAL_LOAD * 4 / 3 * math.pi * radius**3 * density * GRAVITY
+        contact = contact_parameters(self.spec)[PARTICLE, name]
+        p = pair_properties(Laws(), self.grain, other, contact)
+        reduced = share * radius, share * inertia
+        return Pair(p.young, p.shear, p.damping, *reduced, load, name == WALL, contact)
 
 
 def needs_search(spec: RunSpec) -> bool:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from calibration.engines import EngineError
-from calibration.engines.conversion import Conversion, granulate, left_out
+from calibration.engines.conversion import Conversion, Granulate, left_out
 from calibration.engines.templates import words
 from dem.constants import GRAVITY
 from dem.contact.catalogue import LAWS
@@ -67,7 +67,7 @@ def refuse_lost(spec: RunSpec, name: str, code: str) -> None:
 
 def block_of(block: Callable[..., str], spec: RunSpec) -> str:
     """Text of a code's material block for a `RunSpec`; block: the function of its module."""
-    return block(granulate(spec), Conversion(spec), ["A run of a study, in SI units."])
+    return block(Granulate(spec), Conversion(spec), ["A run of a study, in SI units."])
 
 
 def sliced(sizes: Sizes) -> Sizes:

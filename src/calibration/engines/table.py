@@ -45,22 +45,18 @@ def read_row(path: str | Path, run_id: str) -> dict[str, float]:
     if not Path(path).is_file():
         raise EngineError(f"{path}: there is no such file; write the responses there")
     try:
-        return _row(read_table(path), path, run_id)
+        table = read_table(path)
+        table.require("run_id")
+        rows = [(line, row) for line, row in table.rows if row["run_id"] == run_id]
+        if len(rows) != 1:
+            lines = ", ".join(str(line) for line, _ in rows)
+            found = f"stands in several lines: {lines}" if rows else "has no row yet"
+            raise EngineError(f"{path}: the run {run_id} {found}")
+        [(line, row)] = rows
+        given = ((name, text) for name, text in row.items() if name != "run_id" and text != "")
+        return {name: table.number(line, name, text) for name, text in given}
     except ConfigError as error:
         raise EngineError(str(error)) from None
-
-
-def _row(table, path, run_id):
-    table.require("run_id")
-    rows = [(line, row) for line, row in table.rows if row["run_id"] == run_id]
-    if not rows:
-        raise EngineError(f"{path} has no row for the run {run_id} yet")
-    if len(rows) > 1:
-        lines = ", ".join(str(line) for line, _ in rows)
-        raise EngineError(f"{path}: the run {run_id} stands in several lines: {lines}")
-    [(line, row)] = rows
-    given = ((name, text) for name, text in row.items() if name != "run_id" and text != "")
-    return {name: table.number(line, name, text) for name, text in given}
 
 
 def changed(result: Mapping[str, Any], name: str) -> str | None:

@@ -24,7 +24,7 @@ Ig2_Facet_Sphere_ScGeom
 
 import re
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -56,11 +56,6 @@ def version() -> str:
     return stated_version([find("yade", INSTALL), "--version"], r"version:? *(\S+)").rstrip(",")
 
 
-def refuse(spec: RunSpec) -> None:
-    """Raise EngineError for what YADE cannot represent of a `RunSpec`."""
-    rig.refuse(spec, "YADE", CODE)
-
-
 def deck(spec: RunSpec, folder: Path, material: str | None = None) -> None:
     """Write script and material block of a `RunSpec` of a heap into `folder`. material: text of the
     block, that of the spec unless given."""
@@ -86,4 +81,5 @@ def start(
     return rig.heap_metrics(state, rig.Pour(spec), int(made.group(1))), state
 
 
+refuse = partial(rig.refuse, name="YADE", code=CODE)
 ENGINE = engine_of(CODE, ("heap",), version, refuse, deck, start)

@@ -29,7 +29,8 @@ class Chance:
         x = _with_one(np.asarray(x, float))
         failed, runs = np.asarray(failed, float), np.asarray(runs, float)
         tried = [_laplace(x, failed, runs, size) for size in SIZES]
-        self.weights, self.covariance, _ = max(tried, key=lambda t: t[2])
+        self.weights, self.covariance, self.evidence = max(tried, key=lambda t: t[2])
+        self.failed, self.runs = int(failed.sum()), int(runs.sum())
 
     def with_slope(
         self, x: np.ndarray, columns: Sequence[int], error: bool = True

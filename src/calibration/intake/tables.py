@@ -71,21 +71,11 @@ def summary(values: ArrayLike, unit: str = "", how: str = "") -> str:
     values = np.asarray(values, float)
     if len(values) == 1:
         return f"1 value, {values[0]:.4g}{unit}" + (f" ({how})" if how else "")
-    digits = _digits(values)
-    low, high, mean = (
-        f"{values.min():.4g}{unit}",
-        f"{values.max():.4g}{unit}",
-        f"{values.mean():.{digits}f}{unit}",
-    )
-    spread = f" ± {values.std(ddof=1):.2g}{unit}"
-    text = f"{len(values)} values, {low} to {high}, mean {mean}{spread}"
+    largest = float(np.abs(values).max())  # four digits of it tell the decimals of the mean
+    digits = int(np.clip(3 - np.floor(np.log10(largest)), 0, 6)) if largest > 0 else 1
+    text = f"{len(values)} values, {values.min():.4g}{unit} to {values.max():.4g}{unit}, "
+    text += f"mean {values.mean():.{digits}f}{unit} ± {values.std(ddof=1):.2g}{unit}"
     return f"{text} ({how})" if how else text
-
-
-def _digits(values):
-    """Decimals that four digits of the largest value take."""
-    largest = float(np.abs(values).max())
-    return int(np.clip(3 - np.floor(np.log10(largest)), 0, 6)) if largest > 0 else 1
 
 
 def read_written(path: str | Path, **options: Any) -> pd.DataFrame:

@@ -20,7 +20,7 @@ import yaml
 
 from calibration import engines
 from calibration.engines.templates import macros
-from calibration.errors import CalibrationError, in_words, of_the_machine
+from calibration.errors import in_words, of_the_machine
 from calibration.files import write_text
 from calibration.intake.started_code import permit
 from calibration.runs.plans import points_of, read_plan
@@ -191,17 +191,21 @@ def begin(config: Config, store: RunStore, dry_run: bool) -> None:
     """
     # what only the start of a campaign needs takes a second to load
     from calibration.runs.feasibility import check_ahead, cost_ahead
-    from calibration.runs.verify import is_held, refuse_others, set_faults_aside, untrusted
+    from calibration.runs.verify import hold, is_held, refuse_others, repair, untrusted
 
     check_ahead(config)
     refuse_others(Path(config.results, config.name))
-    if dry_run and is_held(config.results):
+    if not dry_run:
+        hold(config.results)
+        store = RunStore(config.runs)
+    elif is_held(config.results):
         text = "another call works here; what it is making now looks changed or missing"
         print(f"{config.results}: {text}", file=sys.stderr)
-    for sentence in [*untrusted(config, store), cost_ahead(config)]:
+    said, faults = untrusted(config, store)
+    for sentence in [*said, cost_ahead(config)]:
         print(sentence, file=sys.stderr)
     if not dry_run:
-        set_faults_aside(config)
+        repair(faults, config.results)
     report(config, store)
 
 
@@ -303,14 +307,29 @@ def run_batch(
     batch: int,
     batches: int,
     done: str | Path,
-    failures: str = "refused",
+    log: str | Path,
+    config: Mapping[str, Any],
+) -> None:
+    """Make every `batches`-th run of a plan, from number `batch` on, as `run_each` does, and write
+    their names to `done`; `log` says of each how it ended."""
+    try:
+        specs = share_of(plan_file, batch, batches)
+        with open(log, "w", buffering=1) as stream:
+            run_each(specs, config, lambda text: print(text, file=stream))
+        write_json(done, {"runs": list(specs), "failed": []})
+    except OSError as error:
+        sys.exit(in_words(error))
+
+
+def run_kept_batch(
+    plan_file: str | Path,
+    batch: int,
+    batches: int,
+    done: str | Path,
     tell: Callable[[], object] = lambda: None,
 ) -> None:
-    """Do every `batches`-th run of a plan, from number `batch` on, and write their names to `done`.
-
-    failures: "refused" raises CalibrationError naming the runs that failed and why, after the
-    others have been done; "kept" lists them in `done`, for who can do without them. What the
-    machine did to a run is refused in either case. tell: called after each run."""
+    """The same for a stage that can do without runs that fail physically: `done` lists these, see
+    `simulate`. What the machine did to a run is refused. tell: called after each run."""
     specs = share_of(plan_file, batch, batches)
 
     def note(text):
@@ -319,30 +338,7 @@ def run_batch(
 
     found = simulate(specs, note=note)
     failed = [name for name, metrics in found.items() if metrics is None]
-    if failed and failures == "refused":
-        store = RunStore()
-        lines = [f"{n}: {(store.failure(n) or {}).get('error', '')}" for n in failed]
-        raise CalibrationError(f"{len(failed)} runs of {plan_file} failed\n" + "\n".join(lines))
     write_json(done, {"runs": list(specs), "failed": failed})
-
-
-def run_told_batch(
-    plan_file: str | Path,
-    batch: int,
-    batches: int,
-    done: str | Path,
-    log: str | Path,
-    config: Mapping[str, Any],
-) -> None:
-    """The same for runs that could each be a job of its own: each has its log and its message, and
-    the job ends with status 1 after them where one failed; see `run_each`."""
-    try:
-        specs = share_of(plan_file, batch, batches)
-        with open(log, "w", buffering=1) as stream:
-            run_each(specs, config, lambda text: print(text, file=stream))
-        write_json(done, {"runs": list(specs), "failed": []})
-    except OSError as error:
-        sys.exit(in_words(error))
 
 
 def share_of(plan_file: str | Path, batch: int, batches: int) -> dict[str, dict[str, Any]]:

@@ -65,20 +65,6 @@ def inside(folder: Path, file: Path) -> bool:
     return file.resolve().is_relative_to(folder.resolve())
 
 
-def records(folder: str | Path) -> Iterator[tuple[str, dict[str, Any]]]:
-    """(name, record) of each rule of a study's folder that has one."""
-    for path in sorted(Path(folder, FOLDER).glob("*.json")):
-        found = read_record(path)
-        if found is not None:
-            yield path.stem, found
-
-
-def altered(folder: str | Path) -> Iterator[tuple[str, Path]]:
-    """(name, file) of each file of a study that is missing or not as its rule left it."""
-    for name, found in records(folder):
-        yield from ((name, file) for file in _altered(folder, found))
-
-
 def _altered(folder, found):
     for relative, digest in found["files"].items():
         file = Path(folder, relative)
@@ -88,18 +74,14 @@ def _altered(folder, found):
 
 def made_again(
     folder: str | Path, name: str, outputs: Iterable[str | Path], content: str | None = None
-) -> str | None:
-    """Return why the files of a rule are to be made again, in a sentence; None where they need
-    not. content: the digest that its record must have, if given."""
+) -> bool:
+    """Return whether the files of a rule are to be made again: nothing says how they were made, one
+    is not as the rule left it, or code, settings or tables of the rule have changed. content: the
+    digest that its record must have, if given."""
     found = read_record(Path(folder, FOLDER, f"{name}.json"))
     if found is None:
-        there = any(Path(file).exists() for file in outputs)
-        return f"{folder}, {name}: nothing says how they were made" if there else None
-    if file := next(_altered(folder, found), None):
-        return f"{file}: is not as {name} left it"
-    if content and found["made_from"] != content:
-        return f"{folder}: code, settings or tables of {name} have changed"
-    return None
+        return any(Path(file).exists() for file in outputs)
+    return any(_altered(folder, found)) or (content or found["made_from"]) != found["made_from"]
 
 
 def refuse_others(folder: str | Path) -> None:
@@ -229,21 +211,22 @@ def _specs(plan):
         return {}
 
 
-def untrusted(config: Config, store: RunStore) -> list[str]:
-    """Return sentences on what of a study and of the store cannot be trusted; nothing is written.
+def untrusted(config: Config, store: RunStore) -> tuple[list[str], list[Fault]]:
+    """Return sentences on what of a study and of the store cannot be trusted, and the `Fault`s that
+    are to be set aside before the study's jobs, so that none writes over them; nothing is written.
     Runs of another engine are told of by their number."""
-    folder, planned = Path(config.results, config.name), set()
-    found = [f"{fault}; it is made again" for fault in _study_faults(folder)]
-    for plan in _plans(folder):
-        planned |= set(_specs(plan))
-    faults = list(_run_faults(store, full=False))
-    found += [f"{fault}; the run counts as missing" for fault in faults if not fault.stale]
-    stale = sum(fault.stale and fault.run in planned for fault in faults)
+    folder = Path(config.results, config.name)
+    planned = {name for plan in _plans(folder) for name in _specs(plan)}
+    own, runs = _study_faults(folder), list(_run_faults(store, full=False))
+    damaged = [fault for fault in runs if not fault.stale]
+    stale = [fault for fault in runs if fault.stale and fault.run in planned]
+    said = [f"{fault}; it is made again" for fault in own]
+    said += [f"{fault}; the run counts as missing" for fault in damaged]
     if stale:
-        found.append(
-            f"{stale} runs of {config.name} were made by another engine; they are made again"
+        said.append(
+            f"{len(stale)} runs of {config.name} were made by another engine; they are made again"
         )
-    return found
+    return said, [*own, *damaged, *stale]
 
 
 def lost_runs(folder: str | Path, store: RunStore) -> list[str]:
@@ -275,21 +258,6 @@ def short_batches(folder: str | Path, store: RunStore) -> list[str]:
     return found
 
 
-def set_faults_aside(config: Config) -> None:
-    """Before a study's jobs: hold its folder of results until this process ends, and rename there
-    what cannot be trusted, so that no job writes over it. Raises CalibrationError where another
-    call works there."""
-    results, folder = Path(config.results), Path(config.results, config.name)
-    hold(results)
-    planned = {name for plan in _plans(folder) for name in _specs(plan)}
-    for fault in _study_faults(folder):
-        _set_aside(fault)
-    store = RunStore(results / "runs")
-    for fault in _run_faults(store, full=False):
-        if not fault.stale or fault.run in planned:
-            store.set_aside(fault.run)
-
-
 def _plans(folder):
     """Files of the plans in a study's folder."""
     return sorted(p for p in Path(folder).glob("**/plan.json") if inside(Path(folder), p))
@@ -299,12 +267,13 @@ def _study_faults(folder):
     """`Fault`s of the plans, the records and the files that rules have left in a study's folder."""
     found = [fault for plan in _plans(folder) for fault in plan_faults(plan.parent)]
     for path in sorted(Path(folder, FOLDER).glob("*.json")):
-        if read_record(path) is None:
+        left = read_record(path)
+        if left is None:
             text = "is damaged, or names a file that is not in its study's folder"
             found.append(Fault(f"{path}: {text}", file=path))
-    for name, file in altered(folder):
-        text = "has changed" if file.is_file() else "is missing"
-        found.append(Fault(f"{file}: {text} since {name} wrote it", file=file))
+        for file in _altered(folder, left) if left else ():
+            text = "has changed" if file.is_file() else "is missing"
+            found.append(Fault(f"{file}: {text} since {path.stem} wrote it", file=file))
     return found
 
 

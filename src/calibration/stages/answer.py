@@ -11,8 +11,7 @@ import pandas as pd
 import scipy
 
 from calibration import engines, figures
-from calibration.chain.handed_over import NamedFiles
-from calibration.chain.study import Study
+from calibration.chain.study import NamedFiles, Study
 from calibration.figures import WORDS, label, response_of
 from calibration.files import read_json, write_table
 from calibration.intake.measurements import Measurement, read_measured
@@ -170,8 +169,8 @@ def _compared(study, source, design):
             values, why = _values(names, metric)
             why = why or _refused(test)
         rows.append(_row(row, name, metric, values, why))
-    count = sum(p is not None for _, p in rows)
-    return [_judged(config, t, p, count) for t, p in rows]
+    count = sum(t.p is not None for t in rows)
+    return [_judged(config, t, count) for t in rows]
 
 
 def _values(names, metric):
@@ -199,7 +198,7 @@ def _error(row):
 
 
 def _row(row, name, metric, values, why):
-    """(`Test` of a row as far as it is known before all are, p of its pull or None)."""
+    """`Test` of a row as far as it is known before all are: p is that of its own pull."""
     error, freedom = _error(row)
     mean = float(values.mean()) if len(values) else None
     # a single run says nothing of its scatter
@@ -220,15 +219,15 @@ def _row(row, name, metric, values, why):
         predicted_sd=own,
         interval_95=None, runs=len(values), pull=pull, p=p,
         state="not simulated" if mean is None else "not judged", note=note,
-    ), p  # fmt: skip
+    )  # fmt: skip
 
 
-def _judged(config, test, p, count):
+def _judged(config, test, count):
     """The test with its verdict; p counts for as many rows as are judged. A calibrated response
     that differs by less than the margin is met however well it is known."""
-    if p is None:
+    if test.p is None:
         return test
-    p = min(p * count, 1.0)
+    p = min(test.p * count, 1.0)
     margins = {config.target.metric: config.validation.margin}
     margins |= {t.metric: t.margin for t in config.further_targets if t.margin}
     margin = margins.get(test.metric, 0.0) if test.test == config.own else 0.0
@@ -431,6 +430,6 @@ STAGES = (
         chain=True,
         # a measured row that cannot be simulated is told, and stops nothing
         figures=(Figure("pulls", ("tests.csv", "answer.json")),),
-        plans=(Plan("answer", batches=2, failures="kept"),),
+        plans=(Plan("answer", batches=2, kept=True),),
     ),
 )

@@ -6,8 +6,7 @@ import pandas as pd
 
 from calibration import figures
 from calibration.chain import responses
-from calibration.chain.handed_over import NamedFiles
-from calibration.chain.study import Study
+from calibration.chain.study import NamedFiles, Study
 from calibration.figures import Drawing, Response
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written

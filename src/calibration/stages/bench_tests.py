@@ -11,7 +11,6 @@ interval.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -23,9 +22,8 @@ import scipy
 from numpy.typing import ArrayLike
 
 from calibration import figures
-from calibration.chain.handed_over import NamedFiles
 from calibration.chain.responses import spread_of
-from calibration.chain.study import Study
+from calibration.chain.study import NamedFiles, Study
 from calibration.errors import CalibrationError, ConfigError
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
@@ -106,7 +104,6 @@ def yield_locus(normal: np.ndarray | pd.Series, shear: np.ndarray | pd.Series) -
     }
 
 
-@dataclass(frozen=True)
 class SlopeCurve:
     """Slope of the yield locus as a quadratic of the particle friction, fitted to all runs at once.
 
@@ -114,25 +111,17 @@ class SlopeCurve:
     a shear stress grows with its load.
     """
 
-    coefficients: np.ndarray
-    covariance: np.ndarray
-    t: float
-    low: float
-    high: float
-
-    @classmethod
-    def fit(cls, friction: ArrayLike, normal: ArrayLike, shear: ArrayLike) -> "SlopeCurve":
+    def __init__(self, friction: ArrayLike, normal: ArrayLike, shear: ArrayLike) -> None:
         """Fit runs (n,) of particle friction [-], normal and shear stress [kPa]."""
         mu, sigma, tau = (np.asarray(a, float) for a in (friction, normal, shear))
         model = np.column_stack([np.ones_like(mu), mu, mu**2, 1.0 / sigma, mu / sigma])
         response = tau / sigma
-        coefficients, *_ = np.linalg.lstsq(model, response, rcond=None)
-        left = response - model @ coefficients
+        self.coefficients, *_ = np.linalg.lstsq(model, response, rcond=None)
+        left = response - model @ self.coefficients
         freedom = len(mu) - model.shape[1]
-        covariance = float(left @ left) / freedom * np.linalg.inv(model.T @ model)
-        return cls(
-            coefficients, covariance, float(scipy.stats.t.ppf(0.975, freedom)), mu.min(), mu.max()
-        )
+        self.covariance = float(left @ left) / freedom * np.linalg.inv(model.T @ model)
+        self.t = float(scipy.stats.t.ppf(0.975, freedom))
+        self.low, self.high = mu.min(), mu.max()
 
     def at(self, friction: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Slope and half width of its interval at frictions (m,)."""
@@ -177,8 +166,7 @@ def shear(study: Study, source: NamedFiles, output: NamedFiles) -> None:
         for level, g in runs.groupby(factor)
     ]
     curves = {
-        n: SlopeCurve.fit(runs[factor], runs["normal_stress_kPa"], runs[f"{n}_kPa"])
-        for n in METRICS
+        n: SlopeCurve(runs[factor], runs["normal_stress_kPa"], runs[f"{n}_kPa"]) for n in METRICS
     }
     used = config.fixed.get(factor)
     judged = {n: _judge(curve, used, measured[0]) for n, curve in curves.items()}

@@ -10,9 +10,8 @@ from typing import Any
 
 import pandas as pd
 
-from calibration.chain.handed_over import NamedFiles
 from calibration.chain.responses import with_value
-from calibration.chain.study import Study, read_region
+from calibration.chain.study import NamedFiles, Study, read_region
 from calibration.files import read_json
 from calibration.intake.tables import read_written
 from calibration.stages.joint import free_factors
@@ -27,54 +26,47 @@ from dem.spec import parse_spec
 from dem.units import in_ascii, unit_of
 
 
+def _rolling():
+    from calibration.telling.export import rolling
+
+    return rolling
+
+
 def _spec(study, source):
     return calibrated_spec(study.config, study.factors, handed_out(source))
 
 
 def plan_export_scan(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan the search for rolling friction in other laws."""
-    from calibration.telling.export.rolling import plan_scan
-
-    plan_scan(_spec(study, source), output)
+    _rolling().plan_scan(_spec(study, source), output)
 
 
 def plan_export_confirmation(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan the runs that confirm what the search found."""
-    from calibration.telling.export.rolling import plan_confirmation, read_scan
-
-    scan = read_scan(source.scan, study.config.target.metric)
-    plan_confirmation(_spec(study, source), scan, output)
+    scan = _rolling().read_scan(source.scan, study.config.target.metric)
+    _rolling().plan_confirmation(_spec(study, source), scan, output)
 
 
 def plan_export_correction(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan the runs at a number that is moved by what the one found misses."""
-    from calibration.telling.export.rolling import plan_correction
-
-    plan_correction(_spec(study, source), _evidence(study, source), output)
+    _rolling().plan_correction(_spec(study, source), _evidence(study, source), output)
 
 
 def export_rolling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Write rolling.json: the conversion of rolling friction."""
-    from calibration.telling.export.rolling import conclude, read_scan
-
-    correction = read_scan(source.correction, study.config.target.metric)
-    found = conclude(
-        parse_spec(_spec(study, source)),
-        _evidence(study, source),
-        correction,
-        in_ascii(unit_of(study.config.target.metric)),
-    )
+    metric = study.config.target.metric
+    correction = _rolling().read_scan(source.correction, metric)
+    spec, unit = parse_spec(_spec(study, source)), in_ascii(unit_of(metric))
+    found = _rolling().conclude(spec, _evidence(study, source), correction, unit)
     write_json(output.rolling, found)
 
 
 def _evidence(study, source):
     """Return what the search and its confirmation gave."""
-    from calibration.telling.export.rolling import Evidence, read_scan
-
     metric = study.config.target.metric
-    return Evidence(
-        read_scan(source.scan, metric),
-        read_scan(source.confirmation, metric),
+    return _rolling().Evidence(
+        _rolling().read_scan(source.scan, metric),
+        _rolling().read_scan(source.confirmation, metric),
         study.table("validation", "runs")["response"],
         study.config.validation.margin,
     )

@@ -14,8 +14,7 @@ import numpy as np
 import pandas as pd
 
 from calibration import figures
-from calibration.chain.handed_over import NamedFiles
-from calibration.chain.study import Study, read_region
+from calibration.chain.study import NamedFiles, Study, read_region
 from calibration.errors import CalibrationError
 from calibration.files import write_table
 from calibration.intake.tables import read_written

@@ -11,8 +11,7 @@ import scipy
 from pydantic import BaseModel, Field, ValidationError
 
 from calibration import figures
-from calibration.chain.handed_over import NamedFiles
-from calibration.chain.study import Study
+from calibration.chain.study import NamedFiles, Study
 from calibration.errors import ConfigError, first_fault
 from calibration.figures import Drawing, Response
 from calibration.files import write_table

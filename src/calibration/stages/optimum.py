@@ -10,9 +10,8 @@ import numpy as np
 import pandas as pd
 
 from calibration import figures
-from calibration.chain.handed_over import NamedFiles
 from calibration.chain.responses import columns, with_responses, with_value
-from calibration.chain.study import Study, read_region
+from calibration.chain.study import NamedFiles, Study, read_region
 from calibration.figures import Drawing, Response, plane
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written

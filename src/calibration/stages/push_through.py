@@ -14,8 +14,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from calibration import figures
-from calibration.chain.handed_over import NamedFiles
-from calibration.chain.study import Study
+from calibration.chain.study import NamedFiles, Study
 from calibration.errors import CalibrationError, ConfigError
 from calibration.files import write_table
 from calibration.intake.measurements import read_measured

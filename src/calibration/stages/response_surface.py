@@ -8,9 +8,8 @@ import numpy as np
 import scipy
 
 from calibration import figures
-from calibration.chain.handed_over import NamedFiles
 from calibration.chain.responses import naming_left_out, told, with_responses, with_value
-from calibration.chain.study import Study, further_files, read_region
+from calibration.chain.study import NamedFiles, Study, further_files, read_region
 from calibration.errors import CalibrationError
 from calibration.figures import Drawing, Response, label_3d, plane
 from calibration.files import read_json, write_table

@@ -20,8 +20,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from calibration import figures
-from calibration.chain.handed_over import NamedFiles
-from calibration.chain.study import Study
+from calibration.chain.study import NamedFiles, Study
 from calibration.files import write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_metric, read_values, together, write_plan
@@ -41,12 +40,6 @@ EXPERIMENTS = ("heap", "drop")
 DROPS = 2  # at each scale
 COHESION = set().union(*map(keys_of, LAWS["cohesion"].values()))
 NOT_SCALED = ("output", "seed")  # what is written, not what is simulated
-
-
-def quantity_of(key: str) -> str | None:
-    """Quantity of `calibration.statistics.dimensions` that a run spec's key holds, by its unit;
-    None for a number without one."""
-    return dimensions.HELD_IN.get(unit_of(key))  # type: ignore[arg-type]
 
 
 def enlarged(
@@ -79,7 +72,7 @@ def _scaled(part, factor, key=""):
             f"{key}: the states of a curve, whose unit its powers make, cannot be enlarged here; "
             "use a law with a constant coefficient"
         )
-    quantity = quantity_of(key)
+    quantity = dimensions.HELD_IN.get(unit_of(key))  # type: ignore[arg-type]
     if quantity is None or part is None:
         return part
     if isinstance(part, list):

@@ -9,8 +9,7 @@ import pandas as pd
 
 from calibration import figures
 from calibration.chain import responses
-from calibration.chain.handed_over import NamedFiles
-from calibration.chain.study import Study, further_files
+from calibration.chain.study import NamedFiles, Study, further_files
 from calibration.figures import Drawing, Response
 from calibration.files import write_table
 from calibration.intake.tables import read_written
@@ -59,13 +58,16 @@ def screening(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     result = screened["response"]
     deciding = responses.strongest(list(screened.values())) if config.further_targets else result
     codes, reasons = _going_on(config, factors, deciding)
-    names = {f.code: f.name for f in factors}
-    table = result.table.assign(name=result.table["code"].map(names))
+    names, table = {f.code: f.name for f in factors}, result.table
     write_table(every, output.runs)
     write_table(table, output.effects)
     write_table(result.anova, output.anova)
     for target, path, figure in further_files(config, output):
-        _write_further(screened[target.metric], names, target, rules.alpha, path, figure)
+        own, shown = screened[target.metric], figures.response_of(target.metric)
+        write_table(own.table, path)
+        figures.save(
+            pareto(own.table, own.t_limit, own.bonferroni_limit, rules.alpha, shown), figure
+        )
     response = figures.response_of(config.target.metric)
     figures.save(half_normal(table, codes, response), output.half_normal)
     limits = result.t_limit, result.bonferroni_limit, rules.alpha
@@ -74,7 +76,7 @@ def screening(study: Study, source: NamedFiles, output: NamedFiles) -> None:
         "factors": [names[c] for c in codes],
         "why": {names[c]: words for c, words in reasons.items()},
         "significant": [names[c] for c in significant(deciding, rules.alpha, at_least=0)],
-        **_numbers(result, names),
+        **_numbers(result),
         "p_of_all_targets": dict(
             zip(map(names.get, deciding.table["code"]), deciding.table["p"], strict=True)
         )
@@ -91,7 +93,7 @@ def screening(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     elif rules.foldover:
         both = _screened(config, factors, every)["response"]
         summary["with_foldover"] = {
-            **_numbers(both, names),
+            **_numbers(both),
             "significant": [names[c] for c in significant(both, rules.alpha, at_least=0)],
             "method": both.method,
             "runs": len(responses.with_value(every, "response")),
@@ -155,12 +157,14 @@ def aliasing(runs: pd.DataFrame, codes: list[str]) -> dict[str, Any]:
 
 
 def _screened(config, factors, runs):
-    """{column: Screening} of each response over the runs that have one."""
-    codes, found = [f.code for f in factors], {}
+    """{column: Screening} of each response over the runs that have one, with the factors' names."""
+    names, found = {f.code: f.name for f in factors}, {}
     for column in responses.columns(config):
         with responses.naming_left_out(runs, column):
             here = responses.with_value(runs, column)
-            found[column] = screen(here, codes, here[column], config.screening.alpha)
+            own = screen(here, list(names), here[column], config.screening.alpha)
+            named = own.table.assign(name=own.table["code"].map(names))
+            found[column] = replace(own, table=named)
     return found
 
 
@@ -184,21 +188,14 @@ def _going_on(config, factors, deciding):
     return codes, why(deciding, codes, rules.alpha, preferred, rules.go_on)
 
 
-def _numbers(result, names):
+def _numbers(result):
     """Effects and their p for JSON: against the residual or Lenth's error, and against the scatter
     of seeds alone."""
-    table = result.table.assign(name=result.table["code"].map(names)).set_index("name")
+    table = result.table.set_index("name")
     found = {"effects": table["effect"].to_dict(), "p": table["p"].to_dict()}
     if result.seed_sd is not None:
         found |= {"p_seeds": table["p_seeds"].to_dict(), "seed_sd": result.seed_sd}
     return found
-
-
-def _write_further(result, names, target, alpha, path, figure):
-    effects = result.table.assign(name=result.table["code"].map(names))
-    write_table(effects, path)
-    limits = result.t_limit, result.bonferroni_limit, alpha
-    figures.save(pareto(effects, *limits, figures.response_of(target.metric)), figure)
 
 
 def half_normal(table: pd.DataFrame, chosen: Sequence[str], response: Response) -> Drawing:

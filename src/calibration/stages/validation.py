@@ -6,9 +6,8 @@ import numpy as np
 import pandas as pd
 
 from calibration import figures
-from calibration.chain.handed_over import NamedFiles
 from calibration.chain.responses import naming_left_out, told, with_responses, with_value
-from calibration.chain.study import Study
+from calibration.chain.study import NamedFiles, Study
 from calibration.figures import Drawing, Response
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written

@@ -37,23 +37,16 @@ def box_behnken(
     k = len(factors)
     if not 3 <= k <= 7:
         raise CalibrationError(f"a Box-Behnken design takes 3 to 7 factors, not {k}")
-    if k in TRIPLES:
-        matrix = _from_blocks(TRIPLES[k], k, centre_runs)
-    else:
+    if k not in TRIPLES:
         import pyDOE3
 
         matrix = np.asarray(pyDOE3.bbdesign(k, center=centre_runs), float)
-    return tabulate(matrix, factors, replicates)
-
-
-def _from_blocks(blocks, k, centre_runs):
-    rows = []
-    for block in blocks:
-        for signs in product((-1.0, 1.0), repeat=len(block)):
-            row = np.zeros(k)
-            row[[int(c) - 1 for c in block]] = signs
-            rows.append(row)
-    return np.vstack([rows, np.zeros((centre_runs, k))])
+        return tabulate(matrix, factors, replicates)
+    corners = list(product((-1.0, 1.0), repeat=3))
+    rows = np.zeros((len(TRIPLES[k]) * len(corners) + centre_runs, k))
+    for n, (block, signs) in enumerate(product(TRIPLES[k], corners)):
+        rows[n, [int(c) - 1 for c in block]] = signs
+    return tabulate(rows, factors, replicates)
 
 
 def region_design(factors: Sequence[Factor], rules: Any) -> pd.DataFrame:

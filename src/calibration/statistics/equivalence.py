@@ -129,30 +129,21 @@ def decide_difference(
     return decide(interval, own.runs, margin)
 
 
-def rms_interval(
-    mean_square: float, n: int, variance: float, freedom: float = math.inf
-) -> tuple[float, float]:
+def rms_interval(mean_square: float, n: int, variance: float) -> tuple[float, float]:
     """(low, high) of the 1 - 2 ALPHA interval of the root mean square of n true differences.
 
-    mean_square : of the n differences that were found, each with the error `variance`, which is
-        known on `freedom` degrees
-    The ratio of both is a noncentral F (chi-square over n on infinitely many degrees), whose
-    noncentrality n true mean squares over the variance make; the interval is where its distribution
-    gives 1 - ALPHA and ALPHA. For the upper end the ratio counts as 1 at least: differences smaller
-    than the error makes them are luck and prove nothing.
+    mean_square : of the n differences that were found, each with the error `variance`
+    The ratio of both is a noncentral chi-square over n, whose noncentrality n true mean squares
+    over the variance make; the interval is where its distribution gives 1 - ALPHA and ALPHA. For
+    the upper end the ratio counts as 1 at least: differences smaller than the error makes them are
+    luck and prove nothing.
     """
     if variance == 0.0:
         exact = math.sqrt(mean_square)
         return exact, exact
 
     def share(ratio, centre):
-        if math.isinf(freedom):
-            if centre:
-                return scipy.stats.ncx2.cdf(n * ratio, n, centre)
-            return scipy.stats.chi2.cdf(n * ratio, n)
-        if centre:
-            return scipy.stats.ncf.cdf(ratio, n, freedom, centre)
-        return scipy.stats.f.cdf(ratio, n, freedom)
+        return scipy.stats.ncx2.cdf(n * ratio, n, centre)
 
     def end(ratio, probability):
         if share(ratio, 0.0) <= probability:
@@ -184,31 +175,25 @@ class Together:
 
 
 def together(
-    differences: npt.ArrayLike, own: float, other: float, freedom: float, runs: int, margin: float
+    differences: npt.ArrayLike, own: float, other: float, runs: int, margin: float
 ) -> Together:
     """Judge the differences (n,) of one table's rows by the root mean square of the true ones.
 
     own, other : root mean square standard error of our values and of theirs
-    freedom : degrees of freedom of both; runs : how many runs of ours all rows have
+    runs : how many runs of ours all rows have
     The rows are those of the table and no sample of others, so that differences that are known
-    exactly are judged by their size. Raises CalibrationError for fewer than two.
+    exactly are judged by their size.
     """
     d = np.asarray(differences, float)
-    n = len(d)
-    if n < 2:
-        raise CalibrationError(f"{n} row is no table; two or more are needed")
-    square, known = float(np.mean(d**2)), own**2 + other**2
+    n, square, known = len(d), float(np.mean(d**2)), own**2 + other**2
     true = max(square - known, 0.0)
 
     def interval(count):
         error = other**2 if math.isinf(count) else own**2 * runs / count + other**2
-        return rms_interval(square if count == runs else true + error, n, error, freedom)
+        return rms_interval(square if count == runs else true + error, n, error)
 
-    if known == 0.0:
-        p = 0.0 if square > 0.0 else 1.0
-    else:
-        p = float(scipy.stats.chi2.sf(n * square / known, n) if math.isinf(freedom)
-                  else scipy.stats.f.sf(square / known, n, freedom))  # fmt: skip
+    exact = 0.0 if square > 0.0 else 1.0
+    p = float(scipy.stats.chi2.sf(n * square / known, n)) if known else exact
     decision = decide(interval, runs, margin)
     return Together(n, float(d.mean()), math.sqrt(square), math.sqrt(true), p, decision)
 

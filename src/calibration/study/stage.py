@@ -53,13 +53,13 @@ class Plan:
         these tell the number too
     batches : processes that share these runs, or a function of the study; where None, as many as
         the cost of a run asks for
-    failures : "refused" or "kept"
+    kept : whether the stage goes on without runs that fail physically
     """
 
     folder: str
     ahead: Callable[[Config, Sequence[Factor | Choice]], list[Points]] | None = None
     batches: int | Callable | None = None
-    failures: str = "refused"
+    kept: bool = False
 
     def expected(self, config: Config) -> list[str]:
         """Return the experiment of each run as far as the configuration tells them."""

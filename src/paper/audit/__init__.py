@@ -19,8 +19,7 @@ from paper.audit import bench, materials, screening, surface, theory
 from paper.audit.paper import AuditInputError, Claim, Found, Paper
 
 if TYPE_CHECKING:
-    from calibration.chain.handed_over import NamedFiles
-    from calibration.chain.study import Study
+    from calibration.chain.study import NamedFiles, Study
 
 MODULES = (bench, materials, screening, surface, theory)
 CLAIMS = {i: give for m in MODULES for ids, give in m.CLAIMS.items() for i in ids.split()}

@@ -238,7 +238,7 @@ def whole(item: str, unit: str, rows: Iterable[Mapping[str, Any]], study: str) -
     square = [float(np.mean(np.square(x))) for x in (own, [x["se"] for x in parts])]
     runs = int(sum(x["n"] for x in parts))
     scatter = math.sqrt(square[0]), math.sqrt(max(square[1] - square[0], 0.0))
-    found = eq.together([x["difference"] for x in parts], *scatter, math.inf, runs, margin)
+    found = eq.together([x["difference"] for x in parts], *scatter, runs, margin)
     basis = (
         f"{found.n} differences: mean {found.mean:+.2f}, root mean square {found.rms:.2f}, of "
         f"which the runs' scatter makes {math.sqrt(square[1]):.2f} (p = {found.p:.2g})"

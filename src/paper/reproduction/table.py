@@ -21,7 +21,7 @@ from paper.reproduction.rows import Place
 from paper.reproduction.study import Study
 
 if TYPE_CHECKING:
-    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import NamedFiles
     from calibration.chain.study import Study as CalibratedStudy
 
 

@@ -17,8 +17,7 @@ from calibration.inference.chance_of_no_value import Chance
 from calibration.inference.gaussian_process import GaussianProcess
 from calibration.inference.joint import critique
 from calibration.inference.joint.likelihood import Cloud, Joint, Response
-from calibration.inference.joint.next_test import Candidate, rank
-from calibration.inference.joint.shares import pushed, shares
+from calibration.inference.joint.next_test import Candidate, pushed, rank, shares
 from calibration.inference.posterior_sampling import Formed, Prior
 from calibration.intake.tables import read_table
 from calibration.runs.plans import read_values

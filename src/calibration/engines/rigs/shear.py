@@ -14,7 +14,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from calibration.engines import EngineError, bed
-from calibration.engines.conversion import granulate
+from calibration.engines.conversion import Granulate
 from calibration.engines.family import Code
 from calibration.engines.program import read_dump, state_of
 from calibration.engines.rigs import Lid
@@ -56,7 +56,7 @@ class Cell(own.Ring):
     def mobility(self) -> float:
         """b [m/s/N]: a lid of stiffness k swings as exp(-b k t/2), ours as
         exp(-t / (2 fall_time))."""
-        grains, radius = granulate(self.spec), mean_radius(self.spec)
+        grains, radius = Granulate(self.spec), mean_radius(self.spec)
         count = self.area / (4.0 * radius**2)
         layers = max(self.spec.particles.count / count, 1.0)
         load = 1e3 * self.spec.geometry.normal_stress_kPa * self.area / count

@@ -85,31 +85,15 @@ def _focal(text):
     return found if FOCAL_MM[0] <= found <= FOCAL_MM[1] else None
 
 
-@dataclass(frozen=True)
-class Camera:
-    """A pinhole: focal length [px], middle (x, y) [px], and by how much it looks down [deg]."""
-
-    focal: float
-    middle: tuple[float, float]
-    pitch_deg: float
-
-    def inclination(self, line: Sequence[Sequence[float]], tilt: float) -> float:
-        """Angle [deg] of the flank whose silhouette is the line through two points [px]; tilt
-        [rad]: the base line's in the picture, counted as rising to the right."""
-        rays = [np.array([*(np.array(p) - self.middle), self.focal]) for p in line]
-        normal = np.cross(rays[0], rays[1])
-        pitch = math.radians(self.pitch_deg)
-        flat = np.array([-math.sin(tilt), -math.cos(tilt)]) * math.cos(pitch)
-        up = np.array([*flat, -math.sin(pitch)])
-        return math.degrees(math.acos(min(abs(normal @ up) / np.linalg.norm(normal), 1.0)))
-
-
-def camera_of(
-    path: Path, view: View, size: tuple[int, int], reduced: float, base: np.ndarray, tilt: float
-) -> Camera:
-    """`Camera` of a photograph. size: of the reduced picture (columns, rows); base (2,): a point of
-    the base line below the heap's middle, tilt [rad]: of the base line. Raises ConfigError where
-    the focal length is not known, or what was told does not go with the picture."""
+def seen_by(
+    path: Path, view: View, size: tuple[int, int], reduced: float, base: np.ndarray, tilt: float,
+    lines: Sequence[Sequence[Sequence[float]]],
+) -> tuple[float, list[float]]:  # fmt: skip
+    """(by how much the camera of a photograph looks down [deg], angles [deg] of the flanks whose
+    silhouettes are the lines, pairs of points (x, y) [px]). size: of the reduced picture (columns,
+    rows); base (2,): a point of the base line below the heap's middle, tilt [rad]: of the base line
+    in the picture, counted as rising to the right. Raises ConfigError where the focal length is not
+    known, or what was told does not go with the picture."""
     focal_mm = view.focal or _stated_focal(path)
     if focal_mm is None:
         raise refused("no focal", path)
@@ -124,7 +108,12 @@ def camera_of(
         pitch = _by_plumb(path, view.plumb, reduced, size, middle, across, down, focal)
     if abs(math.degrees(pitch)) > MOST_PITCH:
         raise refused("pitch", path, pitch=math.degrees(pitch), most=MOST_PITCH)
-    return Camera(focal, middle, math.degrees(pitch))
+    up, angles = np.array([*(-down * math.cos(pitch)), -math.sin(pitch)]), []
+    for line in lines:
+        one, other = (np.array([*(np.array(p) - middle), focal]) for p in line)
+        normal = np.cross(one, other)
+        angles.append(math.degrees(math.acos(min(abs(normal @ up) / np.linalg.norm(normal), 1.0))))
+    return math.degrees(pitch), angles
 
 
 def _by_plumb(path, plumb, reduced, size, middle, across, down, focal):

@@ -22,7 +22,7 @@ from scipy import ndimage
 from calibration.errors import decoding, in_study
 from calibration.files import write_table
 from calibration.intake.measurements import readings_table
-from calibration.intake.photo.camera import View, camera_of, read_low, told, view_of
+from calibration.intake.photo.camera import View, read_low, seen_by, told, view_of
 from calibration.intake.tables import refused, said_number, summary
 from dem.io.files import digest_of, replace_file
 from dem.measure.heap import LOWER, UPPER, fit_flank
@@ -140,9 +140,7 @@ def _fitted(path, points, reduced, size, view):
     pitch = None
     if view.known:
         below = np.array(back(np.array([stations[crest], 0.0])))
-        camera = camera_of(path, view, size, reduced, below, tilt)
-        angles = [camera.inclination(line, tilt) for line in lines]
-        pitch = camera.pitch_deg
+        pitch, angles = seen_by(path, view, size, reduced, below, tilt, lines)
     return HeapPhoto(path, *angles, float(np.degrees(tilt)), float(height.max()), points,
                      tuple(lines), base, reduced, pitch)  # fmt: skip
 

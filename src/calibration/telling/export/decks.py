@@ -41,7 +41,7 @@ import scipy
 
 from calibration import engines
 from calibration.engines import EngineError, rig
-from calibration.engines.conversion import Conversion, granulate, left_out
+from calibration.engines.conversion import Conversion, Granulate, left_out
 from calibration.engines.templates import macros
 from calibration.files import DamagedError, read_json, write_text
 from calibration.statistics.validate import compare
@@ -131,7 +131,7 @@ def pour_file(
     these name."""
     lines = [*about, *left_out(spec, code)]
     engine = engine_of(code)
-    engine.deck(spec, place, engine.block(granulate(spec), conversion, lines))
+    engine.deck(spec, place, engine.block(Granulate(spec), conversion, lines))
 
 
 def scatter_of_one(expected: Mapping[str, Any]) -> float:

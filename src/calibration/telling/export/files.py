@@ -7,7 +7,7 @@ from typing import Any
 
 from calibration.chain.study import Study
 from calibration.engines import lammps, liggghts, yade
-from calibration.engines.conversion import Conversion, granulate, left_out
+from calibration.engines.conversion import Conversion, Granulate, left_out
 from calibration.files import write_text
 from calibration.runs.store import RunStore
 from calibration.telling.answer.schema import answer_of
@@ -105,7 +105,7 @@ def write_exports(
     expected |= {"low": expected["mean"] - spread, "high": expected["mean"] + spread}
     _write_codes(study, conversion, lines, folder)
     for name, code in BY_HAND.items():
-        told, grains = [*lines, *left_out(conversion.spec, code)], granulate(conversion.spec)
+        told, grains = [*lines, *left_out(conversion.spec, code)], Granulate(conversion.spec)
         text = by_hand.block(code, grains, conversion, told, data["parameters"], expected)
         write_text(text, folder / name)
     head = "".join(f"# {line}\n" for line in lines)
@@ -145,6 +145,6 @@ def _write_codes(study, conversion, lines, folder):
     spec = conversion.spec
     for name, code in CONVERTED.items():
         about = [*lines, *left_out(spec, code.CODE)]
-        write_text(code.block(granulate(spec), conversion, about), folder / name)
+        write_text(code.block(Granulate(spec), conversion, about), folder / name)
     expected = _validated_heap(study) | {"heaps": _profiles(study)}
     write_decks(spec, conversion, lines, expected, folder)

@@ -117,21 +117,17 @@ class _Dumper(yaml.SafeDumper):
     """Short lists on one line."""
 
 
-def _list(dumper, data):
-    return dumper.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=True)
-
-
 def _float(dumper, data):
     # 1.0e+07 rather than 1e7, which YAML 1.1 would read as a word
     text = f"{data:.9g}"
-    if "e" in text and "." not in text:
-        text = text.replace("e", ".0e")
-    return dumper.represent_scalar(
-        "tag:yaml.org,2002:float", text if set(text) & set(".e") else f"{text}.0"
-    )
+    if "." not in text:
+        text = text.replace("e", ".0e") if "e" in text else f"{text}.0"
+    return dumper.represent_scalar("tag:yaml.org,2002:float", text)
 
 
-_Dumper.add_representer(list, _list)
+_Dumper.add_representer(
+    list, lambda own, x: own.represent_sequence("tag:yaml.org,2002:seq", x, flow_style=True)
+)
 _Dumper.add_representer(float, _float)
 
 

@@ -36,7 +36,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from calibration.chain.handed_over import NamedFiles
+from calibration.chain.study import NamedFiles
 from calibration.engines.conversion import (
     DAMPING_RATIO,
     ELASTIC_PLASTIC,
@@ -88,18 +88,15 @@ def coarse(spec: dict[str, Any]) -> dict[str, Any]:
     if parsed.particles.count <= MOST_GRAINS:
         return spec
     ratio = parsed.particles.count / MOST_GRAINS
-    changes = {
-        "particles": {
-            "count": MOST_GRAINS,
-            "scale_factor": round(parsed.particles.scale_factor * ratio ** (1 / 3), 6),
-        },
-        "geometry": {"generation_rate_per_s": parsed.geometry.generation_rate_per_s / ratio},
-    }
+    scale = round(parsed.particles.scale_factor * ratio ** (1 / 3), 6)
+    rate = parsed.geometry.generation_rate_per_s / ratio
+    grains = {"count": MOST_GRAINS, "scale_factor": scale}
+    larger = overlay(spec, {"particles": grains, "geometry": {"generation_rate_per_s": rate}})
     try:
-        parse_spec(overlay(spec, changes))
+        parse_spec(larger)
     except SpecError:
         return spec
-    return overlay(spec, changes)
+    return larger
 
 
 def on_path(spec: dict[str, Any], path: str, share: float) -> dict[str, Any]:
@@ -147,12 +144,9 @@ def plan_scan(spec: dict[str, Any], output: NamedFiles) -> None:
     parts = []
     if needs_search(parse_spec(spec)):
         base = coarse(spec)
-        parts = [rows_at(base, None, 0.0, OWN_SEEDS, "coarse")]
-        parts += [
-            rows_at(base, path, share, PATH_SEEDS, "coarse")
-            for path, shares in PATHS.items()
-            for share in shares
-        ]
+        parts.append(rows_at(base, None, 0.0, OWN_SEEDS, "coarse"))
+        for path, share in ((path, share) for path, shares in PATHS.items() for share in shares):
+            parts.append(rows_at(base, path, share, PATH_SEEDS, "coarse"))
     _write(parts, output)
 
 
@@ -200,6 +194,12 @@ def angles_of(runs: pd.DataFrame, path: str) -> pd.Series:
     return runs[runs["path"] == path]["response"].dropna()
 
 
+def _inverse(scan, path, target):
+    """`Inverse` of a path's runs for a target angle."""
+    angles = angles_of(scan, path)
+    return invert(scan.loc[angles.index, "share"], angles, target)
+
+
 def search(scan: pd.DataFrame) -> tuple[str | None, dict[str, Inverse]]:
     """(path taken, {path: Inverse}) of a scan (table with `response`); (None, {}) of an empty one.
     Raises CalibrationError where no heap of the calibrated law, or of a path, has an angle."""
@@ -212,12 +212,8 @@ def search(scan: pd.DataFrame) -> tuple[str | None, dict[str, Inverse]]:
                 "its funnel clogs or its grains never rest; widen the orifice of the study's rig"
             )
     own = angles_of(scan, CALIBRATED).mean()
-    found = {}
-    for path in PATHS:
-        angles = angles_of(scan, path)
-        found[path] = invert(scan.loc[angles.index, "share"], angles, own)
-    reaching = [path for path, inverse in found.items() if inverse.reached]
-    return (reaching or [ELASTIC_PLASTIC])[0], found
+    found = {path: _inverse(scan, path, own) for path in PATHS}
+    return next((path for path in PATHS if found[path].reached), ELASTIC_PLASTIC), found
 
 
 def plan_confirmation(spec: dict[str, Any], scan: pd.DataFrame, output: NamedFiles) -> None:
@@ -263,18 +259,13 @@ def plan_correction(spec: dict[str, Any], evidence: Evidence, output: NamedFiles
     path, found = search(evidence.scan)
     scale = "coarse" if coarse(spec) is spec else "full"
     check = evidence.checks(evidence.confirmation).get(scale)
-    if path and check and found[path].reached and _misses(check, evidence.margin):
-        angles = angles_of(evidence.scan, path)
-        shares = evidence.scan.loc[angles.index, "share"]
-        wanted = angles_of(evidence.scan, CALIBRATED).mean() - check["difference"]
-        moved = round(invert(shares, angles, wanted).share, 4)
-        parts.append(rows_at(spec, path, moved, FULL_SEEDS, scale))
+    if path and check and found[path].reached:
+        (low, high), difference = check["difference_interval_95"], check["difference"]
+        if abs(difference) > evidence.margin and not low <= 0.0 <= high:
+            wanted = angles_of(evidence.scan, CALIBRATED).mean() - difference
+            moved = round(_inverse(evidence.scan, path, wanted).share, 4)
+            parts.append(rows_at(spec, path, moved, FULL_SEEDS, scale))
     _write(parts, output)
-
-
-def _misses(check, margin):
-    low, high = check["difference_interval_95"]
-    return abs(check["difference"]) > margin and not low <= 0.0 <= high
 
 
 def conclude(

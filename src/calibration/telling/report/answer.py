@@ -33,6 +33,7 @@ def answer(study: Path, response: Response) -> dict[str, Any] | None:
     if answered is None:
         return None
     optimum = results.summary("optimise", "optimum")
+    time_step, limits = _of_spec(study / "exports" / "dem.yaml")
     return {
         "by": "all tests together" if answered.by == "joint" else f"the {response.name} alone",
         "first": [
@@ -45,9 +46,9 @@ def answer(study: Path, response: Response) -> dict[str, Any] | None:
         "right": answered.wrong.verdict in ("met", "adequate") and predicts(results),
         "beside": [words.beside(b) for b in answered.beside],
         "next": " ".join(said("next", answered.next)) if answered.next else "",
-        "block": [*_block(answered), *_time_step(study)],
+        "block": [*_block(answered), *time_step],
         "solution": _solution(results, optimum) if optimum and answered.by == "chain" else [],
-        "notes": [*(said("optimum", optimum, response) if optimum else []), *_limits(study)],
+        "notes": [*(said("optimum", optimum, response) if optimum else []), *limits],
     }
 
 
@@ -70,16 +71,18 @@ def _known(parameter):
     return known if known == parameter.source else f"{parameter.source}; {known}"
 
 
-def _time_step(study):
-    """The row of the time step, of the run spec among the exports."""
+def _of_spec(path):
+    """([row of the time step], sentences where the laws make the result hold, and where not) of the
+    calibrated run spec among the exports."""
     from dem.experiments.setup import time_step_of  # loads the engine
 
     try:
-        spec = load_spec(study / "exports" / "dem.yaml")
+        spec = load_spec(path)
     except DemError:
-        return []
+        return [], []
     fraction = f"{spec.numerics.rayleigh_fraction:g} of the Rayleigh time of the smallest grain"
-    return [_row("simulator", "time step", f"{time_step_of(spec):.4g}", "s", fraction)]
+    row = _row("simulator", "time step", f"{time_step_of(spec):.4g}", "s", fraction)
+    return [row], [f"{text}." for text in limits_of(spec)]
 
 
 def _solution(results, optimum):
@@ -94,12 +97,6 @@ def _solution(results, optimum):
         for name, (low, high) in optimum["solution_set"].items()
         if not given_nowhere(optimum)
     ]
-
-
-def _limits(study):
-    """Where the laws of the calibrated run spec make the result hold, and where not."""
-    run = study / "exports" / "dem.yaml"
-    return [f"{text}." for text in limits_of(load_spec(run))] if run.is_file() else []
 
 
 POOR = 0.5  # predicted R2 below which a surface predicts little

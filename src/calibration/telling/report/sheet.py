@@ -14,8 +14,7 @@ import numpy as np
 import pandas as pd
 from PIL import Image, ImageDraw
 
-from calibration.chain.handed_over import NamedFiles
-from calibration.chain.study import Results, Study
+from calibration.chain.study import NamedFiles, Results, Study
 from calibration.figures import Response, label
 from calibration.intake.tables import read_written
 from calibration.runs.store import REFUSED, RunStore
@@ -99,16 +98,9 @@ def _metrics(run_id):
         return {}  # the study was moved here without its runs
 
 
-def _without_ground(picture):
-    """The picture with its ground transparent: a dark page shows it dark."""
-    apart = np.abs(np.asarray(picture, int) - GROUND).max(axis=2)
-    seen = np.clip((apart - NEAR[0]) / (NEAR[1] - NEAR[0]), 0.0, 1.0)
-    picture.putalpha(Image.fromarray((255 * seen).astype(np.uint8)))
-    return picture
-
-
 def _drawn(files):
-    """Pictures side by side as one WebP, each at the bottom of its place: as a data: address."""
+    """Pictures side by side as one WebP, each at the bottom of its place: as a data: address. Their
+    ground is transparent: a dark page shows it dark."""
     share = min(1.0, math.sqrt(FULL / len(files)))
     width, height = round(share * WIDTH), round(share * HEIGHT)
     rows = math.ceil(len(files) / COLUMNS)
@@ -117,7 +109,10 @@ def _drawn(files):
         with Image.open(file) as picture:
             scale = min(width / picture.width, height / picture.height)
             size = round(scale * picture.width), round(scale * picture.height)
-            small = _without_ground(picture.convert("RGB").resize(size))
+            small = picture.convert("RGB").resize(size)
+        apart = np.abs(np.asarray(small, int) - GROUND).max(axis=2)
+        seen = np.clip((apart - NEAR[0]) / (NEAR[1] - NEAR[0]), 0.0, 1.0)
+        small.putalpha(Image.fromarray((255 * seen).astype(np.uint8)))
         row, column = divmod(k, COLUMNS)
         whole.paste(small, (column * width, (row + 1) * height - small.height))
     kept = io.BytesIO()
