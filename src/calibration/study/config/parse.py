@@ -118,7 +118,10 @@ def _parse(data):
             found |= {"value": None, "allowed": _field(first["loc"]).description}
             raise at_key(**found, reason="must be given") from None
         if first["type"] == "extra_forbidden":
-            found["allowed"] = _known_keys(first["loc"])
+            known = list(_section(first["loc"]).model_fields)
+            near = difflib.get_close_matches(str(first["loc"][-1]), known, n=1, cutoff=0.8)
+            known = f"one of the keys {', '.join(known)}"
+            found["allowed"] = f"{near[0]}, the nearest key" if near else known
         elif first["type"] == "string_pattern_mismatch":
             found["allowed"] = _field(first["loc"]).description
         raise at_key(**found, reason="is not valid") from None
@@ -196,12 +199,6 @@ def _section(loc):
 
 def _field(loc):
     return _section(loc).model_fields[loc[-1]]
-
-
-def _known_keys(loc):
-    known = list(_section(loc).model_fields)
-    near = difflib.get_close_matches(str(loc[-1]), known, n=1, cutoff=0.8)
-    return f"{near[0]}, the nearest key" if near else f"one of the keys {', '.join(known)}"
 
 
 def _check_measured(config):

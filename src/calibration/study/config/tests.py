@@ -71,7 +71,9 @@ def check_tests(config: Config) -> None:
     """Raise ConfigError for tests that cannot be simulated as they are described, and for names
     that are none of them."""
     for name, test in config.tests.items():
-        _check_name(name)
+        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", name):
+            allowed = "letters, digits, _ and -, a letter first"
+            raise at_key(f"tests.{name}", "is no name", allowed=allowed)
         _check_metrics(f"tests.{name}.metrics", test.experiment, test.metrics)
         _check_sweep(test, f"tests.{name}.sweep")
         _check_metrics(f"tests.{name}.discrepancy", test.experiment, test.discrepancy)
@@ -89,11 +91,6 @@ def check_tests(config: Config) -> None:
     _check_metrics("calibrate.to", config.experiment, [config.target])
     _check_bench(config)
     _check_runs(config)
-
-
-def _check_name(name):
-    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", name):
-        raise at_key(f"tests.{name}", "is no name", allowed="letters, digits, _, -, a letter first")
 
 
 def _check_metrics(key, experiment, metrics):

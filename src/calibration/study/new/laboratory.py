@@ -240,18 +240,14 @@ def steady(test: LaboratoryTest, grains: Grains) -> dict:
     pressure = bed_pressure(test.run["particles"]["count"], diameter, grains.density_kg_m3)
     stress = max((1e3 * v for k, v in test.run["geometry"].items() if k.endswith("stress_kPa")),
                  default=0.0)  # fmt: skip
-    pressed = max(pressure, stress) + _pull(grains, diameter)
+    pressed = max(pressure, stress)
+    if grains.sticky:
+        bond = 4.0 * ASSUMED.bonds[1]
+        pressed += bond * grains.density_kg_m3 * GRAVITY * math.pi / 6.0 * diameter
     usual = experiment.defaults.get("numerics", {}).get("rayleigh_fraction", ASSUMED.rayleigh)
     usual = min(usual, numerics.get("rayleigh_fraction", usual))
     fraction = steady_fraction(usual, radius, material, pressed, grains.least_restitution)
     return test.run | {"numerics": numerics | {"rayleigh_fraction": fraction}}
-
-
-def _pull(grains, diameter):
-    """Pressure [Pa] that presses sticking grains of a diameter [m] as their strongest bond does."""
-    if not grains.sticky:
-        return 0.0
-    return 4.0 * ASSUMED.bonds[1] * grains.density_kg_m3 * GRAVITY * math.pi / 6.0 * diameter
 
 
 def stiff_enough(tested: Sequence[Entry]) -> float:

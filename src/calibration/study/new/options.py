@@ -29,7 +29,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         group = parser.add_argument_group(method.title, method.about)
         for q in (q for q in method.asked if q.option):
             shape: dict[str, Any] = {"nargs": "+", "metavar": "X"} if q.option in MANY else {}
-            group.add_argument(f"--{q.option}", dest=_dest(q), help=_help(q), **shape)
+            example = f": {_one_word(q.example)}" if q.example else ""
+            text = f"{q.text}{example}".replace("%", "%%")
+            group.add_argument(f"--{q.option}", dest=_dest(q), help=text, **shape)
         if method.becomes or not method.own_options:
             group.add_argument(
                 f"--{method.name}", nargs="+", action="append", default=[], metavar="X",
@@ -39,11 +41,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def _dest(q):
     return q.option.replace("-", "_")
-
-
-def _help(q):
-    example = f": {_one_word(q.example)}" if q.example else ""
-    return f"{q.text}{example}".replace("%", "%%")
 
 
 def _one_word(example):

@@ -24,21 +24,6 @@ _OF_HEADING = re.compile(r" \[[^\]]*\]\Z")
 _SLOPE = re.compile(r"([\d.,]+)\s*(?:%|percent)")
 
 
-def _refuse_slope(text):
-    """A percentage in place of an angle is a slope, which converts to no angle as units do."""
-    if found := _SLOPE.fullmatch(text.strip()):
-        slope = float(found[1].replace(",", "."))
-        raise refusal("slope", text, slope, math.degrees(math.atan(slope / 100.0)))
-
-
-def _refuse_several(text):
-    """Raise CalibrationError for a range, a date or a mean with its spread, where one number is
-    asked."""
-    for name, pattern in _SEVERAL.items():
-        if pattern.search(text):
-            raise refusal(name, text)
-
-
 @dataclass(frozen=True)
 class Question:
     """One question of a method.
@@ -94,9 +79,12 @@ class Question:
     def _number(self, text):
         heading, unit = _OF_HEADING.search(text), unit_of(self.unit)
         text = text[: heading.start()] if heading else text
-        _refuse_several(text)
-        if unit == "°":
-            _refuse_slope(text)
+        if several := next((name for name, own in _SEVERAL.items() if own.search(text)), None):
+            raise refusal(several, text)
+        if unit == "°" and (found := _SLOPE.fullmatch(text.strip())):
+            # a percentage in place of an angle is a slope, which converts to none as units do
+            slope = float(found[1].replace(",", "."))
+            raise refusal("slope", text, slope, math.degrees(math.atan(slope / 100.0)))
         try:
             value = said_number(text, unit)
         except UnitError as error:

@@ -222,7 +222,9 @@ def _said_of_funnel(entry, heap, grains, diameter, own):
 
 def cylinder(entry: Entry, grains: Grains) -> LaboratoryTest:
     """The experiment `lifted_cylinder`, as wide and as full as was told."""
-    _refuse_unknown(entry, grains)
+    if grains.sticky and not entry.values("cylinder"):
+        # a heap of grains that stick is the steeper the smaller it is
+        raise refusal("unknown_cylinder", entry.place("angle"))
     longest = grains.longest * grains.size(grains.diameter_mm)
     wide = entry.value("cylinder", max(ASSUMED.assumed_across * longest, ASSUMED.usual_cylinder_mm))
     deep = entry.value("depth", ASSUMED.cylinder_deep * wide)
@@ -250,12 +252,6 @@ def cylinder(entry: Entry, grains: Grains) -> LaboratoryTest:
         said=(*doubts_of_angle(entry, "angle", grains),
               *_said_of_cylinder(entry, grains, diameter, wide, deep, count)),
     )  # fmt: skip
-
-
-def _refuse_unknown(entry, grains):
-    """A heap of grains that stick is the steeper the smaller it is: its rig cannot be assumed."""
-    if grains.sticky and not entry.values("cylinder"):
-        raise refusal("unknown_cylinder", entry.place("angle"))
 
 
 def _size(entry, grains, wide, deep):
