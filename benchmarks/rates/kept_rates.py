@@ -32,10 +32,11 @@ PAGE = KEPT / "rates.md"
 COMMAND = "python -m benchmarks.rates"
 FIGURES = Path(__file__).with_name("figures.csv")
 DECIDE = {
-    "contacts": [f"diagnosis/{name}.py" for name in (
+    "contacts": ["diagnosis/laws.json", *(f"diagnosis/{name}.py" for name in (
         "table_model/* laws/* catalogue/* chance fit measurements reading_errors rules"
-    ).split()],
-    "bulk": ["calibration/inference/chance_of_no_value.py", *(f"diagnosis/{name}.py" for name in (
+    ).split())],
+    "bulk": ["calibration/inference/chance_of_no_value.py", "diagnosis/laws.json",
+             "diagnosis/setup.json", *(f"diagnosis/{name}.py" for name in (
         "table_model/* laws/* catalogue/* bulk chance design emulator emulator_waves extend fit "
         "lever_laws measurements model reading_errors response rig rules setup verdict"
     ).split())],
@@ -62,7 +63,8 @@ def present(of: str = "contacts") -> dict[str, str]:
 def rules(sources: Path = SOURCES, of: str = "contacts") -> str:
     """Digest of the rules, a key of DECIDE, in a folder of the packages."""
     files = sorted({f for p in DECIDE[of] for f in sources.glob(p)})
-    text = "\n".join(code_of(f.read_text()) for f in files if f.name not in TOLD)
+    read = [(f, f.read_text()) for f in files if f.name not in TOLD]
+    text = "\n".join(code_of(own) if f.suffix == ".py" else own for f, own in read)
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 

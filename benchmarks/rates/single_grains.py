@@ -161,7 +161,7 @@ def judged(case: Case) -> dict[str, Any]:
     catalogue = {n: m for n, m in known.items() if case.case != "removed" or n != case.truth}
     found = contacts.discovered(measured(case.truth, case.point, case.seed), rig, catalogue)
     assert found is not None  # drops and slides are judged by free laws
-    law = found.law
+    law = found.laws[0] if found.laws else None
     leads = (law["slot"], tuple(law["state"])) if law else None
     names = found.causes if found.verdict == "identified" else []
     right = bool(case.truth) and names == [case.truth]

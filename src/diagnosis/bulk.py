@@ -213,7 +213,9 @@ class Bulk:
         p, start = len(self.base.factors), self.fitted.theta[0]
         curves, left = [], []
         for coded in STRENGTHS:
-            held = with_strength(model, float(coded))
+            held = copy.copy(model)  # at the strength of its one mechanism
+            for bound in ("low", "high", "prior_mean"):
+                setattr(held, bound, np.append(getattr(model, bound)[:-1], coded))
             theta = fit(held, self.data, (float(coded),)).theta[0]
             own, _, covariance = self._logs(held, theta)
             curves.append(own - logs - slope @ (theta[:p] - start))
@@ -243,14 +245,6 @@ def place_of(mechanism: Mechanism, known: Sequence[Mechanism]) -> tuple[str, tup
         widest = max(near, key=len)
         state = widest if all(set(other) <= set(widest) for other in near) else state
     return slot, tuple(state)
-
-
-def with_strength(model: Model, coded: float) -> Model:
-    """The model with the strength of its last mechanism held."""
-    held = copy.copy(model)
-    for bound in ("low", "high", "prior_mean"):
-        setattr(held, bound, np.append(getattr(model, bound)[:-1], coded))
-    return held
 
 
 def _doubt_one_formula(found):
@@ -291,7 +285,7 @@ def _errors(readings):
     """The terms of each experiment that are no laws, over all readings. A wrong zero of the load is
     a mechanism of the catalogue."""
     for own, at in readings.parts.values():
-        for term in all_terms(own, {}):
+        for term in all_terms(own, ()):
             if term.kind != LAW and term.what != "zero":
                 yield _spread(term, at, len(readings.log))
 

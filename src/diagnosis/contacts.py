@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from calibration.figures import parameter_words
 from calibration.intake.measurements import Measurement
 from calibration.statistics.numbers import NORMAL_95
 from calibration.study.factors import Factor
@@ -20,8 +19,7 @@ from diagnosis.held_out import prediction_test
 from diagnosis.laws.engine_gain import Engine, compared, not_run, together
 from diagnosis.laws.known import COEFFICIENT, integrated, known_curves, with_coefficient
 from diagnosis.laws.readings import FREE, IN_AIR, from_log, readings_of
-from diagnosis.power import power
-from diagnosis.residuals import by_chance, tails, trends
+from diagnosis.residuals import by_chance, calibrated, residual_rows, trends
 from diagnosis.rig import Rig
 from diagnosis.rules import OF_CONTACTS, by_runs, without_names
 from diagnosis.settings import Settings, of_run
@@ -29,14 +27,6 @@ from diagnosis.table_model.block import LEVEL_SD
 from diagnosis.table_model.found import Found, discover, give_strengths, table_misfit
 from diagnosis.table_model.law import limits
 from diagnosis.verdict import family_of, of_found
-
-
-def power_of(
-    measurements: list[Measurement], rig: Rig, catalogue: Mapping[str, Mechanism]
-) -> list[dict[str, Any]]:
-    """Rows of `diagnosis.power.power` for a plan."""
-    settings, known, defaults = _asked(measurements, rig, catalogue)
-    return power(measurements, known, catalogue, settings.alpha, settings.seed, defaults)
 
 
 def discovered(
@@ -47,14 +37,17 @@ def discovered(
 ) -> Found | None:
     """`diagnosis.table_model.found.Found` of the drops, slides and shear tests among the
     measurements, or None; aside: rows of readings that were set aside."""
-    settings, known, defaults = _asked(measurements, rig, catalogue)
-    return discover(measurements, known, settings.alpha, settings.seed, defaults, aside=aside)
+    return discover(measurements, aside=aside, **asked(measurements, rig, catalogue))
 
 
-def _asked(measurements, rig, catalogue):
-    """Settings, the catalogue's curves, and what rows may leave empty."""
-    known = known_curves(catalogue, Engine(rig, catalogue).spec_of)
-    return rig.settings, known, defaults_of(rig.settings, {m.experiment for m in measurements})
+def asked(
+    measurements: list[Measurement], rig: Rig, catalogue: Mapping[str, Mechanism]
+) -> dict[str, Any]:
+    """What `discover` and `diagnosis.power.power` are told beside: the catalogue's curves, what
+    rows may leave empty, and how it is decided."""
+    own: dict[str, Any] = {"alpha": rig.settings.alpha, "seed": rig.settings.seed}
+    own["defaults"] = defaults_of(rig.settings, {m.experiment for m in measurements})
+    return own | {"known": known_curves(catalogue, Engine(rig, catalogue).spec_of)}
 
 
 def with_engine(
@@ -133,10 +126,7 @@ def base(
     }
     stated = data_of(measurements).error[0]
     drawn = by_chance(measurements, stated, stated)
-    rows = _rows(measurements, levels)
-    off = np.array([r["standardised"] for r in rows])
-    for row, tail in zip(rows, tails(measurements, drawn, off), strict=True):
-        row["predictive_p"] = float(tail)
+    rows = residual_rows(measurements, drawn, 0.0, **_by_constant(measurements, levels))
     out = {
         "calibration": _calibration(settings, factors, levels),
         "patterns": trends([rows[i] for i in kept], drawn[:, kept]),
@@ -158,7 +148,7 @@ def half_step(measurements: list[Measurement], rig: Rig) -> list[dict[str, Any]]
         spec = rig.spec(m.condition, rig.settings.seed)
         value = float(np.exp(log / (IN_AIR if m.experiment == "drop" else 1.0)))
         spec = with_coefficient(spec, name, np.clip(value, low, high))
-        values = np.array([[integrated(spec, m, finer)] for finer in (1.0, 2.0)])
+        values = np.array([[integrated(spec, finer)] for finer in (1.0, 2.0)])
         out.append(extend.time_step_row(m, values, float(m.sd / np.sqrt(m.n))))
     return out
 
@@ -172,7 +162,7 @@ def with_law(measurements: list[Measurement], found: Found) -> np.ndarray | None
         kind: _level(measurements, kind)
         for kind in dict.fromkeys(m.experiment for m in measurements)
     }
-    value = np.array([r["predicted"] for r in _rows(measurements, levels)])
+    value = _by_constant(measurements, levels)["predicted"]
     for kind, block in found.selection.blocks.items():
         if block.held:
             mean = block.expected()[0]
@@ -188,19 +178,14 @@ def _level(measurements, kind):
     return float((weight * readings.log).sum() / weight.sum()), float(precision**-0.5)
 
 
-def _rows(measurements, levels):
-    """Residuals of the constant, in the form of `diagnosis.residuals.residual_rows` but for their
-    tail probability."""
-    rows = [None] * len(measurements)
+def _by_constant(measurements, levels):
+    """What the constants say of the measurements, as `residual_rows` takes it."""
+    out = np.empty((3, len(measurements)))
     for kind, (log, _) in levels.items():
         own = readings_of(measurements, kind, {})
-        predicted = from_log(kind, np.full(len(own.log), log), own.levers)
-        for i, value, error, seen in zip(own.rows, predicted, own.error, own.log, strict=True):
-            m = measurements[i]
-            rows[i] = {"experiment": kind, "levers": m.levers | m.covariates, "measured": m.value}
-            rows[i] |= {"predicted": float(value), "sd": float(error * value)}
-            rows[i]["standardised"] = float((seen - log) / error)
-    return rows
+        value = from_log(kind, np.full(len(own.log), log), own.levers)
+        out[:, own.rows] = value, own.error * value, (own.log - log) / own.error
+    return dict(zip(("predicted", "sd", "standardised"), out, strict=True))
 
 
 def _calibration(settings, factors, levels):
@@ -212,15 +197,8 @@ def _calibration(settings, factors, levels):
         factor = known[settings.experiments[kind].parameters[0]]
         ends = [float(np.exp((log + z * error) / power)) for z in (-NORMAL_95, NORMAL_95)]
         value = float(np.exp(log / power))
-        left = error / LEVEL_SD
-        out[factor.name] = {
-            "value": value,
-            "sd": value * error / power,
-            "low": ends[0],
-            "high": min(ends[1], 1.0) if kind == "drop" else ends[1],
-            "prior_sd_left": left,
-            "identified": left < 0.5,
-            "at_bound": not factor.low <= value <= factor.high,
-            "words": parameter_words(factor.key),
-        }
+        ends[1] = min(ends[1], 1.0) if kind == "drop" else ends[1]
+        beyond = not factor.low <= value <= factor.high
+        own = value, value * error / power, *ends
+        out[factor.name] = calibrated(factor.key, *own, error / LEVEL_SD, beyond)
     return out

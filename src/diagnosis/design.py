@@ -2,7 +2,7 @@
 experiment and law."""
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -116,43 +116,48 @@ def inputs_of(
 
 
 @dataclass(frozen=True)
-class MultipliedLever:
-    """What a mechanism does that multiplies a lever: it moves the lever's input, `column`, by the
-    logarithm of its strength over `span`, that of the ratio of the range's ends."""
+class MovedInput:
+    """How a run with a mechanism is one of the base model with one input moved, that in `column`.
+
+    added: of inputs x (k, d + 1), the coded strength last, what is added (k,), and {column of x:
+    its derivatives (k,)}."""
 
     column: int
-    span: float
-    strength: Strength
+    added: Callable[[np.ndarray], tuple[np.ndarray, dict[int, np.ndarray]]]
 
     def moved(self, x: np.ndarray) -> np.ndarray:
-        """Inputs (k, d) of the base model from those (k, d + 1) of the mechanism, the coded
-        strength last."""
+        """Inputs (k, d) of the base model from those (k, d + 1) of the mechanism."""
         out = x[:, :-1].copy()
-        out[:, self.column] += np.log(self.strength.natural(x[:, -1])) / self.span
+        out[:, self.column] += self.added(x)[0]
         return out
 
-    def slopes(self, x: np.ndarray) -> dict[int, np.ndarray]:
-        """{last: derivative (k,) of the moved input by the coded strength}."""
-        slope = self.strength.slope(x[:, -1]) / self.strength.natural(x[:, -1]) / self.span
-        return {x.shape[1] - 1: slope}
+
+def multiplying(column: int, span: float, strength: Strength) -> MovedInput:
+    """`MovedInput` of a lever that a mechanism multiplies by its strength; span: logarithm of the
+    ratio of the ends of its range."""
+
+    def added(x):
+        own = strength.natural(x[:, -1])
+        return np.log(own) / span, {x.shape[1] - 1: strength.slope(x[:, -1]) / own / span}
+
+    return MovedInput(column, added)
 
 
 def multiplied(
     settings: Settings, factors: Sequence[Factor], experiment: str, mechanism: Mechanism | None
-) -> MultipliedLever | None:
-    """`MultipliedLever` of a mechanism in an experiment, None where it has none or the lever is not
-    all that changes.
+) -> MovedInput | None:
+    """`MovedInput` of the lever that a mechanism multiplies in an experiment, None where it has
+    none or the lever is not all that changes.
 
     A rig is filled with a volume of grains unless their number is a lever, too: then another size
     is another number."""
-    levers = settings.experiments[experiment].levers
-    if mechanism is None or mechanism.multiplies not in levers:  # type: ignore[operator]  # `setup` fills it in
+    levers: Any = settings.experiments[experiment].levers  # `setup` fills it in
+    lever: Any = mechanism.multiplies if mechanism else None
+    if lever not in levers or (experiment in POURED and "particle_count" not in levers):
         return None
-    if experiment in POURED and "particle_count" not in levers:  # type: ignore[operator]  # `setup` fills it in
-        return None
-    low, high = levers[mechanism.multiplies]  # type: ignore[index]  # `setup` fills it in
-    column = inputs_of(settings, factors, experiment, BASE).index(mechanism.multiplies)  # type: ignore[arg-type]
-    return MultipliedLever(column, math.log(high / low), mechanism.strength)
+    low, high = levers[lever]
+    column = inputs_of(settings, factors, experiment, BASE).index(lever)
+    return multiplying(column, math.log(high / low), mechanism.strength)  # type: ignore[union-attr]
 
 
 REFUSED = 0.5
@@ -179,7 +184,10 @@ def plan(
         names = inputs_of(settings, factors, experiment, mechanism)
         lever = multiplied(settings, factors, experiment, catalogue.get(mechanism))
         count = counts.get((experiment, mechanism), 0)
-        points = _points(settings, experiment, mechanism, len(names), count)
+        rng = np.random.default_rng([settings.seed, *f"{experiment}/{mechanism}".encode()])
+        points = qmc.LatinHypercube(len(names), rng=rng).random(count)
+        own = settings.experiments[experiment]
+        points = np.round(_at_levels(own, points, int(mechanism != BASE)), 6)
         if mechanism != BASE:
             points = _strong(points, catalogue[mechanism].strength)
         law, refused = catalogue.get(mechanism), []
@@ -212,13 +220,13 @@ def row_of(
     x: np.ndarray,
     mechanism: Mechanism | None,
     seed: int,
-    lever: MultipliedLever | None = None,
+    lever: MovedInput | None = None,
     times: int = 1,
 ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
     """A row of a design, a mapping, and {run id: spec} of its runs at inputs x (d,) in [0, 1].
 
-    mechanism: a `Mechanism`, None for the base model; lever: its `MultipliedLever`, if it has
-    one; times: runs, of other seeds."""
+    mechanism: a `Mechanism`, None for the base model; lever: its `MovedInput`, if it
+    has one; times: runs, of other seeds."""
     at = dict(zip(names, x, strict=True))
     ranges: Any = rig.settings.experiments[experiment].levers  # `setup` fills it in
     levers = {n: round(log_span(low, high, at[n]), 6) for n, (low, high) in ranges.items()}
@@ -237,14 +245,6 @@ def row_of(
         "run_ids": list(runs),
     }
     return row, runs
-
-
-def _points(settings, experiment, mechanism, inputs, count):
-    """Points (count, inputs) in [0, 1], a Latin hypercube at the levels of the levers."""
-    rng = np.random.default_rng([settings.seed, *f"{experiment}/{mechanism}".encode()])
-    x = qmc.LatinHypercube(inputs, rng=rng).random(count)
-    own = settings.experiments[experiment]
-    return np.round(_at_levels(own, x, int(mechanism != BASE)), 6)
 
 
 NEAR = 0.15

@@ -25,7 +25,7 @@ from calibration.intake.quantities import LEVERS, QUANTITIES
 from calibration.study.factors import Factor
 from dem.experiments.declare import Plain
 from diagnosis.catalogue import Strength
-from diagnosis.design import inputs_of, multiplied, wanted
+from diagnosis.design import MovedInput, inputs_of, multiplied, wanted
 from diagnosis.response import Response, WithMechanism
 from diagnosis.settings import BASE, Settings, catalogue_of, log_span
 
@@ -66,14 +66,10 @@ variance, and strong cohesion clogs a silo at most strengths."""
 @dataclass(frozen=True)
 class Moved:
     """Emulator of what a run of the base model with one input moved tells: of a mechanism that
-    multiplies a lever, of a law along one.
-
-    move: has the `column` that it moves, `moved(x)`: inputs (k, d) of the base model from those
-    (k, d + 1) here, the coded strength last, and `slopes(x)`: {column of x: derivatives (k,) of
-    what is added to the moved input}."""
+    multiplies a lever, of a law along one."""
 
     base: Response
-    move: Any
+    move: MovedInput
 
     def with_slope(
         self, x: np.ndarray, columns: Sequence[int], error: bool = True
@@ -83,7 +79,7 @@ class Moved:
         z, found, variance = self.base.with_slope(
             self.move.moved(x), [*own, self.move.column], error
         )
-        slope, by = np.zeros((len(x), len(columns))), self.move.slopes(x)
+        slope, by = np.zeros((len(x), len(columns))), self.move.added(x)[1]
         for k, c in enumerate(columns):
             if c in own:
                 slope[:, k] = found[:, own.index(c)]
@@ -140,11 +136,16 @@ def train(
         else:
             emulators[key] = WithMechanism(base, x, z, coded_off(known[key[1]].strength))
         table.append(row | {n: getattr(emulators[key], n) for n in ("error", "scatter", "spread")})
-    for experiment, name in wanted(settings, known, dict.fromkeys(e for e, _ in finished)):
+    return _with_moved(emulators, settings, factors, known), table
+
+
+def _with_moved(trained, settings, factors, known):
+    """What was trained, with the mechanisms that multiply a lever."""
+    for experiment, name in wanted(settings, known, {e for e, name in trained if name == BASE}):
         lever = multiplied(settings, factors, experiment, known.get(name))
-        if lever and (experiment, BASE) in emulators:
-            emulators[experiment, name] = Moved(emulators[experiment, BASE], lever)  # type: ignore[arg-type, assignment]
-    return emulators, table
+        if lever:
+            trained[experiment, name] = Moved(trained[experiment, BASE], lever)
+    return trained
 
 
 def coded_off(strength: Strength) -> float | None:
@@ -184,11 +185,7 @@ def train_failures(
         x = np.array([r["inputs"] for r in own + more])
         failed = [_failed(r, metrics) for r in own + more]
         out[experiment, name] = Chance(x, failed, [len(r["run_ids"]) for r in own + more])
-    for experiment, name in wanted(settings, known, failing):
-        lever = multiplied(settings, factors, experiment, known.get(name))
-        if lever:
-            out[experiment, name] = Moved(out[experiment, BASE], lever)  # type: ignore[arg-type, assignment]
-    return out  # type: ignore[return-value]
+    return _with_moved(out, settings, factors, known)  # type: ignore[no-any-return]
 
 
 def as_tests(
@@ -209,20 +206,12 @@ def _failed(row, metrics):
     return sum(metrics[name] is None for name in row["run_ids"])
 
 
-@dataclass(frozen=True)
-class Outcomes:
-    """What tests ended with: c conditions [(experiment, levers)], and how many of `tests` (c,)
-    `failed` (c,) to give a value."""
-
-    conditions: list
-    failed: np.ndarray
-    tests: np.ndarray
-
-
 def outcomes_of(
     measurements: Sequence[Measurement], failures: Collection[tuple[str, str]]
-) -> Outcomes | None:
-    """`Outcomes` of the experiments of which a row has an outcome, or None without one.
+) -> tuple[list[tuple[str, dict]], np.ndarray | None, np.ndarray | None]:
+    """What tests ended with, of the experiments of which a row has an outcome: c conditions
+    [(experiment, levers)], and how many failed (1, c) to give a value, of how many (c,); None of
+    both without one.
 
     Readings count as tests that gave a value, but only beside outcomes of their experiment: a table
     without any may leave out what failed."""
@@ -237,6 +226,6 @@ def outcomes_of(
             row[0] += m.n if m.outcome else 0
             row[1] += m.n
     if not counts:
-        return None
+        return [], None, None
     failed, tests = np.array(list(counts.values()), float).T  # type: ignore[type-var]
-    return Outcomes([(kind, dict(levers)) for kind, levers in counts], failed, tests)
+    return [(kind, dict(levers)) for kind, levers in counts], failed[None], tests

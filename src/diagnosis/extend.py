@@ -284,17 +284,15 @@ def _summary(miss, rng):
     # log density of a setting with the spread that each model's own misses ask for
     scale = [max(float(np.sqrt((m**2).mean())), 1.0) for m in miss]
     score = [-0.5 * (m / s) ** 2 - np.log(s) for m, s in zip(miss, scale, strict=True)]
-    rmse = [np.sqrt((m[pick] ** 2).mean(1)) for m in miss]
-    chi = [(m[pick] ** 2).sum(1) for m in miss]
-    log = [s[pick].sum(1) for s in score]
     out = {}
-    for name, single, many in (
-        ("rmse", [np.sqrt((m**2).mean()) for m in miss], rmse),
-        ("chi_square", [(m**2).sum() for m in miss], chi),
-        ("log_score", [s.sum() for s in score], log),
+    for name, values, of in (
+        ("rmse", miss, lambda m: np.sqrt((m**2).mean(-1))),
+        ("chi_square", miss, lambda m: (m**2).sum(-1)),
+        ("log_score", score, lambda s: s.sum(-1)),
     ):
-        for label, one, sample in zip(("before", "after"), single, many, strict=True):
-            out[f"held_out_{name}_{label}"] = float(one)
+        many = [of(v[pick]) for v in values]
+        for label, own, sample in zip(("before", "after"), values, many, strict=True):
+            out[f"held_out_{name}_{label}"] = float(of(own))
             out[f"held_out_{name}_{label}_interval"] = _interval(sample)
         # positive where the extended model is better
         better = many[1] - many[0] if name == "log_score" else many[0] - many[1]

@@ -25,7 +25,7 @@ from scipy.special import expit, logsumexp, xlogy
 
 from calibration.inference.chance_of_no_value import log_likelihood
 from calibration.intake.measurements import Measurement
-from diagnosis.emulator import Outcomes, outcomes_of
+from diagnosis.emulator import outcomes_of
 from diagnosis.model import Emulated, Model
 from diagnosis.reading_errors import Shared, shared_of, spread_unit, stated_sd
 
@@ -119,13 +119,8 @@ class Fit:
 
     def shared_errors(self, data: Data) -> dict[tuple[str, str], float]:
         """{(experiment, label): standard deviation} of the errors that readings of the first data
-        set share, as far as they are likely."""
-        return data.shared.at(self.place) if data.shared else {}
-
-    @property
-    def place(self) -> int:
-        """Index of the likeliest size of shared errors, of the first data set."""
-        return int(self.sizes[0].argmax())
+        set share, of the likeliest size."""
+        return data.shared.at(int(self.sizes[0].argmax())) if data.shared else {}
 
     @property
     def score(self) -> np.ndarray:
@@ -357,18 +352,15 @@ def held_out(mean: np.ndarray, variance: np.ndarray, data: Data) -> np.ndarray:
     return logsumexp(value, axis=-1, b=weight / weight.sum())
 
 
-def data_of(measurements: Sequence[Measurement], tests: Outcomes | None = None) -> Data:
-    """`Data` of one set of measurements, and of `diagnosis.emulator.Outcomes` beside them."""
+def data_of(measurements: Sequence[Measurement]) -> Data:
+    """`Data` of one set of measurements."""
     n = np.array([m.n for m in measurements], float)
     value = np.array([m.value for m in measurements])
     lever = np.array([m.lever_error for m in measurements])
     error = np.hypot(stated_sd(measurements) / np.sqrt(n), lever)
     shared = shared_of(measurements, error, spread_unit(measurements))
     group = np.unique([m.experiment for m in measurements], return_inverse=True)[1]
-    found = Data(value[None], error[None], shared=shared, group=group)
-    if tests is None:
-        return found
-    return replace(found, failed=tests.failed[None], tests=tests.tests)
+    return Data(value[None], error[None], shared=shared, group=group)
 
 
 def evidence(
@@ -376,6 +368,6 @@ def evidence(
 ) -> tuple[list[Measurement], Sequence[tuple[str, dict]], Data]:
     """Return what a fit of an `Emulated` to measurements takes, tests without a value among them:
     the measurements with a value, the conditions of the tests, and the `Data` of both."""
-    tests = outcomes_of(measurements, emulated.failures)
+    conditions, failed, tests = outcomes_of(measurements, emulated.failures)
     valued = [m for m in measurements if not m.outcome]
-    return valued, tests.conditions if tests else (), data_of(valued, tests)
+    return valued, conditions, replace(data_of(valued), failed=failed, tests=tests)

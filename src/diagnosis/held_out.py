@@ -17,7 +17,8 @@ from diagnosis.laws.engine_gain import Engine
 from diagnosis.laws.known import COEFFICIENT, contact_logs, with_coefficient
 from diagnosis.laws.readings import IN_AIR, from_log, readings_of, unknown, with_setting
 from diagnosis.model import Emulated
-from diagnosis.page.words import environment, plain
+from diagnosis.next_measurement import BEYOND, DECIMALS
+from diagnosis.page.words import told
 from diagnosis.reading_errors import covariance_of, spread_unit
 from diagnosis.table_model.block import ROW, Block, Held
 from diagnosis.table_model.found import Found
@@ -125,8 +126,6 @@ def _rows(held_out, predicted):
     return out
 
 
-BEYOND = 2.0
-DIGITS = 3
 TYPICAL = 0.6
 """Restitution or friction of an experiment of which nothing was fitted."""
 
@@ -161,8 +160,7 @@ def prediction_test(
 
 def _told(test):
     """The test with its sentence."""
-    text = environment().get_template("prediction_test.j2").render(test=test)
-    return test | {"text": plain(text)}
+    return test | {"text": told("prediction_test.j2", test=test)}
 
 
 def _again(verdict):
@@ -207,33 +205,32 @@ def _elsewhere(row, verdict, measurements, engine, held_out):
             continue
         if kind not in engine.rig.settings.experiments:
             continue
-        switched = _Switched(kind, mechanism, strength, measurements, engine)
-        return _by_engine(switched, measurements), _there(switched, measurements, held_out)
+        logs = _switched(kind, mechanism, strength, measurements, engine)
+        return _by_engine(kind, logs, measurements), _there(kind, logs, measurements, held_out)
     return None, []
 
 
-class _Switched:
-    """What the engine's one contact reads in an experiment with a mechanism and without."""
+def _switched(kind, mechanism, strength, measurements, engine):
+    """A function of `Readings` of an experiment that gives (on, off), each (n,) logarithms of what
+    the engine's one contact reads with a mechanism and without."""
+    coefficient, low, high = COEFFICIENT[kind]
+    own, value = [m for m in measurements if m.experiment == kind], TYPICAL
+    if own:
+        power = IN_AIR if kind == "drop" else 1.0
+        centre = readings_of(own, kind, {}).centre[0]
+        value = float(np.clip(np.exp(centre / power), low, high))
 
-    def __init__(self, kind, mechanism, strength, measurements, engine):
-        coefficient, low, high = COEFFICIENT[kind]
-        self.kind, self.spec_of, value = kind, engine.spec_of, TYPICAL
-        own = [m for m in measurements if m.experiment == kind]
-        if own:
-            power = IN_AIR if kind == "drop" else 1.0
-            centre = readings_of(own, kind, {}).centre[0]
-            value = float(np.clip(np.exp(centre / power), low, high))
-        self.plain = lambda spec: with_coefficient(spec, coefficient, value)
-        self.with_cause = lambda spec: mechanism.apply(self.plain(spec), strength)
+    def off(spec):
+        return with_coefficient(spec, coefficient, value)
 
-    def logs(self, readings):
-        """(on, off), each (n,) logarithms of the readings over their shape."""
-        return tuple(contact_logs(f, readings, self.spec_of) for f in (self.with_cause, self.plain))
+    def on(spec):
+        return mechanism.apply(off(spec), strength)
+
+    return lambda readings: [contact_logs(f, readings, engine.spec_of) for f in (on, off)]
 
 
-def _by_engine(switched, measurements):
+def _by_engine(kind, logs_of, measurements):
     """On and off in another experiment, at the size at which they differ most."""
-    kind = switched.kind
     sizes = sorted({m.levers.get("particle_diameter_mm") for m in measurements} - {None})
     fixed = {"drop_height_mm": 50.0} if kind == "drop" else {"tilt_rate_deg_s": 5.0}
     best = None
@@ -242,7 +239,7 @@ def _by_engine(switched, measurements):
         values = {k: np.array([v]) for k, v in levers.items()}
         # one setting, as `contact_logs` takes it
         at = SimpleNamespace(experiment=kind, levers=values, log=np.zeros(1))
-        on, off = switched.logs(at)
+        on, off = logs_of(at)
         apart = abs(on[0] - off[0])
         if np.isfinite(apart) and (best is None or apart > best[0]):
             best = apart, levers, np.array([on[0], off[0]])
@@ -254,11 +251,10 @@ def _by_engine(switched, measurements):
             "sd": None, "by": "engine"}  # fmt: skip
 
 
-def _there(switched, measurements, held_out):
+def _there(kind, logs_of, measurements, held_out):
     """[{line, miss_with, miss_without}] of the rows held out in another experiment. The constant of
     each comes from the rows that were fitted there, or where there are none from those held out: of
     these the differences alone decide."""
-    kind = switched.kind
     own = [m for m in held_out if m.experiment == kind]
     fitted = [m for m in measurements if m.experiment == kind]
     if not own or (not fitted and len(own) < 2):
@@ -267,7 +263,7 @@ def _there(switched, measurements, held_out):
     used = np.arange(len(fitted)) if fitted else np.arange(len(own))
     weight = 1.0 / readings.error[used] ** 2
     out = [{"line": m.line} for m in own]
-    for label, logs in zip(("miss_with", "miss_without"), switched.logs(readings), strict=True):
+    for label, logs in zip(("miss_with", "miss_without"), logs_of(readings), strict=True):
         left = readings.log - logs
         left -= (weight * left[used]).sum() / weight.sum()
         sd = np.hypot(readings.error, weight.sum() ** -0.5) if fitted else readings.error
@@ -311,7 +307,7 @@ def _settings(block):
             continue
         ends = (known[0] / BEYOND, known[-1] * BEYOND, *np.sqrt(known[1:] * known[:-1]))
         for value in ends:
-            value = float(f"{value:.{DIGITS}g}")
+            value = float(f"{value:.{DECIMALS}g}")
             if LEVERS[name].least <= value <= LEVERS[name].most:
                 out.append(middle | {name: value})
     return out

@@ -8,10 +8,7 @@ its strength is the change from the least to the largest value of the lever.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
-
-import numpy as np
 
 from calibration.figures import parameter_words
 from calibration.intake.measurements import Measurement
@@ -20,7 +17,7 @@ from calibration.study.config.specs import numbers_of, with_levels
 from calibration.study.factors import Factor
 from dem.units import without_unit
 from diagnosis.catalogue import Mechanism, Strength
-from diagnosis.design import WIDENED, inputs_of
+from diagnosis.design import WIDENED, MovedInput, inputs_of
 from diagnosis.emulator import Moved
 from diagnosis.settings import BASE, Settings
 
@@ -31,34 +28,17 @@ STATES = {"particle_diameter_mm": "size", "normal_stress_kPa": "load"}
 """Levers that are a state of the contact by another word."""
 
 
-@dataclass(frozen=True)
-class AlongLever:
+def along(column: int, lever: int, start: float, slope: float) -> MovedInput:
     """What a law does to a run of the base model: it moves the coefficient's input, `column`, by
     its strength times the place along the lever, whose input is `lever`.
 
     The place, -1/2 to 1/2 over the lever's range, is start + slope times the lever's input."""
 
-    column: int
-    lever: int
-    start: float
-    slope: float
+    def added(x):
+        place, change = start + slope * x[:, lever], (2.0 * x[:, -1] - 1.0) / WIDENED
+        return change * place, {x.shape[1] - 1: 2.0 * place / WIDENED, lever: change * slope}
 
-    def _place_and_change(self, x):
-        """Place (k,) along the lever, and change (k,) of the coefficient over its whole range."""
-        return self.start + self.slope * x[:, self.lever], (2.0 * x[:, -1] - 1.0) / WIDENED
-
-    def moved(self, x: np.ndarray) -> np.ndarray:
-        """Inputs (k, d) of the base model from those (k, d + 1) of the law, the coded strength
-        last."""
-        place, change = self._place_and_change(x)
-        out = x[:, :-1].copy()
-        out[:, self.column] += change * place
-        return out
-
-    def slopes(self, x: np.ndarray) -> dict[int, np.ndarray]:
-        """Derivatives (k,) of what is added by the coded strength, the last, and by the lever."""
-        place, change = self._place_and_change(x)
-        return {x.shape[1] - 1: 2.0 * place / WIDENED, self.lever: change * self.slope}
+    return MovedInput(column, added)
 
 
 def lever_laws(
@@ -102,8 +82,8 @@ def with_laws(
                 own_low, own_high = settings.experiments[kind].levers[lever]  # type: ignore[index]  # `setup` fills it in
                 start = math.log(own_low / low) / span - 0.5
                 slope = math.log(own_high / own_low) / span
-                along = AlongLever(names.index(factor.name), names.index(lever), start, slope)
-                out[kind, law.name] = Moved(emulators[kind, BASE], along)
+                move = along(names.index(factor.name), names.index(lever), start, slope)
+                out[kind, law.name] = Moved(emulators[kind, BASE], move)
     return out
 
 

@@ -20,6 +20,7 @@ from calibration.errors import ConfigError
 from calibration.intake.measurements import ROLES, Measurement, raise_faults, read_measured
 from calibration.intake.quantities import QUANTITIES
 from diagnosis.chance import share_above
+from diagnosis.page.words import told
 from diagnosis.reading_errors import LABELS, doubt, spread_unit, stated_sd
 
 WITHIN = 0.01
@@ -153,21 +154,10 @@ def _without(m, place):
 
 def _row(m, place, off):
     line = m.lines[place] if m.lines else m.line
-    value, others = m.readings[place], np.median(m.readings)
-    words = QUANTITIES[m.experiment].words
-    return {
-        "experiment": m.experiment,
-        "line": line,
-        "levers": m.levers,
-        "value": float(value),
-        "standard_deviations": float(off),
-        "expected": float(others),
-        "setting": None,
-        "reads_like": None,
-        "sentence": f"Line {line}: a single reading of the {words} ({value:.4g}) lies "
-        f"{abs(off):.0f} standard deviations from the others of its condition ({others:.4g}); it "
-        "was left out.",
-    }
+    row = {"experiment": m.experiment, "line": line, "levers": m.levers}
+    row |= {"value": float(m.readings[place]), "standard_deviations": float(off)}
+    row |= {"expected": float(np.median(m.readings)), "setting": None, "reads_like": None}
+    return row | {"sentence": told("left_out.j2", row=row)}
 
 
 CONTACTS = ("drop", "tilt")

@@ -17,7 +17,7 @@ from calibration.intake.quantities import LEVERS, levers_of
 from diagnosis.fit import Fit
 from diagnosis.laws.readings import from_log, with_setting
 from diagnosis.model import Emulated
-from diagnosis.page.words import environment, place, plain
+from diagnosis.page.words import place, told
 from diagnosis.settings import Settings, lever_values
 from diagnosis.table_model.block import ERROR, LAW, Block, Term
 from diagnosis.table_model.selection import blocks_of, held_in_turn
@@ -151,8 +151,8 @@ def propose_setting(
     others that are not told from it, None for errors from setting to setting; None where none of
     them says what it expects elsewhere. again: the level in question, the middle one unless
     given."""
-    told = {k: block.terms.get(k) for k in (key, *others)}
-    keys = [k for k, t in told.items() if t is None or (t.kind in (LAW, ERROR) and t.free)][:MOST]
+    terms = {k: block.terms.get(k) for k in (key, *others)}
+    keys = [k for k, t in terms.items() if t is None or (t.kind in (LAW, ERROR) and t.free)][:MOST]
     if len(keys) < 2:
         return None
     readings = block.readings
@@ -172,7 +172,7 @@ def propose_setting(
     for i, rival in enumerate(keys):
         logs = means[i, best] + sds[i, best] * np.array([0.0, -1.0, 1.0])
         value, low, high = from_log(readings.experiment, logs, levers).tolist()
-        predictions[words_of(told[rival])] = {"value": value, "sd": 0.5 * (high - low)}
+        predictions[words_of(terms[rival])] = {"value": value, "sd": 0.5 * (high - low)}
     return {
         "experiment": readings.experiment,
         "levers": levers | covariates,
@@ -221,9 +221,5 @@ def _text(block, keys, again):
     known = known[np.isfinite(known) & (known > 0.0)]
     between = [f"{np.sqrt(a * b):.{DECIMALS}g}" for a, b in itertools.pairwise(known)][:2]
     again = again or (f"{known[len(known) // 2]:g}" if lever else "")
-    text = (
-        environment()
-        .get_template("set_anew.j2")
-        .render(scatter=None in keys, lever=LEVERS.get(lever), again=again, between=between)
-    )
-    return plain(text)
+    facts = {"scatter": None in keys, "again": again, "between": between}
+    return told("set_anew.j2", lever=LEVERS.get(lever), **facts)

@@ -7,7 +7,7 @@ for the law in these data is counted: it looks alike.
 """
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,11 +17,10 @@ from calibration.intake.measurements import Measurement
 from calibration.statistics.ties import largest_first
 from diagnosis.bulk import Bulk
 from diagnosis.catalogue import Mechanism
-from diagnosis.laws.known import Known
-from diagnosis.laws.readings import IN_AIR, Readings, readings_of
+from diagnosis.laws.readings import IN_AIR, readings_of
 from diagnosis.laws.slots import added, coordinates, scaled
 from diagnosis.page.words import environment
-from diagnosis.table_model.block import LAW
+from diagnosis.table_model.block import LAW, KnownCurves
 from diagnosis.table_model.law import told_in, unit_of
 from diagnosis.table_model.selection import SPENT, blocks_of, evidences
 
@@ -50,7 +49,7 @@ class Effect:
 
 def power(
     measurements: Sequence[Measurement],
-    known: Callable[[Readings], dict[str, Known]] | None = None,
+    known: KnownCurves | None = None,
     catalogue: Mapping[str, Mechanism] | None = None,
     alpha: float = 0.05,
     seed: int = 0,

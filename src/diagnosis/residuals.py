@@ -27,7 +27,9 @@ from diagnosis.chance import share_above
 from diagnosis.design import WIDENED
 from diagnosis.fit import Fit
 from diagnosis.model import Model
+from diagnosis.next_measurement import DECIMALS
 from diagnosis.page.words import at as at_lever
+from diagnosis.page.words import told
 from diagnosis.reading_errors import redrawn_error
 
 P_TREND = 0.01
@@ -60,28 +62,24 @@ def tails(measurements: Sequence[Measurement], drawn: np.ndarray, off: np.ndarra
 
 
 def residual_rows(
-    measurements: Sequence[Measurement], fitted: Fit, drawn: np.ndarray, error: np.ndarray
+    measurements: Sequence[Measurement],
+    drawn: np.ndarray,
+    leverage: np.ndarray | float,
+    **values: np.ndarray,
 ) -> list[dict[str, Any]]:
-    """A mapping for each condition: its levers and what was recorded beside, measured, predicted
-    (with what its batch and its instrument add), its sd and that of the reading alone, residual in
-    sd, tail probability when it is left out; drawn: see `by_chance`; error: (n,) of the
-    readings."""
-    tail = tails(measurements, drawn, fitted.residual[0] / np.sqrt(1.0 - fitted.leverage[0]))
-    rows = []
-    for i, m in enumerate(measurements):
-        rows.append(
-            {
-                "experiment": m.experiment,
-                "levers": m.levers | m.covariates,
-                "measured": m.value,
-                "predicted": float(fitted.expected[0, i]),
-                "sd": float(fitted.sd[0, i]),
-                "reading_sd": float(error[i]),
-                "standardised": float(fitted.residual[0, i]),
-                "predictive_p": float(tail[i]),
-            }
-        )
-    return rows
+    """A mapping for each condition: its levers and what was recorded beside, measured, what is
+    `values` (n,) of all, and the tail probability of a setting that is left out.
+
+    drawn: see `by_chance`; leverage: (n,) of the fit. Values are `predicted` (with what its batch
+    and its instrument add), its `sd`, of emulated experiments that of the reading alone,
+    `reading_sd`, and the residual in sd, `standardised`."""
+    off = values["standardised"] / np.sqrt(1.0 - leverage)
+    values["predictive_p"] = tails(measurements, drawn, off)
+    return [
+        {"experiment": m.experiment, "levers": m.levers | m.covariates, "measured": m.value}
+        | {key: float(own[i]) for key, own in values.items()}
+        for i, m in enumerate(measurements)
+    ]
 
 
 def trends(rows: Sequence[dict[str, Any]], drawn: np.ndarray) -> list[dict[str, Any]]:
@@ -97,11 +95,11 @@ def trends(rows: Sequence[dict[str, Any]], drawn: np.ndarray) -> list[dict[str, 
         levers = dict.fromkeys(n for r in own for n in r["levers"])
         found = [t for t in (_trend(kind, lever, own, noise) for lever in levers) if t]
         out += found or [o for o in (_offset(kind, own, noise),) if o]
-    told = {p["experiment"] for p in out}
+    known = {p["experiment"] for p in out}
     return out + [
         _setting(r)
         for r in rows
-        if r["experiment"] not in told and r["predictive_p"] < P_TREND / len(rows)
+        if r["experiment"] not in known and r["predictive_p"] < P_TREND / len(rows)
     ]
 
 
@@ -124,8 +122,7 @@ def _trend(kind, lever, rows, drawn):
         own = [row for row, v in zip(some, x, strict=True) if v == end]
         parts.append(f"{_distance(own)} at {at_lever(lever, end)}")
     sentence = f"The measured {QUANTITIES[kind].words} {parts[0]}, and {parts[1]}."
-    found = {"kind": "trend", "experiment": kind, "lever": lever, "slope": slope}
-    return found | {"p": p, "sentence": sentence}
+    return _pattern("trend", kind, p, sentence, lever, slope)
 
 
 def _offset(kind, rows, drawn):
@@ -136,8 +133,7 @@ def _offset(kind, rows, drawn):
         return None
     where = f"over its {len(rows)} settings" if len(rows) > 1 else "at its one setting"
     sentence = f"The measured {QUANTITIES[kind].words} {_distance(rows)} {where}."
-    found = {"kind": "offset", "experiment": kind, "lever": None, "slope": None}
-    return found | {"p": p, "sentence": sentence}
+    return _pattern("offset", kind, p, sentence)
 
 
 def _setting(row):
@@ -145,8 +141,12 @@ def _setting(row):
     where = " and ".join(at_lever(lever, v) for lever, v in row["levers"].items())
     place = f" at {where} alone" if where else ""
     sentence = f"The measured {QUANTITIES[row['experiment']].words}{place} {_distance([row])}."
-    found = {"kind": "setting", "experiment": row["experiment"], "lever": None, "slope": None}
-    return found | {"p": row["predictive_p"], "sentence": sentence}
+    return _pattern("setting", row["experiment"], row["predictive_p"], sentence)
+
+
+def _pattern(kind, experiment, p, sentence, lever=None, slope=None):
+    found = {"kind": kind, "experiment": experiment, "lever": lever, "slope": slope}
+    return found | {"p": p, "sentence": sentence}
 
 
 def _distance(rows):
@@ -171,19 +171,10 @@ def moved(
         if not new["identified"] or old["low"] <= new["value"] <= old["high"]:
             continue
         shift = old["value"] - new["value"]
-        percent = 100.0 * shift / new["value"]
-        side = "too high" if shift > 0 else "too low"
-        out[name] = {
-            "base": old["value"],
-            "extended": new["value"],
-            "shift_percent": float(percent),
-            "shift_in_base_sd": float(shift / old["sd"]),
-            "sentence": f"The base calibration had {new['words']} at {old['value']:.3f} "
-            f"in place of "
-            f"{new['value']:.3f}: {abs(percent):.2g} % {side}, {abs(shift / old['sd']):.1f} of its "
-            f"stated standard "
-            "deviations.",
-        }
+        row: dict[str, Any] = {"base": old["value"], "extended": new["value"]}
+        row |= {"shift_percent": float(100.0 * shift / new["value"])}
+        row |= {"shift_in_base_sd": float(shift / old["sd"])}
+        out[name] = row | {"sentence": told("moved.j2", words=new["words"], row=row)}
     return out
 
 
@@ -195,21 +186,23 @@ def calibration(model: Model, fitted: Fit) -> dict[str, dict[str, Any]]:
     sd = np.sqrt(np.diag(fitted.cov[0]))
     for k, factor in enumerate(model.factors):
         mode = fitted.theta[0, k]
-        left = float(sd[k] / model.prior_sd[k])
-        ends = [
-            float(np.clip(mode + z * sd[k], -WIDENED, WIDENED)) for z in (-NORMAL_95, NORMAL_95)
-        ]
-        out[factor.name] = {
-            "value": float(factor.natural(float(mode))),
-            "sd": float(sd[k] * factor.half_range),
-            "low": float(factor.natural(ends[0])),
-            "high": float(factor.natural(ends[1])),
-            "prior_sd_left": left,
-            "identified": left < 0.5,
-            "at_bound": bool(abs(mode) > WIDENED - 0.01),
-            "words": parameter_words(factor.key),
-        }
+        ends = (np.clip(mode + z * sd[k], -WIDENED, WIDENED) for z in (-NORMAL_95, NORMAL_95))
+        own = *(factor.natural(float(v)) for v in (mode, *ends)), sd[k] / model.prior_sd[k]
+        value, low, high, left = map(float, own)
+        out[factor.name] = calibrated(
+            factor.key, value, float(sd[k] * factor.half_range), low, high, left,
+            bool(abs(mode) > WIDENED - 0.01),
+        )  # fmt: skip
     return out
+
+
+def calibrated(
+    key: str, value: float, sd: float, low: float, high: float, left: float, at_bound: bool
+) -> dict[str, Any]:
+    """What is told of a calibrated coefficient; left: of the prior's standard deviation."""
+    out = {"value": value, "sd": sd, "low": low, "high": high, "prior_sd_left": left}
+    more = {"identified": left < 0.5, "at_bound": at_bound, "words": parameter_words(key)}
+    return {**out, **more}
 
 
 SIZES = np.array([0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0])
@@ -217,7 +210,6 @@ SIZES = np.array([0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0])
 
 LENGTHS = (0.3, 0.6, 1.2)  # correlation lengths that are tried, over a lever's range from -1 to 1
 POINTS = 9
-DECIMALS = 3  # of a setting that is proposed, significant
 
 
 def curves(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
@@ -260,12 +252,12 @@ def least_known(
             # a share is of the prediction at the nearest setting that was measured
             near = ((own.x - own.scaled(levers[k][None])) ** 2).sum(1).argmin()
             level = own.predicted[near] if own.unit == "share" else 1.0
-            told = {"value": float(mean[k] * level), "sd": float(sd[k] * level)}
+            expected = {"value": float(mean[k] * level), "sd": float(sd[k] * level)}
             best = {
                 "experiment": kind,
                 "levers": dict(zip(own.levers, levers[k].tolist(), strict=True)),
                 "information_bits": float(bits[k]),
-                "predictions": {"what the model misses there": told},
+                "predictions": {"what the model misses there": expected},
             }
     return best
 

@@ -10,6 +10,7 @@ from calibration.errors import ConfigError
 from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import LEVERS, POURED, Condition
 from calibration.study.config import overlay
+from calibration.study.config.specs import with_levels
 from dem.errors import DemError, SpecError
 from dem.spec import parse_spec
 from diagnosis.catalogue import Mechanism
@@ -58,14 +59,10 @@ class Rig:
             ratio = reference / spec["particles"]["diameter_mm"]
             spec["particles"]["count"] = max(round(spec["particles"]["count"] * ratio**3), 50)
         given, known = values or {}, cast(list[str], own.parameters)  # `setup` fills it in
-        for f in self.factors:
-            if f.name in given and f.key in known:
-                part = spec
-                *path, last = f.key.split(".")
-                for name in path:
-                    part = part.setdefault(name, {})
-                part[last] = round(_possible(f.key, float(given[f.name])), 9)
-        return spec
+        used = (f for f in self.factors if f.name in given and f.key in known)
+        return with_levels(
+            spec, {f.key: round(_possible(f.key, float(given[f.name])), 9) for f in used}
+        )
 
     def check(self, measurements: Iterable[Measurement]) -> None:
         """Raise ConfigError where an experiment's run spec cannot be run at a measured

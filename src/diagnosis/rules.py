@@ -13,7 +13,7 @@ from calibration.figures import label
 from diagnosis.catalogue import Mechanism
 from diagnosis.extend import FIT, SURE
 from diagnosis.measurements import LEAST_SETTINGS
-from diagnosis.page.words import in_unit, quantity
+from diagnosis.page import words
 from diagnosis.settings import BASE
 
 NAMED = ("identified", "discovered", "ambiguous")
@@ -217,8 +217,8 @@ def without_names(told: Mapping[str, Any]) -> dict[str, Any]:
 
 def _nameless(told):
     """Why a place stays whose name was withdrawn."""
-    words = " and ".join(map(label, told.get("best_tried", ())))
-    return words and f"the place is known; the engine with {words} does not predict left-out levels"
+    names = " and ".join(map(label, told.get("best_tried", ())))
+    return names and f"the place is known; the engine with {names} does not predict left-out levels"
 
 
 def _idle(told):
@@ -275,8 +275,8 @@ def _named(told):
 
 def _not_tried(told):
     """Why what could not be tried is not told from the cause."""
-    words = " and ".join(label(row["mechanism"]) for row in told.get("untried", ()))
-    return words and f"{words} ended without a value as the tests did, and could not be tried"
+    names = " and ".join(label(row["mechanism"]) for row in told.get("untried", ()))
+    return names and f"{names} ended without a value as the tests did, and could not be tried"
 
 
 def _missed(told):
@@ -290,34 +290,21 @@ def _missed(told):
         return ""
     tried = _named(told) or run
     run = run or tried
-    reason = (
-        f"best of those tried, does not fit by the engine's runs with "
-        f"{' and '.join(map(label, run))}: {against}; by the emulators alone the verdict was "
-        f"{told['verdict']}"
-    )
-    others = [label(name) for name in tried if name not in run]
-    if others:
-        reason += f", and {' and '.join(others)}, not told apart from it, was not run"
-    return reason
+    others = [name for name in tried if name not in run]
+    before = told["verdict"]
+    return words.told("missed.j2", run=run, others=others, against=against, before=before)
 
 
 def _unchecked(told):
     """Return what would decide whether the base model is adequate, where a check of the simulations
     fails by FAR."""
-    said = [
-        f"the simulations' own error is {r['error']:.2g} times the readings' "
-        f"({quantity(r['experiment'])}), which more runs lessen"
-        for r in told["refinement"]["left"]
-        if r["mechanism"] == BASE and r["error"] > FAR
-    ]
-    said += [
-        f"half the time step moves the {quantity(r['experiment'])} by "
-        f"{in_unit(r['experiment'], r['change'], '+.2g')}, {abs(r['change'] / r['error']):.2g} "
-        "times the reading's error, which a finer step (`numerics`) decides"
+    rough = [r for r in told["refinement"]["left"] if r["mechanism"] == BASE and r["error"] > FAR]
+    steps = [
+        r
         for r in told.get("time_step") or ()
         if abs(r["change"]) - SURE * r["uncertain"] > FAR * r["error"]
     ]
-    return "; ".join(said)
+    return words.told("unchecked.j2", rough=rough, steps=steps)
 
 
 OF_CONTACTS = (

@@ -6,6 +6,7 @@ measurements. Nothing is guessed. What follows from none of these is a fault tha
 the first measurement and the key to give.
 """
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -32,6 +33,7 @@ from diagnosis.emulator import as_tests, train, train_failures
 from diagnosis.lever_laws import lever_laws, with_laws
 from diagnosis.measurements import Measured, alone, read_all
 from diagnosis.model import Emulated
+from diagnosis.page.words import told
 from diagnosis.rig import Rig
 from diagnosis.settings import (
     RIG,
@@ -65,37 +67,13 @@ let some grains out, of which the run reads a flow; the laboratory writes `clogg
 MOST = 4
 """Coefficients that are calibrated on an experiment: each more asks for more runs."""
 
-COEFFICIENTS = (
-    "contacts.particle_particle.rolling_friction",
-    "contacts.particle_particle.static_friction",
-    "contacts.particle_wall.static_friction",
-    "contacts.particle_wall.rolling_friction",
-    "contacts.particle_particle.restitution",
-    "contacts.particle_wall.restitution",
-)
-"""Keys that a bulk test may depend on, in the order in which they are taken: a heap's angle, a
-flow and a yield locus follow the grains' own friction first, and a restitution last."""
+GIVEN = json.loads(Path(__file__).with_suffix(".json").read_text("utf-8"))
+"""coefficients: keys that a bulk test may depend on, in the order in which they are taken: a heap's
+angle, a flow and a yield locus follow the grains' own friction first, and a restitution last.
 
-SINGLE = {
-    "drop": {
-        "parameter": "contacts.particle_wall.restitution",
-        # so many phases of a time step: few scatter alike at all settings of a height
-        "run": {
-            "particles": {"count": 1},
-            "geometry": {"drops": 24},
-            "numerics": {"rayleigh_fraction": 0.04},
-        },
-    },
-    "tilt": {
-        "parameter": "contacts.particle_wall.static_friction",
-        # bonded wide apart: a square of touching grains tips at 45 degrees
-        "run": {
-            "geometry": {"trials": 1, "slip_mm": 0.002, "spacing_mm": 12},
-            "numerics": {"rayleigh_fraction": 0.6},
-        },
-    },
-}
-"""Single contacts: the one coefficient that each depends on, and how it is simulated."""
+single: of single contacts the one coefficient that each depends on, and how it is simulated: a drop
+at so many phases of a time step, for few scatter alike at all settings of a height; a tilt of
+grains bonded wide apart, for a square of touching ones tips at 45 degrees."""
 
 
 def completed(
@@ -192,11 +170,9 @@ def announced(settings: Settings, planned: Mapping[str, dict], file: str | Path)
     """A sentence on the runs that a diagnosis will make, before the first of them; planned: {run
     id: spec} of those that train the emulators."""
     each = _mean_seconds(planned.values())
-    told = f"about {duration(settings.runs * each / CORES)} of {CORES} cores, " if each else ""
-    return (
-        f"diagnosis: {told}at most {settings.runs} runs, of which {len(planned)} train the "
-        f"emulators; `diagnosis: {{minutes: T}}` changes this, {file} holds how they are made"
-    )
+    took = duration(settings.runs * each / CORES) if each else None
+    facts = {"took": took, "cores": CORES, "runs": settings.runs, "training": len(planned)}
+    return told("announced.j2", file=file, **facts)
 
 
 def _experiment(kind, own, config, factors, rows, path):
@@ -233,7 +209,8 @@ def _experiment(kind, own, config, factors, rows, path):
 def _parameters(kind, factors, where):
     """Keys of the factors that are calibrated on an experiment."""
     known = {f.key for f in factors if not isinstance(f, Choice)}
-    asked = (SINGLE[kind]["parameter"],) if kind in SINGLE else COEFFICIENTS
+    single = GIVEN["single"].get(kind)
+    asked = [single["parameter"]] if single else GIVEN["coefficients"]
     found = [key for key in asked if key in known][:MOST]
     if not found:
         reason = "has no coefficient to calibrate: no row of the table of factors sets one of it"
@@ -247,10 +224,10 @@ def _rig(kind, config, given, where):
     if name:
         own = config.run_of(name).items()
         return {k: v for k, v in own if k in RIG}
-    if kind in SINGLE:
+    if kind in GIVEN["single"]:
         size = config.own_run.get("particles", {}).get("diameter_mm")
         grain = {} if size is None else {"particles": {"diameter_mm": size}}
-        return overlay(SINGLE[kind]["run"], grain)
+        return overlay(GIVEN["single"][kind]["run"], grain)
     if given:
         return {}
     reason = "has no rig to simulate it in: the study describes none"

@@ -31,7 +31,8 @@ def plan_power(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
         emulated, _ = setup.emulated(source.designs, source.plans)
         rows = power.of_bulk(Bulk(emulated, setup.measurements), setup.settings.alpha)
     else:
-        rows = contacts.power_of(setup.measurements, setup.rig, setup.catalogue)
+        asked = contacts.asked(setup.measurements, setup.rig, setup.catalogue)
+        rows = power.power(setup.measurements, catalogue=setup.catalogue, **asked)
     write_json(output.power, {"plan": rows})
     write_text(power.page(rows), output.page)
 
@@ -63,16 +64,12 @@ def plan_refinement(setup: Setup, source: NamedFiles, output: NamedFiles, wave: 
 def calibrate(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     """Calibrate the base model on all measurements at once and show where it fails."""
     if setup.of_contacts:
-        found = contacts.base(setup.measurements, setup.settings, setup.factors)
-        _write_calibration(found, output)
-        return
-    emulated, _ = setup.emulated(source.designs, source.plans)
-    bulk = Bulk(emulated, setup.tested)
-    p = misfit(bulk.block(terms=False), setup.settings.seed)["p"]
-    _write_calibration(verdict.base(bulk, p), output)
-
-
-def _write_calibration(summary, output):
+        summary = contacts.base(setup.measurements, setup.settings, setup.factors)
+    else:
+        emulated, _ = setup.emulated(source.designs, source.plans)
+        bulk = Bulk(emulated, setup.tested)
+        p = misfit(bulk.block(terms=False), setup.settings.seed)["p"]
+        summary = verdict.base(bulk, p)
     rows = summary.pop("residuals")
     write_json(output.summary, summary)
     table = pd.DataFrame([r | r["levers"] for r in rows]).drop(columns="levers")
@@ -82,9 +79,19 @@ def _write_calibration(summary, output):
 
 def name_causes(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     """Name the cause, and plan the runs that measure the gain."""
-    if setup.of_contacts:
-        _diagnose_contacts(setup, output)
-        return
+    of = _of_contacts(setup) if setup.of_contacts else _of_simulated(setup, source)
+    told, extension, specs, extended, name = of
+    write_json(output.findings, told)
+    write_json(output.extension, extension)
+    write_json(output.plan, specs)
+    shown = figures.prediction_figure(told["residuals"], extended, name)
+    common.save(shown, output.predictions)
+    common.save(figures.ranking_figure(told), output.ranking)
+
+
+def _of_simulated(setup, source):
+    """What is told, what the runs to come are of, these, and what the extended model predicts, with
+    its name."""
     settings, measurements, table = setup.settings, setup.measurements, setup.table
     emulated, errors = setup.emulated(source.designs, source.plans)
     bulk = Bulk(emulated, setup.tested, table.aside)
@@ -114,18 +121,12 @@ def name_causes(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     rows, specs = extension_plan(rig, models, measurements, bulk.data, places=places)
     rig = replace(rig, settings=settings.model_copy(update={"gain_runs": LEAST_RUNS}))
     steps, more = extend.time_step_plan(rig, bulk.base, bulk.fitted.theta[0], measurements)
-    write_json(output.findings, told)
-    write_json(output.extension, {"mechanisms": list(names), "rows": rows, "steps": steps})
-    write_json(output.plan, specs | more)
     extended = bulk.fit(names)[1].expected[0] if names else None
-    common.save(
-        figures.prediction_figure(told["residuals"], extended, " + ".join(names)),
-        output.predictions,
-    )
-    common.save(figures.ranking_figure(told), output.ranking)
+    extension = {"mechanisms": list(names), "rows": rows, "steps": steps}
+    return told, extension, specs | more, extended, " + ".join(names)
 
 
-def _diagnose_contacts(setup, output):
+def _of_contacts(setup):
     """The same of single contacts, which the engine integrates at once: no runs are left."""
     settings, measurements, table = setup.settings, setup.measurements, setup.table
     found = contacts.discovered(measurements, setup.rig, setup.catalogue, table.aside)
@@ -137,13 +138,9 @@ def _diagnose_contacts(setup, output):
     defaults = contacts.defaults_of(settings, setup.kinds)
     told["held_out"] = held_out.by_contacts(measurements, table.held_out, found, defaults)
     told["remarks"] = verdict.remarks(table)
-    write_json(output.findings, told)
     named = told["causes"] if told["verdict"] == "identified" else []
-    write_json(output.extension, {"mechanisms": named, "rows": [], "steps": []})
-    write_json(output.plan, {})
-    after = contacts.with_law(measurements, found)
-    common.save(figures.prediction_figure(told["residuals"], after, "the law"), output.predictions)
-    common.save(figures.ranking_figure(told), output.ranking)
+    extension = {"mechanisms": named, "rows": [], "steps": []}
+    return told, extension, {}, contacts.with_law(measurements, found), "the law"
 
 
 def conclude(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:

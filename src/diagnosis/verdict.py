@@ -10,7 +10,6 @@ import jsonschema
 import numpy as np
 from scipy.special import expit
 
-from calibration.figures import label
 from calibration.intake.quantities import levers_of
 from diagnosis import reading_errors, residuals
 from diagnosis.bulk import Bulk, place_of
@@ -19,7 +18,6 @@ from diagnosis.measurements import Measured
 from diagnosis.model import Model
 from diagnosis.next_measurement import propose
 from diagnosis.page import words
-from diagnosis.page.words import capital
 from diagnosis.residuals import by_chance, calibration, moved, residual_rows, trends
 from diagnosis.rig import combine
 from diagnosis.rules import NAMED
@@ -30,8 +28,6 @@ from diagnosis.table_model.law import limits
 SCHEMA = Path(__file__).with_name("verdict.schema.json")
 CARRIED = 0.25  # variance left of the prior's, along a direction of the parameters, at most
 RIVALS = 4
-WORDS = {"attraction": "grains attract each other"}
-"""What acts in a slot, where its name does not say it."""
 
 
 def of_found(found: Found) -> dict[str, Any]:
@@ -63,7 +59,10 @@ def base(bulk: Bulk, p: float) -> dict[str, Any]:
     residuals. p: chance of its misfit."""
     error, fitted = bulk.data.error[0], bulk.fitted
     drawn = by_chance(bulk.measurements, error, fitted.sd[0])
-    rows = residual_rows(bulk.measurements, fitted, drawn, error)
+    rows = residual_rows(
+        bulk.measurements, drawn, fitted.leverage[0], predicted=fitted.expected[0],
+        sd=fitted.sd[0], reading_sd=error, standardised=fitted.residual[0],
+    )  # fmt: skip
     # the chi-square of the readings, and beside it the deviance of tests without a value
     out = {"chi_square": float(fitted.chi_square[0]), "freedom": float(fitted.freedom[0])}
     if fitted.deviances.size:
@@ -130,16 +129,9 @@ def extension(bulk: Bulk, found: Found) -> tuple[str, ...]:
 def _told(row, strong, catalogue):
     """A sentence on what acts in a place, with its strength where it has one name or is a free
     law."""
-    if len(row["names"]) == 1:
-        return ""
-    if len(strong) == 1:
-        [(name, s)] = strong.items()
-        if catalogue[name].changes:
-            text = capital(catalogue[name].description)
-            ends = f"95 %: {s['low']:+.2g} to {s['high']:+.2g}"
-            return f"{text} by {s['value']:+.2g} ({ends}): {s['name']}."
-    missing = f"a law of the {label(row['slot'])} is missing"
-    return f"{capital(WORDS.get(row['slot'], missing))}."
+    free = [(catalogue[name], s) for name, s in strong.items() if catalogue[name].changes]
+    law, s = free[0] if len(strong) == 1 and free else (None, None)
+    return "" if len(row["names"]) == 1 else words.told("acts.j2", row=row, law=law, s=s)
 
 
 def unexplained(

@@ -120,7 +120,7 @@ def test_a_temperature_that_differs_among_the_readings_is_a_law_of_it():
     rows, told = one_by_one(drops(2, hot=-0.2))
     assert told["drop"]["of"] == WARM
     found = discover(rows)
-    assert (found.law["slot"], found.law["state"]) == ("restitution", [WARM])
+    assert (found.laws[0]["slot"], found.laws[0]["state"]) == ("restitution", [WARM])
 
 
 def test_two_heights_that_were_exchanged_are_told():

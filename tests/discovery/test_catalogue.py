@@ -117,7 +117,7 @@ def curves(kind, settings, value, unit_sd):
         return rig.spec(Condition(experiment, levers), rig.settings.seed)
 
     readings = readings_of(table, kind, {})
-    return readings, known_curves(catalogue, spec_of)(readings)
+    return readings, {s.name: s for _, s in known_curves(catalogue, spec_of)(readings)}
 
 
 @pytest.mark.slow
@@ -127,7 +127,7 @@ def test_what_acts_on_the_size_of_a_slide_has_no_trend_over_the_rate(name):
     settings = [{"tilt_rate_deg_s": r, "particle_diameter_mm": d}
                 for r in (2.0, 18.0) for d in (1.0, 2.0, 4.0)]  # fmt: skip
     _, known = curves("tilt", settings, lambda at: 27.0, 0.4)
-    slow, fast = np.split(known[name].curves, 2, axis=1)
+    slow, fast = np.split(known[name].mean, 2, axis=1)
     # a strong law moves the angle, and with it what the slip adds
     assert np.ptp(slow[:WEAK], axis=1).max() > 0.05
     assert np.abs(fast - slow)[:WEAK].max() < 2e-3
@@ -140,6 +140,6 @@ def test_friction_over_the_load_is_the_power_that_was_asked_for():
     _, known = curves("tilt", settings, lambda at: 27.0, 0.4)
     own = known["stress_dependent_friction"]
     exponent = own.label / 3.0  # the strength goes from 0 to 1/3
-    fall = own.curves[:, 0] - own.curves[:, 2]
+    fall = own.mean[:, 0] - own.mean[:, 2]
     # the load falls with the angle, which the law raises for small grains
     assert fall[:WEAK] == pytest.approx(3.0 * exponent[:WEAK] * np.log(4.0), rel=0.04)

@@ -9,7 +9,7 @@ from benchmarks.rates.simulated import rate_settings
 from calibration.intake.measurements import Measurement
 from diagnosis import held_out
 from diagnosis.catalogue import Strength, load_catalogue
-from diagnosis.design import MultipliedLever, inputs_of
+from diagnosis.design import inputs_of, multiplying
 from diagnosis.emulator import Moved, scale_of
 from diagnosis.fit import Data, data_of, fit
 from diagnosis.model import Emulated
@@ -42,7 +42,8 @@ def emulated():
 
 def test_a_mechanism_that_multiplies_a_lever_knows_its_derivatives():
     rng = np.random.default_rng(1)
-    lever = MultipliedLever(1, 0.7, Strength("factor", "1", 0.75, 1.3, off=1.0))
+    strength = Strength("factor", "1", 0.75, 1.3, off=1.0)
+    lever = multiplying(1, 0.7, strength)
     x = rng.random((60, 3))
     base = Response(x, smooth(x), [1])
     emulator, at = Moved(base, lever), rng.random((7, 4))
@@ -55,7 +56,7 @@ def test_a_mechanism_that_multiplies_a_lever_knows_its_derivatives():
         ends = [emulator.with_slope(at + sign * step, [])[0] for sign in (1, -1)]
         assert slope[:, k] == pytest.approx((ends[0] - ends[1]) / 2e-4, abs=1e-4)
     # a factor of one leaves the lever where it is
-    off = np.column_stack([at[:, :3], np.full(7, lever.strength.coded(1.0))])
+    off = np.column_stack([at[:, :3], np.full(7, strength.coded(1.0))])
     assert emulator.with_slope(off, [], error=False)[0] == pytest.approx(
         base.with_slope(at[:, :3], [])[0]
     )

@@ -117,7 +117,7 @@ def test_a_law_predicts_the_rows_that_were_held_out():
     fitted = [drop(h, d, rng) for h in HEIGHTS for d in DIAMETERS]
     held = [drop(h, 2.0) for h in (50.0, 250.0)]
     found = discover(fitted, chance=(99,))
-    assert found.law["slot"] == "restitution"
+    assert found.laws[0]["slot"] == "restitution"
     defaults = defaults_of(SETTINGS, ["drop"])
     rows = held_out.by_contacts(fitted, held, found, defaults)
     for row, m in zip(rows, held, strict=True):

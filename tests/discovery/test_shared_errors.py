@@ -77,7 +77,7 @@ def test_the_size_of_a_shared_error_is_the_likeliest_with_the_parameters_integra
     ]
     odds = np.exp(np.array(density) - max(density))
     assert found.sizes[0] == pytest.approx(odds / odds.sum(), abs=1e-6)
-    assert found.place == int(np.argmax(density))
+    assert int(found.sizes[0].argmax()) == int(np.argmax(density))
     sizes = found.shared_errors(data)
     assert set(sizes) == {("heap", "batch")}
     [row] = scatter(sizes)
@@ -88,7 +88,7 @@ def test_the_size_of_a_shared_error_is_the_likeliest_with_the_parameters_integra
 def test_settings_are_left_out_of_a_covariance_as_its_inverse_says(linear):
     """Mode, residuals and held-out densities against solutions of the whole linear model."""
     model, _, data = linear
-    place = fit(model, data).place
+    place = int(fit(model, data).sizes[0].argmax())
     shared, one = data.shared, slice(place, place + 1)
     sds = {k: v[one] for k, v in shared.sds.items()}
     data = replace(data, shared=Shared(shared.covariance[one], shared.prior[one], sds))

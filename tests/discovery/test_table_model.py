@@ -10,11 +10,10 @@ from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
 from calibration.intake.measurements import Measurement
-from diagnosis.laws.known import Known
 from diagnosis.laws.readings import readings_of
 from diagnosis.rules import OF_CONTACTS, by_runs, without_names
 from diagnosis.table_model import found as found_module
-from diagnosis.table_model.block import LEVEL_SD
+from diagnosis.table_model.block import LEVEL_SD, curve_shape
 from diagnosis.table_model.found import discover
 from diagnosis.table_model.selection import blocks_of, with_terms
 from facts import tells
@@ -149,12 +148,12 @@ def bent(u):
 def known_of(sign):
     def known(readings):
         if readings.experiment != "drop":
-            return {}
+            return []
         height = np.log(readings.levers["drop_height_mm"] / HEIGHTS[0])
         curve = bent(height / np.log(HEIGHTS[-1] / HEIGHTS[0]))
         label = np.linspace(0.0, 1.0, 21)
         place = ("restitution", ("speed",))
-        return {"film": Known("film", place, label, sign * label[:, None] * curve, False)}
+        return [(place, curve_shape("film", label, sign * label[:, None] * curve, catalogue=True))]
 
     return known
 

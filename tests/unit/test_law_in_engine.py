@@ -12,7 +12,7 @@ from diagnosis.laws.known import rebounds, sliding_angles
 from diagnosis.laws.slots import FAMILY
 from diagnosis.rig import Rig
 
-LAWS = {law.name: law for law in FAMILY}
+LAWS = {f"{law.experiment}:{law.slot}({', '.join(law.state)})": law for law in FAMILY}
 RIG = Rig(salt_settings(), BASE)
 
 

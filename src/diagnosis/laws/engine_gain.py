@@ -30,7 +30,7 @@ from diagnosis.laws.known import (
 from diagnosis.laws.readings import IN_AIR, Readings, from_log
 from diagnosis.laws.slots import FAMILY, FreeLaw
 from diagnosis.measurements import CONTACTS
-from diagnosis.page.words import place
+from diagnosis.page.words import told
 from diagnosis.rig import Rig
 from diagnosis.table_model.block import LAW, Block, Term, levels_of, refitted
 from diagnosis.table_model.law import curve
@@ -71,11 +71,7 @@ def not_run(law: Mapping[str, Any]) -> str:
     """Why the engine has no run with a law {experiment, slot, state, ...} of verdict.json."""
     own = (f for f in FAMILY if f.experiment == law["experiment"])
     found = [f for f in own if (f.slot, f.state) == (law["slot"], tuple(law["state"]))]
-    words = place(law)
-    told = "what is said of left-out levels is computed from the curve, and no runs were made"
-    if any(curve_of(f) for f in found):
-        return f"The engine has a law for {words}, but not beside the study's other laws: {told}."
-    return f"The engine has no law for {words}: {told}."
+    return told("not_run.j2", law=law, beside=any(map(curve_of, found)))
 
 
 Switch = Callable[[dict[str, Any], float], dict[str, Any]]

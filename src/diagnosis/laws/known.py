@@ -14,7 +14,6 @@ size share a simulation.
 import json
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -23,7 +22,6 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
 from calibration.errors import CalibrationError
-from calibration.intake.measurements import Measurement
 from dem.constants import DOWN, GRAVITY
 from dem.errors import BlowUpError
 from dem.experiments.setup import build_simulation
@@ -37,6 +35,7 @@ from dem.timescales import hertz_contact_time
 from dem.walls.builder import WallSet
 from diagnosis.catalogue import Mechanism
 from diagnosis.laws.readings import IN_AIR, Readings, from_log, to_log
+from diagnosis.table_model.block import KnownCurves, curve_shape
 
 STEP = {"rayleigh_fraction": 0.01, "precision": "double"}
 COARSE = {"rayleigh_fraction": 0.2, "precision": "double"}
@@ -199,33 +198,20 @@ COEFFICIENT = {"drop": ("restitution", 0.03, 1.0), "tilt": ("static_friction", 0
 NO_COEFFICIENT = {"viscoelastic_restitution"}
 
 
-@dataclass(frozen=True)
-class Known:
-    """A mechanism of the catalogue in one experiment: what it adds to the logarithms of readings
-    about their centre, curves (k, n), at coded strengths label (k,); place: (slot, state);
-    own_level: whether it has no base coefficient, so that the curves hold the level too."""
-
-    name: str
-    place: tuple
-    label: np.ndarray
-    curves: np.ndarray
-    own_level: bool
-
-
 def known_curves(
     catalogue: Mapping[str, Mechanism], spec_of: Callable[[str, dict[str, float]], dict[str, Any]]
-) -> Callable[[Readings], dict[str, Known]]:
-    """A function of readings that gives {name: Known} of every mechanism of the experiment.
+) -> KnownCurves:
+    """A function of readings that gives what every mechanism of the experiment adds to their
+    logarithms about the centre, as shapes of its place: [((slot, state), `Shape`)].
 
     spec_of: (experiment, levers) -> run spec (a mapping) of a condition.
     """
 
     def make(readings):
-        if readings.experiment not in COEFFICIENT:
-            return {}
         own = (m for m in catalogue.values() if readings.experiment in m.experiments and m.law)
-        found = {m.name: _known(m, readings, spec_of) for m in own}
-        return {name: known for name, known in found.items() if known is not None}
+        there = readings.experiment in COEFFICIENT
+        found = [(m.law, _known(m, readings, spec_of)) for m in own if there]
+        return [((slot, tuple(state)), s) for (slot, state), s in found if s is not None]
 
     return make
 
@@ -241,8 +227,7 @@ def _known(mechanism, readings, spec_of):
     if np.ptp(curves - curves.mean(1, keepdims=True), axis=0).max() < 1e-4:
         return None  # it does not show on these levers
     own_level = mechanism.name in NO_COEFFICIENT
-    slot, state = mechanism.law
-    return Known(mechanism.name, (slot, tuple(state)), fine, curves, own_level)
+    return curve_shape(mechanism.name, fine, curves, catalogue=True, own_level=own_level)
 
 
 def _curve(mechanism, coded, readings, centre, spec_of):
@@ -301,12 +286,14 @@ def with_coefficient(spec: dict[str, Any], name: str, value: float) -> dict[str,
     return spec | {"contacts": pair | {"particle_wall": wall}}
 
 
-def integrated(spec: dict[str, Any], measurement: Measurement, finer: float = 1.0) -> float:
-    """The reading of one condition by the engine's contact, its time step divided by `finer`."""
-    if measurement.experiment == "drop":
-        return float(rebounds(spec, [measurement.levers["drop_height_mm"]], finer)[0])
-    rate = parse_spec(spec).geometry.tilt_rate_deg_s
-    return float(sliding_angles(spec, [rate], finer)[0])
+READ = {"drop": ("drop_height_mm", rebounds), "tilt": ("tilt_rate_deg_s", sliding_angles)}
+"""{experiment: (lever along which one contact is asked, how)}."""
+
+
+def integrated(spec: dict[str, Any], finer: float) -> float:
+    """The reading of a run spec by the engine's contact, its time step divided by `finer`."""
+    lever, read = READ[spec["experiment"]]
+    return float(read(spec, [getattr(parse_spec(spec).geometry, lever)], finer)[0])
 
 
 def contact_logs(
@@ -322,7 +309,7 @@ def contact_logs(
     out = np.empty(len(sizes))
     for size in np.unique(sizes):
         rows = np.flatnonzero((sizes == size) | (np.isnan(sizes) & np.isnan(size)))
-        lever = "drop_height_mm" if readings.experiment == "drop" else "tilt_rate_deg_s"
+        lever, _ = READ[readings.experiment]
         along = levers.get(lever, np.full(len(sizes), 5.0))[rows]
         given = {} if np.isnan(size) else {"particle_diameter_mm": float(size)}
         spec = switched(spec_of(readings.experiment, given | {lever: float(along[0])}))
@@ -337,5 +324,4 @@ def contact_logs(
 
 @lru_cache(maxsize=20000)
 def _asked(experiment, text, values):
-    spec = json.loads(text)
-    return tuple((rebounds if experiment == "drop" else sliding_angles)(spec, np.array(values)))
+    return tuple(READ[experiment][1](json.loads(text), np.array(values)))

@@ -7,6 +7,7 @@ restitution or friction is one level."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -116,22 +117,16 @@ def with_setting(
     more = {n: np.append(v, given.get(n, np.median(v))) for n, v in readings.covariates.items()}
     # a batch or an instrument of its own
     groups = {n: np.append(v, v.max() + 1) for n, v in readings.groups.items()}
-    log = np.append(readings.log, np.median(readings.log))
+    ones = ("error", "own", "replicates")
+    own: dict[str, Any] = {n: np.append(getattr(readings, n), 1.0) for n in ones}
+    for name in ("log", "values", "relative"):
+        value = getattr(readings, name)
+        own[name] = np.append(value, np.median(value))
+    own["rows"] = np.append(readings.rows, readings.rows.max() + 1)
     out = replace(
-        readings,
-        rows=np.append(readings.rows, readings.rows.max() + 1),
-        levers=wider,
-        covariates=more,
-        log=log,
-        error=np.append(readings.error, 1.0),
-        own=np.append(readings.own, 1.0),
-        groups=groups,
-        folds=folds_of(wider),
-        replicates=np.append(readings.replicates, 1.0),
-        values=np.append(readings.values, np.median(readings.values)),
-        relative=np.append(readings.relative, np.median(readings.relative)),
+        readings, levers=wider, covariates=more, groups=groups, folds=folds_of(wider), **own
     )
-    return unknown(out, [len(log) - 1])
+    return unknown(out, [len(own["log"]) - 1])
 
 
 def readings_of(

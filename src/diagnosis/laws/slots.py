@@ -16,9 +16,11 @@ Phys. Rev. 59:669), contact adhesion ~ d and its work ~ d^(4/3) (Johnson, Kendal
 Proc. R. Soc. A 324:301).
 """
 
+import json
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -49,11 +51,6 @@ class FreeLaw:
     same: tuple = ()
     odds: float = 0.0
 
-    @property
-    def name(self) -> str:
-        """Slot and state in one word."""
-        return f"{self.experiment}:{self.slot}({', '.join(self.state)})"
-
 
 def speed_of(levers: Mapping[str, Any]) -> Any:
     """Impact speed [m/s] of a fall without air."""
@@ -62,12 +59,6 @@ def speed_of(levers: Mapping[str, Any]) -> Any:
 
 def _size(levers):
     return levers["particle_diameter_mm"]
-
-
-def _relative(levers, centre, lever, power):
-    """A power of a lever over a reading that is `centre`; 1 in the middle of the plan."""
-    value = levers[lever] ** power
-    return value / np.nanmean(value)
 
 
 def _over_height(levers, centre):
@@ -106,12 +97,15 @@ def _air(levers, centre):
     return share / share.mean() * (1.0 + np.exp(centre)) / (1.0 + np.exp(centre)).mean()
 
 
+def _root_of_froude(levers, centre):
+    """Cube root of the Froude number."""
+    return np.cbrt(_froude(levers) / _froude(levers).mean())
+
+
+WEIGHTS = {f.__name__[1:]: f for f in (_over_height, _over_stress, _frames, _air, _root_of_froude)}
 HEIGHT, SIZE, RATE, STRESS = (
-    "drop_height_mm",
-    "particle_diameter_mm",
-    "tilt_rate_deg_s",
-    "normal_stress_kPa",
-)
+    "drop_height_mm", "particle_diameter_mm", "tilt_rate_deg_s", "normal_stress_kPa",
+)  # fmt: skip
 STATES = {
     "speed": ((HEIGHT,), speed_of),
     "size": ((SIZE,), _size),
@@ -124,69 +118,42 @@ STATES = {
 """{state: (levers that it takes, what it is of them)}."""
 
 
-def _law(experiment, slot, *state, weight=None, space=None, more=(), same=(), **rest):
-    """`FreeLaw` of states, whose product is its coordinate; more: levers that it needs besides;
-    same: places that are one function, its own among them or not."""
-    known = [STATES[s] for s in state]
-    needs = *(lever for levers, _ in known for lever in levers), *more
-    space = space or ("linear" if weight else "log")
+def _law(experiment, slot, state=(), weight=(), needs=(), same=(), **rest):
+    """`FreeLaw` of a row of laws.json."""
+    known, state = [STATES[s] for s in state], tuple(state)
+    needs = *(lever for levers, _ in known for lever in levers), *needs
+    space = rest.pop("space", "linear" if weight else "log")
     coordinate = (lambda x: math.prod(of(x) for _, of in known)) if known else None
-    others = tuple(place for place in same if place != (slot, state))
-    return FreeLaw(experiment, slot, state, needs, space, coordinate, weight, same=others, **rest)
+    others = tuple((s, tuple(of)) for s, of in same if (s, tuple(of)) != (slot, state))
+    acts = (lambda x, c: math.prod(_weight(part, x, c) for part in weight)) if weight else None
+    return FreeLaw(experiment, slot, state, needs, space, coordinate, acts, same=others, **rest)
 
 
-def _over_size(x, c):
-    return _relative(x, c, SIZE, -1.0)
+def _weight(part, levers, centre):
+    """A function of WEIGHTS, or a power of a lever, 1 in the middle of the plan."""
+    if isinstance(part, str):
+        return WEIGHTS[part](levers, centre)
+    [(lever, power)] = part.items()
+    value = levers[lever] ** float(power)
+    return value / np.nanmean(value)
 
 
-DROP = (
-    _law("drop", "restitution", "speed"),
-    _law("drop", "restitution", "size"),
-    _law("drop", "restitution", "speed", "size"),
-    _law("drop", "attraction", "size",
-         weight=lambda x, c: _over_height(x, c) * _over_size(x, c), sign=-1),
-    _law("drop", "reading", more=(HEIGHT,), weight=_over_height,
-         same=(("restitution", ("speed",)),)),
-    _law("drop", "reading", "size",
-         weight=lambda x, c: _over_height(x, c) * _relative(x, c, SIZE, 1.0)),
-    _law("drop", "reading", "interval", weight=_frames, sign=-1),
-    _law("drop", "drag", "speed", "size", space="log", weight=_air, sign=-1),
-)  # fmt: skip
-OF_SIZE = (("friction", ("size",)), ("friction", ("load",)), ("attraction", ("size",)),
-           ("mass", ("size",)))  # fmt: skip
-"""Of slides of several sizes these are one function."""
+GIVEN = json.loads(Path(__file__).parents[1].joinpath("laws.json").read_text("utf-8"))
+"""laws: by experiment the free laws that are tried, each a curve of the product of its states in a
+slot. weight: of a law that adds a term, what its simplest kind acts by, all multiplied: of WEIGHTS,
+or a lever with its power; sign: of the term, either unless given; needs: levers beside its states;
+space: see `added`; same: places that are one function of the levers of this experiment, its own
+among them or not. All that adds one stress to a shear test is one: a load or a mass on the lid that
+was not counted, a wrong zero of the gauge, the friction of the ring on its own wall. odds: log
+prior odds against a law that needs two causes at once: a pull, and a mass that is carried along.
 
-INTERCEPT = (("load", ()), ("mass", ()), ("reading", ()), ("wall friction", ()))
-"""What adds one stress to all of a shear test: a load or a mass on the lid that was not counted, a
-wrong zero of the gauge, the friction of the ring on its own wall."""
+forms: by slot, and experiment or last state, those of laws that add: the power of the state that
+stands beside the weight; of a mass, the share of a middle grain's that each grain carries."""
 
-TWO_CAUSES = -2.0
-"""Log prior odds against a law that needs two causes at once: a pull, and a mass that is carried
-along."""
-
-TILT = (
-    _law("tilt", "friction", "size", same=OF_SIZE),
-    _law("tilt", "friction", "rate", same=(("reading", ("rate",)),)),
-    _law("tilt", "attraction", "size", weight=_over_size, sign=1, same=OF_SIZE),
-    _law("tilt", "mass", "size", weight=lambda x, c: _relative(x, c, SIZE, -2.0), sign=1,
-         same=OF_SIZE, odds=TWO_CAUSES),
-    _law("tilt", "reading", "rate", space="angle", sign=1, same=(("friction", ("rate",)),),
-         weight=lambda x, c: _relative(x, c, RATE, 2.0 / 3.0)),
-    _law("tilt", "reading", "Froude number", space="angle", sign=1,
-         weight=lambda x, c: np.cbrt(_froude(x) / _froude(x).mean())),
-)  # fmt: skip
-SHEAR = (
-    _law("shear", "friction", "load"),
-    _law("shear", "friction", "size"),
-    _law("shear", "friction", "size over root of load"),
-    _law("shear", "attraction", more=(STRESS,), weight=_over_stress, sign=1, same=INTERCEPT),
-    _law("shear", "attraction", "size", more=(STRESS,), sign=1,
-         weight=lambda x, c: _over_stress(x, c) * _over_size(x, c)),
-)  # fmt: skip
 COEFFICIENT = {"drop": "restitution", "tilt": "friction", "shear": "friction"}
 """Slot of the coefficient of each experiment."""
 
-FAMILY = DROP + TILT + SHEAR
+FAMILY = tuple(_law(kind, **row) for kind, rows in GIVEN["laws"].items() for row in rows)
 """Every free law that can be tried."""
 
 
@@ -320,33 +287,6 @@ THRESHOLD = Form(
 )
 
 
-def _carried(ratio):
-    """Return what a mass that each grain carries leaves of a share of the weight, as a function of
-    the logarithm of the size over the middle one; ratio: this mass over that of a middle grain."""
-    return lambda t: (1.0 + ratio) / (1.0 + ratio * np.exp(-3.0 * t))
-
-
-WITH_SIZE = {"in proportion to the size": 1.0, "inversely to the size": -1.0}
-ADDS = {
-    ("attraction", "drop"): {"work ~ d^2": 0.0, "work ~ d^(4/3)": -2 / 3, "work ~ d": -1.0},
-    ("attraction", "tilt"): {"force ~ d^2": 0.0, "force ~ d": -1.0,
-    "force alike for all sizes": -2.0},
-    ("mass", "tilt"): {f"force ~ d, with a mass of {r:g} middle grains": _carried(r)
-    for r in (0.3, 1.0, 3.0)},
-    ("attraction", "shear"): {"stress ~ 1/d": 0.0, "stress ~ 1/d^2": -1.0},
-    ("reading", "size"): {"a share of the diameter": 0.0, "diameter squared": 1.0,
-    "root of the diameter": -0.5},
-    ("reading", "interval"): {"square of the interval": 0.0, "the interval": -1.0},
-    ("reading", "Froude number"): {"slip of a share of the diameter": 0.0},
-    ("reading", "rate"): {"rate^(2/3)": 0.0, "a fixed delay": 1 / 3, "rate^2": 4 / 3},
-    ("restitution", "size"): WITH_SIZE,
-    ("friction", "size"): WITH_SIZE,
-    ("drag", "size"): {"C_D constant": 0.0, "C_D ~ Re^(-1/2)": -0.5, "C_D ~ 1/Re": -1.0},
-}  # fmt: skip
-"""(slot, experiment or last state) -> what stands beside the weight of the slot: a power of the
-state, or a function of its logarithm."""
-
-
 def forms_of(
     law: FreeLaw, readings: Readings, centre: np.ndarray
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -406,13 +346,19 @@ def factors_of(law: FreeLaw) -> dict[str, Callable[[np.ndarray], np.ndarray]]:
     beside the weight of the slot} of a law that adds. Each takes and gives (n,)."""
     if law.coordinate is None:
         return {"the same at all settings": _power(0.0)}
-    last = law.state[-1] if law.state else ""
-    own = ADDS.get((law.slot, law.experiment)) or ADDS.get((law.slot, last)) or {"simplest": 0.0}
-    return {name: p if callable(p) else _power(p) for name, p in own.items()}
+    own = GIVEN["forms"].get(law.slot, {})
+    own = own.get(law.experiment) or own.get(law.state[-1]) or {"simplest": 0.0}
+    return {name: (_carried if law.slot == "mass" else _power)(k) for name, k in own.items()}
 
 
 def _power(power):
     return lambda t: np.exp(power * np.asarray(t))
+
+
+def _carried(ratio):
+    """Return what a mass that each grain carries leaves of a share of the weight, as a function of
+    the logarithm of the size over the middle one; ratio: this mass over that of a middle grain."""
+    return lambda t: (1.0 + ratio) / (1.0 + ratio * np.exp(-3.0 * t))
 
 
 def _added(law, readings, centre):

@@ -141,12 +141,6 @@ def _rivals(row):
 # --- what to measure next -----------------------------------------------------------------------
 
 
-def _row_or_law(verdict):
-    """Return whether a law is not told from a row with a line that is at odds with the others."""
-    rivals = [r for law in verdict.get("laws") or () for r in law.get("rivals") or ()]
-    return bool(verdict.get("rows")) and any(r.get("line") for r in rivals)
-
-
 def _zeros(verdict):
     """Return whether a wrong zero of the reading and one of its lever are in question alone."""
     rows = [r for k in ("laws", "errors") for r in verdict.get(k) or ()]
@@ -169,7 +163,7 @@ FACTS = {
     f.__name__.lstrip("_"): f
     for f in (
         misfit, _found_errors, _ended, _scattered, _pointed, _missed, _named,
-        _description, _weighed, _rivals, _row_or_law, _zeros, _costliest,
+        _description, _weighed, _rivals, _zeros, _costliest,
     )
 } | {
     "BASE": BASE, "CORES": CORES, "duration": duration,

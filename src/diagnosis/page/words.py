@@ -74,12 +74,6 @@ def amount(value: float, unit: str) -> str:
     return f"{100 * value:+.2g} %" if unit == "share" else f"{value:.3g} {unit}".removesuffix(" 1")
 
 
-def size(error: Mapping[str, Any]) -> str:
-    """A standard deviation; a share of the reading unless a unit is given."""
-    unit = error.get("unit", "share")
-    return f"{100 * error['sd']:.2g} %" if unit == "share" else f"{error['sd']:.2g} {unit}"
-
-
 def setting(levers: Mapping[str, float | None]) -> str:
     """Levers with their values and units, those that are set."""
     return ", ".join(
@@ -93,11 +87,6 @@ def setting(levers: Mapping[str, float | None]) -> str:
 def quantity(experiment: str) -> str:
     """Return what an experiment measures."""
     return QUANTITIES[experiment].words
-
-
-def unit(experiment: str) -> str:
-    """Unit of what an experiment measures."""
-    return QUANTITIES[experiment].unit
 
 
 def in_unit(experiment: str, value: float, form: str) -> str:
@@ -143,15 +132,6 @@ def place(row: Mapping[str, Any]) -> str:
     return f"{label(row['slot'])} of {states}" if states else label(row["slot"])
 
 
-def between(of: str) -> str:
-    """Return what an error is shared by."""
-    if of == "settings":
-        return "from setting to setting"
-    if of in LEVERS:
-        return f"shared by all readings at one {LEVERS[of].words}"
-    return f"from {of} to {of}"
-
-
 def keys(data: Mapping[str, Any] | None) -> list[str]:
     """Keys of a run spec, each as a line of YAML."""
     flow = {"default_flow_style": True, "sort_keys": False, "width": math.inf}
@@ -161,14 +141,19 @@ def keys(data: Mapping[str, Any] | None) -> list[str]:
 FILTERS = {
     f.__name__: f
     for f in (
-        amount, at, bare, between, capital, chance, fixed, in_unit, joined, keys, label, lines_of,
-        miss, odds, place, plain, quantity, sentence, setting, size, unit, with_article,
+        amount, at, bare, capital, chance, fixed, in_unit, joined, keys, label, lines_of, miss,
+        odds, place, plain, quantity, sentence, setting, with_article,
     )
 } | {
     "number": format,
     "largest": lambda numbers: max(numbers, key=lambda k: abs(numbers[k])),
     "two_digits": lambda value: f"{float(f'{value:.2g}'):,.0f}",
 }  # fmt: skip
+
+
+def told(template: str, **facts: Any) -> str:
+    """A template of this folder in one line."""
+    return plain(environment().get_template(template).render(facts))
 
 
 @cache
@@ -182,5 +167,5 @@ def environment() -> Environment:
         autoescape=False,
     )
     own.filters |= FILTERS
-    own.globals |= {"LEVERS": LEVERS, "WITHOUT": WITHOUT}
+    own.globals |= {"LEVERS": LEVERS, "QUANTITIES": QUANTITIES, "WITHOUT": WITHOUT}
     return own

@@ -18,7 +18,7 @@ many shapes are no advantage (Occam factor: MacKay 2003, Information Theory, Inf
 Algorithms, chapter 28).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -95,6 +95,9 @@ def curve_shape(name: str, label: ArrayLike, curves: np.ndarray, **more: Any) ->
     root = 0.5 * np.gradient(curves, axis=0)[..., None] if len(curves) > 1 else curves[..., None]
     return Shape(name, np.asarray(label), root, curves, **more)
 
+
+KnownCurves = Callable[[Readings], list[tuple[tuple, Shape]]]
+"""A function of readings that gives [(place, `Shape`)] of the catalogue's mechanisms."""
 
 LEVEL_SD = 1.5  # prior sd of the level's logarithm
 OWN_LEVEL = 0.01  # the same where a mechanism has no base coefficient

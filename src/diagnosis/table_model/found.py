@@ -10,14 +10,13 @@ from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import LEVERS, QUANTITIES
 from diagnosis.catalogue import Mechanism
 from diagnosis.chance import share_above
-from diagnosis.laws.known import Known
-from diagnosis.laws.readings import FREE, Readings, from_log, name_of, readings_of
+from diagnosis.laws.readings import FREE, from_log, name_of, readings_of
 from diagnosis.measurements import LEAST_SETTINGS
 from diagnosis.next_measurement import propose_setting, words_of
-from diagnosis.page.words import capital, environment, odds, plain, sentence
+from diagnosis.page.words import capital, sentence, told
 from diagnosis.rules import OPEN, Evidence, Verdict, by_readings
 from diagnosis.table_model import selection as chosen
-from diagnosis.table_model.block import ERROR, LAW, ROW, Block, judged, without_row
+from diagnosis.table_model.block import ERROR, LAW, ROW, Block, KnownCurves, judged, without_row
 from diagnosis.table_model.law import BAND, UNIT, curve, named, strength_limits, unit_of
 from diagnosis.table_model.terms import rounded_off
 
@@ -38,11 +37,10 @@ SCATTER = {"of": "settings", "what": "settings", "words": "error from setting to
 class Found:
     """The parts of verdict.json that the model gives; see src/diagnosis/verdict.schema.json.
 
-    left: the misfit of what was found; scattered: the same with errors from setting to setting,
-    where it does not pass without; decided: the verdict, empty before `judge` gives it."""
+    scattered: the misfit of what was found with errors from setting to setting, where it does not
+    pass without; decided: the verdict, empty before `judge` gives it."""
 
     misfit: dict
-    left: dict
     laws: list
     errors: list
     rows: list
@@ -73,15 +71,10 @@ class Found:
         """The block that has a term."""
         return next(b for b in self.selection.blocks.values() if key in b.terms)
 
-    @property
-    def law(self) -> dict[str, Any] | None:
-        """The strongest law, or None."""
-        return self.laws[0] if self.laws else None
-
 
 def discover(
     measurements: Sequence[Measurement],
-    known: Callable[[Readings], dict[str, Known]] | None = None,
+    known: KnownCurves | None = None,
     alpha: float = 0.05,
     seed: int = 0,
     defaults: Mapping[str, Mapping[str, float]] | None = None,
@@ -115,7 +108,7 @@ def placed(
     found = chosen.select(start, alpha, seed, chance)
     left = chosen.misfit(found.blocks, seed, chance[-1])
     ranking = _ranking(start, found)
-    out = Found(misfit, left, [], [], list(aside), ranking, None, found, start)
+    out = Found(misfit, [], [], list(aside), ranking, None, found, start)
     for block in found.blocks.values():
         for key in block.held:
             _add(out, measurements, block, key)
@@ -266,12 +259,7 @@ def _set_anew(measurements, block, key, near):
         return None
     lever = LEVERS[next(t.of for t in (block.terms[key], block.terms[other.key]) if t.of)]
     row = _rival(measurements, block, other) | {"key": other.key}
-    against = odds(other.behind)
-    text = (
-        f"The evidence alone tells it from {row['words']} ({against} against it): a {lever.words} "
-        "that is set anew would show which it is."
-    )
-    return row | {"sentence": text}
+    return row | {"sentence": told("by_evidence.j2", row=row, lever=lever)}
 
 
 def _law(block, key, out):
@@ -282,15 +270,15 @@ def _law(block, key, out):
     row = {"slot": slot, "state": list(state), "names": own.names, "forms": own.forms}
     only = own.forms[0] if len(own.forms) == 1 and not own.names else None
     row |= {"formula": own.formulas.get(only), "formulas": own.formulas, "coded": own.coded}
-    row |= {"single": own.single, "nearest_known": own.nearest}
+    # a form that fits as well is a formula and no other cause
+    row |= {"single": own.names[0] if len(own.names) == 1 else None, "nearest_known": own.nearest}
     row |= {"band": BAND, "values": [], "supported_range": {}, "gain": None, "unit": "1"}
     row["same"] = [{"slot": s, "state": list(t)} for s, t in (law.same if law else ())]
     row["held_out"] = judged(block, key)
     if law is not None and term.free:
         row["unit"] = unit_of(law)
         row["values"], row["supported_range"] = curve(block, key)
-    told = environment().get_template("law.j2").render(law=row, units=UNIT) if row["values"] else ""
-    row["sentence"] = sentence(plain(told))
+    row["sentence"] = sentence(told("law.j2", law=row, units=UNIT) if row["values"] else "")
     if row["held_out"]["beyond_band"] > DOES_NOT_FIT:
         row |= {"names": [], "single": None, "forms": [], "formula": None, "formulas": {}}
     return row
@@ -313,8 +301,7 @@ def _error(block, key):
         index = int(np.argmax(np.abs(part)))
         level = float(readings.levers[term.of][index])
         row |= {"level": level, "share": float(np.expm1(part[index]))}
-        if QUANTITIES[term.experiment].scale is not None and getattr(
-            QUANTITIES[term.experiment].scale, "lever", None) == term.of:  # fmt: skip
+        if getattr(QUANTITIES[term.experiment].scale, "lever", None) == term.of:
             row["reads_like"] = level * (1.0 + row["share"])
     elif term.what == "exchanged":
         shape, _ = block.shape_of(key)
@@ -358,8 +345,7 @@ def _row(measurements, block, key):
 def _told(row, more=None):
     """The row of an error or a reading with its sentence; more: share by which a reading is more
     than all others say."""
-    text = environment().get_template("error.j2").render(row=row, more=more)
-    return row | {"sentence": sentence(plain(text))}
+    return row | {"sentence": sentence(told("error.j2", row=row, more=more))}
 
 
 def _looks_like(readings, here, at):

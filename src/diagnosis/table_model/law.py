@@ -211,22 +211,15 @@ UNIT = {
 @dataclass(frozen=True)
 class Named:
     """names: mechanisms that fit as well as the best form; forms: forms that do and are another
-    curve, the best first; formulas: {form: text}; curves: {name: what it adds (n,)}; nearest: the
-    likeliest mechanism, or None; coded: {mechanism: its coded strength}; likeliest: of all."""
+    curve, the best first; formulas: {form: text}; nearest: the likeliest mechanism, or None; coded:
+    {mechanism: its coded strength}; likeliest: of all."""
 
     names: list
     forms: list
     formulas: dict
-    curves: dict
     nearest: str | None
     coded: dict
-    likeliest: str = ""
-
-    @property
-    def single(self) -> str | None:
-        """The one mechanism that is left, or None. A form that fits as well is a formula and no
-        other cause."""
-        return self.names[0] if len(self.names) == 1 else None
+    likeliest: str
 
 
 def named(block: Block, key: str) -> Named:
@@ -256,7 +249,7 @@ def named(block: Block, key: str) -> Named:
     # of simulated tests a free law has a strength as well, of single contacts a mechanism alone
     strong = [n for n in names or order[:1] if n in known or term.law is None]
     coded = {n: held[n].strength(key) for n in strong}
-    return Named(names, forms, formulas, curves, nearest, coded, order[0])
+    return Named(names, forms, formulas, nearest, coded, order[0])
 
 
 def _alike(one, other, error):

@@ -7,7 +7,7 @@ to setting stay in the model while laws are looked for, so that a second law is 
 that hides the first.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 
@@ -15,9 +15,8 @@ import numpy as np
 from scipy.special import gammaln
 
 from diagnosis.chance import CLOSE, log_sum, share_above
-from diagnosis.laws.known import Known
 from diagnosis.laws.readings import Readings
-from diagnosis.table_model.block import LAW, ROW, Block
+from diagnosis.table_model.block import LAW, ROW, Block, KnownCurves
 from diagnosis.table_model.terms import LEAST_ROWS, all_terms
 
 CHANCE = (999, 399, 399)
@@ -56,25 +55,22 @@ class Step:
 @dataclass
 class Selection:
     """blocks: {experiment: Block} with the terms held; steps: what was added, in turn; stopped: the
-    best term that was not; p, gain: chance and evidence of the first step; null: evidence that
-    chance gave it, and the threshold that it had to pass."""
+    best term that was not; p: chance of the first step; null: evidence that chance gave it, and
+    the threshold that it had to pass."""
 
     blocks: dict
     steps: list
     stopped: Step | None
     p: float
-    gain: float
     threshold: float
     null: np.ndarray
 
 
-def blocks_of(
-    parts: Iterable[Readings], known: Callable[[Readings], dict[str, Known]] | None
-) -> dict[str, Block]:
+def blocks_of(parts: Iterable[Readings], known: KnownCurves | None) -> dict[str, Block]:
     """{experiment: Block} without a term; parts: [`Readings`]; known: a function of readings that
     gives the catalogue's curves, or None."""
     return {
-        r.experiment: Block(r, {t.key: t for t in all_terms(r, known(r) if known else {})})
+        r.experiment: Block(r, {t.key: t for t in all_terms(r, known(r) if known else ())})
         for r in parts
     }
 
@@ -87,7 +83,7 @@ def select(
     most: int = 8,
 ) -> Selection:
     """`Selection` of the terms of blocks {experiment: Block}."""
-    steps, p, gain, stopped, threshold, first = [], 1.0, 0.0, None, 0.0, np.zeros(1)
+    steps, p, stopped, threshold, first = [], 1.0, None, 0.0, np.zeros(1)
     for number in range(most):
         found = _best(blocks)
         if found is None:
@@ -99,14 +95,14 @@ def select(
         level = alpha * SPENT[min(number, len(SPENT) - 1)]
         step = Step(kind, keys[0], value, here)
         if not number:
-            p, gain, threshold, first = here, value, float(np.quantile(null, 1.0 - level)), null
+            p, threshold, first = here, float(np.quantile(null, 1.0 - level)), null
         if here >= level:
             stopped = step
             break
         steps += [replace(step, key=k) for k in keys]
         blocks = with_terms(blocks, kind, keys)
         blocks = blocks | {kind: exchanged(blocks[kind])}
-    return Selection(blocks, steps, stopped, p, gain, threshold, first)
+    return Selection(blocks, steps, stopped, p, threshold, first)
 
 
 def misfit(

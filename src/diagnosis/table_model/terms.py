@@ -1,12 +1,11 @@
 """The kinds of terms of one experiment: laws, errors of the set-up, and single rows."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 
-from diagnosis.laws.known import Known
 from diagnosis.laws.readings import SHAPE, Readings
 from diagnosis.laws.slots import (
     FAMILY,
@@ -56,30 +55,26 @@ LEAST_SHARE = 0.3
 """Share of the median error below which a step adds nothing."""
 
 
-def all_terms(readings: Readings, known: Mapping[str, Known]) -> list[Term]:
-    """[`Term`] of every kind for the `Readings` of one experiment; known: {name: `Known`} curves of
-    the catalogue."""
+def all_terms(readings: Readings, known: Sequence[tuple[tuple, Shape]]) -> list[Term]:
+    """[`Term`] of every kind for the `Readings` of one experiment; known: [(place, `Shape`)] of the
+    catalogue's mechanisms."""
     out = exchanged(readings) + laws(readings, known)
     return out + [term for kind in ERRORS for term in kind(readings)]
 
 
-def laws(readings: Readings, known: Mapping[str, Known]) -> list[Term]:
+def laws(readings: Readings, known: Sequence[tuple[tuple, Shape]]) -> list[Term]:
     """A term for each place: of the free laws whose levers vary, and of the catalogue's entries.
     Its shapes are named forms, a free curve, and the catalogue's mechanisms."""
     centre = readings.centre
     free_laws = {(law.slot, law.state): law for law in applicable(readings)}
-    places = dict.fromkeys([*free_laws, *(k.place for k in known.values())])
+    places = dict.fromkeys([*free_laws, *(place for place, _ in known)])
     out = []
     for place in places:
         law, shapes, steps = free_laws.get(place), [], {}
         if law is not None:
             shapes = _shapes(forms_of(law, readings, centre))
             steps = steps_of(law, readings)
-        own = [
-            curve_shape(k.name, k.label, k.curves, catalogue=True, own_level=k.own_level)
-            for k in known.values()
-            if k.place == place
-        ]
+        own = [shape for where, shape in known if where == place]
         # all places of a step together are one form
         named = len(shapes) + len(own) + bool(steps)
         free = law is not None and not law.sign and law.coordinate is not None
@@ -90,14 +85,8 @@ def laws(readings: Readings, known: Mapping[str, Known]) -> list[Term]:
             shapes.append(free_curve(law, readings, centre, np.log(SHARE_OF_FREE)))  # type: ignore[arg-type]
         slot, state = place
         key = f"{readings.experiment}:{slot}({', '.join(state)})"
-        law = law or next(
-            (
-                f
-                for f in FAMILY
-                if (f.experiment, f.slot, f.state) == (readings.experiment, slot, state)
-            ),
-            None,
-        )
+        at = (readings.experiment, slot, state)
+        law = law or next((f for f in FAMILY if (f.experiment, f.slot, f.state) == at), None)
         odds = law.odds if law else 0.0
         out.append(Term(readings.experiment, LAW, key, tuple(shapes), odds, law=law, place=place))
     return out
