@@ -12,7 +12,7 @@ from calibration.errors import ConfigError, first_fault
 from calibration.intake.measurements import Measurement, raise_faults
 from calibration.intake.quantities import LEVERS, QUANTITIES
 from calibration.study.config import Config, overlay
-from calibration.study.factors import Factor, read_factors, refuse_choices
+from calibration.study.factors import Factor, read_factors
 from diagnosis.catalogue import Mechanism, load_catalogue
 
 BASE = "base"
@@ -155,7 +155,6 @@ def parameters_of(
             )
         if f.key in wanted:
             chosen.append(replace(f, low=low, high=high))
-    refuse_choices(chosen, "the diagnosis")
     return chosen
 
 

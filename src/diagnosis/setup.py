@@ -25,7 +25,7 @@ from calibration.runs.simulated import simulate, untested
 from calibration.study.config import Config, overlay
 from calibration.study.config.specs import with_levels
 from calibration.study.cost import duration, run_seconds
-from calibration.study.factors import Choice, Factor, read_factors
+from calibration.study.factors import Factor, read_factors
 from dem.errors import SpecError
 from dem.experiments import experiments
 from diagnosis.catalogue import Mechanism
@@ -79,7 +79,7 @@ grains bonded wide apart, for a square of touching ones tips at 45 degrees."""
 def completed(
     settings: Settings,
     config: Config,
-    factors: Sequence[Factor | Choice],
+    factors: Sequence[Factor],
     measurements: Sequence[Measurement],
     path: str | Path,
 ) -> Settings:
@@ -182,7 +182,7 @@ def _experiment(kind, own, config, factors, rows, path):
     run = own.run if own.run is not None else {}
     if own.parameters is None:
         # factors that are not calibrated, at the study's fixed levels
-        fixed = {f.key: f.value(config.fixed[f.name]) for f in factors if f.name in config.fixed}
+        fixed = {f.key: config.fixed[f.name] for f in factors if f.name in config.fixed}
         fixed = {key: level for key, level in fixed.items() if key not in parameters}
         run = overlay(with_levels({}, fixed), run)
     if own.run is None or not own.whole:
@@ -208,7 +208,7 @@ def _experiment(kind, own, config, factors, rows, path):
 
 def _parameters(kind, factors, where):
     """Keys of the factors that are calibrated on an experiment."""
-    known = {f.key for f in factors if not isinstance(f, Choice)}
+    known = {f.key for f in factors}
     single = GIVEN["single"].get(kind)
     asked = [single["parameter"]] if single else GIVEN["coefficients"]
     found = [key for key in asked if key in known][:MOST]

@@ -18,7 +18,7 @@ from calibration.intake.tables import read_written
 from calibration.statistics.validate import Stated
 from calibration.study.config import Config, read_target
 from calibration.study.config.schema import VIEWS
-from calibration.study.factors import Choice, Factor, read_factors
+from calibration.study.factors import Factor, read_factors
 from calibration.study.simulated_tests import SimulatedTest
 from calibration.study.stage import Points
 
@@ -108,7 +108,7 @@ class Study(Results):
         return Study(Sections(self.config, sections), self.folder, seeds)  # type: ignore[arg-type]  # answers as one
 
     @cached_property
-    def factors(self) -> list[Factor | Choice]:
+    def factors(self) -> list[Factor]:
         """The factors of the table, in its order. Raises ConfigError."""
         return read_factors(self.config.factors)
 

@@ -25,7 +25,7 @@ from calibration.runs.snakemake_command import LOGGER, call, snakemake_command
 from calibration.statistics.validate import Stated
 from calibration.study.config import overlay, stands_alone
 from calibration.study.config.parse import parse_resolved
-from calibration.study.factors import Choice, Factor
+from calibration.study.factors import Factor
 from calibration.study.stage import load_stages
 from calibration.telling.answer.schema import Answer, answer_of
 from calibration.telling.kept_results import sentences_of
@@ -84,7 +84,7 @@ class Study(study.Study):
         return chdir(self.root) if self.root else nullcontext()
 
     @cached_property
-    def factors(self) -> list[Factor | Choice]:
+    def factors(self) -> list[Factor]:
         """The factors of the table, in its order. Raises ConfigError."""
         with self._in_root():
             return super().factors

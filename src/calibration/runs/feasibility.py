@@ -162,7 +162,6 @@ def _specs_ahead(config, factors):
 
     def at(run, experiment, levels):
         levels = fixed | levels  # a test may name keys that no factor sets
-        levels = {n: known[n].value(level) if n in known else level for n, level in levels.items()}
         keyed = {known[n].key if n in known else n: level for n, level in levels.items()}
         return point_spec(run, experiment, keyed, config.seed)
 

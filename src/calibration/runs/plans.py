@@ -21,7 +21,7 @@ from calibration.intake.tables import read_written
 from calibration.runs.store import REFUSED, RunStore
 from calibration.study.config import Config, point_spec
 from calibration.study.config.specs import SEEDS_A_STAGE
-from calibration.study.factors import Choice, Factor, read_factors
+from calibration.study.factors import Factor, read_factors
 from dem.errors import ResultError
 from dem.io.files import write_json
 from dem.results import RESULT, is_current, run_name
@@ -38,7 +38,7 @@ def run_id(spec: Mapping[str, Any]) -> str:
 
 def plan(
     design: pd.DataFrame,
-    factors: Sequence[Factor | Choice],
+    factors: Sequence[Factor],
     config: Config,
     experiment: str,
     run: Mapping[str, Any],
@@ -58,7 +58,7 @@ def plan(
     for row in design.to_dict("records"):
         levels = {f.name: row[f.name] for f in used}
         levels = config.fixed | levels
-        levels = {f.key: f.value(levels[f.name]) for f in factors if f.name in levels}
+        levels = {f.key: levels[f.name] for f in factors if f.name in levels}
         point = tuple(sorted(levels.items()))
         seed = first_seed + seen.get(point, 0)
         seen[point] = seen.get(point, 0) + 1

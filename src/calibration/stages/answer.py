@@ -23,7 +23,6 @@ from calibration.stages.joint import against, tells_most
 from calibration.stages.validation import handed_out
 from calibration.study.config import point_spec
 from calibration.study.config.joint import handed_out_by
-from calibration.study.factors import Choice
 from calibration.study.simulated_tests import SimulatedTest, at_setting, test_of, tests_of
 from calibration.study.stage import Figure, Plan, Stage
 from calibration.telling.answer import schema, words
@@ -318,7 +317,6 @@ def _source(entry):
 def _intervals(study, source):
     """{factor: its interval, of what, and whether the data bound it}: of the posterior that there
     is, of all tests where they made the parameters, else with the others held."""
-    choices = {f.name for f in study.factors if isinstance(f, Choice)}
     file, of = (_only(source.joint), "all tests") if source.get("draws") else (None, "")
     if not file:
         file, of = _only(source.posterior), "one test"
@@ -331,11 +329,10 @@ def _intervals(study, source):
     region = {f["name"]: (f["low"], f["high"]) for f in optimum["region"]}
     found = {}
     for name, (low, high) in optimum.get("interval_95_others_held", {}).items():
-        if name not in choices:
-            spare = 1e-6 * (region[name][1] - region[name][0])
-            inside = low > region[name][0] + spare and high < region[name][1] - spare
-            of = "one test, others held"
-            found[name] = {"interval_95": (low, high), "interval_of": of, "bounded": inside}
+        spare = 1e-6 * (region[name][1] - region[name][0])
+        inside = low > region[name][0] + spare and high < region[name][1] - spare
+        of = "one test, others held"
+        found[name] = {"interval_95": (low, high), "interval_of": of, "bounded": inside}
     return found
 
 

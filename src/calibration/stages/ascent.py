@@ -15,7 +15,7 @@ from calibration.stages import worded
 from calibration.statistics.design import path_from_effects, steepest_path
 from calibration.statistics.factor import Factor
 from calibration.study.config import read_target
-from calibration.study.factors import Choice, read_factors
+from calibration.study.factors import read_factors
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json
 
@@ -47,7 +47,7 @@ def _named(config, factor):
 
 def _ahead(config, factors):
     """The configured path in all factors that it names; without one its number of points."""
-    named = [f for f in factors if _named(config, f) and not isinstance(f, Choice)]
+    named = [f for f in factors if _named(config, f)]
     if named and config.ascent.rule == "configured":
         design = _path(config, named, {})
     else:

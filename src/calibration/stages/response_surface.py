@@ -25,7 +25,7 @@ from calibration.statistics.surface import (
     outliers,
     reduced_surface,
 )
-from calibration.study.factors import Choice, inside, physical_range
+from calibration.study.factors import inside, physical_range
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json
 
@@ -50,9 +50,8 @@ def _ahead(config, factors):
     """The design of as many factors as may go on, with the levels of those whose centre and half
     width the configuration names."""
     rules = config.response_surface
-    numbers = [f for f in factors if not isinstance(f, Choice)]
-    named = [f for f in numbers if _named(rules, f)]
-    others = [f for f in numbers if f not in named]
+    named = [f for f in factors if _named(rules, f)]
+    others = [f for f in factors if f not in named]
     varied = [*named, *others][: config.screening.at_most]
     region = [_around(f, rules.centre.get(f.name, f.centre), config) for f in varied]
     design = region_design(region, rules).drop(columns=[f.name for f in varied if f in others])

@@ -24,7 +24,7 @@ from calibration.statistics.screening import (
     tells_apart,
     why,
 )
-from calibration.study.factors import Choice, read_factors
+from calibration.study.factors import read_factors
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json
 
@@ -160,9 +160,6 @@ def _going_on(config, factors, deciding):
         if config.ascent.rule == "configured"
         else []
     )
-    # a choice has an effect and no direction: later stages take the word in `fixed`
-    numbers = {f.code for f in factors if not isinstance(f, Choice)}
-    deciding = replace(deciding, table=deciding.table[deciding.table["code"].isin(numbers)])
     if rules.go_on:
         codes = [f.code for f in factors if f.name in rules.go_on]
     else:

@@ -19,7 +19,7 @@ import scipy
 
 from calibration.errors import CalibrationError, ConfigError, RankDeficientError
 from calibration.intake.tables import read_table, refused
-from calibration.statistics.factor import Choice, Factor
+from calibration.statistics.factor import Factor
 from calibration.statistics.surface import check_rank
 
 TRIPLES = {
@@ -156,9 +156,6 @@ def screening_design(factors: Sequence[Factor], rules: Any) -> pd.DataFrame:
         design = resolution_iv(factors, rules.centre_runs, rules.replicates)
     else:
         design = plackett_burman(factors, rules.replicates, rules.runs)
-    # a choice has no middle: a run at the centre has its first word
-    choices = [f for f in factors if isinstance(f, Choice)]
-    design = design.assign(**{f.code: np.where(design[f.code] > 0, 1.0, -1.0) for f in choices})
     return foldover(design, factors) if rules.foldover else design
 
 

@@ -3,10 +3,6 @@
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from calibration.errors import ConfigError
-
 
 @dataclass(frozen=True)
 class Factor:
@@ -39,37 +35,7 @@ class Factor:
         """Coded level of a natural one."""
         return (natural - self.centre) / self.half_range
 
-    def value(self, level: Any) -> Any:
-        """Return what a run spec has at a natural level."""
-        return level
-
     @property
     def levels(self) -> str:
         """In words."""
         return f"{self.low:g} to {self.high:g}"
-
-
-@dataclass(frozen=True)
-class Choice(Factor):
-    """A factor that has two words and nothing between them, such as two laws of rolling friction.
-    Its natural levels in tables are -1 and +1, as its coded ones."""
-
-    words: tuple = ()
-
-    def natural(self, coded: Any) -> Any:
-        """The level of a coded one; there is none in the middle, where the first word stands."""
-        level = np.where(np.asarray(coded) > 0, 1.0, -1.0)
-        return float(level) if level.ndim == 0 else level
-
-    def value(self, level: Any) -> Any:
-        """The word of a level, which may be a word already. Raises ConfigError for another."""
-        if level in self.words:
-            return level
-        if level in (-1.0, 1.0):
-            return self.words[int(level > 0)]
-        raise ConfigError("is no level", key=self.name, value=level, allowed=self.levels)
-
-    @property
-    def levels(self) -> str:
-        """In words."""
-        return " or ".join(self.words)

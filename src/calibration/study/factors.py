@@ -3,7 +3,7 @@ spec's own keys."""
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from types import UnionType
 from typing import Any, get_args
@@ -12,31 +12,20 @@ from pydantic import BaseModel
 
 from calibration.errors import ConfigError
 from calibration.intake.tables import plausible_number, read_table
-from calibration.statistics.factor import Choice, Factor
+from calibration.statistics.factor import Factor
 from dem.spec import GEOMETRY, RunSpec
 
-__all__ = ["Choice", "Factor"]
+__all__ = ["Factor"]
 
 COLUMNS = ("code", "name", "key", "low", "high", "description")
 
 NAME = r"[^\W\d_][\w .()-]*"
 """Code or name of a factor: headings of tables, in which a spreadsheet sees no formula."""
 
-WORD = r"(?!nan$|inf$)[a-z][a-z_]*"
-"""A word of a run spec, such as the name of a law."""
-
 RESERVED = set(
     "run replicate group path fold seed experiment run_id response response_sd "
     "relative_error".split()
 )
-
-
-def refuse_choices(factors: Iterable[Factor], where: str) -> None:
-    """Raise ConfigError for a `Choice` among factors that are varied between their levels."""
-    for factor in factors:
-        if isinstance(factor, Choice):
-            reason = f"is a choice between words, which {where} cannot vary"
-            raise ConfigError(reason, key=factor.name, allowed="factors whose levels are numbers")
 
 
 def read_factors(path: str | Path) -> list[Factor]:
@@ -92,9 +81,6 @@ def _factor(table, line, row):
             allowed = "a letter, then letters, digits, blanks, _, -, . and brackets"
             raise table.fault(line, column, f"is no {column} of a factor", row[column], allowed)
     given = row["code"], row["name"], row["key"]
-    words = tuple(row[c].strip() for c in ("low", "high"))
-    if all(re.fullmatch(WORD, word) for word in words) and words[0] != words[1]:
-        return Choice(*given, -1.0, 1.0, row.get("description", ""), words)
     low, high = (plausible_number(table, line, c, row[c], row["key"]) for c in ("low", "high"))
     if low >= high:
         raise table.fault(line, "high", "must be above low", high, f"more than {low:g}")

@@ -15,7 +15,7 @@ from typing import Any
 import pandas as pd
 
 from calibration.study.config import Config
-from calibration.study.factors import Choice, Factor, read_factors
+from calibration.study.factors import Factor, read_factors
 
 OWN = "calibration.stages"
 """Package with a module for each stage, or for those that belong together."""
@@ -57,7 +57,7 @@ class Plan:
     """
 
     folder: str
-    ahead: Callable[[Config, Sequence[Factor | Choice]], list[Points]] | None = None
+    ahead: Callable[[Config, Sequence[Factor]], list[Points]] | None = None
     batches: int | Callable | None = None
     kept: bool = False
 

@@ -19,7 +19,7 @@ from calibration.errors import CalibrationError
 from calibration.figures import Response, response_of
 from calibration.runs.verify import FOLDER
 from calibration.study.config import Config, point_spec, read_back
-from calibration.study.factors import Choice, read_factors
+from calibration.study.factors import read_factors
 from calibration.study.stage import Stage, load_stages
 from calibration.telling.answer.schema import answer_of
 from dem.spec import parse_spec
@@ -43,7 +43,7 @@ def _narrow(factors):
     """Sentences on factors whose ranges hold hardly more than one level."""
     for f in factors:
         largest = max(abs(f.low), abs(f.high))
-        if not isinstance(f, Choice) and f.high - f.low < NARROW * largest:
+        if f.high - f.low < NARROW * largest:
             yield (
                 f"{f.name} goes from {f.low:g} to {f.high:g}, {(f.high - f.low) / largest:.1%} of "
                 "itself: so narrow a range moves a response by less than runs scatter"
@@ -59,10 +59,10 @@ def _warnings(config, factors):
         return warnings_of(parse_spec(point_spec(config.own_run, config.experiment, levels, seed)))
 
     seed = config.seed
-    levels = {f.key: f.value(config.fixed.get(f.name, f.natural(0.0))) for f in factors}
+    levels = {f.key: config.fixed.get(f.name, f.natural(0.0)) for f in factors}
     found = at(levels)
     for f in factors:
-        for end in (f.value(f.low), f.value(f.high)):
+        for end in (f.low, f.high):
             more = [text for text in at(levels | {f.key: end}) if text not in found]
             found += [f"with {f.name} at {end}: {text}" for text in more]
     return found

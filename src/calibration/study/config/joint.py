@@ -10,7 +10,7 @@ from calibration.errors import ConfigError, at_key
 from calibration.intake.measurements import read_measured
 from calibration.study.config.measured import NotComparableError, is_measured, pooled, rows_of
 from calibration.study.config.schema import METRICS, Config
-from calibration.study.factors import Choice, Factor, refuse_choices
+from calibration.study.factors import Factor
 from dem.units import without_unit
 
 
@@ -99,10 +99,10 @@ def handed_out_by(config: Config) -> str:
     return config.calibrate.by or ("joint" if "joint" in config.supplements else "chain")
 
 
-def joint_factors(config: Config, factors: Iterable[Factor | Choice]) -> list[Factor | Choice]:
+def joint_factors(config: Config, factors: Iterable[Factor]) -> list[Factor]:
     """Factors of the table that are free in the joint study, in its order."""
     chosen = config.joint.factors
-    return [f for f in factors if (f.name in chosen if chosen else not isinstance(f, Choice))]
+    return [f for f in factors if not chosen or f.name in chosen]
 
 
 def read_joint_target(config: Config, target: JointTarget) -> MeasuredMean:
@@ -121,7 +121,7 @@ def read_joint_target(config: Config, target: JointTarget) -> MeasuredMean:
     return MeasuredMean(mean.value, mean.sd**2 / mean.n, freedom, mean.sd)
 
 
-def check_joint(config: Config, factors: Sequence[Factor | Choice]) -> None:
+def check_joint(config: Config, factors: Sequence[Factor]) -> None:
     """Raise ConfigError for what a joint study cannot be made of."""
     _check_names(config, factors)
     if "joint" in config.supplements:
@@ -147,16 +147,14 @@ def check_targets(config: Config) -> None:
 def _check_names(config, factors):
     """Names of factors are known; a prior lies in its factor's levels."""
     names, joint, priors = [f.name for f in factors], config.joint, config.posterior.priors
-    numbers = [f for f in factors if not isinstance(f, Choice)]
     for key, given, known in (
         ("joint.factors", joint.factors, names),
-        ("posterior.priors", priors, [f.name for f in numbers]),
+        ("posterior.priors", priors, names),
     ):
         for name in given:
             if name not in known:
                 raise at_key(key, "is not known", name, ", ".join(known))
-    refuse_choices([f for f in factors if f.name in joint.factors], "the stage joint")
-    for factor in (f for f in numbers if f.name in priors):
+    for factor in (f for f in factors if f.name in priors):
         mean = priors[factor.name].mean
         if not factor.low <= mean <= factor.high:
             key = f"posterior.priors.{factor.name}.mean"

@@ -18,7 +18,7 @@ from calibration.study.config.measured import NotComparableError, is_measured, r
 from calibration.study.config.schema import COARSER, MEANINGS, Config, named_section_of, section_of
 from calibration.study.config.specs import point_spec, states
 from calibration.study.config.tests import check_tests, key_in
-from calibration.study.factors import Choice, read_factors, refuse_choices
+from calibration.study.factors import read_factors
 from dem.errors import InputError, SpecError
 from dem.experiments.mesh import check_meshes_of
 from dem.io.mapping import read_mapping
@@ -141,7 +141,6 @@ def _parse(data):
         for name in mapping:
             if name not in names:
                 raise at_key(f"{section}.{name}", "is no factor", allowed=", ".join(names))
-    _check_choices(config, factors)
     if (config.optimise.rule == "closest_to_point") != bool(config.optimise.point):
         raise at_key(
             "optimise.point", "goes with the rule closest_to_point and only with it",
@@ -154,23 +153,6 @@ def _parse(data):
     _check_measured(config)
     check_joint(config, factors)
     return config
-
-
-def _check_choices(config, factors):
-    """Levels in `fixed` are words for choices and numbers for others; after the screening no choice
-    is varied."""
-    for factor in (f for f in factors if f.name in config.fixed):
-        level = config.fixed[factor.name]
-        if isinstance(factor, Choice):
-            good, allowed = level in factor.words, factor.levels
-        else:
-            good, allowed = not isinstance(level, str), "a number"
-        if not good:
-            raise at_key(f"fixed.{factor.name}", "is no level", level, allowed)
-    surface = config.response_surface
-    varied = {*config.ascent.start, *config.ascent.step, *(config.screening.go_on or ())}
-    varied |= {*surface.centre, *surface.half_width, *config.optimise.point}
-    refuse_choices([f for f in factors if f.name in varied], "a stage after the screening")
 
 
 def _check_candidate(config):
@@ -251,9 +233,8 @@ def _check_run(config, factors):
         raise ConfigError(**vars(error) | {"key": key}) from None
     for f in factors:
         for column in ("low", "high"):
-            level = getattr(f, column)
+            value = getattr(f, column)
             try:
-                value = f.value(level)
                 parse_spec(point_spec(config.own_run, config.experiment, {f.key: value}, 1))
             except SpecError as error:
                 text = f"{f.name} cannot be {value}: {error}"

@@ -250,7 +250,7 @@ class Config(_Part):
     engine: str | dict = "dem"
     measurements: str
     supplements: list[str] = []
-    fixed: dict[str, float | str] = {}
+    fixed: dict[str, float] = {}
     fixed_from: Literal["config", "bench"] = "config"
     run: dict = {}
     tests: dict[str, TestConfig] = Field(min_length=1)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from calibration.errors import CalibrationError, ConfigError, at_key
 from calibration.study.config.schema import METRICS, Config, SweepConfig
 from calibration.study.config.specs import point_spec, states
-from calibration.study.factors import Choice, Factor
+from calibration.study.factors import Factor
 from dem.errors import SpecError
 from dem.spec import RunSpec, parse_spec
 
@@ -37,7 +37,7 @@ def swept_test(config: Config, experiment: str) -> str:
     )  # fmt: skip
 
 
-def is_swept(config: Config, factors: Sequence[Factor | Choice], experiment: str) -> bool:
+def is_swept(config: Config, factors: Sequence[Factor], experiment: str) -> bool:
     """Return whether a test of an experiment sweeps a factor of the study."""
     name = config.of_experiment(experiment)
     keys = [f.key for f in factors]

@@ -10,7 +10,7 @@ from calibration.chain.study import Study
 from calibration.intake.tables import read_table
 from calibration.statistics.surface import Surface, parameter_interval
 from calibration.study.config import Config, point_spec, states
-from calibration.study.factors import Choice, Factor
+from calibration.study.factors import Factor
 from dem.fingerprint import engine_fingerprint
 from dem.spec import RunSpec
 from dem.units import in_ascii, unit_of
@@ -137,11 +137,11 @@ def to_yaml(data: Any) -> str:
 
 
 def calibrated_spec(
-    config: Config, factors: Sequence[Factor | Choice], optimum: Mapping[str, float | str]
+    config: Config, factors: Sequence[Factor], optimum: Mapping[str, float]
 ) -> dict[str, Any]:
     """Run spec (a mapping) at the calibrated point {factor: level}, with the study's first seed."""
     levels = {**config.fixed, **optimum}
-    keys = {f.key: f.value(levels[f.name]) for f in factors if f.name in levels}
+    keys = {f.key: levels[f.name] for f in factors if f.name in levels}
     return point_spec(config.own_run, config.experiment, keys, config.seed)
 
 
