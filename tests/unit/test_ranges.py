@@ -30,7 +30,7 @@ def begun_with(name, *angles, rig=HEAP):
 def standing(config, before, factors):
     """Mean log odds of no heap at the points of a screening over ranges."""
     own, _ = cut_to_atlas(config, before)
-    chance = AtlasEmulators(config, own).formed("heap", [ANGLE], 1).chance
+    chance = AtlasEmulators(config, own).formed("heap", ANGLE, 1).chance
     table = screening_design(factors, config.screening)
     levels = [
         (f.natural(table[f.code].to_numpy(float)) - o.low) / (o.high - o.low)

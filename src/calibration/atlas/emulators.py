@@ -242,13 +242,13 @@ class AtlasEmulators:
             for t in measured if t not in told
         ]  # fmt: skip
 
-    def values(self, test: str, metrics: Sequence[str]) -> np.ndarray:
-        """(n, q) metrics of the atlas' runs, nan where a run gave none."""
-        return kept(self._rig(test).name)[list(metrics)].to_numpy(float)
+    def values(self, test: str, metric: str) -> np.ndarray:
+        """(n,) values of a metric of the atlas' runs, nan where a run gave none."""
+        return kept(self._rig(test).name)[metric].to_numpy(float)
 
-    def formed(self, test: str, metrics: Sequence[str], tests: float) -> Formed:
-        """`Formed` of `tests` of a rig that gave all metrics."""
-        response = self.of(test, metrics[0])
+    def formed(self, test: str, metric: str, tests: float) -> Formed:
+        """`Formed` of `tests` of a rig that gave a metric."""
+        response = self.of(test, metric)
         return Formed(_Formed(chance(self._rig(test).name), response), tests)  # type: ignore[arg-type]
 
 

@@ -15,11 +15,12 @@ import pandas as pd
 from calibration.errors import CalibrationError
 from calibration.files import read_json
 from calibration.intake.tables import read_written
+from calibration.runs.plans import plan, together
 from calibration.statistics.validate import Stated
 from calibration.study.config import Config, read_target
 from calibration.study.config.schema import VIEWS
 from calibration.study.factors import Factor, read_factors
-from calibration.study.simulated_tests import SimulatedTest
+from calibration.study.simulated_tests import SimulatedTest, ratios, sized
 from calibration.study.stage import Points
 
 ALWAYS = ("name", "results")  # where a study's files are; it decides none of their content
@@ -77,7 +78,6 @@ class Results:
 
     def table(self, stage: str, name: str) -> pd.DataFrame | None:
         """Table `name`.csv of a stage as a data frame, or None."""
-
         path = self.folder / stage / f"{name}.csv"
         return read_written(path) if path.is_file() else None
 
@@ -134,8 +134,6 @@ class Study(Results):
 
         experiment, run, seed: in place of the configuration's own.
         """
-        from calibration.runs.plans import plan
-
         config = self.config if seed is None else self.config.model_copy(update={"seed": seed})
         kind = experiment or config.experiment
         base = config.own_run if run is None else run
@@ -145,8 +143,6 @@ class Study(Results):
         self, points: Iterable[Points]
     ) -> tuple[pd.DataFrame, dict[str, dict[str, Any]]]:
         """`plan` for the points of one run spec or of several, as one table."""
-        from calibration.runs.plans import together
-
         return together(self.plan(p.design, p.experiment, p.run) for p in points)
 
     def plan_test(
@@ -154,8 +150,6 @@ class Study(Results):
     ) -> tuple[pd.DataFrame, dict[str, dict[str, Any]]]:
         """`plan` for a test of the laboratory: with the levels that it holds, and those that its
         grains have where they are of another size. The table keeps the levels of the study."""
-        from calibration.study.simulated_tests import ratios, sized
-
         by = ratios(self.config, test, [f.key for f in self.factors])
         names = [f.name for f in self.factors if f.name in design]
         levels = self.config.fixed | {name: design[name] for name in names}

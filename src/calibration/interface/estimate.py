@@ -95,7 +95,7 @@ def _expected(config, emulators, tables):
         response = emulators.of(rig, metric)
         mean, variance = response.mean(u)
         many = rng.normal(mean, np.sqrt(variance))
-        odds, *_ = emulators.formed(rig, [metric], 1).chance.with_slope(u, [])
+        odds, *_ = emulators.formed(rig, metric, 1).chance.with_slope(u, [])
         has = (many >= least) & (many <= most) & (rng.random(len(u)) > expit(odds))
         runs = rng.normal(many, response.sd_of_run(u)).clip(least, most)
         row |= {"geometry": _in_words(config, rig), "told": has.mean() > 0.5}
@@ -243,7 +243,7 @@ def _standing(config, factors, emulators, low, high, inner):
     """Ends moved in until each test of the screening has a value as likely as not: one after the
     other to the `inner` ones, those first at which most tests have none. How much grains stick is
     not cut: the atlas ends where heaps still form."""
-    chance = emulators.formed(config.own, [config.target], 1).chance
+    chance = emulators.formed(config.own, config.target, 1).chance
     design = screening_design(factors, config.screening)[[f.code for f in emulators.factors]]
     corners = 0.5 + 0.5 * design.drop_duplicates().to_numpy(float)
     tops = np.eye(len(low))

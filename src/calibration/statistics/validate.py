@@ -17,7 +17,7 @@ import numpy.typing as npt
 import scipy
 
 from calibration.errors import CalibrationError
-from calibration.statistics.equivalence import Error, decide_difference
+from calibration.statistics.equivalence import ALPHA, Error, decide_difference
 
 
 @dataclass(frozen=True)
@@ -123,9 +123,6 @@ def _check(simulated, measured, margin):
         raise CalibrationError("neither simulated nor measured values scatter; nothing to test")
     if not margin > 0.0:
         raise CalibrationError(f"the margin of equivalence must be above 0, not {margin:g}")
-
-
-ALPHA = 0.05
 
 
 def runs_needed(first: Sequence[float] | np.ndarray, half_width: float, at_most: int) -> int:

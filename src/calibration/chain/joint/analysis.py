@@ -48,17 +48,17 @@ class Emulators:
         levels = [0.5 + 0.5 * f.coded(runs[f.name].to_numpy(float)) for f in self.factors]
         return runs, np.column_stack(levels)
 
-    def values(self, rig: str, metrics: Sequence[str]) -> np.ndarray:
-        """(n, q) metrics of the rig's runs, nan where a run gave none."""
+    def values(self, rig: str, metric: str) -> np.ndarray:
+        """(n,) values of a metric of the rig's runs, nan where a run gave none."""
         runs, _ = self.inputs(rig)
-        return np.column_stack([read_values(runs["run_id"], m) for m in metrics])
+        return read_values(runs["run_id"], metric)
 
     def of(self, rig: str, metric: str) -> GaussianProcess:
         """The emulator of a metric. Raises CalibrationError naming rig and metric where too few
         runs gave a value, or all the same."""
         if (rig, metric) not in self._kept:
             _, u = self.inputs(rig)
-            values = self.values(rig, [metric])[:, 0]
+            values = self.values(rig, metric)
             has = np.isfinite(values)
             try:
                 self._kept[rig, metric] = self.trained(rig, metric, u[has], values[has])
@@ -80,10 +80,10 @@ class Emulators:
                 continue  # it does not vary, or few runs give it
         return found
 
-    def formed(self, rig: str, metrics: Sequence[str], tests: float) -> Formed | None:
-        """`Formed` of `tests` of a rig that gave all metrics; None where no run lacks one."""
+    def formed(self, rig: str, metric: str, tests: float) -> Formed | None:
+        """`Formed` of `tests` of a rig that gave a metric; None where no run lacks it."""
         _, u = self.inputs(rig)
-        failed = ~np.isfinite(self.values(rig, metrics)).all(axis=1)
+        failed = ~np.isfinite(self.values(rig, metric))
         return Formed(Chance(u, failed, np.ones(len(u))), tests) if failed.any() else None  # type: ignore[arg-type]  # infinite where a mean is stated
 
 
@@ -131,7 +131,7 @@ def joint_of(
         known = mean.mean, mean.variance, mean.freedom, target.discrepancy
         responses.append(Response(target.name, emulator, *known))
         tests = mean.freedom + 1 if np.isfinite(mean.freedom) else LEAST_TESTS
-        if own := emulators.formed(target.test, [target.metric], tests):
+        if own := emulators.formed(target.test, target.metric, tests):
             formed[target.test] = own
     prior = prior_of(config, emulators.factors)
     return Joint(tuple(responses), prior, tuple(formed.values()))
@@ -291,7 +291,7 @@ def _targets(whole, apart):
 
 def _without_value(emulators, measured):
     """{target: runs of its rig that gave no value}."""
-    values = {t.name: emulators.values(t.test, [t.metric]) for t in measured}
+    values = {t.name: emulators.values(t.test, t.metric) for t in measured}
     return {name: int((~np.isfinite(own)).sum()) for name, own in values.items()}
 
 

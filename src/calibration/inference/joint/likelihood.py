@@ -74,7 +74,11 @@ class Response:
         size, widths, log_size = spread
         square = (size * (y - mean)) ** 2 / widths
         logs = -0.5 * (square + log_size + np.log(2.0 * np.pi))
-        return logs[0] if len(logs) == 1 else _log_mean(logs.T, _scales(self.freedom)[1])
+        if len(logs) == 1:
+            return logs[0]
+        logs, (_, weights) = logs.T, _scales(self.freedom)
+        top = logs.max(axis=1)
+        return top + np.log(np.exp(logs - top[:, None]) @ weights)
 
     def misfit(self, y: np.ndarray, mean: np.ndarray, variance: np.ndarray) -> np.ndarray:
         """(n, k) distances of measured means (n,) from predictions (k,) each.
@@ -107,11 +111,6 @@ def _scales(freedom):
     x = np.exp(np.linspace(*ends, SCALES))
     weights = stats.chi2.pdf(x, freedom) * x
     return freedom / x, weights / weights.sum()
-
-
-def _log_mean(logs, weights):
-    top = logs.max(axis=1)
-    return top + np.log(np.exp(logs - top[:, None]) @ weights)
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@ what is asked of each response."""
 
 import math
 from collections.abc import Collection, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -29,10 +28,26 @@ def rows_of(
     config: Config, table: Measurements, name: str, metric: str, but: Collection[str] = ()
 ) -> list[Measurement]:
     """The measured conditions of a metric that a test is at; levers in `but` do not count. Raises
-    ConfigError."""
-    experiment, spec = config.tests[name].experiment, spec_of(config, name)
-    own = replace(table, conditions=tuple(c for c in table.conditions if c.test in ("", name)))
-    return agreeing(own, experiment, without_unit(metric), spec, but)
+    ConfigError where the table has no row of it, and NotComparableError where all of them are at
+    other settings, naming what differs."""
+    experiment, quantity = config.tests[name].experiment, without_unit(metric)
+    found = [m for m in table.of(experiment, quantity) if m.test in ("", name)]
+    if not found:
+        raise ConfigError(
+            "has no row of what is asked for", path=table.path,
+            allowed=f"a row with experiment {experiment} and quantity {quantity}",
+        )  # fmt: skip
+    spec = spec_of(config, name)
+    differing = [apart(m, spec, but) for m in found]
+    own = [m for m, why in zip(found, differing, strict=True) if why is None]
+    if not own:
+        lever, simulated = differing[0] or ("", 0.0)  # none agrees
+        raise NotComparableError(
+            f"was measured at another setting than is simulated, {simulated:g}", path=table.path,
+            line=found[0].line, column=lever, value=found[0].levers[lever],
+            allowed="a row at the setting that is simulated, or an empty cell",
+        )  # fmt: skip
+    return own
 
 
 def is_measured(config: Config) -> bool:
@@ -75,30 +90,6 @@ class NotComparableError(ConfigError):
 
 class SingleError(NotComparableError):
     """One reading with its spread: a posterior can use it, and no comparison of samples."""
-
-
-def agreeing(
-    table: Measurements, experiment: str, quantity: str, spec: RunSpec, but: Collection[str] = ()
-) -> list[Measurement]:
-    """The conditions of a quantity that a run of `spec` (a `RunSpec`) is at; levers in `but` do not
-    count. Raises ConfigError where the table has no row of it, and NotComparableError where all of
-    them are at other settings, naming what differs."""
-    found = table.of(experiment, quantity)
-    if not found:
-        raise ConfigError(
-            "has no row of what is asked for", path=table.path,
-            allowed=f"a row with experiment {experiment} and quantity {quantity}",
-        )  # fmt: skip
-    differing = [apart(m, spec, but) for m in found]
-    own = [m for m, why in zip(found, differing, strict=True) if why is None]
-    if not own:
-        name, simulated = differing[0] or ("", 0.0)  # none agrees
-        raise NotComparableError(
-            f"was measured at another setting than is simulated, {simulated:g}", path=table.path,
-            line=found[0].line, column=name, value=found[0].levers[name],
-            allowed="a row at the setting that is simulated, or an empty cell",
-        )  # fmt: skip
-    return own
 
 
 def apart(

@@ -63,18 +63,14 @@ def _block(answered):
     rows = []
     for place, where in PLACES.items():
         for p in (p for p in answered.parameters if p.key.startswith(f"{place}.")):
-            name = label(without_unit(p.key.rpartition(".")[2]))
-            rows.append(_row(where, name, words.number(p), p.unit, _known(p)))
+            name, known = label(without_unit(p.key.rpartition(".")[2])), words.known(p)
+            known = known if known == p.source else f"{p.source}; {known}"
+            rows.append(_row(where, name, words.number(p), p.unit, known))
     return rows
 
 
 def _row(*texts):
     return dict(zip(("where", "parameter", "value", "unit", "how it is known"), texts, strict=True))
-
-
-def _known(parameter):
-    known = words.known(parameter)
-    return known if known == parameter.source else f"{parameter.source}; {known}"
 
 
 def _of_spec(path):

@@ -70,21 +70,15 @@ def figure(path: Path, text: str, data: Sequence[Path] = ()) -> dict[str, Any]:
     """
     svg, width = _inline(path)
     svg = _said(svg, f"{path.parent.name}-{path.stem}", text)
+    letters = [float(size) for size in re.findall(r"font(?:-size)?: ([\d.]+)px", svg)]
     return {
         "svg": svg,
         "caption": text,
         "wide": width > 480,
         "most": round(1.35 * width),
-        "least": _readable(svg, width),
+        "least": round(READABLE * width / min(letters)) if letters else 0,
         "downloads": [download(p) for p in data if p.exists()],
     }
-
-
-def _readable(svg, width):
-    """Width [px] from which on the smallest letters of a figure are READABLE; width: its own, in
-    points."""
-    letters = [float(size) for size in re.findall(r"font(?:-size)?: ([\d.]+)px", svg)]
-    return round(READABLE * width / min(letters)) if letters else 0
 
 
 def _inline(path):
