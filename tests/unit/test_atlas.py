@@ -107,6 +107,14 @@ def test_one_reading_is_enough_and_what_lies_outside_is_left_out(capsys, tmp_pat
 
 
 @pytest.mark.slow
+def test_the_usual_rigs_are_as_wide_as_long_grains_need(capsys):
+    own = [option for option in RIG if not option.startswith("--grain")]
+    assert main(["estimate", *own, "--axes=5x3.7x3.5mm", "--measured", "30", "31", "32"]) == 0
+    said = capsys.readouterr().out
+    assert tells(said, "silo", "mass flow", "orifice diameter")
+
+
+@pytest.mark.slow
 def test_an_angle_that_nothing_meets_gets_no_intervals(capsys, tmp_path):
     text = told(capsys, "--measured", "44", "44.5", "45", f"--out={tmp_path / 'out'}")
     assert {f.name for f in (tmp_path / "out").iterdir()} == {"estimate.json", "targets.csv"}

@@ -75,12 +75,15 @@ def diameter_mm(spec: RunSpec) -> float:
 
 
 def elongation_of(spec: RunSpec) -> float:
-    """Length over width of the grain; of a clump that of the two bonded spheres that are as long
-    and have its volume."""
+    """Length over width of the grain; of a clump that of two bonded spheres (`as_pair`)."""
     shape = clump_shape(spec)
-    if shape is None:
-        return spec.particles.elongation
-    longest = min(max(shape.reach, 1.0), relative_length(2.0))
+    return as_pair(shape.reach) if shape else spec.particles.elongation
+
+
+def as_pair(reach: float) -> float:
+    """Length over width of two bonded spheres as long as a clump of the same volume; reach: its
+    length in diameters of the sphere of that volume."""
+    longest = min(max(reach, 1.0), relative_length(2.0))
     return float(brentq(lambda e: relative_length(e) - longest, 1.0, 2.0))
 
 

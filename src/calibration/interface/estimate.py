@@ -14,7 +14,13 @@ import pandas as pd
 import yaml
 from scipy.special import expit
 
-from calibration.atlas.emulators import AtlasEmulators, cut_to_atlas, diameter_mm, poured_as_atlas
+from calibration.atlas.emulators import (
+    AtlasEmulators,
+    as_pair,
+    cut_to_atlas,
+    diameter_mm,
+    poured_as_atlas,
+)
 from calibration.atlas.rigs import RIGS, grains_of_cone
 from calibration.chain.joint.analysis import INSIDE, analysed, joint_of, metrics_of, tails
 from calibration.errors import CalibrationError
@@ -155,8 +161,9 @@ def with_usual_tests(data: Mapping[str, Any], lab: Laboratory) -> dict[str, Any]
             tests.pop(test.rig)
     made = {t.experiment for t in lab.tests} | ({"drum"} if grains.sticky else set())
     shape = {"clump": {"file": grains.clump_file}} if grains.spheres else {}
+    longer = as_pair(grains.longest) if grains.spheres else 1.0
     for rig in (r for r in RIGS.values() if r.experiment not in made):
-        at = {i.name: i.value(0.5) for i in rig.inputs} | {"elongation": 1.0}
+        at = {i.name: i.value(0.5) for i in rig.inputs} | {"elongation": longer}
         run = overlay(rig.run(at, size["diameter_mm"]), {"particles": shape | size})
         tests[rig.name] = {"experiment": rig.experiment, "run": run}
     return {**data, "tests": tests, "posterior": {"priors": priors}}
