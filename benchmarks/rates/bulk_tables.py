@@ -27,9 +27,8 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from benchmarks.rates import kept_rates
 from benchmarks.rates.foreign_studies import FACTORS, FIXED, MATERIALS
-from benchmarks.rates.kept_rates import Trial, f1_score, figures
+from benchmarks.rates.kept_rates import WORDS, Trial, f1_score, figures
 from calibration.intake.quantities import LEVERS, QUANTITIES, measurable
 from calibration.study.config import numbers_of, parse_config
 from diagnosis import stages
@@ -331,7 +330,7 @@ def told(rows: pd.DataFrame) -> str:
     off = {part: pull[f"off_{part}"].mean() for part in ("base", "extended")}
     f1 = f1_score(int(hidden["hits"].clip(upper=1).sum()), len(hidden), int(rows["placed"].sum()))
     asked = figures("bulk_tables", rows.assign(coefficients=len(FACTOR_ROWS)))
-    return kept_rates.told("bulk_tables", asked, f1, off)
+    return WORDS.bulk_tables(asked, f1, off)
 
 
 TRIAL = Trial("bulk_tables", "bulk", campaign, judged, told)

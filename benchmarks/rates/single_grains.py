@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from benchmarks.rates import kept_rates
-from benchmarks.rates.kept_rates import KEPT, ROOT, Trial, figures
+from benchmarks.rates.kept_rates import KEPT, ROOT, WORDS, Trial, figures
 from benchmarks.rates.simulated import rate_settings, salt_heap
 from calibration.intake.measurements import OUTCOMES, Measurement
 from calibration.intake.quantities import QUANTITIES, Condition
@@ -185,12 +184,8 @@ def told(rows: pd.DataFrame) -> str:
     count = pd.crosstab(rows["case"], rows["verdict"])
     count = count.reindex(index=list(KINDS), columns=list(VERDICTS), fill_value=0)
     hidden = rows[rows["case"] == "mechanism"].groupby("truth")
-    return kept_rates.told(
-        "single_grains", figures("single_grains", rows), count.rename(index=KINDS), hidden
-    )
+    asked = figures("single_grains", rows)
+    return WORDS.single_grains(asked, count.rename(index=KINDS), hidden)
 
 
-TRIAL = Trial(
-    "single_grains", "contacts", planned, judged, told,
-    lambda case: {"case": case.case, "truth": case.truth, "seed": case.seed},
-)  # fmt: skip
+TRIAL = Trial("single_grains", "contacts", planned, judged, told)

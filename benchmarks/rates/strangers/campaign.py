@@ -5,8 +5,7 @@ from typing import Any
 
 import pandas as pd
 
-from benchmarks.rates import kept_rates
-from benchmarks.rates.kept_rates import Trial, f1_score, figures, kept
+from benchmarks.rates.kept_rates import WORDS, Trial, f1_score, figures, kept
 from benchmarks.rates.strangers import ask, cases, score
 
 MOST_GAINS = 24
@@ -52,14 +51,14 @@ def with_gains(case: cases.Case) -> dict[str, Any]:
 
 def told(rows: pd.DataFrame) -> str:
     """Return Markdown: the rates, of a name that loses those of the kept GAINS."""
-    gains = kept(GAINS.kept)
+    gains = kept(GAINS.kept, GAINS.of)
     shown = figures("strangers", rows)
     if len(gains):
         loses = "a name with a gain below zero"
         by_engine = {f["figure"]: f for f in figures("strangers", gains)}
         shown = [by_engine[loses] if f["figure"] == loses else f for f in shown]
     f1 = f1_score(*(int(rows[column].sum()) for column in ("hits", "true", "placed")))
-    return kept_rates.told("strangers", shown, f1)
+    return WORDS.strangers(shown, f1)
 
 
 TRIAL = Trial("strangers", "contacts", cases.campaign, lambda case: diagnosed(case)[0], told)
