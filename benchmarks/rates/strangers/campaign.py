@@ -17,7 +17,7 @@ def diagnosed(case: cases.Case, engine: bool = False) -> tuple[dict[str, Any], d
     """Return the row of a case, and what was said; engine: with its runs."""
     drawn = case.draw()
     try:
-        said = (ask.ask_engine if engine else ask.ask)(drawn.table)
+        said = ask.ask(drawn.table, engine)
     except Exception as error:
         traceback.print_exc(limit=-3)
         said = {"verdict": "failed", "reason": f"{type(error).__name__}: {error}"}
@@ -43,7 +43,7 @@ def with_gains(case: cases.Case) -> dict[str, Any]:
     """Return the row of a case of which the engine was asked."""
     row, said = diagnosed(case, engine=True)
     laws = said.get("laws", [])
-    ends = [(law["gain"] or {}).get("held_out_rmse_difference_interval") for law in laws]
+    ends = [(law["gain"] or {}).get(score.GAIN) for law in laws]
     row["gains"] = "; ".join(f"{a:.2f} to {b:.2f}" for a, b in filter(None, ends))
     row["withdrawn"] = "; ".join(n for law in laws for n in law.get("withdrawn", []))
     return row
