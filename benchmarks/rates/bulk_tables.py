@@ -27,7 +27,7 @@ import pandas as pd
 import yaml
 
 from benchmarks.rates.foreign_studies import FACTORS, FIXED, MATERIALS
-from benchmarks.rates.kept_rates import WORDS, Trial, f1_score, figures
+from benchmarks.rates.kept_rates import CLAIMS, WORDS, Trial, f1_score, figures
 from calibration.files import read_json
 from calibration.intake.quantities import LEVERS, QUANTITIES, measurable
 from calibration.study.config import numbers_of, parse_config
@@ -282,7 +282,7 @@ def judged(case: Case) -> dict[str, Any]:
     said = diagnosed(case)
     laws = said.get("laws") or []
     names = sorted({n for law in laws for n in law["names"]})
-    claims = said["verdict"] in ("identified", "discovered")
+    claims = said["verdict"] in CLAIMS
     gain = said.get("gain") or {}
     ends = gain.get("held_out_rmse_difference_interval")
     effect = EFFECTS[case.effect]

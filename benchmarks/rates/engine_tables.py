@@ -18,16 +18,15 @@ from typing import Any
 import pandas as pd
 import yaml
 
-from benchmarks.rates.foreign_studies import FACTORS, STUDIES, TABLES, read, study
-from benchmarks.rates.kept_rates import ROOT, WORDS, Trial
+from benchmarks.rates.foreign_studies import FACTORS, FIXED, STUDIES, TABLES, read
+from benchmarks.rates.kept_rates import CLAIMS, ROOT, WORDS, Trial
 from diagnosis.setup import MOST_RUNS
 from diagnosis.verdict import validate
 
 RUNS = Path(tempfile.gettempdir()) / "engine-tables"
 """Of this engine."""
 
-NAMED = ("identified", "discovered")
-TOLD = (*NAMED, "ambiguous")
+TOLD = (*CLAIMS, "ambiguous")
 
 
 @dataclass(frozen=True)
@@ -66,7 +65,10 @@ def diagnosed(folder: Path, name: str) -> dict[str, Any]:
     """verdict.json of a table of `foreign/`, by one call of the workflow in a folder, with as many
     runs as a study of such rigs has that gives no time; those that were planned under `made`."""
     (folder / "factors.tsv").write_text(FACTORS)
-    config = study(name, EXPECTED[name].study, TABLES / f"{name}.csv", MOST_RUNS)
+    config = EXPECTED[name].study | {
+        "name": name, "factors": "factors.tsv", "measurements": str(TABLES / f"{name}.csv"),
+        "fixed": FIXED, "diagnosis": {"runs": MOST_RUNS, "batches": 2},
+    }  # fmt: skip
     (folder / f"{name}.yaml").write_text(yaml.safe_dump(config))
     command = [sys.executable, "-m", "snakemake", "-j1", "--workflow-profile", "none"]
     command += ["--snakefile", str(ROOT / "workflow/Snakefile"), "--configfile", f"{name}.yaml"]

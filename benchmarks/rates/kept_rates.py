@@ -32,6 +32,8 @@ RUN_AFTERWARDS = {"engine_gain.py"}
 """Of the files that decide."""
 
 WORDS = macros("benchmarks.rates", "told")
+CLAIMS = ("identified", "discovered")
+"""Verdicts that claim a law."""
 
 
 @cache

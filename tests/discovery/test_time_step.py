@@ -6,7 +6,8 @@ import types
 import numpy as np
 import pytest
 
-from benchmarks.rates.engine_tables import NAMED, TOLD, diagnosed, names_in
+from benchmarks.rates.engine_tables import TOLD, diagnosed, names_in
+from benchmarks.rates.kept_rates import CLAIMS
 from benchmarks.rates.simulated import rate_settings
 from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import Condition
@@ -80,4 +81,4 @@ def test_of_wet_heaps_it_is_said_that_something_is_wrong(tmp_path):
     assert verdict["verdict"] in (*TOLD, "unexplained"), verdict["reason"]
     assert verdict["lack_of_fit"]["p"] < 0.05
     assert {law["slot"] for law in verdict["laws"][:1]} <= {"attraction"}
-    assert verdict["verdict"] not in NAMED or names_in(verdict) <= {"cohesion", "liquid_bridge"}
+    assert verdict["verdict"] not in CLAIMS or names_in(verdict) <= {"cohesion", "liquid_bridge"}

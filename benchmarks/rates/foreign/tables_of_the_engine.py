@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from benchmarks.rates.engine_tables import EXPECTED
-from benchmarks.rates.foreign_studies import filled, read
+from benchmarks.rates.foreign_studies import read
 from calibration import engines
 from calibration.engines import liggghts
 from calibration.intake.quantities import LEVERS, QUANTITIES, measurable
@@ -17,6 +17,14 @@ from calibration.study.config import overlay
 
 NATURE = read("nature.yaml")
 LAW, HISTORY = "variable law string", "tangential history"
+
+
+def filled(run, diameter_mm):
+    """A run with grains of another size, of the same volume together: what a vessel or a funnel is
+    filled with, of any grains."""
+    grains = run["particles"]
+    count = round(grains["count"] * (grains["diameter_mm"] / diameter_mm) ** 3)
+    return overlay(run, {"particles": {"count": count, "diameter_mm": diameter_mm}})
 
 
 def of_two_sizes(diameter, smaller):

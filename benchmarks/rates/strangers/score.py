@@ -7,6 +7,7 @@ import pandas as pd
 import yaml
 from scipy import stats
 
+from benchmarks.rates.kept_rates import CLAIMS
 from benchmarks.rates.strangers import nature
 from benchmarks.rates.strangers.cases import PROPORTIONAL, Case, Drawn
 from diagnosis.laws.known import COEFFICIENT
@@ -20,7 +21,6 @@ LEVER = {
 }
 """State of a law: the lever that sets it; a speed is that of a fall from its height."""
 MARKS = [*yaml.safe_load(Path(__file__).with_name("marks.yaml").read_text())]
-CLAIMS = ("identified", "discovered")
 CLEAN = ("null", "two-level null", "declared")
 GAIN = "held_out_rmse_difference_interval"
 
