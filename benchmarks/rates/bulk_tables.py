@@ -10,7 +10,6 @@ without one. The seeds from 640 on are for this campaign alone: no rule was chos
 them.
 """
 
-import json
 import tempfile
 import zlib
 from collections.abc import Mapping
@@ -27,9 +26,9 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from benchmarks.rates import kept_rates
 from benchmarks.rates.foreign_studies import FACTORS, FIXED, MATERIALS
-from benchmarks.rates.kept_rates import Trial, f1_score, figures
+from benchmarks.rates.kept_rates import CLAIMS, WORDS, Trial, f1_score, figures
+from calibration.files import read_json
 from calibration.intake.quantities import LEVERS, QUANTITIES, measurable
 from calibration.study.config import numbers_of, parse_config
 from diagnosis import stages
@@ -43,20 +42,8 @@ G, DENSITY = 9.81, MATERIALS["materials"]["particle"]["density_kg_m3"]
 REPLICATES = 5
 
 
-@dataclass(frozen=True)
-class Test:
-    """A test as bulk_tables.yaml has it."""
-
-    run: dict[str, Any]
-    lever: str
-    levels: list[float]
-    scatter: float
-    reading: float
-    pull: float
-
-
 GIVEN = yaml.safe_load(Path(__file__).with_suffix(".yaml").read_text())
-TESTS = {kind: Test(**own) for kind, own in GIVEN["tests"].items()}
+TESTS = {kind: SimpleNamespace(**own) for kind, own in GIVEN["tests"].items()}
 EFFECTS: dict[str, dict[str, Any]] = GIVEN["effects"]
 ROUGH = 1.0
 """Amplitude [deg] of what a heap's angle does between two sizes that lie near each other."""
@@ -190,22 +177,19 @@ def campaign() -> list[Case]:
     ]
 
 
-def coefficients_of(rng: np.random.Generator) -> dict[str, float]:
-    """Nature's coefficients, in the middle of their ranges."""
-    return {r.name: r.low + (r.high - r.low) * rng.uniform(0.2, 0.8) for r in FACTOR_ROWS}
-
-
-def random_of(case: Case) -> np.random.Generator:
-    """Random numbers of a table, the coefficients first."""
-    return np.random.default_rng([case.seed, *f"{case.kind}, {case.effect}".encode()])
+def nature_of(case: Case) -> tuple[dict[str, float], np.random.Generator]:
+    """Nature's coefficients, in the middle of their ranges, and the random numbers after them."""
+    rng = np.random.default_rng([case.seed, *f"{case.kind}, {case.effect}".encode()])
+    own = {r.name: r.low + (r.high - r.low) * rng.uniform(0.2, 0.8) for r in FACTOR_ROWS}
+    return own, rng
 
 
 def table_of(case: Case) -> pd.DataFrame:
     """The stranger's table: each reading is a row."""
-    rng = random_of(case)
+    own, rng = nature_of(case)
     test = TESTS[case.kind]
     lever, levels = test.lever, test.levels
-    own = coefficients_of(rng)
+    sd = float(np.hypot(test.scatter, test.reading))
     pull = test.pull * (case.effect == "attraction")
     wrong = rng.integers(1, len(levels) - 1)
     quantity, rows = QUANTITIES[case.kind], []
@@ -216,7 +200,6 @@ def table_of(case: Case) -> pd.DataFrame:
         at = own | {"rolling": max(own["rolling"] + falls, 0.01)}
         state = State(**at, d=d, lever=level, attraction=pull)
         true = FORMS[case.kind](state)
-        sd = float(np.hypot(test.scatter, test.reading))
         if case.effect == "one level off" and k == wrong:
             off = 12.0 * sd / np.sqrt(REPLICATES)
             true = true * (1.0 + off) if quantity.relative else true + off
@@ -232,13 +215,13 @@ def table_of(case: Case) -> pd.DataFrame:
 # --- the diagnosis ------------------------------------------------------------------------------
 
 
-def diagnosed(table: pd.DataFrame, kind: str, runs: int, seed: int) -> dict[str, Any]:
-    """verdict.json of a table, by the stages of the diagnosis in a folder of their own, with closed
-    forms for runs; the runs that were made under `made`. seed: of the runs' scatter."""
+def diagnosed(case: Case) -> dict[str, Any]:
+    """verdict.json of the table of a case, by the stages of the diagnosis in a folder of their own,
+    with closed forms for runs; the runs that were made under `made`."""
     figures: Any = SimpleNamespace(save=lambda figure, _: plt.close(figure))
 
     def simulate(specs, *_):
-        return simulated(seed, specs)
+        return simulated(case.seed, specs)
 
     with (
         tempfile.TemporaryDirectory() as folder,
@@ -246,37 +229,38 @@ def diagnosed(table: pd.DataFrame, kind: str, runs: int, seed: int) -> dict[str,
         patch.multiple(stages, simulate=simulate, common=figures),
         patch.multiple("diagnosis.setup", simulate=simulate, untested=lambda names: set()),
     ):
-        table.to_csv("table.csv", index=False)
+        table_of(case).to_csv("table.csv", index=False)
         Path("factors.tsv").write_text(FACTORS)
+        run = MATERIALS | TESTS[case.kind].run
         config = parse_config({
             "name": "stranger", "factors": "factors.tsv", "measurements": "table.csv",
-            "tests": {"test": {"experiment": kind, "run": MATERIALS | TESTS[kind].run}},
+            "tests": {"test": {"experiment": case.kind, "run": run}},
             "fixed": FIXED,
-            "diagnosis": {"runs": runs},
+            "diagnosis": {"runs": case.runs},
         })  # fmt: skip
         study: Any = SimpleNamespace(config=config)
         return _stages(Setup(study, study_settings(config)))
 
 
 def _stages(setup):
-    files = SimpleNamespace(design="design.json", plan="plan.json")
-    stages.plan_runs(setup, files)
-    files.designs, files.plans, files.left = [files.design], [files.plan], []
-    for wave in range(1, WAVES + 1):
+    files = SimpleNamespace(designs=[], plans=[], left=[])
+    for wave in range(WAVES + 1):
         own = SimpleNamespace(**{n: f"{n}_{wave}.json" for n in ("design", "plan", "left")})
-        stages.plan_refinement(setup, files, own, wave)
+        if wave:
+            stages.plan_refinement(setup, files, own, wave)
+            files.left.append(own.left)
+        else:
+            stages.plan_runs(setup, own)
         files.designs.append(own.design)
         files.plans.append(own.plan)
-        files.left.append(own.left)
     last = SimpleNamespace(
         findings="findings.json", extension="extension.json", plan="last.json", gain="g.svg",
         verdict="verdict.json", page="page.md", alone="page.html", predictions="", ranking="",
     )  # fmt: skip
     stages.name_causes(setup, files, last)
     stages.conclude(setup, last, last)
-    plans = ("plan.json", *(f"plan_{w}.json" for w in range(1, WAVES + 1)), "last.json")
-    made = {run for file in plans for run in json.loads(Path(file).read_text())}
-    return json.loads(Path("verdict.json").read_text()) | {"made": len(made)}
+    made = {run for plan in (*files.plans, last.plan) for run in read_json(plan)}
+    return read_json("verdict.json") | {"made": len(made)}
 
 
 # --- marks and rates ----------------------------------------------------------------------------
@@ -287,7 +271,7 @@ def off_truth(case: Case, found: Mapping[str, Any] | None) -> dict[str, Any]:
     factors, and how many of their 95 % intervals hold it; None without a calibration."""
     if not found:
         return {"off": None, "held": None}
-    own = coefficients_of(random_of(case))
+    own, _ = nature_of(case)
     off = [abs(found[r.name]["value"] - own[r.name]) / (r.high - r.low) for r in FACTOR_ROWS]
     held = [found[n]["low"] <= value <= found[n]["high"] for n, value in own.items()]
     return {"off": round(float(np.mean(off)), 4), "held": sum(held)}
@@ -295,10 +279,10 @@ def off_truth(case: Case, found: Mapping[str, Any] | None) -> dict[str, Any]:
 
 def judged(case: Case) -> dict[str, Any]:
     """The row of a case."""
-    said = diagnosed(table_of(case), case.kind, case.runs, case.seed)
+    said = diagnosed(case)
     laws = said.get("laws") or []
     names = sorted({n for law in laws for n in law["names"]})
-    claims = said["verdict"] in ("identified", "discovered")
+    claims = said["verdict"] in CLAIMS
     gain = said.get("gain") or {}
     ends = gain.get("held_out_rmse_difference_interval")
     effect = EFFECTS[case.effect]
@@ -331,7 +315,7 @@ def told(rows: pd.DataFrame) -> str:
     off = {part: pull[f"off_{part}"].mean() for part in ("base", "extended")}
     f1 = f1_score(int(hidden["hits"].clip(upper=1).sum()), len(hidden), int(rows["placed"].sum()))
     asked = figures("bulk_tables", rows.assign(coefficients=len(FACTOR_ROWS)))
-    return kept_rates.told("bulk_tables", asked, f1, off)
+    return WORDS.bulk_tables(asked, f1, off)
 
 
 TRIAL = Trial("bulk_tables", "bulk", campaign, judged, told)

@@ -18,18 +18,15 @@ from typing import Any
 import pandas as pd
 import yaml
 
-from benchmarks.rates import kept_rates
-from benchmarks.rates.foreign_studies import FACTORS, STUDIES, TABLES, read, study
-from benchmarks.rates.kept_rates import ROOT, Trial
+from benchmarks.rates.foreign_studies import FACTORS, FIXED, STUDIES, TABLES, read
+from benchmarks.rates.kept_rates import CLAIMS, ROOT, WORDS, Trial
 from diagnosis.setup import MOST_RUNS
 from diagnosis.verdict import validate
 
 RUNS = Path(tempfile.gettempdir()) / "engine-tables"
-DEFAULT = MOST_RUNS
-"""Runs of this engine: what a study of such rigs has that gives no time."""
+"""Of this engine."""
 
-NAMED = ("identified", "discovered")
-TOLD = (*NAMED, "ambiguous")
+TOLD = (*CLAIMS, "ambiguous")
 
 
 @dataclass(frozen=True)
@@ -57,8 +54,6 @@ EXPECTED = {
     name: Expected(**own | {"study": STUDIES[own["study"]]})
     for name, own in read("expected.yaml").items()
 }
-CASES = [(name, DEFAULT) for name in EXPECTED]
-"""Tables and their budgets."""
 
 
 def names_in(verdict: dict[str, Any]) -> set[str]:
@@ -66,11 +61,14 @@ def names_in(verdict: dict[str, Any]) -> set[str]:
     return {*verdict["causes"], *(n for law in verdict["laws"] for n in law["names"])}
 
 
-def diagnosed(folder: Path, name: str, what: dict[str, Any], runs: int) -> dict[str, Any]:
-    """verdict.json of a table of `foreign/`, by one call of the workflow in a folder; the runs that
-    were planned under `made`."""
+def diagnosed(folder: Path, name: str) -> dict[str, Any]:
+    """verdict.json of a table of `foreign/`, by one call of the workflow in a folder, with as many
+    runs as a study of such rigs has that gives no time; those that were planned under `made`."""
     (folder / "factors.tsv").write_text(FACTORS)
-    config = study(name, what, TABLES / f"{name}.csv", runs)
+    config = EXPECTED[name].study | {
+        "name": name, "factors": "factors.tsv", "measurements": str(TABLES / f"{name}.csv"),
+        "fixed": FIXED, "diagnosis": {"runs": MOST_RUNS, "batches": 2},
+    }  # fmt: skip
     (folder / f"{name}.yaml").write_text(yaml.safe_dump(config))
     command = [sys.executable, "-m", "snakemake", "-j1", "--workflow-profile", "none"]
     command += ["--snakefile", str(ROOT / "workflow/Snakefile"), "--configfile", f"{name}.yaml"]
@@ -96,14 +94,12 @@ def left(verdict: dict[str, Any]) -> float:
     return max(sum(x**2 for x in off) - verdict["lack_of_fit"]["freedom"], 0.0) ** 0.5
 
 
-def judged(case: tuple[str, int]) -> dict[str, Any]:
-    """Return the row of a table and a budget. Tables share their runs."""
+def judged(name: str) -> dict[str, Any]:
+    """Return the row of a table. Tables share their runs."""
     RUNS.mkdir(exist_ok=True)
-    name, budget = case
-    expected = EXPECTED[name]
-    verdict = diagnosed(RUNS, name, expected.study, budget)
+    expected, verdict = EXPECTED[name], diagnosed(RUNS, name)
     return {
-        "case": name, "budget": budget, "hidden": expected.hidden, "verdict": verdict["verdict"],
+        "case": name, "budget": MOST_RUNS, "hidden": expected.hidden, "verdict": verdict["verdict"],
         "laws": "; ".join(law["slot"] for law in verdict["laws"]),
         "names": "; ".join(sorted(names_in(verdict))),
         "clogged": sum(row["failed"] for row in verdict.get("outcomes") or ()),
@@ -115,12 +111,8 @@ def judged(case: tuple[str, int]) -> dict[str, Any]:
 
 def told(rows: pd.DataFrame) -> str:
     """Return Markdown: a row a table."""
-    known = rows.fillna("").set_index(["case", "budget"], drop=False)
-    known = known.loc[[case for case in CASES if case in known.index]]
-    return kept_rates.told("engine_tables", known.to_dict("records"))
+    ordered = rows.fillna("").sort_values("case", key=lambda case: case.map([*EXPECTED].index))
+    return WORDS.engine_tables(ordered.to_dict("records"))
 
 
-TRIAL = Trial(
-    "engine_tables", "engine tables", lambda: CASES, judged, told,
-    lambda case: {"case": case[0], "budget": case[1]},
-)  # fmt: skip
+TRIAL = Trial("engine_tables", "engine tables", lambda: [*EXPECTED], judged, told)

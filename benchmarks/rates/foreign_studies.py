@@ -5,8 +5,6 @@ from typing import Any
 
 import yaml
 
-from calibration.study.config import overlay
-
 TABLES = Path(__file__).with_name("foreign")
 
 
@@ -21,22 +19,3 @@ FIXED: dict[str, float] = OF_FOREIGN["fixed"]
 MATERIALS: dict[str, Any] = OF_FOREIGN["materials"]
 RUN: dict[str, Any] = OF_FOREIGN["run"]
 STUDIES: dict[str, dict[str, Any]] = OF_FOREIGN["studies"]
-
-
-def filled(run, diameter_mm):
-    """A run with grains of another size, of the same volume together: what a vessel or a funnel is
-    filled with, of any grains."""
-    grains = run["particles"]
-    count = round(grains["count"] * (grains["diameter_mm"] / diameter_mm) ** 3)
-    return overlay(run, {"particles": {"count": count, "diameter_mm": diameter_mm}})
-
-
-def study(name, what, measurements, runs):
-    """Configuration of the diagnosis of a table."""
-    return what | {
-        "name": name,
-        "factors": "factors.tsv",
-        "measurements": str(measurements),
-        "fixed": FIXED,
-        "diagnosis": {"runs": runs, "batches": 2},
-    }

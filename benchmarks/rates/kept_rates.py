@@ -1,12 +1,8 @@
 """Kept diagnoses count for the engine and the rules that made them. A page shows no rates of
 others.
 
-The engine is what it compiles: single contacts run no experiment of it.
-
-The rules are the code of the diagnosis that a verdict runs, without comments, docstrings and
-layout. There are two sets of them, as no verdict runs through both: of single contacts, before the
-engine's gains, the model of the table, the laws and the catalogue's curves; of bulk tests the
-emulators, the fits and the gains. Tables that run experiments of the engine count for all of it.
+The engine is what it compiles: single contacts run no experiment of it. The rules are the code of
+the diagnosis that a verdict runs, by decide.yaml, without comments, docstrings and layout.
 """
 
 import hashlib
@@ -20,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import yaml
 from scipy import stats
 
 from calibration.digests import SOURCES
@@ -29,53 +26,41 @@ from dem.fingerprint import EQUAL, code_of, engine_fingerprint, kernel_fingerpri
 ROOT = Path(__file__).parents[2]
 KEPT = ROOT / "results/reference/discovery"
 PAGE = KEPT / "rates.md"
-COMMAND = "python -m benchmarks.rates"
 FIGURES = Path(__file__).with_name("figures.csv")
-DECIDE = {
-    "contacts": ["diagnosis/laws.json", *(f"diagnosis/{name}.py" for name in (
-        "table_model/* laws/* catalogue/* chance fit measurements reading_errors rules"
-    ).split())],
-    "bulk": ["calibration/inference/chance_of_no_value.py", "diagnosis/laws.json",
-             "diagnosis/setup.json", *(f"diagnosis/{name}.py" for name in (
-        "table_model/* laws/* catalogue/* bulk chance design emulator emulator_waves extend fit "
-        "lever_laws measurements model reading_errors response rig rules setup verdict"
-    ).split())],
-}  # fmt: skip
-DECIDE["engine tables"] = DECIDE["bulk"]
-"""Files that decide what is said of single contacts before the engine's gains, of bulk tests, and
-of bulk tests whose runs an engine made."""
+DECIDE = yaml.safe_load(Path(__file__).with_name("decide.yaml").read_text())
+RUN_AFTERWARDS = {"engine_gain.py"}
+"""Of the files that decide."""
 
-TOLD = {"engine_gain.py"}
-"""Of these, what is only run afterwards."""
+WORDS = macros("benchmarks.rates", "told")
+CLAIMS = ("identified", "discovered")
+"""Verdicts that claim a law."""
 
 
 @cache
-def present(of: str = "contacts") -> dict[str, str]:
-    """Digests of the rules as they are and, of contacts, of what the engine compiles. The bulk
-    tables that are drawn are of closed forms, which run no engine."""
-    if of == "engine tables":
-        return {"engine": engine_fingerprint(), "rules": rules(of="engine tables")}
+def present(of: str) -> dict[str, str]:
+    """Digests of the rules as they are, a key of DECIDE, and of the engine that runs. The bulk
+    tables that are drawn are of closed forms, which run none."""
     kernel = kernel_fingerprint()
-    engine = {"engine": EQUAL.get(kernel, kernel)} if of == "contacts" else {}
-    return engine | {"rules": rules(of=of)}
+    engines = {"contacts": EQUAL.get(kernel, kernel), "engine tables": engine_fingerprint()}
+    return ({"engine": engines[of]} if of in engines else {}) | {"rules": rules(of)}
 
 
-def rules(sources: Path = SOURCES, of: str = "contacts") -> str:
+def rules(of: str, sources: Path = SOURCES) -> str:
     """Digest of the rules, a key of DECIDE, in a folder of the packages."""
     files = sorted({f for p in DECIDE[of] for f in sources.glob(p)})
-    read = [(f, f.read_text()) for f in files if f.name not in TOLD]
+    read = [(f, f.read_text()) for f in files if f.name not in RUN_AFTERWARDS]
     text = "\n".join(code_of(own) if f.suffix == ".py" else own for f, own in read)
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
-def fresh(rows: pd.DataFrame, of: str = "contacts") -> pd.DataFrame:
+def fresh(rows: pd.DataFrame, of: str) -> pd.DataFrame:
     """The rows of kept diagnoses that are of the present engine and rules."""
     now = present(of).items()
     own = [rows[k].eq(v) if k in rows else pd.Series(False, rows.index) for k, v in now]
     return rows[np.all(own, axis=0)]
 
 
-def kept(path: Path, of: str = "contacts") -> pd.DataFrame:
+def kept(path: Path, of: str) -> pd.DataFrame:
     """The fresh rows of a table of kept diagnoses, which need not be there."""
     if not path.exists():
         return pd.DataFrame()
@@ -118,22 +103,15 @@ def f1_score(hits: int, true: int, told: int) -> float:
     return 2.0 * hits / max(true + told, 1)
 
 
-def told(trial: str, *values: Any) -> str:
-    """Return the Markdown of a trial, by a macro of told.j2."""
-    return getattr(macros("benchmarks.rates", "told"), trial)(*values)
-
-
 @dataclass(frozen=True)
 class Trial:
     """Cases that are diagnosed one after another, kept as rows of a table, and shown on a page.
 
     word : for it on the command line
     of : the rules that its rows are of, a key of DECIDE
-    cases : names all cases
+    cases : all cases, in their order
     judged : makes the row of a case
     told : makes Markdown of rows, below the sentence that dates them
-    name : {column: value} by which a kept row is known to be a case's
-    folder : of the table of its rows, which a call goes on from
     """
 
     word: str
@@ -141,65 +119,47 @@ class Trial:
     cases: Callable[[], Sequence[Any]]
     judged: Callable[[Any], dict[str, Any]]
     told: Callable[[pd.DataFrame], str]
-    name: Callable[[Any], dict[str, Any]] = lambda case: {"case": case.name}
-    folder: Path = KEPT
 
     @property
     def kept(self) -> Path:
         """The table of its rows."""
-        return self.folder / f"{self.word}.csv"
+        return KEPT / f"{self.word}.csv"
 
-    def run(self, count: int | None = None) -> None:
-        """Diagnose the cases, the first `count` of them, that are not kept by the present engine
-        and rules. Rows of others leave the table."""
-        rows = kept(self.kept, self.of)
-        if rows.empty:
+    def run(self) -> None:
+        """Diagnose the cases behind those that are kept by the present engine and rules; all where
+        the table is of others."""
+        done = len(kept(self.kept, self.of))
+        if not done:
             self.kept.unlink(missing_ok=True)
-        else:
-            rows.to_csv(self.kept, index=False)
-        for case in self.cases()[:count]:
-            name = self.name(case)
-            if len(rows) and (rows[list(name)].fillna("") == pd.Series(name)).all(axis=1).any():
-                continue
+        for case in self.cases()[done:]:
             start = time.process_time()
             row = self.judged(case)
             row |= {"seconds": round(time.process_time() - start, 1)}
             row |= {"date": date.today().isoformat(), **present(self.of)}
-            begun = self.kept.exists()
-            columns = pd.read_csv(self.kept, nrows=0).columns if begun else None
-            pd.DataFrame([row], columns=columns).to_csv(
-                self.kept, mode="a", header=not begun, index=False
+            pd.DataFrame([row]).to_csv(
+                self.kept, mode="a", header=not self.kept.exists(), index=False
             )
             print(row, flush=True)
 
-    def table(self, rows: pd.DataFrame) -> str:
-        """Return Markdown of fresh rows: the sentence that dates them, then what is told. A
-        sentence alone where there is none."""
+    def kept_table(self) -> str:
+        """Return Markdown of what is kept and fresh: the sentence that dates it, then what is told.
+        A sentence alone where there is none."""
+        rows = kept(self.kept, self.of)
         if rows.empty:
             return (
                 "No rates are shown: none is kept that is of the present engine and rules.\n"
-                f"`{COMMAND} {self.word} run` makes them.\n"
+                f"`python -m benchmarks.rates {self.word} run` makes them.\n"
             )
         dates = " and ".join(sorted(set(rows["date"])))
         by = " and ".join(f"{what} `{digest}`" for what, digest in present(self.of).items())
         count = f"{len(rows)} of the {len(self.cases())} planned cases have been diagnosed"
         return f"{count}, on {dates}, by\n{by}.\n\n{self.told(rows)}"
 
-    def kept_table(self) -> str:
-        """Return the `table` of what is kept and fresh."""
-        return self.table(kept(self.kept, self.of))
-
-    def _marks(self) -> tuple[str, str]:
-        words = self.word.replace("_", " ")
-        return f"<!-- {words} -->\n", f"<!-- end of {words} -->"
-
     def shown(self) -> str:
         """Return what PAGE has between the comments of the trial."""
-        begin, end = self._marks()
-        return PAGE.read_text().split(begin)[1].split(end)[0]
+        words = self.word.replace("_", " ")
+        return PAGE.read_text().split(f"<!-- {words} -->\n")[1].split(f"<!-- end of {words} -->")[0]
 
     def show(self) -> None:
         """Write the `kept_table` there."""
-        begin, end = self._marks()
-        old, new = (begin + text + end for text in (self.shown(), self.kept_table()))
-        PAGE.write_text(PAGE.read_text().replace(old, new))
+        PAGE.write_text(PAGE.read_text().replace(self.shown(), self.kept_table()))

@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from benchmarks.rates import kept_rates
-from benchmarks.rates.kept_rates import KEPT, ROOT, Trial, figures
+from benchmarks.rates.kept_rates import KEPT, ROOT, WORDS, Trial, figures
 from benchmarks.rates.simulated import rate_settings, salt_heap
 from calibration.intake.measurements import OUTCOMES, Measurement
 from calibration.intake.quantities import QUANTITIES, Condition
@@ -33,13 +32,6 @@ STRENGTHS = KEPT / "strengths.csv"
 POINTS, FIRST = 4, 1000
 """Points in the space of the parameters, and the first of them and of the seeds: those below were
 looked at while the method was made."""
-
-KINDS = {
-    "no effect": "no effect", "mechanism": "a mechanism", "removed": "taken out of the catalogue",
-}  # fmt: skip
-"""In words."""
-
-VERDICTS = ("adequate", "identified", "discovered", "ambiguous", "error", "unexplained")
 
 NOISE = {"drop": 0.02, "tilt": 0.4}
 """Standard deviation of one reading: a share of the value where that is its quantity's way, else in
@@ -75,9 +67,9 @@ def planned() -> list[Case]:
     """Return the nulls, and each mechanism in the catalogue and taken out of it; point after point,
     so that a part of them is a fair one."""
     own = [
-        Case("no effect", "", FIRST + seed % 8, FIRST + seed)
-        for seed in range(40)
-        if seed % 8 < POINTS
+        Case("no effect", "", FIRST + point, FIRST + seed + point)
+        for seed in range(0, 40, 8)
+        for point in range(POINTS)
     ]
     own += [
         Case(kind, name, FIRST + point, FIRST + 100 + point)
@@ -145,14 +137,15 @@ def measured(truth: str, point: int, seed: int) -> list[Measurement]:
 def _read(experiment, levers, value, rng, frame_factor):
     """Mean and spread of noisy readings; frame_factor times the frame interval is what the camera
     really had."""
-    n = REPLICATES
     noise = NOISE[experiment] * (value if QUANTITIES[experiment].relative else 1.0)
-    sample = value + noise * rng.standard_normal(n)
+    sample = value + noise * rng.standard_normal(REPLICATES)
     if experiment == "drop" and frame_factor:
         # each replicate's apex falls at a phase of its own between two frames
-        away = frame_factor * levers.get("output_interval_s", 0.0) * rng.uniform(-0.5, 0.5, n)
+        phase = rng.uniform(-0.5, 0.5, REPLICATES)
+        away = frame_factor * levers.get("output_interval_s", 0.0) * phase
         sample = sample - 1e3 * 0.5 * GRAVITY * away**2
-    return Measurement(experiment, float(sample.mean()), float(sample.std(ddof=1)), n, dict(levers))
+    sd = float(sample.std(ddof=1))
+    return Measurement(experiment, float(sample.mean()), sd, REPLICATES, dict(levers))
 
 
 def judged(case: Case) -> dict[str, Any]:
@@ -161,8 +154,7 @@ def judged(case: Case) -> dict[str, Any]:
     catalogue = {n: m for n, m in known.items() if case.case != "removed" or n != case.truth}
     found = contacts.discovered(measured(case.truth, case.point, case.seed), rig, catalogue)
     assert found is not None  # drops and slides are judged by free laws
-    law = found.laws[0] if found.laws else None
-    leads = (law["slot"], tuple(law["state"])) if law else None
+    slot, state = next(((law["slot"], tuple(law["state"])) for law in found.laws), ("", ()))
     names = found.causes if found.verdict == "identified" else []
     right = bool(case.truth) and names == [case.truth]
     return {
@@ -171,9 +163,9 @@ def judged(case: Case) -> dict[str, Any]:
         "seed": case.seed,
         "verdict": found.verdict,
         "causes": " + ".join(found.causes),
-        "slot": law["slot"] if law else "",
-        "state": " x ".join(law["state"]) if law else "",
-        "right_law": int(bool(case.truth) and leads == known[case.truth].law),
+        "slot": slot,
+        "state": " x ".join(state),
+        "right_law": int(bool(case.truth) and (slot, state) == known[case.truth].law),
         "right_name": int(right),
         "wrong_name": int(bool(names) and (not right or case.case == "removed")),
         "p": round(found.p, 4),
@@ -182,15 +174,9 @@ def judged(case: Case) -> dict[str, Any]:
 
 def told(rows: pd.DataFrame) -> str:
     """Return Markdown: the rates, the verdicts, the mechanisms one by one."""
-    count = pd.crosstab(rows["case"], rows["verdict"])
-    count = count.reindex(index=list(KINDS), columns=list(VERDICTS), fill_value=0)
+    count = rows.groupby(["case", "verdict"]).size().to_dict()
     hidden = rows[rows["case"] == "mechanism"].groupby("truth")
-    return kept_rates.told(
-        "single_grains", figures("single_grains", rows), count.rename(index=KINDS), hidden
-    )
+    return WORDS.single_grains(figures("single_grains", rows), count, hidden)
 
 
-TRIAL = Trial(
-    "single_grains", "contacts", planned, judged, told,
-    lambda case: {"case": case.case, "truth": case.truth, "seed": case.seed},
-)  # fmt: skip
+TRIAL = Trial("single_grains", "contacts", planned, judged, told)

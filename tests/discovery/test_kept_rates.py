@@ -17,10 +17,10 @@ SHOWN = [name for name in TRIALS if name != "strangers_gains"]
 
 @pytest.mark.parametrize("moved", ["engine", "rules", "neither"])
 def test_a_row_of_another_engine_or_of_other_rules_is_not_fresh(moved):
-    row = {"case": "x", "date": "2026-11-25", **kept_rates.present()}
+    row = {"case": "x", "date": "2026-11-25", **kept_rates.present("contacts")}
     row |= {} if moved == "neither" else {moved: "0" * 12}
     rows = pd.DataFrame([row])
-    assert len(kept_rates.fresh(rows)) == (moved == "neither")
+    assert len(kept_rates.fresh(rows, "contacts")) == (moved == "neither")
 
 
 def test_the_rules_move_with_the_code_and_not_with_its_comments(tmp_path):
@@ -30,7 +30,7 @@ def test_the_rules_move_with_the_code_and_not_with_its_comments(tmp_path):
         shutil.copytree(SOURCES / "calibration/inference", copy / "calibration/inference")
         file = copy / "diagnosis" / file
         file.write_text(change(file.read_text()))
-        return kept_rates.rules(copy, "contacts"), kept_rates.rules(copy, "bulk")
+        return kept_rates.rules("contacts", copy), kept_rates.rules("bulk", copy)
 
     now = tuple(kept_rates.present(of)["rules"] for of in ("contacts", "bulk"))
     model, waves = "table_model/selection.py", "emulator_waves.py"
@@ -55,26 +55,29 @@ def test_the_rates_that_the_evidence_tells_are_kept():
     assert [rate for rate in told if rate not in kept_rates.PAGE.read_text()] == []
 
 
-def test_a_trial_goes_on_and_leaves_rows_of_other_rules_out(tmp_path):
-    asked = []
+def test_a_trial_goes_on_and_begins_anew_under_other_rules(tmp_path, monkeypatch):
+    monkeypatch.setattr(kept_rates, "KEPT", tmp_path)
+    asked, cases = [], [1, 2]
 
     def judged(case):
         asked.append(case)
         return {"case": f"c{case}", "hit": case % 2}
 
-    cases, path = [1, 2, 3], tmp_path / "odd.csv"
-    trial = kept_rates.Trial(
-        "odd", "bulk", lambda: cases, judged, lambda rows: f"{kept_rates.share(rows['hit'])}",
-        lambda c: {"case": f"c{c}"}, tmp_path,
-    )  # fmt: skip
-    trial.run(2)
+    def told(rows):
+        return f"{kept_rates.share(rows['hit'])}"
+
+    trial = kept_rates.Trial("odd", "bulk", lambda: cases, judged, told)
+    trial.run()
+    cases.append(3)
     trial.run()
     assert asked == [1, 2, 3]
     assert "\n(2, 3, 0.207" in trial.kept_table()  # Wilson's interval
-    path.write_text(path.read_text().replace(kept_rates.present("bulk")["rules"], "0" * 12, 1))
+    text = trial.kept.read_text()
+    trial.kept.write_text(text.replace(kept_rates.present("bulk")["rules"], "0" * 12))
+    assert trial.kept_table().startswith("No rates are shown")
     trial.run()
-    assert asked == [1, 2, 3, 1]
-    assert len(kept_rates.kept(path, "bulk")) == len(pd.read_csv(path)) == 3
+    assert asked == [1, 2, 3, 1, 2, 3]
+    assert len(pd.read_csv(trial.kept)) == 3
 
 
 def test_each_mechanism_is_planned_once_at_each_point_with_and_without_its_entry():

@@ -6,14 +6,8 @@ import types
 import numpy as np
 import pytest
 
-from benchmarks.rates.engine_tables import (
-    DEFAULT,
-    NAMED,
-    TOLD,
-    diagnosed,
-    names_in,
-)
-from benchmarks.rates.foreign_studies import STUDIES
+from benchmarks.rates.engine_tables import TOLD, diagnosed, names_in
+from benchmarks.rates.kept_rates import CLAIMS
 from benchmarks.rates.simulated import rate_settings
 from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import Condition
@@ -83,8 +77,8 @@ def test_of_wet_heaps_it_is_said_that_something_is_wrong(tmp_path):
     """No place but the attraction leads, and no other mechanism is named alone. Whether the name is
     found is a matter of the runs, which differ from processor to processor; how often it is, stands
     with the tables of closed forms."""
-    verdict = diagnosed(tmp_path, "heaps_wet", STUDIES["heaps"], DEFAULT)
+    verdict = diagnosed(tmp_path, "heaps_wet")
     assert verdict["verdict"] in (*TOLD, "unexplained"), verdict["reason"]
     assert verdict["lack_of_fit"]["p"] < 0.05
     assert {law["slot"] for law in verdict["laws"][:1]} <= {"attraction"}
-    assert verdict["verdict"] not in NAMED or names_in(verdict) <= {"cohesion", "liquid_bridge"}
+    assert verdict["verdict"] not in CLAIMS or names_in(verdict) <= {"cohesion", "liquid_bridge"}

@@ -21,26 +21,17 @@ def study():
     return Rig(salt_settings(), base), load_catalogue()
 
 
-def ask(table: pd.DataFrame) -> dict:
+def ask(table: pd.DataFrame, engine: bool = False) -> dict:
     """Return what the diagnosis says of a table, read from a file as a user's table is: the keys of
-    verdict.json, without the gain that needs runs."""
-    found, _ = _found(table)
-    more = {"exclusion": limits(found.selection.blocks, study()[1]), "family_p": found.p}
-    return contacts.of_found(found) | more
-
-
-def ask_engine(table: pd.DataFrame) -> dict:
-    """The same with the engine's word: the gain of each law, by runs."""
-    found, measurements = _found(table)
-    return contacts.with_engine(contacts.of_found(found), measurements, found, *study())
-
-
-def _found(table):
-    """(`Found`, measurements) of a table, by way of a file."""
+    verdict.json. engine: with the gain of each law, by runs."""
+    rig, catalogue = study()
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "measurements.csv"
         table.to_csv(path, index=False)
         measured = read_all(path)
-    found = contacts.discovered(measured.fitted, *study(), measured.aside)
+    found = contacts.discovered(measured.fitted, rig, catalogue, measured.aside)
     assert found is not None  # every table has what free laws are sought in
-    return found, measured.fitted
+    said = contacts.of_found(found)
+    if engine:
+        return contacts.with_engine(said, measured.fitted, found, rig, catalogue)
+    return said | {"exclusion": limits(found.selection.blocks, catalogue), "family_p": found.p}

@@ -5,8 +5,7 @@ from typing import Any
 
 import pandas as pd
 
-from benchmarks.rates import kept_rates
-from benchmarks.rates.kept_rates import Trial, f1_score, figures, kept
+from benchmarks.rates.kept_rates import WORDS, Trial, f1_score, figures, kept
 from benchmarks.rates.strangers import ask, cases, score
 
 MOST_GAINS = 24
@@ -18,7 +17,7 @@ def diagnosed(case: cases.Case, engine: bool = False) -> tuple[dict[str, Any], d
     """Return the row of a case, and what was said; engine: with its runs."""
     drawn = case.draw()
     try:
-        said = (ask.ask_engine if engine else ask.ask)(drawn.table)
+        said = ask.ask(drawn.table, engine)
     except Exception as error:
         traceback.print_exc(limit=-3)
         said = {"verdict": "failed", "reason": f"{type(error).__name__}: {error}"}
@@ -44,7 +43,7 @@ def with_gains(case: cases.Case) -> dict[str, Any]:
     """Return the row of a case of which the engine was asked."""
     row, said = diagnosed(case, engine=True)
     laws = said.get("laws", [])
-    ends = [(law["gain"] or {}).get("held_out_rmse_difference_interval") for law in laws]
+    ends = [(law["gain"] or {}).get(score.GAIN) for law in laws]
     row["gains"] = "; ".join(f"{a:.2f} to {b:.2f}" for a, b in filter(None, ends))
     row["withdrawn"] = "; ".join(n for law in laws for n in law.get("withdrawn", []))
     return row
@@ -52,14 +51,14 @@ def with_gains(case: cases.Case) -> dict[str, Any]:
 
 def told(rows: pd.DataFrame) -> str:
     """Return Markdown: the rates, of a name that loses those of the kept GAINS."""
-    gains = kept(GAINS.kept)
+    gains = kept(GAINS.kept, GAINS.of)
     shown = figures("strangers", rows)
     if len(gains):
         loses = "a name with a gain below zero"
         by_engine = {f["figure"]: f for f in figures("strangers", gains)}
         shown = [by_engine[loses] if f["figure"] == loses else f for f in shown]
     f1 = f1_score(*(int(rows[column].sum()) for column in ("hits", "true", "placed")))
-    return kept_rates.told("strangers", shown, f1)
+    return WORDS.strangers(shown, f1)
 
 
 TRIAL = Trial("strangers", "contacts", cases.campaign, lambda case: diagnosed(case)[0], told)

@@ -7,8 +7,8 @@ laboratory is made as large as the strength asks at the usual noise.
 """
 
 import zlib
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -48,23 +48,19 @@ class Fault:
 
 @dataclass
 class Drawn:
-    """A table and what is true of it.
-
-    strong: the laws with their strengths. Of each experiment of a table with laws, constants: the
-    restitution or friction; noise: of a reading, times the usual.
-    """
+    """A table and what is true of it: the laws at their strengths, a fault, and of each experiment
+    of a table with laws the constant, its restitution or friction."""
 
     table: pd.DataFrame
-    laws: tuple[nature.Law, ...] = ()
-    faults: tuple[Fault, ...] = ()
+    laws: Sequence[nature.Law] = ()
+    fault: Fault | None = None
     constants: dict = field(default_factory=dict)
-    noise: dict = field(default_factory=dict)
-    strong: tuple[tuple[nature.Law, float], ...] = ()
 
 
 @dataclass(frozen=True)
 class Case:
-    """kind, strength and seed fix the table. group: what the score counts it under."""
+    """kind, strength and seed fix the table. group: what the score counts it under, a key of
+    kinds.yaml."""
 
     kind: str
     strength: float
@@ -76,27 +72,16 @@ class Case:
 
     @property
     def group(self) -> str:
-        return KINDS[self.kind].group
+        return KINDS[self.kind][0]
 
     def draw(self) -> Drawn:
         """The table; equal for equal cases on every machine."""
         rng = np.random.default_rng([self.seed, zlib.crc32(self.kind.encode())])
-        drawn = KINDS[self.kind].draw(rng, self.strength)
-        while _above_its_drop(drawn.table):  # no laboratory writes that down
-            drawn = KINDS[self.kind].draw(rng, self.strength)
-        return drawn
-
-
-def _above_its_drop(table):
-    return "drop_height_mm" in table and (table["value"] >= table["drop_height_mm"]).any()
-
-
-@dataclass(frozen=True)
-class Kind:
-    """group: law, two laws, two-level law, row, level, fault, two-level error, null or declared."""
-
-    group: str
-    draw: Callable
+        while True:
+            drawn = KINDS[self.kind][1](rng, self.strength)
+            # no laboratory writes down a rebound above its drop
+            if not (drawn.table["value"] >= drawn.table.get("drop_height_mm", np.inf)).any():
+                return drawn
 
 
 # --- readings ---------------------------------------------------------------------------------
@@ -176,8 +161,8 @@ def constant(experiment, rng):
 def noise_for(laws, experiment, x, c, strength):
     """Scale of the usual noise at which the weakest of the laws of an experiment, each alone, is so
     strong; MOST at most, and the law is then stronger than asked."""
-    own = [(law, k) for law, k in laws if law.experiment == experiment]
-    alone = [distance(experiment, x, nature.value((one,), experiment, x, c)) for one in own]
+    own = [law for law in laws if law.experiment == experiment]
+    alone = [distance(experiment, x, nature.value([law], experiment, x, c)) for law in own]
     return min(min(alone) / strength, MOST) if alone else 1.0
 
 
@@ -189,23 +174,21 @@ def with_laws(
     beside: further experiments, without one. column: a further column without any effect. uneven:
     each setting is read half as well, as well or twice as well as usual. written: of WRITTEN.
     """
-    laws = tuple(nature.BY_NAME[name] for name in laws)
-    strong = tuple((law, law.k * rng.uniform(0.85, 1.15) if "v^" not in law.name else law.k)
-                   for law in laws)  # fmt: skip
-    parts, noise, constants = [], {}, {}
+    laws = [nature.BY_NAME[name] for name in laws]
+    laws = [law if "v^" in law.name else replace(law, k=law.k * rng.uniform(0.85, 1.15))
+            for law in laws]  # fmt: skip
+    parts, constants = [], {}
     for experiment in dict.fromkeys([*(law.experiment for law in laws), *beside]):
         states = {s for law in laws if law.experiment == experiment
                   for _, place in law.places for s in place}  # fmt: skip
         further = next((c for c in plans.FURTHER if c in states), column)
         x = plans.levers(experiment, plan, rng, further, "interval" in states)
-        c = constant(experiment, rng)
-        noise[experiment] = noise_for(strong, experiment, x, c, strength)
-        constants[experiment] = c
-        true = nature.value(strong, experiment, x, c)
-        scale = rng.choice([0.5, 1.0, 2.0], len(true)) if uneven else noise[experiment]
+        c = constants[experiment] = constant(experiment, rng)
+        noise = noise_for(laws, experiment, x, c, strength)
+        true = nature.value(laws, experiment, x, c)
+        scale = rng.choice([0.5, 1.0, 2.0], len(true)) if uneven else noise
         parts.append(WRITTEN[written](experiment, x, true, rng, scale))
-    table = pd.concat(parts, ignore_index=True)
-    return Drawn(table, laws, (), constants, noise, strong)
+    return Drawn(pd.concat(parts, ignore_index=True), laws, None, constants)
 
 
 # --- faults of the laboratory -------------------------------------------------------------------
@@ -222,7 +205,7 @@ def _plain(experiment, plan, rng, shuffle=False):
 def _faulty(table, *fault, other=None, plan="4", rng=None):
     """A table with a fault, and rows of another experiment without one."""
     beside = [means(other, *_plain(other, plan, rng), rng)] if other else []
-    return Drawn(pd.concat([table, *beside], ignore_index=True), faults=(Fault(*fault),))
+    return Drawn(pd.concat([table, *beside], ignore_index=True), fault=Fault(*fault))
 
 
 def grown(experiment, x, true, pattern, strength):
@@ -363,13 +346,13 @@ def _read(name):
     return yaml.safe_load(Path(__file__).with_name(name).read_text())
 
 
-def _kind(group, name, draw="with_laws", **how):
+def _draw(name, draw="with_laws", **how):
     own = {"laws": [name]} if name in nature.BY_NAME else {}
-    return Kind(group, partial(DRAWS[draw], **own, **how))
+    return partial(DRAWS[draw], **own, **how)
 
 
-KINDS: dict[str, Kind] = {
-    name: _kind(group, name, **how)
+KINDS: dict[str, tuple[str, Callable[..., Drawn]]] = {
+    name: (group, _draw(name, **how))
     for group, kinds in _read("kinds.yaml").items()
     for name, how in kinds.items()
 }
@@ -387,21 +370,8 @@ def campaign() -> list[Case]:
     asked = PLANNED["campaign"] | nulls
     each = {group: -(-len(of) // ROUNDS) for group, of in asked.items()}
     all_of = [
-        (k // each[kind.group], Case(name, float(size), FIRST_SEED + seed))
-        for name, kind in KINDS.items()
-        for k, (size, seed) in enumerate(asked[kind.group])
+        (k // each[group], Case(name, float(size), FIRST_SEED + seed))
+        for name, (group, _) in KINDS.items()
+        for k, (size, seed) in enumerate(asked[group])
     ]
     return [c for _, c in sorted(all_of, key=lambda c: (c[0], zlib.crc32(c[1].name.encode())))]
-
-
-FIXED = tuple(
-    Case(kind, float(size), 100) for size, kinds in PLANNED["tests"].items() for kind in kinds
-)
-"""The default tests' cases."""
-
-MIDDLE = tuple(
-    Case(kind, 0.0 if "null" in KINDS[kind].group else 15.0, 200)
-    for kind in KINDS
-    if kind not in {c.kind for c in FIXED}
-)
-"""The slow tests' cases: every other kind once."""

@@ -7,7 +7,7 @@ in the words of docs/diagnosis.md; where two places are one function of the leve
 both are right.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -26,79 +26,66 @@ Levers = Mapping[str, np.ndarray]
 
 
 @dataclass(frozen=True)
-class Formula:
-    """An expression of numpy's functions and `in_air`, of the levers, of `speed` (the impact's
-    after a fall without air [m/s]) and `size` (the diameter [mm]), of k and of the true reading."""
-
-    text: str
-
-    def __call__(self, x: Levers, k: float, true: np.ndarray | None = None) -> np.ndarray:
-        """Return its value (n,) at levers x."""
-        names: dict[str, Any] = vars(np) | {"G": G, "in_air": in_air, "k": k, "true": true, **x}
-        if "drop_height_mm" in x:
-            names["speed"] = np.sqrt(2e-3 * G * x["drop_height_mm"])
-        if "particle_diameter_mm" in x:
-            names["size"] = x["particle_diameter_mm"]
-        return eval(self.text, names)
-
-
-@dataclass(frozen=True)
 class Law:
-    """One effect of nature.
+    """One effect of nature, as a line of laws.csv has it.
 
-    name: in words. experiment: drop, tilt or shear. places: the (slot, state) that are right. k: a
-    usual strength. factor: what multiplies the coefficient. reading: the reading in its unit, where
-    the coefficient is constant. names: mechanisms of the catalogue that are this effect; empty
-    where none is.
+    experiment: drop, tilt or shear. places: the (slot, state) that are right; in the file a slot
+    and the parts of its state. k: a usual strength. factor: formula of what multiplies the
+    coefficient. reading: formula of the reading in its unit, where the coefficient is constant.
+    names: mechanisms of the catalogue that are this effect; empty where none is.
     """
 
     name: str
     experiment: str
     places: tuple[tuple[str, tuple[str, ...]], ...]
     k: float
-    factor: Formula | None
-    reading: Formula | None
+    factor: str
+    reading: str
     names: tuple[str, ...]
 
 
 def read_laws() -> dict[str, Law]:
-    """Return {name: law} of laws.csv. There a place is a slot and the parts of its state."""
-
-    def formula(text):
-        return Formula(text) if text else None
-
+    """Return {name: law} of laws.csv."""
     table = pd.read_csv(Path(__file__).with_name("laws.csv"), keep_default_na=False)
     laws = {}
     for r in table.itertuples():
         places = tuple((slot, tuple(state)) for slot, *state in map(str.split, r.places.split(";")))
         names = tuple(filter(None, r.names.split("; ")))
-        laws[r.law] = Law(
-            r.law, r.experiment, places, r.k, formula(r.factor), formula(r.reading), names
-        )
+        laws[r.law] = Law(r.law, r.experiment, places, r.k, r.factor, r.reading, names)
     return laws
 
 
-def value(
-    laws: tuple[tuple[Law, float], ...], experiment: str, x: Levers, constant: float
-) -> np.ndarray:
+def evaluated(formula: str, x: Levers, k: float, true: np.ndarray | None = None) -> np.ndarray:
+    """Return the value (n,) of an expression of numpy's functions and `in_air`, of the levers, of
+    `speed` (the impact's after a fall without air [m/s]) and `size` (the diameter [mm]), of k and
+    of the true reading."""
+    names: dict[str, Any] = vars(np) | {"G": G, "in_air": in_air, "k": k, "true": true, **x}
+    if "drop_height_mm" in x:
+        names["speed"] = np.sqrt(2e-3 * G * x["drop_height_mm"])
+    if "particle_diameter_mm" in x:
+        names["size"] = x["particle_diameter_mm"]
+    return eval(formula, names)
+
+
+def value(laws: Sequence[Law], experiment: str, x: Levers, constant: float) -> np.ndarray:
     """True readings (n,) of an experiment: rebounds [mm], angles [deg] or stresses [kPa].
 
     constant: the restitution, or the friction, without any law.
     """
-    own = [(law, k) for law, k in laws if law.experiment == experiment]
+    own = [law for law in laws if law.experiment == experiment]
     coefficient = constant * np.ones(len(next(iter(x.values()))))
-    for law, k in own:
+    for law in own:
         if law.factor:
-            coefficient = coefficient * law.factor(x, k)
+            coefficient = coefficient * evaluated(law.factor, x, law.k)
     if experiment == "drop":
         true = np.clip(coefficient, 1e-3, 1.0) ** 2 * x["drop_height_mm"]
     elif experiment == "shear":
         true = coefficient * x["normal_stress_kPa"]
     else:
         true = np.degrees(np.arctan(coefficient))
-    for law, k in own:
+    for law in own:
         if law.reading:
-            true = law.reading(x, k, true)
+            true = evaluated(law.reading, x, law.k, true)
     return true
 
 

@@ -7,6 +7,7 @@ import pandas as pd
 import yaml
 from scipy import stats
 
+from benchmarks.rates.kept_rates import CLAIMS
 from benchmarks.rates.strangers import nature
 from benchmarks.rates.strangers.cases import PROPORTIONAL, Case, Drawn
 from diagnosis.laws.known import COEFFICIENT
@@ -20,8 +21,8 @@ LEVER = {
 }
 """State of a law: the lever that sets it; a speed is that of a fall from its height."""
 MARKS = [*yaml.safe_load(Path(__file__).with_name("marks.yaml").read_text())]
-CLAIMS = ("identified", "discovered")
 CLEAN = ("null", "two-level null", "declared")
+GAIN = "held_out_rmse_difference_interval"
 
 
 def place(law):
@@ -35,18 +36,6 @@ def _is(said, law):
     """Return whether a place that was said is the law's; a rival may leave out the experiment."""
     right = {(slot, tuple(sorted(state))) for slot, state in law.places}
     return said is not None and said[0] in (None, law.experiment) and said[1:] in right
-
-
-def rivals_of(said):
-    """All rivals of a verdict: of laws, of errors, and its own."""
-    owners = [said, *said.get("laws", []), *said.get("errors", [])]
-    return [r for o in owners for r in (o.get("rivals") or []) if isinstance(r, dict)]
-
-
-def _loses(law):
-    """Return whether a law has names with a gain below zero."""
-    ends = (law.get("gain") or {}).get("held_out_rmse_difference_interval")
-    return bool(law.get("names") and ends and max(ends) < 0.0)
 
 
 def own_misfit(table: pd.DataFrame) -> float:
@@ -89,7 +78,8 @@ def _left(y, design):
 def marks(case: Case, drawn: Drawn, said: dict) -> dict:
     """Return what is right and wrong in a verdict; None where it is not asked."""
     laws, errors = said.get("laws") or [], said.get("errors") or []
-    found, rivals = [place(law) for law in laws], rivals_of(said)
+    found = [place(law) for law in laws]
+    rivals = [r for owner in (said, *laws, *errors) for r in owner.get("rivals") or []]
     names = sorted({n for law in laws for n in law.get("names") or ()})
     claims = said["verdict"] in CLAIMS
     misfit = (said.get("misfit") or {}).get("p")
@@ -116,7 +106,8 @@ def marks(case: Case, drawn: Drawn, said: dict) -> dict:
     if said["verdict"] == "identified":
         row["wrong_name"] = int(any(not set(law.get("names") or ()) <= right for law in laws))
     if any(law.get("gain") for law in laws):  # the engine was asked
-        row["name_loses"] = int(any(map(_loses, laws)))
+        ends = [law["gain"].get(GAIN) for law in laws if law["names"] and law.get("gain")]
+        row["name_loses"] = int(any(end and max(end) < 0.0 for end in ends))
     row |= {"true": len(drawn.laws), "placed": len(laws)}
     row["hits"] = sum(any(_is(p, law) for p in found) for law in drawn.laws)
     causes = [law for law in drawn.laws if law.names and law.experiment in COEFFICIENT]
@@ -134,8 +125,7 @@ def marks(case: Case, drawn: Drawn, said: dict) -> dict:
         row["silent"] = int(not claims and not doubted)
     if len(drawn.laws) == 2:
         row["both"] = int(all(any(_is(p, law) for p in found) for law in drawn.laws))
-    if drawn.faults:
-        [fault] = drawn.faults
+    if fault := drawn.fault:
         kinds = [e.get("experiment") for e in [*errors, *rivals] if e.get("of") == fault.of]
         if case.group in ("row", "level"):
             lever = case.group == "level" and fault.experiment in kinds
@@ -149,18 +139,19 @@ def in_band(drawn, laws):
     """Return whether the true curve lies in the first law's band; None where this cannot be
     compared: not the right place, a second law there, or no curve of a coefficient over one
     state."""
-    law, own = (laws or [{}])[0], drawn.strong[0] if len(drawn.strong) == 1 else None
-    if own is None or not own[0].factor or not _is(place(law), own[0]):
+    if not laws or len(drawn.laws) != 1:
         return None
+    law, [own] = laws[0], drawn.laws
     values, state = law.get("values"), tuple(law["state"])
-    # a slide's load is known by the size alone
-    if not values or len(state) != 1 or state[0] not in LEVER or law["slot"] == "attraction":
+    if not own.factor or not _is(place(law), own) or not values or law["slot"] == "attraction":
         return None
-    if own[0].experiment == "tilt" and state == ("load",):
+    # a slide's load is known by the size alone
+    if len(state) != 1 or state[0] not in LEVER or (own.experiment, *state) == ("tilt", "load"):
         return None
     at = np.array([v["state"] for v in values])
     at = at**2 / (2e-3 * nature.G) if state == ("speed",) else at
-    true = drawn.constants[own[0].experiment] * own[0].factor({LEVER[state[0]]: at}, own[1])
+    factor = nature.evaluated(own.factor, {LEVER[state[0]]: at}, own.k)
+    true = drawn.constants[own.experiment] * factor
     return int(all(v["low"] <= t <= v["high"] for v, t in zip(values, true, strict=True)))
 
 
@@ -175,7 +166,7 @@ def limits(drawn, said):
     acting = {law.experiment for law in drawn.laws}
     # a row or a level that is wrong pulls at a limit as a law does; errors that are shared must be
     # paid for
-    acting |= {f.experiment for f in drawn.faults if f.lines}
+    acting |= {drawn.fault.experiment} if drawn.fault and drawn.fault.lines else set()
     slots, held = {"restitution": "drop", "drag": "drop"}, []
     for e in said.get("exclusion") or []:
         ends = e.get("below"), e.get("above")
@@ -183,10 +174,3 @@ def limits(drawn, said):
             if (e.get("experiment") or slots.get(e["slot"])) not in acting:
                 held.append((ends[0] or 0.0) <= 0.0 <= (ends[1] or 0.0))
     return len(held), int(np.sum(held))
-
-
-def missed(rows: pd.DataFrame) -> pd.DataFrame:
-    """The cases that count against a figure."""
-    lacks = rows[["leads", "both", "silent", "pointed"]].eq(0).any(axis=1)
-    wrong = rows[["adequate_wrongly", "wrong_name", "name_loses"]].eq(1).any(axis=1)
-    return rows[lacks | wrong]
