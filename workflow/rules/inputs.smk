@@ -54,7 +54,9 @@ def shown(wildcards):
 def also_shown(wildcards):
     """What the page shows too where it has been made: the files of the other stages, by absolute
     paths, of which snakemake knows no rule. It makes nothing that nobody asked for."""
-    folders = {folder for name in set(STAGES) - {*OWN} for folder in STAGES[name].folders}
+    folders = {
+        folder for name in set(STAGES) - {*OWN} for folder in STAGES[name].folders
+    }
     found = (STUDY_OBJECT.folder.joinpath(f).glob("*.*") for f in sorted(folders))
     return [local(str(path.resolve())) for paths in found for path in sorted(paths)]
 
