@@ -131,7 +131,7 @@ def configuration():
         "\n`N` counts a list's entries from 0, `NAME` is a name of yours. `run` and the `run` of a "
         "bench test have the keys of a [run spec](run_spec.md), without `experiment` and "
         "`seed`.\n\n## Metrics\n\n"
-        "What `target.metric` can be depends on `experiment`:\n\n| experiment | metrics |\n"
+        "What `calibrate.to` can be depends on the test's experiment:\n\n| experiment | metrics |\n"
         "|---|---|\n"
     )
     for experiment, names in METRICS.items():

@@ -21,7 +21,7 @@ def plan_repeat(study, source, output):
 
 def repeat(study, source, output):
     """Their mean and standard deviation, in the unit of the target."""
-    metric = study.config.target.metric
+    metric = study.config.target
     table = read_written(source.design)
     table["response"] = read_values(table["run_id"], metric)
     write_table(table, output.table)
