@@ -1,5 +1,5 @@
-"""The chain from screening to validation with many factors, replicates, and other targets than the
-angle; and its page opens no result that its rule does not declare.
+"""The chain from screening to validation with many factors and replicates; and its page opens no
+result that its rule does not declare.
 
 The runs are answered by formulas in place of the engine, so that the right outcome is known.
 """

@@ -1,4 +1,4 @@
-"""Responses of a study's runs: their values, those that have none, and how near each comes."""
+"""Responses of a study's runs: their values, and those that have none."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -10,7 +10,7 @@ import pandas as pd
 
 from calibration.errors import CalibrationError
 from calibration.runs.plans import notes_of, read_values, reason_without
-from calibration.study.config import Config, read_target
+from calibration.study.config import Config
 
 
 def with_responses(design: pd.DataFrame, config: Config) -> pd.DataFrame:
@@ -86,9 +86,3 @@ def without_value(left_out: Iterable[dict[str, Any]]) -> list[str]:
 def spread_of(metric: str) -> str:
     """Name of the metric that holds the spread of another within a run: `_sd` before the unit."""
     return re.sub(r"_([^_]+)$", r"_sd_\1", metric)
-
-
-def judge(runs: pd.DataFrame, config: Config) -> pd.DataFrame:
-    """The table of runs with the `relative_error` of each: how near it comes to the target."""
-    mean = float(read_target(config).mean())
-    return runs.assign(relative_error=(runs["response"] - mean).abs() / abs(mean))

@@ -62,12 +62,13 @@ def ascent(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     factors = read_factors(config.factors)
     every = responses.with_responses(read_written(source.design), config)
     with responses.naming_left_out(every):
-        runs = responses.judge(responses.with_value(every), config)
+        runs = responses.with_value(every)
     target = float(read_target(config).mean())
-    points = responses.judge(_points(runs, len(every) // every["replicate"].max()), config)
-    best = points.loc[points["relative_error"].idxmin()]
+    points = _points(runs, len(every) // every["replicate"].max())
+    best = points.loc[(points["response"] - target).abs().idxmin()]
     used = [f for f in factors if f.name in runs]
-    write_table(runs, output.runs)
+    error = (runs["response"] - target).abs() / abs(target)
+    write_table(runs.assign(relative_error=error), output.runs)
     response = figures.response_of(config.target)
     figures.save(ascent_path(points, used, target, int(best["run"]), response), output.path)
     write_json(

@@ -184,9 +184,9 @@ def _field(loc):
 
 
 def _check_measured(config):
-    """Measured values can be read. A target that was not measured, or not at
-    the setting that is simulated, is refused by the stages that use it: a study may have a table
-    for its diagnosis alone."""
+    """Measured values can be read. A target that was not measured, or not at the setting that is
+    simulated, is refused by the stages that use it: a study may have a table for its diagnosis
+    alone."""
     for row in read_measured(config.measurements).conditions:
         named = config.tests.get(row.test)
         if row.test and (named is None or named.experiment != row.experiment):

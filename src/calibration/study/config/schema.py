@@ -235,8 +235,7 @@ class PublishedConfig(_Part):
 
 class Config(_Part):
     """The whole configuration, and what follows from it: `own` is the test that the chain is
-    calibrated on, `own_run` its run spec, `experiment` its experiment, `target` the
-    metric."""
+    calibrated on, `own_run` its run spec, `experiment` its experiment, `target` the metric."""
 
     @model_validator(mode="before")
     @classmethod

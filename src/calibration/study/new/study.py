@@ -117,8 +117,7 @@ def configuration(lab: Laboratory) -> str:
 
 
 def _replicates(lab):
-    """How often screening and path are run, and twice as often as the surface: as `designs_s`
-    allows."""
+    """How often screening and path are run, the surface half as often: as `designs_s` allows."""
     config = parse_config(yaml.safe_load(_text(lab, 1)))
     seconds = run_seconds(point_spec(config.own_run, config.experiment, {}, config.seed))
     whole = ASSUMED.designs_s
