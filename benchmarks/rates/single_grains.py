@@ -115,6 +115,9 @@ def measured(truth: str, point: int, seed: int) -> list[Measurement]:
         spec = overlay(spec, {"numerics": {"rayleigh_fraction": step}})
         by_camera = truth == "apex_sampling"
         if truth and not by_camera and experiment in catalogue[truth].experiments:
+            if truth == "tilt_detection_lag":  # sliding counts only after this much movement
+                seen = max(strength, spec["geometry"]["slip_mm"])
+                spec = overlay(spec, {"geometry": {"slip_mm": seen}})
             spec = catalogue[truth].apply(spec, strength)
         [metrics] = simulate(named([spec])).values()
         if metrics is None:

@@ -2,19 +2,18 @@
 experiment and law."""
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from scipy.stats import qmc
 
 from calibration.errors import ConfigError
-from calibration.intake.quantities import POURED, Condition
+from calibration.intake.quantities import Condition
 from calibration.runs.simulated import named
 from calibration.study.factors import Factor
 from dem.errors import SpecError
-from diagnosis.catalogue import Mechanism, Strength
+from diagnosis.catalogue import Mechanism
 from diagnosis.rig import Rig
 from diagnosis.settings import BASE, Settings, log_span
 
@@ -115,51 +114,6 @@ def inputs_of(
     return names if mechanism == BASE else [*names, "strength"]
 
 
-@dataclass(frozen=True)
-class MovedInput:
-    """How a run with a mechanism is one of the base model with one input moved, that in `column`.
-
-    added: of inputs x (k, d + 1), the coded strength last, what is added (k,), and {column of x:
-    its derivatives (k,)}."""
-
-    column: int
-    added: Callable[[np.ndarray], tuple[np.ndarray, dict[int, np.ndarray]]]
-
-    def moved(self, x: np.ndarray) -> np.ndarray:
-        """Inputs (k, d) of the base model from those (k, d + 1) of the mechanism."""
-        out = x[:, :-1].copy()
-        out[:, self.column] += self.added(x)[0]
-        return out
-
-
-def multiplying(column: int, span: float, strength: Strength) -> MovedInput:
-    """`MovedInput` of a lever that a mechanism multiplies by its strength; span: logarithm of the
-    ratio of the ends of its range."""
-
-    def added(x):
-        own = strength.natural(x[:, -1])
-        return np.log(own) / span, {x.shape[1] - 1: strength.slope(x[:, -1]) / own / span}
-
-    return MovedInput(column, added)
-
-
-def multiplied(
-    settings: Settings, factors: Sequence[Factor], experiment: str, mechanism: Mechanism | None
-) -> MovedInput | None:
-    """`MovedInput` of the lever that a mechanism multiplies in an experiment, None where it has
-    none or the lever is not all that changes.
-
-    A rig is filled with a volume of grains unless their number is a lever, too: then another size
-    is another number."""
-    levers: Any = settings.experiments[experiment].levers  # `setup` fills it in
-    lever: Any = mechanism.multiplies if mechanism else None
-    if lever not in levers or (experiment in POURED and "particle_count" not in levers):
-        return None
-    low, high = levers[lever]
-    column = inputs_of(settings, factors, experiment, BASE).index(lever)
-    return multiplying(column, math.log(high / low), mechanism.strength)  # type: ignore[union-attr]
-
-
 REFUSED = 0.5
 """Share of the base model's points that the engine may refuse: corners of the levers' ranges, such
 as the largest grains at the narrowest orifice, which nobody measured."""
@@ -171,9 +125,6 @@ def plan(
     """Rows [{experiment, mechanism, inputs in [0, 1], run_ids}], a point each, and {run id: spec}
     of all emulator runs.
 
-    Rows of a mechanism that multiplies a lever are rows of the base model. The input of this lever
-    may leave [0, 1].
-
     The points follow from the settings alone and not from the measurements, so another data set
     re-uses the runs.
     """
@@ -182,7 +133,6 @@ def plan(
     counts = budgeted(settings, factors, pairs)
     for experiment, mechanism in pairs:
         names = inputs_of(settings, factors, experiment, mechanism)
-        lever = multiplied(settings, factors, experiment, catalogue.get(mechanism))
         count = counts.get((experiment, mechanism), 0)
         rng = np.random.default_rng([settings.seed, *f"{experiment}/{mechanism}".encode()])
         points = qmc.LatinHypercube(len(names), rng=rng).random(count)
@@ -197,7 +147,7 @@ def plan(
         for k, x in enumerate(points):
             try:
                 times = 2 if k < again else 1
-                row, runs = row_of(rig, experiment, names, x, law, 1000 + k, lever, times)
+                row, runs = row_of(rig, experiment, names, x, law, 1000 + k, times)
             except SpecError as error:
                 refused.append(error)  # larger grains that overfill the rig, say
                 continue
@@ -220,13 +170,11 @@ def row_of(
     x: np.ndarray,
     mechanism: Mechanism | None,
     seed: int,
-    lever: MovedInput | None = None,
     times: int = 1,
 ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
     """A row of a design, a mapping, and {run id: spec} of its runs at inputs x (d,) in [0, 1].
 
-    mechanism: a `Mechanism`, None for the base model; lever: its `MovedInput`, if it
-    has one; times: runs, of other seeds."""
+    mechanism: a `Mechanism`, None for the base model; times: runs, of other seeds."""
     at = dict(zip(names, x, strict=True))
     ranges: Any = rig.settings.experiments[experiment].levers  # `setup` fills it in
     levers = {n: round(log_span(low, high, at[n]), 6) for n, (low, high) in ranges.items()}
@@ -240,8 +188,8 @@ def row_of(
     runs = named([spec | {"seed": spec["seed"] + REPEAT * j} for j in range(times)])
     row = {
         "experiment": experiment,
-        "mechanism": BASE if lever or not mechanism else mechanism.name,
-        "inputs": [float(v) for v in (lever.moved(x[None])[0] if lever else x)],
+        "mechanism": mechanism.name if mechanism else BASE,
+        "inputs": [float(v) for v in x],
         "run_ids": list(runs),
     }
     return row, runs

@@ -14,7 +14,6 @@ its run reads a flow of these: where the table has tests that clogged, such a ru
 
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,7 +24,7 @@ from calibration.intake.quantities import LEVERS, QUANTITIES
 from calibration.study.factors import Factor
 from dem.experiments.declare import Plain
 from diagnosis.catalogue import Strength
-from diagnosis.design import MovedInput, inputs_of, multiplied, wanted
+from diagnosis.design import inputs_of
 from diagnosis.response import Response, WithMechanism
 from diagnosis.settings import BASE, Settings, catalogue_of, log_span
 
@@ -63,35 +62,6 @@ LEAST = 2
 variance, and strong cohesion clogs a silo at most strengths."""
 
 
-@dataclass(frozen=True)
-class Moved:
-    """Emulator of what a run of the base model with one input moved tells: of a mechanism that
-    multiplies a lever, of a law along one."""
-
-    base: Response
-    move: MovedInput
-
-    def with_slope(
-        self, x: np.ndarray, columns: Sequence[int], error: bool = True
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-        """As `Response.with_slope`; the last input is the coded strength. x: (k, d + 1)."""
-        own = [c for c in columns if c != x.shape[1] - 1]
-        z, found, variance = self.base.with_slope(
-            self.move.moved(x), [*own, self.move.column], error
-        )
-        slope, by = np.zeros((len(x), len(columns))), self.move.added(x)[1]
-        for k, c in enumerate(columns):
-            if c in own:
-                slope[:, k] = found[:, own.index(c)]
-            if c in by:
-                slope[:, k] += found[:, -1] * by[c]
-        return z, slope, variance
-
-    def correlation(self, x: np.ndarray) -> np.ndarray:
-        """As `Response.correlation`. x: (k, d + 1)."""
-        return self.base.correlation(self.move.moved(x))
-
-
 def train(
     rows: Sequence[dict[str, Any]],
     metrics: Mapping[str, Mapping[str, float] | None],
@@ -102,7 +72,7 @@ def train(
 
     rows: of `design.plan`; metrics: {run id: metrics or None}. A run that failed trains nothing
     and is counted. Runs of the base model train a mechanism too, at the strength at which it does
-    nothing. One that multiplies a lever has no emulator but the base model's.
+    nothing.
     """
     emulators, table = {}, []  # type: ignore[var-annotated]
     known = catalogue_of(settings, list(settings.experiments))
@@ -136,16 +106,7 @@ def train(
         else:
             emulators[key] = WithMechanism(base, x, z, coded_off(known[key[1]].strength))
         table.append(row | {n: getattr(emulators[key], n) for n in ("error", "scatter", "spread")})
-    return _with_moved(emulators, settings, factors, known), table
-
-
-def _with_moved(trained, settings, factors, known):
-    """What was trained, with the mechanisms that multiply a lever."""
-    for experiment, name in wanted(settings, known, {e for e, name in trained if name == BASE}):
-        lever = multiplied(settings, factors, experiment, known.get(name))
-        if lever:
-            trained[experiment, name] = Moved(trained[experiment, BASE], lever)
-    return trained
+    return emulators, table
 
 
 def coded_off(strength: Strength) -> float | None:
@@ -162,8 +123,8 @@ def train_failures(
     settings: Settings,
     factors: Sequence[Factor],
     faults: Collection[str] = (),
-) -> dict[tuple[str, str], Chance | Moved]:
-    """{(experiment, mechanism): Chance or Moved}, as `diagnosis.emulator.train` its emulators;
+) -> dict[tuple[str, str], Chance]:
+    """{(experiment, mechanism): Chance}, as `diagnosis.emulator.train` its emulators;
     of the experiments of which a run gave no value.
 
     faults: runs that a fault of the simulation ended. They are no tests, and train nothing."""
@@ -185,7 +146,7 @@ def train_failures(
         x = np.array([r["inputs"] for r in own + more])
         failed = [_failed(r, metrics) for r in own + more]
         out[experiment, name] = Chance(x, failed, [len(r["run_ids"]) for r in own + more])
-    return _with_moved(out, settings, factors, known)  # type: ignore[no-any-return]
+    return out
 
 
 def as_tests(

@@ -19,7 +19,7 @@ from scipy.stats import norm, qmc
 
 from dem.errors import SpecError
 from diagnosis.bulk import Bulk
-from diagnosis.design import LEARN, OF_BASE, factor_share, inputs_of, multiplied, row_of
+from diagnosis.design import LEARN, OF_BASE, factor_share, inputs_of, row_of
 from diagnosis.fit import Fit
 from diagnosis.model import Model
 from diagnosis.rig import Rig
@@ -115,15 +115,12 @@ def _near(rig, experiment, model, fitted, wave, count):
     own = settings.experiments[experiment]
     theta = _draws(model, fitted, count, [settings.seed, wave, *f"{experiment}/{label}".encode()])
     levers = _where(model, fitted, experiment, count)
-    lever = multiplied(settings, rig.factors, experiment, mechanism)
     rows, specs = [], {}
     for k, (at, given) in enumerate(zip(theta, levers, strict=True)):
         here = lever_values(settings, experiment, given)
         shares = _inputs(model, at, inputs, here, own)
         try:
-            row, runs = row_of(
-                rig, experiment, inputs, shares, mechanism, 1000 + SEEDS * wave + k, lever
-            )
+            row, runs = row_of(rig, experiment, inputs, shares, mechanism, 1000 + SEEDS * wave + k)
         except SpecError:
             continue  # a law at this strength, say larger grains, does not fit the rig
         rows.append(row)

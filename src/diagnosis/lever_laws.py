@@ -8,7 +8,10 @@ its strength is the change from the least to the largest value of the lever.
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 from calibration.figures import parameter_words
 from calibration.intake.measurements import Measurement
@@ -17,8 +20,7 @@ from calibration.study.config.specs import numbers_of, with_levels
 from calibration.study.factors import Factor
 from dem.units import without_unit
 from diagnosis.catalogue import Mechanism, Strength
-from diagnosis.design import WIDENED, MovedInput, inputs_of
-from diagnosis.emulator import Moved
+from diagnosis.design import WIDENED, inputs_of
 from diagnosis.settings import BASE, Settings
 
 LEAST_LEVELS = 3
@@ -28,17 +30,51 @@ STATES = {"particle_diameter_mm": "size", "normal_stress_kPa": "load"}
 """Levers that are a state of the contact by another word."""
 
 
-def along(column: int, lever: int, start: float, slope: float) -> MovedInput:
-    """What a law does to a run of the base model: it moves the coefficient's input, `column`, by
-    its strength times the place along the lever, whose input is `lever`.
+@dataclass(frozen=True)
+class AlongLever:
+    """Emulator of a law: what a run of the base model tells with the coefficient's input, `column`,
+    moved by the strength times the place along the lever, whose input is `lever`.
 
-    The place, -1/2 to 1/2 over the lever's range, is start + slope times the lever's input."""
+    The place, -1/2 to 1/2 over the lever's range, is start + slope times the lever's input. The
+    last of the inputs x (k, d + 1) is the coded strength."""
 
-    def added(x):
-        place, change = start + slope * x[:, lever], (2.0 * x[:, -1] - 1.0) / WIDENED
-        return change * place, {x.shape[1] - 1: 2.0 * place / WIDENED, lever: change * slope}
+    base: Any
+    column: int
+    lever: int
+    start: float
+    slope: float
 
-    return MovedInput(column, added)
+    def _place_and_change(self, x):
+        return self.start + self.slope * x[:, self.lever], (2.0 * x[:, -1] - 1.0) / WIDENED
+
+    def moved(self, x: np.ndarray) -> np.ndarray:
+        """Inputs (k, d) of the base model."""
+        out = x[:, :-1].copy()
+        place, change = self._place_and_change(x)
+        out[:, self.column] += change * place
+        return out
+
+    def with_slope(
+        self, x: np.ndarray, columns: Sequence[int], error: bool = True
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+        """As `Response.with_slope`."""
+        last = x.shape[1] - 1
+        own = [c for c in columns if c != last]
+        z, found, variance = self.base.with_slope(self.moved(x), [*own, self.column], error)
+        place, change = self._place_and_change(x)
+        by = {last: 2.0 * place / WIDENED, self.lever: change * self.slope}
+        slope = np.zeros((len(x), len(columns)))
+        for k, c in enumerate(columns):
+            if c in own:
+                slope[:, k] = found[:, own.index(c)]
+            if c in by:
+                slope[:, k] += found[:, -1] * by[c]
+        return z, slope, variance
+
+    def correlation(self, x: np.ndarray) -> np.ndarray:
+        """As `Response.correlation`."""
+        found: np.ndarray = self.base.correlation(self.moved(x))
+        return found
 
 
 def lever_laws(
@@ -82,8 +118,8 @@ def with_laws(
                 own_low, own_high = settings.experiments[kind].levers[lever]  # type: ignore[index]  # `setup` fills it in
                 start = math.log(own_low / low) / span - 0.5
                 slope = math.log(own_high / own_low) / span
-                move = along(names.index(factor.name), names.index(lever), start, slope)
-                out[kind, law.name] = Moved(emulators[kind, BASE], move)
+                at = names.index(factor.name), names.index(lever)
+                out[kind, law.name] = AlongLever(emulators[kind, BASE], *at, start, slope)
     return out
 
 
@@ -115,7 +151,6 @@ def _law(settings, factor, lever, kinds):
         description=f"the {words} changes along the {LEVERS[lever].words}",
         source="a free law",
         experiments=tuple(kinds),
-        levers=(lever,),
         strength=Strength(
             f"change over {low:g} to {high:g} {LEVERS[lever].unit}".rstrip(),
             "1",

@@ -4,11 +4,10 @@ of its reading, and no trend in its curves that the engine has without it."""
 import numpy as np
 import pytest
 
-from benchmarks.rates.simulated import rate_settings, salt_settings
+from benchmarks.rates.simulated import salt_settings
 from benchmarks.rates.strangers import ask
 from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import Condition
-from dem.run import run
 from dem.spec import parse_spec
 from diagnosis.catalogue import load_catalogue
 from diagnosis.laws.known import known_curves
@@ -88,25 +87,6 @@ def test_the_mean_apex_deficit_is_that_of_random_phases():
     deficit = 1e3 * 0.5 * 9.81 * phase**2
     read = CATALOGUE["apex_sampling"].observe(50.0, {"output_interval_s": 0.04}, 1.0)
     assert 50.0 - read == pytest.approx(deficit.mean(), rel=0.01)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", [n for n, m in CATALOGUE.items() if m.multiplies])
-def test_one_that_multiplies_a_lever_is_the_base_model_at_another_lever(name, tmp_path):
-    mechanism = CATALOGUE[name]
-    settings, metrics = rate_settings(), []
-    for experiment in sorted(set(mechanism.experiments) & set(settings.experiments)):
-        levers = {
-            n: (lo + hi) / 2 for n, (lo, hi) in settings.experiments[experiment].levers.items()
-        }
-        levers |= {"particle_count": 400} if "particle_count" in levers else {}
-        own, strength = levers[mechanism.multiplies], mechanism.strength.natural(0.8)
-        plain = Rig(settings, {}).spec(Condition(experiment, levers), 3)
-        moved = {mechanism.multiplies: own * strength}
-        other = Rig(settings, {}).spec(Condition(experiment, levers | moved), 3)
-        for k, spec in enumerate((mechanism.apply(plain, strength), other)):
-            metrics.append(run(parse_spec(spec), tmp_path / f"{experiment}{k}")["metrics"])
-        assert metrics[-1] == pytest.approx(metrics[-2], rel=1e-12)
 
 
 def curves(kind, settings, value, unit_sd):

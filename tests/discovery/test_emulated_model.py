@@ -8,10 +8,11 @@ from scipy.optimize import minimize
 from benchmarks.rates.simulated import rate_settings
 from calibration.intake.measurements import Measurement
 from diagnosis import held_out
-from diagnosis.catalogue import Strength, load_catalogue
-from diagnosis.design import inputs_of, multiplying
-from diagnosis.emulator import Moved, scale_of
+from diagnosis.catalogue import load_catalogue
+from diagnosis.design import inputs_of
+from diagnosis.emulator import scale_of
 from diagnosis.fit import Data, data_of, fit
+from diagnosis.lever_laws import AlongLever
 from diagnosis.model import Emulated
 from diagnosis.response import Response
 from diagnosis.settings import BASE, parameters_of
@@ -40,24 +41,21 @@ def emulated():
     return Emulated(emulators, SETTINGS, FACTORS, load_catalogue())
 
 
-def test_a_mechanism_that_multiplies_a_lever_knows_its_derivatives():
+def test_a_law_along_a_lever_knows_its_derivatives():
     rng = np.random.default_rng(1)
-    strength = Strength("factor", "1", 0.75, 1.3, off=1.0)
-    lever = multiplying(1, 0.7, strength)
     x = rng.random((60, 3))
     base = Response(x, smooth(x), [1])
-    emulator, at = Moved(base, lever), rng.random((7, 4))
-    by_lever = base.with_slope(lever.moved(at), [])[0]
-    value, slope, variance = emulator.with_slope(at, [0, 2, 3])
-    assert value == pytest.approx(by_lever)
+    law, at = AlongLever(base, 0, 1, -0.5, 0.9), rng.random((7, 4))
+    value, slope, variance = law.with_slope(at, [0, 1, 2, 3])
+    assert value == pytest.approx(base.with_slope(law.moved(at), [])[0])
     assert variance.shape == (7,)
-    for k, c in enumerate([0, 2, 3]):
+    for k, c in enumerate([0, 1, 2, 3]):
         step = 1e-4 * np.eye(4)[c]
-        ends = [emulator.with_slope(at + sign * step, [])[0] for sign in (1, -1)]
+        ends = [law.with_slope(at + sign * step, [])[0] for sign in (1, -1)]
         assert slope[:, k] == pytest.approx((ends[0] - ends[1]) / 2e-4, abs=1e-4)
-    # a factor of one leaves the lever where it is
-    off = np.column_stack([at[:, :3], np.full(7, strength.coded(1.0))])
-    assert emulator.with_slope(off, [], error=False)[0] == pytest.approx(
+    # without a strength the coefficient is where it is
+    off = np.column_stack([at[:, :3], np.full(7, 0.5)])
+    assert law.with_slope(off, [], error=False)[0] == pytest.approx(
         base.with_slope(at[:, :3], [])[0]
     )
 

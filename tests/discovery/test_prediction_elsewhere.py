@@ -27,7 +27,7 @@ def coating(spec, strength):
 
 
 CATALOGUE = {
-    "coating": Mechanism("coating", "a coat", "none", ("tilt", "drop"), ("particle_diameter_mm",),
+    "coating": Mechanism("coating", "a coat", "none", ("tilt", "drop"),
                          Strength("exponent", "1", 0.0, 0.4), coating,
                          law=("friction", ("size",))),
 }  # fmt: skip

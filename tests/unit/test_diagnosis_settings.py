@@ -3,13 +3,11 @@ folder."""
 
 import pytest
 
-from benchmarks.rates.simulated import rate_settings, salt_settings
+from benchmarks.rates.simulated import salt_settings
 from calibration.errors import ConfigError
 from calibration.intake.measurements import Measurement, MeasurementErrors
 from calibration.study.config.schema import Config
-from diagnosis.design import inputs_of, plan
-from diagnosis.rig import Rig
-from diagnosis.settings import catalogue_of, check_levers, parameters_of, study_settings, widened
+from diagnosis.settings import check_levers, parameters_of, study_settings, widened
 from facts import refused
 
 
@@ -103,21 +101,3 @@ def test_ranges_of_factors_can_be_replaced():
         ConfigError, key="diagnosis.ranges.contacts.particle_wall.restitution", value=[1.0, 0.0]
     ):
         parameters_of(salt_settings({"ranges": {name: [1, 0]}}), "config/factors.tsv", ["drop"])
-
-
-def test_runs_of_a_mechanism_that_multiplies_a_lever_are_runs_of_the_base_model():
-    heap = {"mechanisms": ["size_bias"]}
-    settings = rate_settings({"runs": 60, "experiments": {"heap": heap}})
-    factors = parameters_of(settings, "config/factors.tsv", ["heap"])
-    rows, specs = plan(Rig(settings, {}, factors), catalogue_of(settings, ["heap"]), ["heap"])
-    assert {r["mechanism"] for r in rows} == {"base"}
-    low, high = settings.experiments["heap"].levers["particle_diameter_mm"]
-    column = inputs_of(settings, factors, "heap", "base").index("particle_diameter_mm")
-    biased = 0
-    for row in rows:
-        particles = specs[row["run_ids"][0]]["particles"]
-        factor = particles.get("scale_factor", 1.0)
-        biased += factor != 1.0
-        stands_for = low * (high / low) ** row["inputs"][column]
-        assert stands_for == pytest.approx(particles["diameter_mm"] * factor, rel=1e-4)
-    assert biased == 15

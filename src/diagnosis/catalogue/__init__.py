@@ -1,18 +1,14 @@
-"""The catalogue of mechanisms: each module beside this one defines `MECHANISM`; nothing else lists
-them.
-
-A study may add a folder of its own (`diagnosis.catalogue`), each file of which does the same.
+"""The catalogue of mechanisms: those of `mechanisms`, and of a study's own folder
+(`diagnosis.catalogue`), each file of which defines `MECHANISM`.
 
 A mechanism of the engine has `apply(spec, strength)`, which returns a run spec with its law
-switched on. A mechanism of the measurement also has `observe(value, condition, strength)`: what
+switched on. A mechanism of the measurement has `observe(value, condition, strength)` instead: what
 would have been read in place of the true value (arrays or floats; condition is the mapping of
-levers). Its `apply` uses the engine's own model of the instrument and makes test data.
+levers). It changes no run.
 """
 
-import importlib
 import importlib.util
 import math
-import pkgutil
 from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY, dataclass, replace
 from pathlib import Path
@@ -51,37 +47,31 @@ class Strength:
             return math.log(natural / self.low) / math.log(self.high / self.low)
         return (natural - self.low) / (self.high - self.low)
 
-    def slope(self, coded: Any) -> Any:
-        """Derivative of `natural`."""
-        if self.log:
-            return self.natural(coded) * math.log(self.high / self.low)
-        return self.high - self.low + 0.0 * coded
-
     @property
     def weakest(self) -> float:
         """Coded strength at which it is weakest."""
         return self.coded(self.low if self.off is None else self.off)
 
 
+def _unchanged(spec, strength):
+    return spec
+
+
 @dataclass(frozen=True)
 class Mechanism:
     """One thing that a model may be missing.
 
-    multiplies: a lever, if the mechanism is the base model with that lever times the strength and
-    nothing else. law: (slot, state) of the free law (`diagnosis.laws`) that it is a case of.
-    changes: key of the coefficient and the lever along which it changes, of a free law of bulk
-    tests.
+    law: (slot, state) of the free law (`diagnosis.laws`) that it is a case of; changes: key of the
+    coefficient and the lever along which it changes, of a free law of bulk tests.
     """
 
     name: str
     description: str
     source: str
     experiments: tuple
-    levers: tuple
     strength: Strength
-    apply: Callable
+    apply: Callable = _unchanged
     observe: Callable | None = None
-    multiplies: str | None = None
     law: tuple | None = None
     changes: tuple | None = None
 
@@ -98,11 +88,6 @@ def set_law(spec: dict[str, Any], slot: str, law: str, **parameters: float) -> d
     }
 
 
-def set_part(spec: dict[str, Any], part: str, **values: Any) -> dict[str, Any]:
-    """Run spec (a mapping) with values of one of its parts set; the given one is left as it was."""
-    return spec | {part: spec.get(part, {}) | values}
-
-
 def coarse(spec: Mapping[str, Any]) -> float:
     """Factor by which the grains of a run spec (a mapping) are coarser than those that they stand
     for.
@@ -114,14 +99,14 @@ def coarse(spec: Mapping[str, Any]) -> float:
 
 
 def load_catalogue(folder: str | Path | None = None) -> dict[str, Mechanism]:
-    """{name: Mechanism} of every module beside this one and of every file in `folder`.
+    """{name: Mechanism} of the package and of every file in `folder`, each with the experiments
+    that name it beside those that it names itself.
 
     Raises ConfigError for a folder that is not there and for a file that defines no new mechanism.
     """
-    modules = [
-        importlib.import_module(f"{__name__}.{m.name}") for m in pkgutil.iter_modules(__path__)
-    ]
-    found = {m.MECHANISM.name: m.MECHANISM for m in modules}
+    from diagnosis.catalogue.mechanisms import MECHANISMS  # they are made of what stands above
+
+    found = {m.name: m for m in MECHANISMS}
     if folder is not None and not Path(folder).is_dir():
         raise ConfigError("is no folder", path=folder, key="diagnosis.catalogue")
     for path in sorted(Path(folder).glob("[!_]*.py")) if folder is not None else ():
@@ -132,17 +117,10 @@ def load_catalogue(folder: str | Path | None = None) -> dict[str, Mechanism]:
                 "is taken", path=path, key="name", value=mechanism.name, allowed=allowed
             )
         found[mechanism.name] = mechanism
-    return {name: _where_it_shows(m) for name, m in found.items()}
-
-
-def _where_it_shows(mechanism):
-    """The mechanism with the experiments that name it beside those that it names itself."""
-    more = [
-        name
-        for name, e in experiments().items()
-        if mechanism.name in e.mechanisms and name not in mechanism.experiments
-    ]
-    return replace(mechanism, experiments=(*mechanism.experiments, *more)) if more else mechanism
+    for name, m in found.items():
+        naming = [kind for kind, e in experiments().items() if name in e.mechanisms]
+        found[name] = replace(m, experiments=tuple(dict.fromkeys([*m.experiments, *naming])))
+    return found
 
 
 def _mechanism_of(path):

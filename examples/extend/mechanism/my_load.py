@@ -1,18 +1,9 @@
 """A load on the shear plane that the stated normal stress leaves out."""
 
-from collections.abc import Mapping
-from typing import Any
-
-from diagnosis.catalogue import Mechanism, Strength, set_part
+from diagnosis.catalogue import Mechanism, Strength
 
 
-def apply(spec: dict[str, Any], strength: float) -> dict[str, Any]:
-    """The test runs under the stated normal stress and `strength` kPa more."""
-    normal = spec["geometry"]["normal_stress_kPa"] + strength
-    return set_part(spec, "geometry", normal_stress_kPa=normal)
-
-
-def observe(value: Any, condition: Mapping[str, float], strength: Any) -> Any:
+def observe(value, condition, strength):
     """Shear stress [kPa] as read under `strength` kPa more than stated, of a yield locus through
     the origin."""
     stated = condition["normal_stress_kPa"]
@@ -20,16 +11,13 @@ def observe(value: Any, condition: Mapping[str, float], strength: Any) -> Any:
 
 
 MECHANISM = Mechanism(
-    name="uncounted_load",
+    name="my_load",
     description="weight of lid, ring and grains above the shear plane is missing in the normal "
-    "stress; it looks like "
-    "cohesion, but shows in the shear test alone",
+    "stress; it looks like cohesion, but shows in the shear test alone",
     source="ASTM D6128 counts the weight of everything above the shear plane into the normal "
     "stress",
     experiments=("shear",),
-    levers=("normal_stress_kPa",),
     strength=Strength("load not counted", "kPa", 0.0, 0.3),
-    apply=apply,
     observe=observe,
     law=("load", ()),
 )
