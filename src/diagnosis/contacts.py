@@ -16,9 +16,9 @@ from diagnosis import extend
 from diagnosis.catalogue import Mechanism
 from diagnosis.fit import data_of
 from diagnosis.held_out import prediction_test
-from diagnosis.laws.engine_gain import Engine, compared, not_run, together
+from diagnosis.laws.engine_gain import Engine, compared, gain_of, not_run
 from diagnosis.laws.known import COEFFICIENT, integrated, known_curves, with_coefficient
-from diagnosis.laws.readings import FREE, IN_AIR, from_log, readings_of
+from diagnosis.laws.readings import EXPONENT, FREE, from_log, readings_of
 from diagnosis.residuals import by_chance, calibrated, residual_rows, trends
 from diagnosis.rig import Rig
 from diagnosis.rules import OF_CONTACTS, by_runs, without_names
@@ -45,9 +45,12 @@ def asked(
 ) -> dict[str, Any]:
     """What `discover` and `diagnosis.power.power` are told beside: the catalogue's curves, what
     rows may leave empty, and how it is decided."""
-    own: dict[str, Any] = {"alpha": rig.settings.alpha, "seed": rig.settings.seed}
-    own["defaults"] = defaults_of(rig.settings, {m.experiment for m in measurements})
-    return own | {"known": known_curves(catalogue, Engine(rig, catalogue).spec_of)}
+    return {
+        "alpha": rig.settings.alpha,
+        "seed": rig.settings.seed,
+        "defaults": defaults_of(rig.settings, {m.experiment for m in measurements}),
+        "known": known_curves(catalogue, Engine(rig, catalogue).spec_of),
+    }
 
 
 def with_engine(
@@ -72,11 +75,11 @@ def with_engine(
         by_key = compared(measurements, block, names, engine)
         parts.append(by_key[None])
         for row in own:
-            row |= {"gain": by_key[row["key"]].gain(), "engine": by_key[row["key"]].engine}
+            row |= {"gain": gain_of([by_key[row["key"]]]), "engine": by_key[row["key"]].engine}
             if row["engine"] is None:
                 row["not_run"] = not_run(row)
     if parts:
-        verdict["gain"] = together(parts)
+        verdict["gain"] = gain_of(parts)
     verdict = by_runs(without_names(verdict), OF_CONTACTS)
     verdict["exclusion"] = limits(found.selection.blocks, catalogue)
     verdict["test"] = prediction_test(verdict, measurements, found, engine, held_out)
@@ -120,10 +123,7 @@ def base(
     anything is looked for."""
     aside = {r["setting"] for r in found.rows if r["setting"] is not None} if found else set()
     kept = [i for i in range(len(measurements)) if i not in aside]
-    counted = [measurements[i] for i in kept]
-    levels = {
-        kind: _level(counted, kind) for kind in dict.fromkeys(m.experiment for m in measurements)
-    }
+    levels = _levels([measurements[i] for i in kept])
     stated = data_of(measurements).error[0]
     drawn = by_chance(measurements, stated, stated)
     rows = residual_rows(measurements, drawn, 0.0, **_by_constant(measurements, levels))
@@ -143,10 +143,10 @@ def half_step(measurements: list[Measurement], rig: Rig) -> list[dict[str, Any]]
     out = []
     for i in extend.middles(measurements):
         m = measurements[i]
-        log, _ = _level([m], m.experiment)
+        [(log, _)] = _levels([m]).values()
         name, low, high = COEFFICIENT[m.experiment]
         spec = rig.spec(m.condition, rig.settings.seed)
-        value = float(np.exp(log / (IN_AIR if m.experiment == "drop" else 1.0)))
+        value = float(np.exp(log / EXPONENT[m.experiment]))
         spec = with_coefficient(spec, name, np.clip(value, low, high))
         values = np.array([[integrated(spec, finer)] for finer in (1.0, 2.0)])
         out.append(extend.time_step_row(m, values, float(m.sd / np.sqrt(m.n))))
@@ -158,11 +158,7 @@ def with_law(measurements: list[Measurement], found: Found) -> np.ndarray | None
     they say nothing."""
     if not found.laws:
         return None
-    levels = {
-        kind: _level(measurements, kind)
-        for kind in dict.fromkeys(m.experiment for m in measurements)
-    }
-    value = _by_constant(measurements, levels)["predicted"]
+    value = _by_constant(measurements, _levels(measurements))["predicted"]
     for kind, block in found.selection.blocks.items():
         if block.held:
             mean = block.expected()[0]
@@ -170,12 +166,15 @@ def with_law(measurements: list[Measurement], found: Found) -> np.ndarray | None
     return value
 
 
-def _level(measurements, kind):
-    """(logarithm of the best constant, its standard error) of an experiment."""
-    readings = readings_of(measurements, kind, {})
-    weight = readings.error**-2.0
-    precision = weight.sum() + LEVEL_SD**-2
-    return float((weight * readings.log).sum() / weight.sum()), float(precision**-0.5)
+def _levels(measurements):
+    """{experiment: (logarithm of the best constant, its standard error)}."""
+    out = {}
+    for kind in dict.fromkeys(m.experiment for m in measurements):
+        readings = readings_of(measurements, kind, {})
+        weight = readings.error**-2.0
+        level = float((weight * readings.log).sum() / weight.sum())
+        out[kind] = level, float((weight.sum() + LEVEL_SD**-2) ** -0.5)
+    return out
 
 
 def _by_constant(measurements, levels):
@@ -193,7 +192,7 @@ def _calibration(settings, factors, levels):
     measured."""
     known, out = {f.key: f for f in factors}, {}
     for kind, (log, error) in levels.items():
-        power = IN_AIR if kind == "drop" else 1.0
+        power = EXPONENT[kind]
         factor = known[settings.experiments[kind].parameters[0]]
         ends = [float(np.exp((log + z * error) / power)) for z in (-NORMAL_95, NORMAL_95)]
         value = float(np.exp(log / power))

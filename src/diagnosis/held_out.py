@@ -15,7 +15,7 @@ from calibration.intake.quantities import LEVERS
 from diagnosis.fit import Data, Fit, data_of
 from diagnosis.laws.engine_gain import Engine
 from diagnosis.laws.known import COEFFICIENT, contact_logs, with_coefficient
-from diagnosis.laws.readings import IN_AIR, from_log, readings_of, unknown, with_setting
+from diagnosis.laws.readings import EXPONENT, from_log, readings_of, unknown, with_setting
 from diagnosis.model import Emulated
 from diagnosis.next_measurement import BEYOND, DECIMALS
 from diagnosis.page.words import told
@@ -216,9 +216,8 @@ def _switched(kind, mechanism, strength, measurements, engine):
     coefficient, low, high = COEFFICIENT[kind]
     own, value = [m for m in measurements if m.experiment == kind], TYPICAL
     if own:
-        power = IN_AIR if kind == "drop" else 1.0
         centre = readings_of(own, kind, {}).centre[0]
-        value = float(np.clip(np.exp(centre / power), low, high))
+        value = float(np.clip(np.exp(centre / EXPONENT[kind]), low, high))
 
     def off(spec):
         return with_coefficient(spec, coefficient, value)

@@ -6,9 +6,10 @@ step of a diagnosis does. The threshold of the alarm is that of data without a l
 for the law in these data is counted: it looks alike.
 """
 
+from bisect import bisect_left
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,8 +18,8 @@ from calibration.intake.measurements import Measurement
 from calibration.statistics.ties import largest_first
 from diagnosis.bulk import Bulk
 from diagnosis.catalogue import Mechanism
-from diagnosis.laws.readings import IN_AIR, readings_of
-from diagnosis.laws.slots import added, coordinates, scaled
+from diagnosis.laws.readings import EXPONENT, readings_of
+from diagnosis.laws.slots import added, scaled
 from diagnosis.page.words import environment
 from diagnosis.table_model.block import LAW, KnownCurves
 from diagnosis.table_model.law import told_in, unit_of
@@ -30,21 +31,6 @@ OF_CHANCE = 399  # data without a law
 LEAST_SHARE = 0.05  # of data in which something else is named, for it to be told
 LADDER = np.geomspace(0.003, 0.8, 36)
 """Changes of the logarithm over half the range of the states that are tried."""
-
-
-@dataclass(frozen=True)
-class Effect:
-    """What a law adds to the logarithms, curves (k, n) at rising strengths, what each strength is
-    called, and where it shows."""
-
-    name: str
-    place: tuple
-    curves: np.ndarray
-    strengths: np.ndarray
-    of: str
-    unit: str
-    same: tuple = ()
-    experiments: tuple = ()
 
 
 def power(
@@ -81,9 +67,9 @@ def of_bulk(bulk: Bulk, alpha: float = 0.05, seed: int = 0) -> list[dict[str, An
 def _rows(blocks, catalogue, alpha, seed):
     """A row of each effect of blocks."""
     return [
-        {"experiment": " and ".join(effect.experiments)} | _detect(bench, effect)
+        row | _detect(bench, curves, told, right)
         for block, bench in ((b, _Bench(b, alpha * SPENT[0], seed)) for b in blocks)
-        for effect in _effects(block, catalogue)
+        for row, curves, told, right in _effects(block, catalogue)
     ]
 
 
@@ -93,85 +79,78 @@ class _Bench:
     def __init__(self, block, alpha, seed):
         rng = np.random.default_rng([seed, 7])
         bare = np.array([not c for c in block.sds], float)
-        self._block = block
+        self.block = block
         self._noise = block.noise(np.full(REPLICATES, int(bare.argmax())), rng)
         made = block.draw(OF_CHANCE, rng, bare)
         best = np.max(list(evidences(block, made).values()), axis=0)
         self._threshold = float(np.quantile(best, 1.0 - alpha))
 
-    def shown(self, effect, k):
-        """(share of data that alarm, keys (a,) of what leads in those)."""
-        made = self._block.y + effect.curves[k] + self._noise
-        values = evidences(self._block, made)
+    def shown(self, curve):
+        """(share of data with a curve (n,) that alarm, keys (a,) of what leads in those)."""
+        made = self.block.y + curve + self._noise
+        values = evidences(self.block, made)
         table = np.array(list(values.values()))
         names = np.array(list(values))[table.argmax(0)]
         alarm = table.max(0) > self._threshold
         return float(alarm.mean()), names[alarm]
 
-    def place(self, key):
-        """(slot, state) of a term, or its key where it is no law."""
-        term = self._block.terms[key]
-        return term.place if term.kind == LAW else key
-
 
 def _effects(block, catalogue):
-    """`Effect` of every free law, a line over the logarithm of its state, and of every mechanism
-    with curves."""
+    """(row, curves, told, right) of every free law, a line over the logarithm of its state, and of
+    every mechanism with curves: curves (k, n) that it adds to the logarithms at rising strengths,
+    what each of these is called, and the places at which it counts as found."""
     readings = block.readings
-    centre, levers, own = readings.centre, coordinates(readings), (readings.experiment,)
+    own = (readings.experiment,)
+
+    def row(kinds, name, place, of, unit):
+        slot, state = place
+        where = {"experiment": " and ".join(kinds), "law": name, "slot": slot, "state": [*state]}
+        return where | {"of": of, "unit": unit}
+
     for term in block.terms.values():
         law = term.law
         if term.kind == LAW and law and term.free:
-            x = scaled(law, levers)[0] if law.coordinate else np.zeros(len(centre))
+            x, middle, _ = scaled(law, readings)
             ladder = (law.sign or 1) * LADDER
             if law.weight is None:
-                power_of = IN_AIR if readings.experiment == "drop" else 1.0
+                power_of = EXPONENT[readings.experiment]
                 curves, told = -power_of * LADDER[:, None] * x, np.expm1(-2.0 * LADDER)
                 of, unit = "change over the plan's states", "share"
             else:
-                weight = law.weight(levers, centre)
+                weight = law.weight(readings)
                 good = (ladder[:, None] * weight > -0.95).all(1)
-                curves = added(law.space, ladder[good, None] * weight, centre)
-                state = np.exp([scaled(law, levers)[1]]) if law.coordinate else np.ones(1)
-                amount = told_in(law, readings, state)
+                curves = added(law, ladder[good, None] * weight, readings)
+                amount = told_in(law, readings, np.exp([middle]))
                 told = np.array([amount(0, z) for z in ladder[good]])
                 of, unit = "what it adds in the middle of the plan", unit_of(law)
-            yield Effect(term.key, term.place, curves, told, of, unit, law.same, own)
+            yield row(own, term.key, term.place, of, unit), curves, told, {term.place, *law.same}
     for term in block.terms.values():
         for shape in (s for s in term.shapes if s.name in catalogue):
             strength = catalogue[shape.name].strength
             order = largest_first(-np.abs(shape.label - strength.weakest))
-            natural = np.array([strength.natural(c) for c in shape.label[order]])
+            told = np.array([strength.natural(c) for c in shape.label[order]])
             curves = shape.mean[order]
             if block.ground is None:
                 curves = curves - curves.mean(1, keepdims=True)
             kinds = term.more.get("experiments", own)
-            yield Effect(
-                shape.name, term.place, curves, natural, strength.name, strength.unit, (), kinds
-            )
+            named = row(kinds, shape.name, term.place, strength.name, strength.unit)
+            yield named, curves, told, {term.place}
 
 
-def _detect(bench, effect):
-    """Row of an effect: its strengths are halved until POWER of data show it."""
-    row = {"law": effect.name, "slot": effect.place[0], "state": list(effect.place[1])}
-    row |= {"of": effect.of, "unit": effect.unit}
-    low, high = 0, len(effect.curves) - 1
-    share, names = bench.shown(effect, high)
+def _detect(bench, curves, told, right):
+    """The rest of the row of an effect: its strengths are halved until POWER of data show it."""
+    share, names = bench.shown(curves[-1])
     if share < POWER:
-        nothing = {"detectable": None, "share": share, "right": None, "taken_for": {}}
-        return row | nothing
-    while low < high:
-        middle = (low + high) // 2
-        found = bench.shown(effect, middle)
-        if found[0] >= POWER:
-            high, (share, names) = middle, found
-        else:
-            low = middle + 1
-    right = {effect.place, *effect.same}
-    wrong = [n for n in names if bench.place(n) not in right]
+        return {"detectable": None, "share": share, "right": None, "taken_for": {}}
+    weaker = range(len(curves) - 1)
+    least = bisect_left(weaker, True, key=lambda k: bench.shown(curves[k])[0] >= POWER)
+    share, names = bench.shown(curves[least])
+    # a term is taken for its place, or by its key where it is no law
+    terms = bench.block.terms
+    wrong = [n for n in names if (terms[n].place if terms[n].kind == LAW else n) not in right]
     taken = {n: v / len(names) for n, v in Counter(wrong).most_common()}
-    return row | {
-        "detectable": float(effect.strengths[high]),
+    return {
+        "detectable": float(told[least]),
         "share": share,
         "right": 1.0 - len(wrong) / len(names),
         "taken_for": {n: v for n, v in taken.items() if v >= LEAST_SHARE},

@@ -47,7 +47,6 @@ def family_of(found: Found, alpha: float) -> dict[str, Any]:
     """Return what was tried, and what chance gives of it."""
     return {
         "family_p": found.p,
-        "tried": sum(len(b.terms) for b in found.start.values()),
         "threshold_level": alpha,
         "null_threshold_best": found.selection.threshold,
         "ranking": found.ranking,
@@ -118,8 +117,7 @@ def extension(bulk: Bulk, found: Found) -> tuple[str, ...]:
         return ()
     names = tuple(
         dict.fromkeys(
-            row["names"][0] if row["names"] else found.names[row["key"]].likeliest
-            for row in found.laws
+            row["names"][0] if row["names"] else found.likeliest[row["key"]] for row in found.laws
         )
     )
     together = [bulk.emulated.catalogue[n] for n in names]

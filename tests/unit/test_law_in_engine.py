@@ -7,7 +7,7 @@ from diagnosis_cases import BASE
 from benchmarks.rates.simulated import salt_settings
 from calibration.intake.quantities import Condition
 from dem.spec import parse_spec
-from diagnosis.laws.engine_gain import curve_of, keys, switched_on
+from diagnosis.laws.engine_gain import has_curve, switched_on
 from diagnosis.laws.known import rebounds, sliding_angles
 from diagnosis.laws.slots import FAMILY
 from diagnosis.rig import Rig
@@ -57,7 +57,7 @@ def test_a_slide_is_that_of_the_laws_friction():
 
 
 def test_a_law_that_the_engine_lacks_has_no_curve():
-    curves = {name for name, law in LAWS.items() if curve_of(law)}
+    curves = {name for name, law in LAWS.items() if has_curve(law)}
     assert curves == {
         "drop:restitution(speed)",
         "drop:restitution(size)",
@@ -68,8 +68,8 @@ def test_a_law_that_the_engine_lacks_has_no_curve():
 
 def test_the_keys_make_a_run_spec():
     law = LAWS["drop:restitution(speed)"]
-    told = keys(law, values(lambda v: 0.8 - 0.08 * v, 0.7, 3.0))
-    spec = parse_spec({"experiment": "drop", "geometry": {}} | told)
+    switch, middle = switched_on(law, values(lambda v: 0.8 - 0.08 * v, 0.7, 3.0))
+    spec = parse_spec({"experiment": "drop", "geometry": {}} | switch({}, middle))
     assert spec.laws.damping == "restitution_curve"
     middle = spec.contacts.particle_wall.restitution
     last = middle * spec.law_parameters.wall_restitution_curve_5

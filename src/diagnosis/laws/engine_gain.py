@@ -27,7 +27,7 @@ from diagnosis.laws.known import (
     observed_log,
     with_coefficient,
 )
-from diagnosis.laws.readings import IN_AIR, Readings, from_log
+from diagnosis.laws.readings import EXPONENT, Readings, from_log
 from diagnosis.laws.slots import FAMILY, FreeLaw
 from diagnosis.measurements import CONTACTS
 from diagnosis.page.words import told
@@ -38,40 +38,29 @@ from diagnosis.table_model.law import curve
 DIGITS = 9  # decimals of what is written into a run spec
 
 
-@dataclass(frozen=True)
-class Curve:
-    """A curve of the engine: slot and name of its law, the beginning of its keys; the coefficient
-    of the contact that it multiplies, and the states that it can depend on."""
-
-    slot: str
-    law: str
-    coefficient: str
-    states: tuple
-
-
 CURVES = {
-    "restitution": Curve("damping", "restitution_curve", "restitution", ("speed", "size")),
-    "friction": Curve("friction", "friction_curve", "static_friction", ("load", "speed", "size")),
+    "restitution": ("damping", ("speed", "size")),
+    "friction": ("friction", ("load", "speed", "size")),
 }
-"""Slot of a free law -> the curve of the engine in it."""
+"""Slot of a free law -> the engine's slot with a curve of that name, and the states that the curve
+can depend on."""
 
 
-def curve_of(law: FreeLaw) -> Curve | None:
-    """`Curve` that is a law with experiment, slot and state; None where the engine has none.
+def has_curve(law: FreeLaw | None) -> bool:
+    """Return whether the engine has a curve in place of a law with experiment, slot and state.
 
     The rate of a tilt is no speed of sliding, and the load of a shear cell is not that of a
     contact."""
-    known = CURVES.get(law.slot)
-    if law.experiment not in CONTACTS or known is None or not law.state:
-        return None
-    return known if set(law.state) <= set(known.states) else None
+    if law is None or law.experiment not in CONTACTS or law.slot not in CURVES or not law.state:
+        return False
+    return set(law.state) <= set(CURVES[law.slot][1])
 
 
 def not_run(law: Mapping[str, Any]) -> str:
     """Why the engine has no run with a law {experiment, slot, state, ...} of verdict.json."""
-    own = (f for f in FAMILY if f.experiment == law["experiment"])
-    found = [f for f in own if (f.slot, f.state) == (law["slot"], tuple(law["state"]))]
-    return told("not_run.j2", law=law, beside=any(map(curve_of, found)))
+    place = law["experiment"], law["slot"], tuple(law["state"])
+    found = [f for f in FAMILY if (f.experiment, f.slot, f.state) == place]
+    return told("not_run.j2", law=law, beside=any(map(has_curve, found)))
 
 
 Switch = Callable[[dict[str, Any], float], dict[str, Any]]
@@ -84,37 +73,30 @@ def switched_on(law: FreeLaw, values: Sequence[Mapping[str, float]]) -> tuple[Sw
 
     values: [{state, value, ...}] at equal steps of the state's logarithm, as `law.curve` has them;
     the engine takes every few of them."""
-    known = curve_of(law)
-    assert known is not None  # who asks has looked
+    slot, states = CURVES[law.slot]
+    coefficient, _, _ = COEFFICIENT[law.experiment]
     places = np.linspace(0, len(values) - 1, POINTS).round().astype(int)
     state, value = ([values[i][part] for i in places] for part in ("state", "value"))
-    middle, name = value[POINTS // 2], known.law
+    middle, name = value[POINTS // 2], f"{law.slot}_curve"
     found = {f"wall_{name}_{k}": round(v / middle, DIGITS) for k, v in enumerate(value, start=1)}
     found |= {f"{name}_low": state[0], f"{name}_ratio": state[-1] / state[0]}
-    found |= {f"{name}_{s}_power": float(s in law.state) for s in known.states}
+    found |= {f"{name}_{s}_power": float(s in law.state) for s in states}
 
-    def switch(spec, coefficient):
-        spec = set_law(spec, known.slot, name, **found)
-        return with_coefficient(spec, known.coefficient, coefficient)
+    def switch(spec, level):
+        return with_coefficient(set_law(spec, slot, name, **found), coefficient, level)
 
     return switch, middle
-
-
-def keys(law: FreeLaw, values: Sequence[Mapping[str, float]]) -> dict[str, Any]:
-    """The keys of a run spec that switch a free law on: {laws, law_parameters, contacts}."""
-    switch, middle = switched_on(law, values)
-    return switch({}, middle)
 
 
 MOST_SETTINGS = 12
 """Settings at most that are compared for one law."""
 
 
-def some_of(levels: Sequence[Any], most: int = MOST_SETTINGS) -> list[np.ndarray]:
+def some_of(levels: Sequence[Any]) -> list[np.ndarray]:
     """Of each level (settings) those to be run: at most so many in all, spread over the levels, and
     over the settings of a level in turn. levels: [indices (k,) of the settings of a level]."""
-    some = np.round(np.linspace(0, len(levels) - 1, min(most, len(levels)))).astype(int)
-    each = max(most // len(levels), 1)
+    some = np.round(np.linspace(0, len(levels) - 1, min(MOST_SETTINGS, len(levels)))).astype(int)
+    each = max(MOST_SETTINGS // len(levels), 1)
     out = []
     for k, index in enumerate(levels):
         count = min(each, len(index)) if k in some else 0
@@ -148,11 +130,6 @@ class Engine:
         return True
 
 
-def has_curve(term: Term) -> bool:
-    """Return whether the engine has a law for the free shapes of a term."""
-    return term.law is not None and term.free and curve_of(term.law) is not None
-
-
 def shift(block: Block, key: str, name: str | None, engine: Engine) -> tuple[np.ndarray, bool]:
     """(n,) what a law adds to the logarithms of all readings of a block, and whether the engine
     said so. name: the mechanism that it stands for, or None for the curve."""
@@ -161,8 +138,7 @@ def shift(block: Block, key: str, name: str | None, engine: Engine) -> tuple[np.
     fitted = block.part(key)
     if coefficient is None:
         return fitted, False
-    power = IN_AIR if readings.experiment == "drop" else 1.0
-    start = float(np.clip(np.exp(readings.centre[0] / power), low, high))
+    start = float(np.clip(np.exp(readings.centre[0] / EXPONENT[readings.experiment]), low, high))
 
     def constant(spec, value):
         return with_coefficient(spec, coefficient, value)
@@ -182,8 +158,8 @@ def shift(block: Block, key: str, name: str | None, engine: Engine) -> tuple[np.
             own_spec = spec if name in NO_COEFFICIENT else constant(spec, value)
             return mechanism.apply(own_spec, strength)
 
-    elif has_curve(term):
-        values = curve(block, key)[0]
+    elif term.free and has_curve(term.law):
+        values = curve(block, key)
         switch, start = switched_on(term.law, values)
         start = float(np.clip(start, low, high))
     else:
@@ -207,20 +183,13 @@ class Compared:
     refit: np.ndarray
     engine: dict | None
 
-    def gain(self) -> dict[str, Any] | None:
-        """The mapping `gain` of verdict.json."""
-        return gain(
-            self.measurements, self.before, self.after, shared=self.shared, refit=self.refit
-        )
 
-
-def together(parts: Sequence[Compared]) -> dict[str, Any] | None:
-    """The gain of several experiments' `Compared` at once."""
+def gain_of(parts: Sequence[Compared]) -> dict[str, Any] | None:
+    """The mapping `gain` of verdict.json of several experiments' `Compared` at once."""
     rows = [m for p in parts for m in p.measurements]
     before, after = (np.concatenate([getattr(p, n) for p in parts]) for n in ("before", "after"))
     shared = {k: v for p in parts for k, v in p.shared.items()}
-    refit = np.concatenate([p.refit for p in parts])
-    return Compared(rows, before, after, shared, refit, None).gain()
+    return gain(rows, before, after, shared=shared, refit=np.concatenate([p.refit for p in parts]))
 
 
 def compared(
@@ -254,7 +223,7 @@ def _one(measurements, block, laws, tested, names, engine):
         whole = sum(others) + sum(s for s, _ in shifts.values())
         less = whole - sum(shifts[k][0] for k in tested)
         for out, added in ((before, less), (after, whole)):
-            out[run] = (_level(held.readings, added) + added)[run]
+            out[run] = (held.readings.level(held.readings.log - added) + added)[run]
         left[run] = np.sqrt(held.expected()[1][run])
     own = np.flatnonzero(np.isfinite(before))
     before, after, wider = (
@@ -265,13 +234,10 @@ def _one(measurements, block, laws, tested, names, engine):
     done = {"left_out": lever, "levels": chosen, "run": len(own), "of": len(readings.log)}
     if any(ran):  # the keys of a run spec that switch the law on
         term = block.terms[tested[0]]
-        done["keys"] = keys(term.law, curve(block, term.key)[0]) if has_curve(term) else None
+        done["keys"] = None
+        if term.free and has_curve(term.law):
+            switch, middle = switched_on(term.law, curve(block, term.key))
+            done["keys"] = switch({}, middle)
     shared = {(readings.experiment, n): float(block.sd_of(n)[0]) for n in readings.groups}
     refit = np.abs(wider - after)[:, 0]
     return Compared(rows, before, after, shared, refit, done if any(ran) else None)
-
-
-def _level(readings, added):
-    """The constant that meets the readings beside what is added, by those that have weight."""
-    weight = 1.0 / readings.error**2
-    return float((weight * (readings.log - added)).sum() / weight.sum())

@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
 from calibration.errors import CalibrationError
+from calibration.study.config import overlay
 from dem.constants import DOWN, GRAVITY
 from dem.errors import BlowUpError
 from dem.experiments.setup import build_simulation
@@ -34,13 +35,12 @@ from dem.spec import RunSpec, parse_spec
 from dem.timescales import hertz_contact_time
 from dem.walls.builder import WallSet
 from diagnosis.catalogue import Mechanism
-from diagnosis.laws.readings import IN_AIR, Readings, from_log, to_log
+from diagnosis.laws.readings import EXPONENT, Readings, from_log, to_log
 from diagnosis.table_model.block import KnownCurves, curve_shape
 
-STEP = {"rayleigh_fraction": 0.01, "precision": "double"}
-COARSE = {"rayleigh_fraction": 0.2, "precision": "double"}
-"""Of a bounce, whose restitution must be resolved; of a slide, which asks for the force at rest
-only."""
+FINE, COARSE = 0.01, 0.2
+"""Rayleigh fraction of a bounce, whose restitution must be resolved; of a slide, which asks for the
+force at rest only."""
 
 LONGEST = 12.0  # elastic contact times after which a grain that has not left counts as stuck
 FLIGHT_STEPS = 60
@@ -52,7 +52,7 @@ force, and looks."""
 def rebounds(spec: dict[str, Any], heights: ArrayLike, finer: float = 1.0) -> np.ndarray:
     """Rebound heights (k,) [mm] of the grain of a drop's run spec (a mapping) from heights (k,)
     [mm], the time step over `finer`."""
-    own = parse_spec(spec | {"numerics": _step(STEP, finer)})
+    own = _in_steps(spec, FINE / finer)
     air = _air(own)
     heights = 1e-3 * np.asarray(heights, float)
     radius = mean_radius(own)
@@ -68,8 +68,8 @@ def rebounds(spec: dict[str, Any], heights: ArrayLike, finer: float = 1.0) -> np
     return 1e3 * np.maximum(place + _rise(own, radius, speed, air), 0.0)
 
 
-def _step(numerics, finer):
-    return numerics | {"rayleigh_fraction": numerics["rayleigh_fraction"] / finer}
+def _in_steps(spec, fraction):
+    return parse_spec(spec | {"numerics": {"rayleigh_fraction": fraction, "precision": "double"}})
 
 
 def _plate(spec, gravity=DOWN):
@@ -159,7 +159,7 @@ def sliding_angles(spec: dict[str, Any], rates: ArrayLike, finer: float = 1.0) -
     A grain at rest under its weight on the plate is pushed until it slips. The friction is the
     force that holds it then, over its weight. On the plate the load is m g cos(theta). The angle is
     read once the spec's slip has been covered."""
-    own = parse_spec(spec | {"numerics": _step(COARSE, finer)})
+    own = _in_steps(spec, COARSE / finer)
     angle = math.atan(friction(own, 0.0))
     for _ in range(2):
         angle = math.atan(friction(own, angle))
@@ -238,7 +238,7 @@ def _curve(mechanism, coded, readings, centre, spec_of):
         return observed_log(mechanism, strength, centre, readings) - centre
     name, low, high = COEFFICIENT[readings.experiment]
     target = LATTICE * round(float(centre.mean()) / LATTICE)
-    power = IN_AIR if readings.experiment == "drop" else 1.0
+    power = EXPONENT[readings.experiment]
     value = _on_lattice(target / power, low, high)
     for _ in range(1 if mechanism.name in NO_COEFFICIENT else SECANTS):
 
@@ -281,9 +281,7 @@ def _on_lattice(log, low, high):
 
 def with_coefficient(spec: dict[str, Any], name: str, value: float) -> dict[str, Any]:
     """Run spec (a mapping) with a coefficient of grains on the plate."""
-    pair = spec.get("contacts", {})
-    wall = pair.get("particle_wall", {}) | {name: round(float(value), 9)}
-    return spec | {"contacts": pair | {"particle_wall": wall}}
+    return overlay(spec, {"contacts": {"particle_wall": {name: round(float(value), 9)}}})
 
 
 READ = {"drop": ("drop_height_mm", rebounds), "tilt": ("tilt_rate_deg_s", sliding_angles)}

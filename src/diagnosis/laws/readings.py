@@ -22,7 +22,8 @@ FREE = ("drop", "tilt", "shear")
 SHAPE = {"drop": "drop_height_mm", "shear": "normal_stress_kPa"}
 """Lever that the reading of an experiment is proportional to, for constant coefficients."""
 
-IN_AIR = 2.0  # a rebound is the square of a restitution
+EXPONENT = {"drop": 2.0, "tilt": 1.0, "shear": 1.0}
+"""Power of the coefficient that a reading goes with: a rebound is the square of a restitution."""
 
 
 @dataclass(frozen=True)
@@ -85,8 +86,12 @@ class Readings:
     @property
     def centre(self) -> np.ndarray:
         """(n,) logarithm of the best constant, alike at all settings."""
+        return np.full(len(self.log), self.level(self.log))
+
+    def level(self, log: np.ndarray) -> float:
+        """Mean of logarithms (n,), weighted by the readings' errors."""
         weight = 1.0 / self.error**2
-        return np.full(len(self.log), (weight * self.log).sum() / weight.sum())
+        return float((weight * log).sum() / weight.sum())
 
 
 def name_of(error: str, experiment: str) -> str:

@@ -18,7 +18,7 @@ Proc. R. Soc. A 324:301).
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,16 +26,16 @@ from typing import Any
 import numpy as np
 
 from dem.constants import GRAVITY
-from diagnosis.laws.readings import IN_AIR, Readings
+from diagnosis.laws.readings import EXPONENT, Readings
 
 
 @dataclass(frozen=True)
 class FreeLaw:
     """One slot with one state in one experiment.
 
-    coordinate: levers -> positive state (n,), None for a constant; weight: (levers, centre (n,) of
-    logarithms) -> (n,) of an added term, None where the law multiplies; sign: of the added term, 0
-    for either.
+    coordinate: levers -> positive state (n,), None for a constant; weight:
+    readings -> (n,) of an added term, None where the law multiplies; sign: of the added term, 0 for
+    either.
     same: other (slot, state) that are the same function of the levers of this experiment. odds: log
     prior odds against a law that needs one cause alone.
     """
@@ -52,7 +52,7 @@ class FreeLaw:
     odds: float = 0.0
 
 
-def speed_of(levers: Mapping[str, Any]) -> Any:
+def _speed(levers):
     """Impact speed [m/s] of a fall without air."""
     return np.sqrt(2e-3 * GRAVITY * levers["drop_height_mm"])
 
@@ -107,7 +107,7 @@ HEIGHT, SIZE, RATE, STRESS = (
     "drop_height_mm", "particle_diameter_mm", "tilt_rate_deg_s", "normal_stress_kPa",
 )  # fmt: skip
 STATES = {
-    "speed": ((HEIGHT,), speed_of),
+    "speed": ((HEIGHT,), _speed),
     "size": ((SIZE,), _size),
     "interval": (("output_interval_s",), _film),
     "rate": ((RATE,), lambda x: x[RATE]),
@@ -125,16 +125,16 @@ def _law(experiment, slot, state=(), weight=(), needs=(), same=(), **rest):
     space = rest.pop("space", "linear" if weight else "log")
     coordinate = (lambda x: math.prod(of(x) for _, of in known)) if known else None
     others = tuple((s, tuple(of)) for s, of in same if (s, tuple(of)) != (slot, state))
-    acts = (lambda x, c: math.prod(_weight(part, x, c) for part in weight)) if weight else None
+    acts = (lambda r: math.prod(_weight(part, r) for part in weight)) if weight else None
     return FreeLaw(experiment, slot, state, needs, space, coordinate, acts, same=others, **rest)
 
 
-def _weight(part, levers, centre):
+def _weight(part, readings):
     """A function of WEIGHTS, or a power of a lever, 1 in the middle of the plan."""
     if isinstance(part, str):
-        return WEIGHTS[part](levers, centre)
+        return WEIGHTS[part](readings.levers, readings.centre)
     [(lever, power)] = part.items()
-    value = levers[lever] ** float(power)
+    value = readings.levers[lever] ** float(power)
     return value / np.nanmean(value)
 
 
@@ -190,7 +190,7 @@ def with_size(experiment: str, name: str) -> FreeLaw:
     share of the covariate (`share_of`) times a curve of the size."""
     return FreeLaw(
         experiment, COEFFICIENT[experiment], (name, "size"), (name, SIZE), "log", _size,
-        lambda x, c: share_of(x[name]), odds=TOGETHER,
+        lambda readings: share_of(readings.covariates[name]), odds=TOGETHER,
     )  # fmt: skip
 
 
@@ -208,10 +208,10 @@ def _positive(value):
     return np.exp(2.0 * (value - value.mean()) / np.ptp(value))
 
 
-def natural(law: FreeLaw, levers: Mapping[str, np.ndarray], log: np.ndarray) -> np.ndarray:
+def natural(law: FreeLaw, readings: Readings, log: np.ndarray) -> np.ndarray:
     """The state of a law (k,) at logarithms of its coordinate (k,): a column that holds zero or
     less as it was recorded."""
-    own = levers.get(law.state[0]) if len(law.state) == 1 else None
+    own = coordinates(readings).get(law.state[0]) if len(law.state) == 1 else None
     if own is None or (own > 0.0).all():
         return np.exp(log)
     return own.mean() + 0.5 * np.ptp(own) * log
@@ -222,88 +222,79 @@ def coordinates(readings: Readings) -> dict[str, np.ndarray]:
     return readings.levers | readings.covariates
 
 
-def scaled(law: FreeLaw, levers: Mapping[str, np.ndarray]) -> tuple[np.ndarray, float, float]:
+def scaled(law: FreeLaw, readings: Readings) -> tuple[np.ndarray, float, float]:
     """Coordinate (n,) of a law's state, its logarithm over the plan from -1 to 1, with middle and
-    half range."""
-    value = np.log(np.maximum(law.coordinate(levers), 1e-12))  # type: ignore[misc]
+    half range; all zero for a constant."""
+    if law.coordinate is None:
+        return np.zeros(len(readings.log)), 0.0, 0.0
+    value = np.log(np.maximum(law.coordinate(coordinates(readings)), 1e-12))
     low, high = value.min(), value.max()
-    return (
-        2.0 * (value - low) / max(high - low, 1e-12) - 1.0,
-        0.5 * (low + high),
-        0.5 * (high - low),
-    )
+    share = 2.0 * (value - low) / max(high - low, 1e-12) - 1.0
+    return share, 0.5 * (low + high), 0.5 * (high - low)
 
 
-def added(space: str, term: np.ndarray, centre: np.ndarray) -> np.ndarray:
-    """Return what a term adds to the logarithms of readings about `centre`: log, the term itself;
-    linear, it is a share of the reading; angle, a share of the sliding angle. term and centre: (n,)
-    or (k, n)."""
-    if space == "log":
+def added(law: FreeLaw, term: np.ndarray, readings: Readings) -> np.ndarray:
+    """Return what a term (k, n) adds to the logarithms of readings about their centre, by the space
+    of its law: log, the term itself; linear, it is a share of the reading; angle, a share of the
+    sliding angle."""
+    if law.space == "log":
         return term
-    if space == "linear":
+    if law.space == "linear":
         return np.log1p(term)
-    angle = np.arctan(np.exp(centre))
-    return np.log(np.tan(np.clip(angle * (1.0 + term), 1e-6, 1.56))) - centre
+    angle = np.arctan(np.exp(readings.centre))
+    return np.log(np.tan(np.clip(angle * (1.0 + term), 1e-6, 1.56))) - readings.centre
 
 
 LADDER = np.geomspace(0.003, 1.2, 12)
 """Changes of the logarithm over half the range of the states that a form is tried at, in both
 directions."""
 
+BOTH = np.concatenate([-LADDER[::-1], LADDER])
 LEAST = 0.02  # of a factor; below it a form has no meaning any more
 
-
-@dataclass(frozen=True)
-class Form:
-    """factor(u, k) that multiplies the coefficient, and its text with {c} (the coefficient in the
-    middle of the plan), {k}, {s} (the state) and {m} (its middle) to fill in."""
-
-    name: str
-    factor: object
-    text: str
-
-
-MULTIPLIES = (
-    Form("constant slope", lambda u, k: 1.0 + k * (u - 1.0), "{c} (1 {k:+.3g} ({s}/{m} - 1))"),
-    Form("power", lambda u, k: u**k, "{c} ({s}/{m})^{k:.3g}"),
-    Form("exponential", lambda u, k: np.exp(k * (u - 1.0)), "{c} exp({k:.3g} ({s}/{m} - 1))"),
-    Form("logarithm", lambda u, k: 1.0 + k * np.log(u), "{c} (1 {k:+.3g} ln({s}/{m}))"),
-    Form("fifth root", lambda u, k: 1.0 + k * (u**0.2 - 1.0),
-    "{c} (1 {k:+.3g} (({s}/{m})^0.2 - 1))"),
-    Form("inverse", lambda u, k: 1.0 + k * (1.0 / u - 1.0), "{c} (1 {k:+.3g} ({m}/{s} - 1))"),
-    Form(
-        "fixed loss of energy",
+ONSETS = np.geomspace(0.4, 2.5, 12)
+THRESHOLD = "threshold, then -1/4"
+FORMS: dict[str, tuple[Callable[..., Any], str]] = {
+    "constant slope": (lambda u, k: 1.0 + k * (u - 1.0), "{c} (1 {k:+.3g} ({s}/{m} - 1))"),
+    "power": (lambda u, k: u**k, "{c} ({s}/{m})^{k:.3g}"),
+    "exponential": (lambda u, k: np.exp(k * (u - 1.0)), "{c} exp({k:.3g} ({s}/{m} - 1))"),
+    "logarithm": (lambda u, k: 1.0 + k * np.log(u), "{c} (1 {k:+.3g} ln({s}/{m}))"),
+    "fifth root": (lambda u, k: 1.0 + k * (u**0.2 - 1.0), "{c} (1 {k:+.3g} (({s}/{m})^0.2 - 1))"),
+    "inverse": (lambda u, k: 1.0 + k * (1.0 / u - 1.0), "{c} (1 {k:+.3g} ({m}/{s} - 1))"),
+    "fixed loss of energy": (
         lambda u, k: np.sqrt(np.maximum(1.0 + k * (u**-2.0 - 1.0), 0.0)),
         "{c} sqrt(1 {k:+.3g} (({m}/{s})^2 - 1))",
     ),
-    Form("power 3/2", lambda u, k: 1.0 + k * (u**1.5 - 1.0),
-    "{c} (1 {k:+.3g} (({s}/{m})^1.5 - 1))"),
-)  # fmt: skip
-ONSETS = np.geomspace(0.4, 2.5, 12)
-THRESHOLD = Form(
-    "threshold, then -1/4",
-    lambda u, k: np.minimum(1.0, (u / k) ** -0.25) / min(1.0, k**0.25),
-    "{c} constant up to {k:.3g} x {m}, then falling as {s}^(-1/4)",
-)
+    "power 3/2": (lambda u, k: 1.0 + k * (u**1.5 - 1.0), "{c} (1 {k:+.3g} (({s}/{m})^1.5 - 1))"),
+    THRESHOLD: (
+        lambda u, k: np.minimum(1.0, (u / k) ** -0.25) / min(1.0, k**0.25),
+        "{c} constant up to {k:.3g} x {m}, then falling as {s}^(-1/4)",
+    ),
+}
+"""Of laws that multiply: the factor of u and k on the coefficient, and its text with {c} (the
+coefficient in the middle of the plan), {k}, {s} (the state) and {m} (its middle) to fill in."""
 
 
-def forms_of(
-    law: FreeLaw, readings: Readings, centre: np.ndarray
-) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """{name: (strengths (k,), curves (k, n))} of the named forms of one free law: what each adds to
-    the logarithms of readings about `centre` (n,)."""
+Forms = dict[str, tuple[np.ndarray, np.ndarray]]
+"""{name: (strengths (k,), curves (k, n))}"""
+
+
+def forms_of(law: FreeLaw, readings: Readings) -> Forms:
+    """`Forms` of one free law: what each adds to the logarithms of readings about their centre."""
     if law.weight:
-        return _added(law, readings, centre)
-    x, _, half = scaled(law, coordinates(readings))
-    u, power, out = np.exp(x * half), IN_AIR if law.experiment == "drop" else 1.0, {}
-    for form in (*MULTIPLIES, THRESHOLD) if law.slot == "restitution" else MULTIPLIES:
-        ks = ONSETS if form is THRESHOLD else _strengths(form, u)
+        return _added(law, readings)
+    x, _, half = scaled(law, readings)
+    u, out = np.exp(x * half), {}
+    for name, (factor, _) in FORMS.items():
+        if name == THRESHOLD and law.slot != "restitution":
+            continue
+        ks = ONSETS if name == THRESHOLD else _strengths(factor, u)
         with np.errstate(all="ignore"):
-            factors = np.array([form.factor(u, k) for k in ks])  # type: ignore[operator]
+            factors = np.array([factor(u, k) for k in ks])
             curves = np.where(factors > LEAST, np.log(np.maximum(factors, LEAST)), np.nan)
         good = np.isfinite(curves).all(1)
         if good.any():
-            out[form.name] = ks[good], power * curves[good]
+            out[name] = ks[good], EXPONENT[law.experiment] * curves[good]
     return out
 
 
@@ -311,34 +302,31 @@ STEP = "step at "
 STEPS = 12  # places of a step that are tried, evenly among those that there are
 
 
-def steps_of(law: FreeLaw, readings: Readings) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def steps_of(law: FreeLaw, readings: Readings) -> Forms:
     """The same of a step of the coefficient between two levels of its one state; its strengths are
     the logarithms of what is above over what is below.
 
     Two levels at least are on each side: one alone is a level that was set wrongly."""
-    levers = coordinates(readings)
     if law.weight or len(law.state) != 1 or law.coordinate is None:
         return {}
-    x, middle, half = scaled(law, levers)
+    x, middle, half = scaled(law, readings)
     levels = np.unique(np.round(x, 9))
     places = 0.5 * (levels[1:-2] + levels[2:-1])
     if len(places) > STEPS:
         places = places[np.linspace(0, len(places) - 1, STEPS).round().astype(int)]
-    ks = np.concatenate([-LADDER[::-1], LADDER])
-    power = IN_AIR if law.experiment == "drop" else 1.0
-    at = natural(law, levers, middle + half * places)
+    at = natural(law, readings, middle + half * places)
     return {
-        f"{STEP}{value:.4g}": (ks, power * ks[:, None] * (x > place))
+        f"{STEP}{value:.4g}": (BOTH, EXPONENT[law.experiment] * BOTH[:, None] * (x > place))
         for value, place in zip(at, places, strict=True)
     }
 
 
-def _strengths(form, u):
-    """Strengths (k,) at which the form changes by the steps of the ladder over half the range."""
+def _strengths(factor, u):
+    """Strengths (k,) at which a form changes by the steps of the ladder over half the range."""
     ends = np.array([u.min(), u.max()])
     step = 1e-4
-    slope = np.ptp(form.factor(ends, step) - form.factor(ends, 0.0)) / step / 2.0
-    return np.concatenate([-LADDER[::-1], LADDER]) / slope
+    slope = np.ptp(factor(ends, step) - factor(ends, 0.0)) / step / 2.0
+    return BOTH / slope
 
 
 def factors_of(law: FreeLaw) -> dict[str, Callable[[np.ndarray], np.ndarray]]:
@@ -361,17 +349,15 @@ def _carried(ratio):
     return lambda t: (1.0 + ratio) / (1.0 + ratio * np.exp(-3.0 * t))
 
 
-def _added(law, readings, centre):
-    levers = coordinates(readings)
-    weight = law.weight(levers, centre)
-    x, _, half = scaled(law, levers) if law.coordinate else (np.zeros(len(centre)), 0, 0)
+def _added(law, readings):
+    x, _, half = scaled(law, readings)
     out = {}
     for name, factor in factors_of(law).items():
-        term = weight * factor(x * half)
-        ks = law.sign * LADDER if law.sign else np.concatenate([-LADDER[::-1], LADDER])
+        term = law.weight(readings) * factor(x * half)
+        ks = law.sign * LADDER if law.sign else BOTH
         # a reading is never negative
         ks = ks[(ks[:, None] * term > -0.95).all(1)]
-        out[name] = ks, added(law.space, ks[:, None] * term, centre)
+        out[name] = ks, added(law, ks[:, None] * term, readings)
     return out
 
 
@@ -379,5 +365,4 @@ def text_of(name: str) -> str:
     """Formula of a form of a law that multiplies, to be filled in (see `Form`)."""
     if name.startswith(STEP):
         return "{c} below, and exp({k:.3g}) times that above"
-    [text] = [f.text for f in (*MULTIPLIES, THRESHOLD) if f.name == name]
-    return text
+    return FORMS[name][1]

@@ -113,10 +113,12 @@ MOST_NAMES = 4  # kinds of error of which two are tried at once
 
 @dataclass(frozen=True)
 class Held:
-    """A term in the model at its likeliest hyperparameter: mean (n,), root (n, r), and log prior
-    probability of both."""
+    """A term in the model at the likeliest of its shapes and its strength number k: mean (n,), root
+    (n, r), and log prior probability of both."""
 
     term: Term
+    shape: Shape
+    k: int
     mean: np.ndarray
     root: np.ndarray
     prior: float
@@ -147,18 +149,7 @@ class Block:
     def __post_init__(self):
         self.sds, self.prior = _grid(self.readings)
         self.y = self.readings.log
-        self._build()
-
-    def without(self, key: str) -> "Block":
-        """The same without a term that is held."""
-        return replace(self, held={k: h for k, h in self.held.items() if k != key})
-
-    def holding(self, key: str, term: Term | None = None) -> "Block":
-        """The same with a term held at its likeliest, its own under that key unless given."""
-        return replace(self, held=self.held | {key: self.hold(term or self.terms[key])})
-
-    def _build(self):
-        n = len(self.readings.log)
+        n = len(self.y)
         self.unit = self.readings.usual
         shared = {k: np.diag(v.astype(float)) for k, v in self.readings.scatters.items()} | {
             name: ((code[:, None] == code[None, :]) & (code >= 0)).astype(float)
@@ -179,6 +170,14 @@ class Block:
         self.smooth = own + level
         total = self.errors + self.smooth
         self.precision, self.logdet = np.linalg.inv(total), np.linalg.slogdet(total)[1]
+
+    def without(self, key: str) -> "Block":
+        """The same without a term that is held."""
+        return replace(self, held={k: h for k, h in self.held.items() if k != key})
+
+    def holding(self, key: str, term: Term | None = None) -> "Block":
+        """The same with a term held at its likeliest, its own under that key unless given."""
+        return replace(self, held=self.held | {key: self.hold(term or self.terms[key])})
 
     @cached_property
     def _own_level(self):
@@ -223,11 +222,10 @@ class Block:
             if value.max() > best:
                 best, shape, k = value.max(), tried, int(np.argmax(value))
         prior = term.weight + shape.weight - float(np.log(len(shape.label)))
-        n = len(self.readings.log)
-        mean = np.zeros(n) if shape.mean is None else shape.mean[k]
+        mean = np.zeros(len(self.y)) if shape.mean is None else shape.mean[k]
         if not shape.own_level and self.ground is None:
             mean = mean - mean.mean()
-        return Held(term, mean, shape.root[k], prior)
+        return Held(term, shape, k, mean, shape.root[k], prior)
 
     def part(self, key: str) -> np.ndarray:
         """Return what a held term adds (n,) to the readings, averaged over the sizes of errors."""
@@ -238,25 +236,13 @@ class Block:
     def strength(self, key: str) -> float:
         """The strength of a held curve, what its root adds to first order counted in."""
         h = self.held[key]
-        shape, k = self.shape_of(key)
+        shape, k = h.shape, h.k
         if shape.mean is None or len(shape.label) < 2:
             return float(shape.label[k])
         pull = self.precision @ (self.y - self.mean)
         u = float((h.root[:, 0] @ pull.T) @ self.shares())
         found = shape.label[k] + 0.5 * u * np.gradient(shape.label)[k]
         return float(np.clip(found, shape.label.min(), shape.label.max()))
-
-    def shape_of(self, key: str) -> tuple[Shape, int]:
-        """(Shape, number of the strength) at which a term is held. Raises KeyError for a term that
-        is not held."""
-        h = self.held[key]
-        for shape in h.term.shapes:
-            for k, root in enumerate(shape.root):
-                if root is h.root or (
-                    root.shape == h.root.shape and np.shares_memory(root, h.root)
-                ):
-                    return shape, k
-        raise KeyError(key)
 
     def expected(self) -> tuple[np.ndarray, np.ndarray]:
         """Means and variances (n,) of the true values behind the readings, errors that these share
@@ -385,7 +371,7 @@ def refitted(block: Block, index: np.ndarray) -> Block:
     out = replace(block, readings=unknown(block.readings, index))
     for key in block.held:
         rest = out.without(key)
-        form = replace(block.terms[key], shapes=(block.shape_of(key)[0],))
+        form = replace(block.terms[key], shapes=(block.held[key].shape,))
         held = replace(rest.hold(form), term=block.terms[key])
         out = replace(rest, held=rest.held | {key: held})
     return out
@@ -413,7 +399,7 @@ def judged(block: Block, key: str) -> dict[str, Any]:
     # nothing but its own readings tells a level that was set wrongly
     wrong = [h.root.any(1) for h in block.held.values() if h.term.what == "one level"]
     inner = [index for index in inner if not any(w[index].any() for w in wrong)]
-    misses = []
+    misses: dict[str, list[tuple[float, float]]] = {"before": [], "after": []}
     for index in inner:
         held = refitted(block, index)
         for label, b in (("after", held), ("before", held.without(key))):
@@ -423,19 +409,15 @@ def judged(block: Block, key: str) -> dict[str, Any]:
             names = (*readings.scatters, *readings.groups)
             shared = sum(b.sd_of(n)[index] ** 2 for n in names)
             whole = np.sqrt(error**2 + variance[index] + shared)
-            misses += [(label, o / e, o / w) for o, e, w in zip(off, error, whole, strict=True)]
-    if not misses:
+            misses[label] += zip(off / error, off / whole, strict=True)
+    count = len(misses["after"])
+    if not count:
         return {"settings": 0, "before": 0.0, "after": 0.0, "beyond_band": 0.0}
-
-    def rms(label, column):
-        return float(np.sqrt(np.mean([m[column] ** 2 for m in misses if m[0] == label])))
-
-    return {
-        "settings": len(misses) // 2,
-        "before": rms("before", 1),
-        "after": rms("after", 1),
-        "beyond_band": rms("after", 2),
-    }
+    (before, _), (after, beyond) = (
+        np.sqrt(np.mean(np.square([*zip(*own, strict=True)]), axis=1)).tolist()
+        for own in misses.values()
+    )
+    return {"settings": count, "before": before, "after": after, "beyond_band": beyond}
 
 
 def without_row(block: Block, key: str, place: int) -> tuple[float, float]:

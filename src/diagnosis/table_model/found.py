@@ -37,8 +37,9 @@ SCATTER = {"of": "settings", "what": "settings", "words": "error from setting to
 class Found:
     """The parts of verdict.json that the model gives; see src/diagnosis/verdict.schema.json.
 
-    scattered: the misfit of what was found with errors from setting to setting, where it does not
-    pass without; decided: the verdict, empty before `judge` gives it."""
+    likeliest: {key of a law: form or mechanism that fits best in its place}; scattered: the misfit
+    of what was found with errors from setting to setting, where it does not pass without; decided:
+    the verdict, empty before `judge` gives it."""
 
     misfit: dict
     laws: list
@@ -47,8 +48,7 @@ class Found:
     ranking: list
     next_setting: dict | None
     selection: chosen.Selection = field(repr=False)
-    start: dict = field(repr=False)
-    names: dict = field(default_factory=dict, repr=False)
+    likeliest: dict = field(default_factory=dict, repr=False)
     scattered: dict | None = None
     decided: Verdict = OPEN
 
@@ -108,7 +108,7 @@ def placed(
     found = chosen.select(start, alpha, seed, chance)
     left = chosen.misfit(found.blocks, seed, chance[-1])
     ranking = _ranking(start, found)
-    out = Found(misfit, [], [], list(aside), ranking, None, found, start)
+    out = Found(misfit, [], [], list(aside), ranking, None, found)
     for block in found.blocks.values():
         for key in block.held:
             _add(out, measurements, block, key)
@@ -175,14 +175,19 @@ def _instead(out, measurements, block, key, near):
     law = best.key
     turns = (law, best.beside, law) if best.beside else (law,)
     other = chosen.held_in_turn(block.without(key), turns)
-    row = {"experiment": block.terms[law].experiment, "key": law, "instead_of": key}
-    row |= {"evidence": chosen.strength_of(other, law), "p": out.selection.p}
     others = [chosen.Rival(key, 0.0), *(r for r in near if r.key != law)]
-    row["rivals"] = [_rival(measurements, block, r) for r in others]
-    row |= _law(other, law, out)
+    known = chosen.strength_of(other, law), out.selection.p
+    row = _own(out, other, law, key, *known, [_rival(measurements, block, r) for r in others])
     if best.beside:
         row["sentence"] += f" {capital(_wrong_level(block, best))} would then be set wrongly."
+
+
+def _own(out, block, key, of, evidence, p, rivals):
+    """The row of a law that may be in place of something else, in its list."""
+    row = {"experiment": block.terms[key].experiment, "key": key, "instead_of": of}
+    row |= {"evidence": evidence, "p": p, "rivals": rivals} | _law(block, key, out)
     out.laws.append(row)
+    return row
 
 
 def _wrong_level(block, rival):
@@ -205,13 +210,10 @@ def _in_question(out, measurements):
     held = chosen.with_terms(out.selection.blocks, stopped.experiment, [stopped.key])[
         stopped.experiment
     ]
-    near = chosen.rivals(held, stopped.key)
-    row = {"experiment": stopped.experiment, "key": stopped.key, "evidence": stopped.evidence}
     kind = block.terms[stopped.key].experiment
-    row |= {"experiment": kind, "p": stopped.p, "instead_of": f"{kind}:settings"}
-    row["rivals"] = [SCATTER | {"experiment": kind, "behind": -stopped.evidence}]
-    row["rivals"] += [_rival(measurements, held, r) for r in near]
-    out.laws.append(row | _law(held, stopped.key, out))
+    rivals = [SCATTER | {"experiment": kind, "behind": -stopped.evidence}]
+    rivals += [_rival(measurements, held, r) for r in chosen.rivals(held, stopped.key)]
+    _own(out, held, stopped.key, f"{kind}:settings", stopped.evidence, stopped.p, rivals)
 
 
 def _first_suspect(out, measurements, seed, count):
@@ -265,22 +267,19 @@ def _set_anew(measurements, block, key, near):
 def _law(block, key, out):
     term, law = block.terms[key], block.terms[key].law
     slot, state = term.place
-    own = named(block, key)
-    out.names[key] = own
-    row = {"slot": slot, "state": list(state), "names": own.names, "forms": own.forms}
-    only = own.forms[0] if len(own.forms) == 1 and not own.names else None
-    row |= {"formula": own.formulas.get(only), "formulas": own.formulas, "coded": own.coded}
+    own, out.likeliest[key] = named(block, key)
     # a form that fits as well is a formula and no other cause
-    row |= {"single": own.names[0] if len(own.names) == 1 else None, "nearest_known": own.nearest}
-    row |= {"band": BAND, "values": [], "supported_range": {}, "gain": None, "unit": "1"}
+    single = own["names"][0] if len(own["names"]) == 1 else None
+    row = {"slot": slot, "state": list(state), **own, "single": single}
+    row |= {"band": BAND, "values": [], "gain": None, "unit": "1"}
     row["same"] = [{"slot": s, "state": list(t)} for s, t in (law.same if law else ())]
     row["held_out"] = judged(block, key)
     if law is not None and term.free:
         row["unit"] = unit_of(law)
-        row["values"], row["supported_range"] = curve(block, key)
+        row["values"] = curve(block, key)
     row["sentence"] = sentence(told("law.j2", law=row, units=UNIT) if row["values"] else "")
     if row["held_out"]["beyond_band"] > DOES_NOT_FIT:
-        row |= {"names": [], "single": None, "forms": [], "formula": None, "formulas": {}}
+        row |= {"names": [], "single": None, "forms": [], "formulas": {}}
     return row
 
 
@@ -304,8 +303,7 @@ def _error(block, key):
         if getattr(QUANTITIES[term.experiment].scale, "lever", None) == term.of:
             row["reads_like"] = level * (1.0 + row["share"])
     elif term.what == "exchanged":
-        shape, _ = block.shape_of(key)
-        row["exchanged"] = [float(v) for v in shape.name.split(" and ")]
+        row["exchanged"] = [float(v) for v in block.held[key].shape.name.split(" and ")]
     elif term.what == "zero":
         row["value"] = block.strength(key)
     elif term.of == "resolution":
@@ -316,14 +314,27 @@ def _error(block, key):
     return row
 
 
+def _of_readings(kind, of, what, sd, p, evidence, **more):
+    """The row of an error that readings of an experiment have, though no term was held for it."""
+    row = {"experiment": kind, "key": f"{kind}:{of}", "of": of, "what": what, "sd": float(sd)}
+    return _told(row | {"p": p, "evidence": evidence, "rivals": []} | more)
+
+
+def _odds(share):
+    """Logarithm of the odds for what is there with a probability."""
+    return float(np.log(share / max(1.0 - share, 1e-9)))
+
+
 def _rounded(block, p):
     """Rows of the resolution where it is coarser than the errors of the readings."""
     held = {h.term.experiment for h in block.held.values() if h.term.of == "resolution"}
-    coarse = {k: block.readings.of(k)[0] for k in block.readings.experiments}
-    return [_told({"experiment": kind, "key": f"{kind}:resolution", "of": "resolution",
-                   "what": "digits", "sd": float(np.median(rounded_off(own))), "p": p,
-                   "evidence": float(-np.log(p)), "step": own.step, "rivals": []})
-            for kind, own in coarse.items() if own.coarse and kind not in held]  # fmt: skip
+    for kind in (k for k in block.readings.experiments if k not in held):
+        own, _ = block.readings.of(kind)
+        if own.coarse:
+            sd = np.median(rounded_off(own))
+            yield _of_readings(
+                kind, "resolution", "digits", sd, p, -float(np.log(p)), step=own.step
+            )
 
 
 def _row(measurements, block, key):
@@ -357,17 +368,14 @@ def _looks_like(readings, here, at):
     own = float(readings.levers[lever][here][0])
     off = np.abs(np.log(own * at / values)) / readings.error[here]
     best = int(np.argmin(off))
-    return (
-        {"lever": lever, "value": float(values[best])}
-        if off[best] < 3.0 and values[best] != own
-        else None
-    )
+    like = off[best] < 3.0 and values[best] != own
+    return {"lever": lever, "value": float(values[best])} if like else None
 
 
 def _declared(measurements, block):
     """Errors of declared batches and instruments that are there almost surely, with how much each
     of them reads too high or too low, as a share of the mean of all."""
-    share, out = block.shares(), []
+    share = block.shares()
     for kind in block.readings.experiments:
         readings, at = block.readings.of(kind)
         for name, code in readings.groups.items():
@@ -376,12 +384,9 @@ def _declared(measurements, block):
             if there <= SURE:
                 continue
             labels = sorted({getattr(measurements[i], name) for i in readings.rows})
-            row = {"experiment": kind, "key": f"{kind}:{name}", "of": name, "what": "declared"}
             offsets = dict(zip(labels, _offsets(block, code, at), strict=True))
-            row |= {"sd": float(block.sd_of(key)[at[0]]), "offsets": offsets, "p": 1.0 - there}
-            row |= {"evidence": float(np.log(there / max(1.0 - there, 1e-9))), "rivals": []}
-            out.append(_told(row))
-    return out
+            own = block.sd_of(key)[at[0]], 1.0 - there, _odds(there)
+            yield _of_readings(kind, name, "declared", *own, offsets=offsets)
 
 
 def _offsets(block, code, at):
@@ -396,21 +401,17 @@ def _offsets(block, code, at):
 
 
 def _settings(block, p):
-    out = []
+    """Rows of the errors from setting to setting that are likelier than not."""
     for kind in block.readings.experiments:
         name = name_of("settings", kind if block.readings.parts else "")
         share = float(block.shares() @ np.array([name in c for c in block.sds]))
-        if share < 0.5:
-            continue
-        sd = float(block.sd_of(name)[block.readings.of(kind)[1][0]])
-        row = {"experiment": kind, "key": f"{kind}:settings", "of": "settings", "what": "settings"}
-        row |= {"sd": sd, "p": p, "evidence": float(np.log(share / max(1.0 - share, 1e-9)))}
-        out.append(_told(row | {"rivals": []}))
-    return out
+        if share >= 0.5:
+            sd = block.sd_of(name)[block.readings.of(kind)[1][0]]
+            yield _of_readings(kind, "settings", "settings", sd, p, _odds(share))
 
 
 def _ranking(start, found):
-    """[{mechanism, score, gain, p}] of the catalogue, each alone in the model, best first."""
+    """[{mechanism, gain, p}] of the catalogue, each alone in the model, best first."""
     rows = []
     for block in start.values():
         y = block.readings.log[None]
@@ -420,7 +421,7 @@ def _ranking(start, found):
                 if shape.catalogue:
                     own = replace(term, shapes=(replace(shape, weight=0.0),))
                     gain = float(block.evidence(own, y, base)[0])
-                    row = {"mechanism": shape.name, "experiment": term.experiment, "score": gain}
+                    row = {"mechanism": shape.name, "experiment": term.experiment}
                     row |= {"gain": gain, "p": share_above(found.null, gain)}
                     rows.append(row | {"null_threshold": found.threshold})
     return sorted(rows, key=lambda r: -r["gain"])
@@ -464,8 +465,7 @@ def _next(out):
     for row in rows:
         other = row.get("set_anew")
         if other and other["behind"] < chosen.CLEAR:
-            block = out.block_of(row["key"])
-            return _telling(propose_setting(block, row["key"], [other["key"]]))
+            return _telling(propose_setting(out.block_of(row["key"]), row["key"], [other["key"]]))
     return None
 
 
@@ -474,33 +474,25 @@ def _telling(proposed):
     return proposed if proposed and proposed["information_bits"] >= LEAST_BITS else None
 
 
-def strengths(
-    row: Mapping[str, Any], block: Block, catalogue: Mapping[str, Mechanism]
-) -> dict[str, dict[str, Any]]:
-    """{mechanism: {name, unit, value, low, high}} of those that a law is left: the strength with
-    its 95 % interval, cut at its range."""
-    out, term = {}, block.terms[row["key"]]
-    for shape in term.shapes:
-        if shape.name not in row["coded"] or shape.name not in catalogue:
-            continue
-        own = catalogue[shape.name].strength
-        ends = strength_limits(block, term, shape, 0.5 + 0.5 * BAND)
-        ends = [own.natural(e if c is None else c) for c, e in zip(ends, (0.0, 1.0), strict=True)]
-        low, high = sorted(map(float, ends))
-        out[shape.name] = {"name": own.name, "unit": own.unit, "low": low, "high": high}
-        out[shape.name]["value"] = float(own.natural(row["coded"][shape.name]))
-    return out
-
-
 def give_strengths(
     found: Found, catalogue: Mapping[str, Mechanism]
 ) -> dict[str, dict[str, dict[str, Any]]]:
-    """{key of a law: its `strengths`}, which its row and the ranking get too."""
-    out = {}
+    """{key of a law: {mechanism: {name, unit, value, low, high}}} of the mechanisms that it is
+    left: the strength with its 95 % interval, cut at its range. Its row and the ranking get them
+    too."""
+    out: dict[str, dict[str, dict[str, Any]]] = {}
     for law in found.laws:
-        out[law["key"]] = strong = strengths(law, found.block_of(law["key"]), catalogue)
+        block, coded = found.block_of(law["key"]), law.pop("coded")
+        term = block.terms[law["key"]]
+        strong = out[law["key"]] = {}
+        for shape in (s for s in term.shapes if s.name in coded and s.name in catalogue):
+            own = catalogue[shape.name].strength
+            ends = strength_limits(block, term, shape, 0.5 + 0.5 * BAND)
+            low, high = sorted(float(own.natural(open_end if end is None else end))
+                               for end, open_end in zip(ends, (0.0, 1.0), strict=True))  # fmt: skip
+            strong[shape.name] = {"name": own.name, "unit": own.unit, "low": low, "high": high}
+            strong[shape.name]["value"] = float(own.natural(coded[shape.name]))
         law["strengths"] = {name: s["value"] for name, s in strong.items()}
-        del law["coded"]
         for row in found.ranking:
             if row["mechanism"] in strong and row["experiment"] == law["experiment"]:
                 row["strength"] = {row["mechanism"]: strong[row["mechanism"]]}

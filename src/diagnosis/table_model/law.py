@@ -17,7 +17,7 @@ that scatter, so nothing is excluded.
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -26,7 +26,7 @@ from scipy import stats
 from calibration.statistics.numbers import NORMAL_95
 from diagnosis.catalogue import Mechanism
 from diagnosis.chance import log_sum
-from diagnosis.laws.readings import IN_AIR, SHAPE, Readings
+from diagnosis.laws.readings import EXPONENT, SHAPE, Readings
 from diagnosis.laws.slots import LADDER, FreeLaw, coordinates, factors_of, natural, scaled, text_of
 from diagnosis.table_model.block import LAW, LEVEL_SD, Block, Shape, Term, curve_shape
 from diagnosis.table_model.selection import ODDS
@@ -60,11 +60,10 @@ def unit_of(law: FreeLaw) -> str:
     return {"drop": "mm", "tilt": "1", "shear": "kPa"}[law.experiment]
 
 
-def curve(block: Block, key: str) -> tuple[list[dict[str, float]], dict[str, list[float]]]:
-    """[{state, value, low, high}] along the state of a held law, and the range {state: [low, high]}
-    that the settings cover. The band holds the whole curve in 95 % of cases. Of a column that acts
-    with the size: the share by which it changes the coefficient where it is largest, along the
-    size."""
+def curve(block: Block, key: str) -> list[dict[str, float]]:
+    """[{state, value, low, high}] along the state of a held law, over what the settings cover. The
+    band holds the whole curve in 95 % of cases. Of a column that acts with the size: the share by
+    which it changes the coefficient where it is largest, along the size."""
     law = block.terms[key].law
     rest = paid(block.without(key), law.needs if law else ())
     if law.weight is None or unit_of(law) == "share":
@@ -75,20 +74,18 @@ def curve(block: Block, key: str) -> tuple[list[dict[str, float]], dict[str, lis
 def _rows(state, told, mean, low, high):
     out = []
     for k, s in enumerate(state):
-        ends = sorted((float(told(k, low[k])), float(told(k, high[k]))))
-        out.append(
-            {"state": float(s), "value": float(told(k, mean[k])), "low": ends[0], "high": ends[1]}
-        )
+        value, *ends = (float(told(k, v[k])) for v in (mean, low, high))
+        out.append({"state": float(s), "value": value, "low": min(ends), "high": max(ends)})
     return out
 
 
 def _multiplied(rest, law):
     """Of the free curve of a law of a coefficient, over its sizes and those of the errors."""
     readings, y = rest.readings, rest.readings.log
-    x, middle, half = scaled(law, coordinates(readings))
+    x, middle, half = scaled(law, readings)
     at = np.linspace(-1.0, 1.0, POINTS)
     z = y - rest.mean
-    share = law.weight(coordinates(readings), readings.centre) if law.weight else np.ones(len(x))
+    share = law.weight(readings) if law.weight else np.ones(len(x))
     level = 0.0 if law.weight else LEVEL_SD**2
 
     def spread(s, b, one, other):
@@ -120,18 +117,16 @@ def _multiplied(rest, law):
         drawn.append(means[i] + rng.standard_normal((count, POINTS)) @ root.T)
     drawn = np.concatenate(drawn)
     mean = odds[kept] @ means[kept] / odds[kept].sum()
-    power = 1.0 / IN_AIR if law.experiment == "drop" else 1.0
+    power = 1.0 / EXPONENT[law.experiment]
     if law.weight:
         low, high = _band(drawn, mean)
         state = np.exp(middle + half * at)
-        rows = _rows(state, lambda k, v: np.expm1(power * v), mean, low, high)
-        return rows, {law.state[-1]: [float(state[0]), float(state[-1])]}
+        return _rows(state, lambda k, v: np.expm1(power * v), mean, low, high)
     drawn, mean = drawn + readings.centre[0], mean + readings.centre[0]
     low, high = _band(drawn, mean)
     most = 1.0 if law.slot == "restitution" else np.inf
-    state = natural(law, coordinates(readings), middle + half * at)
-    rows = _rows(state, lambda k, v: min(np.exp(power * v), most), mean, low, high)
-    return rows, {" x ".join(law.state): [float(state[0]), float(state[-1])]}
+    state = natural(law, readings, middle + half * at)
+    return _rows(state, lambda k, v: min(np.exp(power * v), most), mean, low, high)
 
 
 def _band(drawn, mean):
@@ -145,7 +140,6 @@ def _band(drawn, mean):
 def _added(rest, term, law):
     """Of a law that adds: over its named forms and their strengths."""
     y = rest.readings.log[None]
-    levers = coordinates(rest.readings)
     base = rest.base(y)
     places, values = [], []
     for shape in term.shapes:
@@ -155,12 +149,9 @@ def _added(rest, term, law):
         places += [(shape, k) for k in range(len(own))]
         values += list(own)
     share = np.exp(np.array(values) - log_sum(values))
-    if law.coordinate:
-        _, middle, half = scaled(law, levers)
-        at = np.linspace(-1.0, 1.0, POINTS)
-        state = natural(law, levers, middle + half * at)
-    else:
-        at, half, state = np.zeros(1), 0.0, np.ones(1)
+    _, middle, half = scaled(law, rest.readings)
+    at = np.linspace(-1.0, 1.0, POINTS) if law.coordinate else np.zeros(1)
+    state = natural(law, rest.readings, middle + half * at)
     rng, factors = np.random.default_rng(5), factors_of(law)
     curves = []
     for i in rng.choice(len(share), DRAWS, p=share):
@@ -170,20 +161,17 @@ def _added(rest, term, law):
         curves.append(strength * factors[shape.name](half * at))
     curves = np.array(curves)
     told = told_in(law, rest.readings, state)
-    rows = _rows(
-        state, told, np.median(curves, 0), *np.quantile(curves, [0.5 - BAND / 2, 0.5 + BAND / 2], 0)
-    )
-    name = " x ".join(law.state)
-    return rows, {name: [float(state[0]), float(state[-1])]} if law.coordinate else {}
+    ends = np.quantile(curves, [0.5 - BAND / 2, 0.5 + BAND / 2], 0)
+    return _rows(state, told, np.median(curves, 0), *ends)
 
 
 def told_in(law: FreeLaw, readings: Readings, state: np.ndarray) -> Callable[[int, Any], Any]:
     """A function of place and value that turns a term in the law's space into the reading's unit,
     at the states (m,). What air takes depends on more than its state: it is told of the middle."""
-    levers, centre = coordinates(readings), readings.centre
+    levers = coordinates(readings)
     assert law.weight is not None  # a term is added
-    one = law.weight(levers, centre) * levers.get(SHAPE.get(readings.experiment, ""), 1.0)
-    middle = np.exp(centre[0])
+    one = law.weight(readings) * levers.get(SHAPE.get(readings.experiment, ""), 1.0)
+    middle = np.exp(readings.centre[0])
     one = one * (np.degrees(np.arctan(middle)) if law.space == "angle" else middle)
     if law.coordinate is None or law.slot == "drag":
         return lambda k, z: float(np.median(one)) * z
@@ -208,22 +196,10 @@ UNIT = {
 """Units of states; others are numbers."""
 
 
-@dataclass(frozen=True)
-class Named:
-    """names: mechanisms that fit as well as the best form; forms: forms that do and are another
-    curve, the best first; formulas: {form: text}; nearest: the likeliest mechanism, or None; coded:
-    {mechanism: its coded strength}; likeliest: of all."""
-
-    names: list
-    forms: list
-    formulas: dict
-    nearest: str | None
-    coded: dict
-    likeliest: str
-
-
-def named(block: Block, key: str) -> Named:
-    """`Named` of a law that is held in a block."""
+def named(block: Block, key: str) -> tuple[dict[str, Any], str]:
+    """({names, forms, formulas, coded}, likeliest of all) of a law that is held in a block. names:
+    mechanisms that fit as well as the best form; forms: forms that do and are another curve, the
+    best first; formulas: {form: text}; coded: {mechanism: its coded strength}."""
     rest, term, y = block.without(key), block.terms[key], block.readings.log
     base = rest.base(y[None])
     evidence: dict[str, float] = {}
@@ -243,13 +219,12 @@ def named(block: Block, key: str) -> Named:
     forms = [n for n in left if n not in known and not any(
         _alike(curves[n], curves[k], block.readings.error) for k in names)]  # fmt: skip
     formulas = {n: written(held[n], key, n) for n in forms if n != FREE and term.law}
-    nearest = next((n for n in order if n in known), None)
     # a free curve follows every form: it is told only where nothing else is left
     forms = [n for n in forms if n != FREE] if len(left) > 1 and left[0] != FREE else forms
     # of simulated tests a free law has a strength as well, of single contacts a mechanism alone
     strong = [n for n in names or order[:1] if n in known or term.law is None]
     coded = {n: held[n].strength(key) for n in strong}
-    return Named(names, forms, formulas, nearest, coded, order[0])
+    return {"names": names, "forms": forms, "formulas": formulas, "coded": coded}, order[0]
 
 
 def _alike(one, other, error):
@@ -262,7 +237,7 @@ def written(block: Block, key: str, name: str) -> str:
     term, y = block.held[key].term, block.readings.log
     law, k = block.terms[key].law or term.law, block.strength(key)
     levers = coordinates(block.readings)
-    _, middle, _ = scaled(law, levers) if law.coordinate else (None, 0.0, None)
+    _, middle, _ = scaled(law, block.readings)
     state = " x ".join(law.state)
     own = " ".join(UNIT.get(s, "") for s in law.state).strip()
     at = f"{np.exp(middle):.3g} {own}".rstrip()
@@ -273,13 +248,11 @@ def written(block: Block, key: str, name: str) -> str:
         return name + (
             f" (at a {state} of {at}: {100 * k:+.3g} %)" if state else f": {100 * k:+.3g} %"
         )
-    shape, _ = block.shape_of(key)
+    shape = block.held[key].shape
     number = int(np.argmin(np.abs(shape.label - k)))
     assert shape.mean is not None  # a named form is a curve
     level = y - sum(block.part(o) for o in block.held if o != key) - shape.mean[number]
-    weight = 1.0 / block.readings.error**2
-    power = IN_AIR if law.experiment == "drop" else 1.0
-    c = np.exp((level * weight).sum() / weight.sum() / power)
+    c = np.exp(block.readings.level(level) / EXPONENT[law.experiment])
     text = text_of(name).format(c=f"{c:.3g}", k=k, s=state, m=at)
     return f"{name}: {law.slot} = {text}"
 
@@ -295,25 +268,23 @@ SLOPES = 161
 LEAST_LEVELS = 3
 
 
-def slope_limits(
-    block: Block, law: FreeLaw, probability: float = EACH
-) -> tuple[float | None, float | None]:
+def slope_limits(block: Block, law: FreeLaw) -> tuple[float | None, float | None]:
     """(low, high): ends below and above which the change of a coefficient over the plan's states is
     excluded, as shares, of a straight line over the logarithm of the state; None for an end that
     the slopes that are tried do not hold, and where a lever has two levels."""
-    x = scaled(law, coordinates(block.readings))[0]
+    x = scaled(law, block.readings)[0]
     key = next((k for k, h in block.held.items() if h.term.law is law), None)
     rest = block.without(key) if key else block
-    by_levels = _by_levels(rest, law, x, probability)
+    by_levels = _by_levels(rest, law, x)
     if by_levels is None:
         return None, None
-    power = IN_AIR if law.experiment == "drop" else 1.0
+    power = EXPONENT[law.experiment]
     ends = np.linspace(-LADDER[-1], LADDER[-1], SLOPES)
     ends = np.sort(np.unique(np.concatenate([ends, _near(rest, power * x, ends[-1])])))
     shape = curve_shape("line", ends, power * ends[:, None] * x)
     shape = replace(shape, root=0.0 * shape.root)
     others = [n for n in block.readings.folds if n not in law.needs]
-    low, high = _quantiles(paid(rest, others), shape, ends, probability)
+    low, high = _quantiles(paid(rest, others), shape, ends, EACH)
     low = None if low is None else min(low, by_levels[0] / power)
     high = None if high is None else max(high, by_levels[1] / power)
     below, above = (None if e is None or abs(e) > ends[-1] else float(np.expm1(2.0 * e))
@@ -321,10 +292,10 @@ def slope_limits(
     return below, above
 
 
-def _by_levels(rest, law, x, probability):
+def _by_levels(rest, law, x):
     """(low, high) of the slope of the logarithm of the readings over x (n,), by the scatter of the
-    means of the levels of the law's levers; None where one has two levels
-    alone. A further column has no levels and adds nothing."""
+    means of the levels of the law's levers; None where one has two levels alone. A further column
+    has no levels and adds nothing."""
     readings = rest.readings
     levers = [n for n in law.needs if n in readings.folds]
     if any(len(readings.folds[n]) < LEAST_LEVELS for n in levers):
@@ -339,7 +310,7 @@ def _by_levels(rest, law, x, probability):
     if not variance:
         return slope, slope
     freedom = variance**2 / sum(v**2 / f for v, f in parts)
-    reach = float(stats.t.ppf(probability, freedom)) * np.sqrt(variance)
+    reach = float(stats.t.ppf(EACH, freedom)) * np.sqrt(variance)
     return slope - reach, slope + reach
 
 
@@ -360,7 +331,7 @@ def _of_levels(levels, weight, pull, x, y):
 def _near(rest, x, most):
     """Slopes (k,) about the likeliest, closer than the grid."""
     weight = 1.0 / rest.readings.error**2
-    own = x - (weight * x).sum() / weight.sum()
+    own = x - rest.readings.level(x)
     size = (weight * own**2).sum()
     best = (weight * own * (rest.readings.log - rest.mean)).sum() / size
     step = np.concatenate([np.linspace(-6.0, 6.0, 61), np.linspace(-40.0, 40.0, 81)]) / np.sqrt(
@@ -395,27 +366,21 @@ def limits(blocks: Mapping[str, Block], catalogue: Mapping[str, Mechanism]) -> l
     """[{mechanism or slot and state, of, unit, below, above}]: what the data exclude, at 95 % each
     way."""
     out = []
-    for block in blocks.values():
-        for term in block.terms.values():
-            for shape in (s for s in term.shapes if s.name in catalogue):
-                out.append(_of_mechanism(block, term, shape, catalogue[shape.name].strength))
-    for block in blocks.values():
-        for term in block.terms.values():
-            law = term.law
-            if term.kind == LAW and law is not None and term.free and law.weight is None:
-                low, high = slope_limits(block, law)
-                row = {"experiment": law.experiment, "slot": law.slot, "state": list(law.state)}
-                row |= {"of": "change over the plan's states", "unit": "share"}
-                out.append(row | {"below": low, "above": high})
+    terms = [(block, term) for block in blocks.values() for term in block.terms.values()]
+    for block, term, shape in ((b, t, s) for b, t in terms for s in t.shapes):
+        if shape.name in catalogue:
+            strength, ends = catalogue[shape.name].strength, strength_limits(block, term, shape)
+            # on the side of no effect nothing can be excluded that the data do not show
+            shows = strength.weakest > shape.label[0], strength.weakest < shape.label[-1]
+            row = {"mechanism": shape.name, "of": strength.name, "unit": strength.unit}
+            for side, end, there in zip(("below", "above"), ends, shows, strict=True):
+                row[side] = float(strength.natural(end)) if there and end is not None else None
+            out.append(row)
+    for block, term in terms:
+        law = term.law
+        if term.kind == LAW and law is not None and term.free and law.weight is None:
+            low, high = slope_limits(block, law)
+            row = {"experiment": law.experiment, "slot": law.slot, "state": list(law.state)}
+            row |= {"of": "change over the plan's states", "unit": "share"}
+            out.append(row | {"below": low, "above": high})
     return out
-
-
-def _of_mechanism(block, term, shape, strength):
-    off = strength.weakest
-    low, high = strength_limits(block, term, shape)
-    # on the side of no effect nothing can be excluded that the data do not show
-    below = low if low is not None and off > shape.label[0] else None
-    above = high if high is not None and off < shape.label[-1] else None
-    row = {"mechanism": shape.name, "of": strength.name, "unit": strength.unit}
-    return row | {s: None if e is None else float(strength.natural(e))
-                  for s, e in (("below", below), ("above", above))}  # fmt: skip

@@ -298,7 +298,7 @@ def _beside_one_level(block, key, own):
     start = rest.score()
     for law in [t for t in rest.terms.values() if _is_law_of(t, lever) and t.key not in rest.held]:
         both = held_in_turn(rest, (law.key, wrong.key, law.key, wrong.key))
-        level = both.shape_of(wrong.key)[0].name
+        level = both.held[wrong.key].shape.name
         yield Rival(law.key, float(own - (both.score() - start)), wrong.key, level)
 
 

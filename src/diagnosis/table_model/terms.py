@@ -7,16 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from diagnosis.laws.readings import SHAPE, Readings
-from diagnosis.laws.slots import (
-    FAMILY,
-    LADDER,
-    FreeLaw,
-    applicable,
-    coordinates,
-    forms_of,
-    scaled,
-    steps_of,
-)
+from diagnosis.laws.slots import FAMILY, LADDER, applicable, forms_of, scaled, steps_of
 from diagnosis.table_model.block import (
     ERROR,
     LAW,
@@ -65,14 +56,13 @@ def all_terms(readings: Readings, known: Sequence[tuple[tuple, Shape]]) -> list[
 def laws(readings: Readings, known: Sequence[tuple[tuple, Shape]]) -> list[Term]:
     """A term for each place: of the free laws whose levers vary, and of the catalogue's entries.
     Its shapes are named forms, a free curve, and the catalogue's mechanisms."""
-    centre = readings.centre
     free_laws = {(law.slot, law.state): law for law in applicable(readings)}
     places = dict.fromkeys([*free_laws, *(place for place, _ in known)])
     out = []
     for place in places:
         law, shapes, steps = free_laws.get(place), [], {}
         if law is not None:
-            shapes = _shapes(forms_of(law, readings, centre))
+            shapes = _shapes(forms_of(law, readings))
             steps = steps_of(law, readings)
         own = [shape for where, shape in known if where == place]
         # all places of a step together are one form
@@ -82,7 +72,7 @@ def laws(readings: Readings, known: Sequence[tuple[tuple, Shape]]) -> list[Term]
         shapes = [_weighted(s, np.log(share / named)) for s in (*shapes, *own)]
         shapes += [_weighted(s, np.log(share / named / len(steps))) for s in _shapes(steps)]
         if free:
-            shapes.append(free_curve(law, readings, centre, np.log(SHARE_OF_FREE)))  # type: ignore[arg-type]
+            shapes.append(_weighted(_free_curve(law, readings), np.log(SHARE_OF_FREE)))
         slot, state = place
         key = f"{readings.experiment}:{slot}({', '.join(state)})"
         at = (readings.experiment, slot, state)
@@ -106,12 +96,12 @@ def _shapes(forms):
     return out
 
 
-def free_curve(law: FreeLaw, readings: Readings, centre: np.ndarray, weight: float = 0.0) -> Shape:
+def _free_curve(law, readings):
     """`Shape` of a Gaussian process over the scaled logarithm of the state; root (k, n, 2 + bend).
 
     To first order in its size, where the law adds to the reading."""
-    x = scaled(law, coordinates(readings))[0]
-    slope = law.weight(coordinates(readings), centre) if law.weight else np.ones(len(x))
+    x = scaled(law, readings)[0]
+    slope = law.weight(readings) if law.weight else np.ones(len(x))
     line = np.ones((len(x), 1)) if law.weight else x[:, None]
     bend = bend_root(x)
     roots, labels = [], []
@@ -119,7 +109,7 @@ def free_curve(law: FreeLaw, readings: Readings, centre: np.ndarray, weight: flo
         own = np.hstack([line, b * bend]) * slope[:, None]
         roots += [s * own for s in FREE_SIZES]
         labels += list(FREE_SIZES)
-    return Shape(FREE, np.array(labels), np.array(roots), weight=float(weight))
+    return Shape(FREE, np.array(labels), np.array(roots))
 
 
 def bend_root(x: np.ndarray) -> np.ndarray:
