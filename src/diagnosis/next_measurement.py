@@ -62,13 +62,9 @@ def propose(
     if len(fits) < 2:
         return None
     conditions = candidates(emulated.settings, measurements)
-    noise = _noise(emulated.settings, measurements, conditions)
-    means, sds = [], []
-    for names, fitted in fits.items():
-        mean, sd = _predictive(emulated.model(conditions, names), fitted, conditions, noise, seed)
-        means.append(mean)
-        sds.append(sd)
-    means, sds = np.array(means), np.array(sds)
+    noise = _noise(measurements, conditions)
+    found = [_predictive(emulated.model(conditions, n), f, noise, seed) for n, f in fits.items()]
+    means, sds = (np.array(part) for part in zip(*found, strict=True))
     weight = np.array([weights[n] for n in fits])
     bits = information(means, sds, weight / weight.sum(), np.random.default_rng(seed))
     k = int(np.argmax(bits))
@@ -84,19 +80,16 @@ def propose(
     }
 
 
-def _noise(settings, measurements, conditions):
-    """Standard errors (k,) at the candidates: the median of the experiment's, relative where values
-    span decades."""
-    share = {
-        kind: float(
-            np.median([m.sd / m.value / np.sqrt(m.n) for m in measurements if m.experiment == kind])
-        )
-        for kind in {m.experiment for m in measurements}
-    }
+def _noise(measurements, conditions):
+    """Standard errors (k,) at the candidates, as shares: the median of the experiment's."""
+    share = {}
+    for kind in {m.experiment for m in measurements}:
+        own = [m.sd / m.value / np.sqrt(m.n) for m in measurements if m.experiment == kind]
+        share[kind] = float(np.median(own))
     return np.array([share[kind] for kind, _ in conditions])
 
 
-def _predictive(model, fitted, conditions, noise, seed):
+def _predictive(model, fitted, noise, seed):
     """Mean and sd (k,) over the Laplace posterior, with the noise of a measurement.
 
     A parameter that the fit did not know, because its experiment was not measured, would be drawn

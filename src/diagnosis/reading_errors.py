@@ -228,9 +228,8 @@ def covariance_of(
 
 def scatter(sds: Mapping[tuple[str, str], float]) -> list[dict[str, Any]]:
     """[{experiment, of, sd, unit}] of `Shared.at`, as verdict.json has them."""
-    own = {kind: QUANTITIES[kind] for kind, _ in sds}
-    units = {kind: "share" if q.relative else q.unit for kind, q in own.items()}
-    return [
-        {"experiment": kind, "of": name, "sd": sd, "unit": units[kind]}
-        for (kind, name), sd in sds.items()
-    ]
+    out = []
+    for (kind, name), sd in sds.items():
+        unit = "share" if QUANTITIES[kind].relative else QUANTITIES[kind].unit
+        out.append({"experiment": kind, "of": name, "sd": sd, "unit": unit})
+    return out

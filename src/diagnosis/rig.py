@@ -110,12 +110,9 @@ def combine(
     spec. Those of the reading go with any."""
     rig = Rig(settings, {})
     for experiment, levers in dict(conditions).items():
-        plain = rig.spec(Condition(experiment, levers), 0)
-        spec = plain
+        plain = spec = rig.spec(Condition(experiment, levers), 0)
         taken: set[str] = set()
-        for m in mechanisms:
-            if m.observe is not None or experiment not in m.experiments:
-                continue
+        for m in (m for m in mechanisms if m.observe is None and experiment in m.experiments):
             strength = m.strength.natural(0.5)
             slots = {s for s, _ in m.apply(plain, strength)["laws"].items() - plain["laws"].items()}
             if slots & taken:

@@ -105,10 +105,8 @@ def study_settings(config: Config) -> Settings:
             # its `run` is laid over the test's own
             rig = {key: part for key, part in config.run_of(name).items() if key in RIG}
             run = overlay(rig, test.diagnosis.get("run", {}))
-            tests[test.experiment], experiments[test.experiment] = (
-                name,
-                test.diagnosis | {"run": run},
-            )
+            experiments[test.experiment] = test.diagnosis | {"run": run}
+            tests[test.experiment] = name
     try:
         return settings_of(config.diagnosis | {"experiments": experiments})
     except ConfigError as error:
@@ -193,23 +191,19 @@ def check_levers(settings: Settings, measurements: Sequence[Measurement], path: 
     for m in measurements:
         where = {"path": path, "line": m.line}
         levers = settings.experiments[m.experiment].levers
-        for name, value in m.levers.items():
-            if name not in SIMULATED or name in levers:  # type: ignore[operator]  # `setup` fills it in
-                continue
-            fixed = _default(settings, m.experiment, name)
-            allowed = "empty" if fixed is None else f"empty or {fixed:g}"
+        for name in (n for n in m.levers if n in SIMULATED and n not in levers):  # type: ignore[operator]  # `setup` fills it in
+            value, fixed = m.levers[name], _default(settings, m.experiment, name)
             if value != fixed:
                 key = f"experiments.{m.experiment}.levers.{name} of the diagnosis' settings"
-                more = where | {"column": name, "value": value, "allowed": f"{allowed} ({key})"}
+                allowed = ("empty" if fixed is None else f"empty or {fixed:g}") + f" ({key})"
+                more = where | {"column": name, "value": value, "allowed": allowed}
                 faults.append(ConfigError("is outside what the emulators cover", **more))
     raise_faults(faults)
 
 
 def _default(settings, experiment, lever):
     own = settings.experiments[experiment]
-    if lever in own.held:
-        return own.held[lever]
-    return of_run(settings.experiments[experiment].run, lever)
+    return own.held[lever] if lever in own.held else of_run(own.run, lever)
 
 
 def of_run(run: Mapping[str, Any], lever: str) -> float | None:
