@@ -1,5 +1,5 @@
-"""The catalogue of mechanisms: those of `mechanisms`, and of a study's own folder
-(`diagnosis.catalogue`), each file of which defines `MECHANISM`.
+"""The catalogue of mechanisms: the files of this folder, and of a study's own
+(`diagnosis.catalogue`), each of which defines `MECHANISM`.
 
 A mechanism of the engine has `apply(spec, strength)`, which returns a run spec with its law
 switched on. A mechanism of the measurement has `observe(value, condition, strength)` instead: what
@@ -7,8 +7,10 @@ would have been read in place of the true value (arrays or floats; condition is 
 levers). It changes no run.
 """
 
+import importlib
 import importlib.util
 import math
+import pkgutil
 from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY, dataclass, replace
 from pathlib import Path
@@ -88,6 +90,11 @@ def set_law(spec: dict[str, Any], slot: str, law: str, **parameters: float) -> d
     }
 
 
+def setting(slot: str, law: str, key: str, **fixed: float) -> Callable[..., dict[str, Any]]:
+    """`apply` of a law of the engine whose parameter `key` is the strength."""
+    return lambda spec, strength: set_law(spec, slot, law, **{key: strength}, **fixed)
+
+
 def coarse(spec: Mapping[str, Any]) -> float:
     """Factor by which the grains of a run spec (a mapping) are coarser than those that they stand
     for.
@@ -99,14 +106,15 @@ def coarse(spec: Mapping[str, Any]) -> float:
 
 
 def load_catalogue(folder: str | Path | None = None) -> dict[str, Mechanism]:
-    """{name: Mechanism} of the package and of every file in `folder`, each with the experiments
-    that name it beside those that it names itself.
+    """{name: Mechanism} of every module beside this one and of every file in `folder`, each with
+    the experiments that name it beside those that it names itself.
 
     Raises ConfigError for a folder that is not there and for a file that defines no new mechanism.
     """
-    from diagnosis.catalogue.mechanisms import MECHANISMS  # they are made of what stands above
-
-    found = {m.name: m for m in MECHANISMS}
+    modules = [
+        importlib.import_module(f"{__name__}.{m.name}") for m in pkgutil.iter_modules(__path__)
+    ]
+    found = {m.MECHANISM.name: m.MECHANISM for m in modules}
     if folder is not None and not Path(folder).is_dir():
         raise ConfigError("is no folder", path=folder, key="diagnosis.catalogue")
     for path in sorted(Path(folder).glob("[!_]*.py")) if folder is not None else ():
