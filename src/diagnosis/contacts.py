@@ -15,7 +15,6 @@ from calibration.study.factors import Factor
 from diagnosis import extend
 from diagnosis.catalogue import Mechanism
 from diagnosis.fit import data_of
-from diagnosis.held_out import prediction_test
 from diagnosis.laws.engine_gain import Engine, compared, not_run, together
 from diagnosis.laws.known import COEFFICIENT, integrated, known_curves, with_coefficient
 from diagnosis.laws.readings import FREE, IN_AIR, from_log, readings_of
@@ -56,11 +55,10 @@ def with_engine(
     found: Found,
     rig: Rig,
     catalogue: Mapping[str, Mechanism],
-    held_out: Sequence[Measurement] = (),
 ) -> dict[str, Any]:
     """Return what verdict.json says of a table of single contacts but for its residuals and
-    calibration, after the engine's word: gains of each law and of all, names that they leave,
-    limits and the prediction that can fail. held_out: rows with the role `hold out`."""
+    calibration, after the engine's word: gains of each law and of all, names that they leave, and
+    limits."""
     engine = Engine(rig, catalogue)
     give_strengths(found, catalogue)
     parts = []
@@ -79,7 +77,6 @@ def with_engine(
         verdict["gain"] = together(parts)
     verdict = by_runs(without_names(verdict), OF_CONTACTS)
     verdict["exclusion"] = limits(found.selection.blocks, catalogue)
-    verdict["test"] = prediction_test(verdict, measurements, found, engine, held_out)
     return verdict
 
 

@@ -39,7 +39,6 @@ def of_found(found: Found) -> dict[str, Any]:
         "rows": found.rows,
         "next_measurement": found.next_setting,
         "gain": None,
-        "test": None,
     }
 
 
