@@ -23,7 +23,8 @@ from scipy.stats import binom, truncnorm
 from calibration.intake.measurements import Measurement
 from diagnosis.catalogue import Mechanism
 from diagnosis.chance import CLOSE
-from diagnosis.fit import Fit, evidence, fit
+from diagnosis.emulator import outcomes_of
+from diagnosis.fit import Fit, data_of, fit
 from diagnosis.laws.readings import Readings, name_of, readings_of, to_log
 from diagnosis.model import Emulated, Model
 from diagnosis.next_measurement import words_of
@@ -57,7 +58,9 @@ class Bulk:
         aside: Sequence[dict[str, Any]] = (),
     ) -> None:
         self.emulated, self.aside = emulated, aside
-        self.measurements, self.tests, self.data = evidence(emulated, tested)
+        self.measurements = [m for m in tested if not m.outcome]
+        self.tests, failed, tests = outcomes_of(tested, emulated.failures)
+        self.data = replace(data_of(self.measurements), failed=failed, tests=tests)
         self.conditions = [m.condition for m in self.measurements]
         self.kinds = list(dict.fromkeys(m.experiment for m in self.measurements))
         self._parts = self._of_kinds()

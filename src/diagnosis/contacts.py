@@ -25,7 +25,7 @@ from diagnosis.settings import Settings, of_run
 from diagnosis.table_model.block import LEVEL_SD
 from diagnosis.table_model.found import Found, discover, give_strengths, table_misfit
 from diagnosis.table_model.law import limits
-from diagnosis.verdict import family_of, of_found
+from diagnosis.verdict import of_found
 
 
 def discovered(
@@ -101,8 +101,8 @@ def findings(
     measurements: list[Measurement], found: Found, settings: Settings, factors: Sequence[Factor]
 ) -> dict[str, Any]:
     """The mapping of verdict.json from a `Found`, the engine's word left open."""
-    shown = base(measurements, settings, factors, found) | of_found(found)
-    return shown | family_of(found, settings.alpha)
+    shown = base(measurements, settings, factors, found)
+    return shown | of_found(found, settings.alpha)
 
 
 def base(

@@ -8,7 +8,7 @@ model and the same seeds.
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from scipy.special import expit
@@ -318,16 +318,17 @@ def time_step_plan(
     theta: np.ndarray,
     measurements: Sequence[Measurement],
 ) -> tuple[list[dict[str, Any]], dict[str, dict[str, Any]]]:
-    """Rows [{setting, full, half}] with the names of their runs, and {run id: spec}, of the base
-    model at theta (p,)."""
+    """Rows [{label, setting, run_ids, reads}], `full` and `half` of each setting, and {run id:
+    spec}, of the base model at theta (p,)."""
     rows: list[dict[str, Any]] = []
     specs: dict[str, dict[str, Any]] = {}
     for i in middles(measurements):
         seeds = [95_000 + 1000 * k for k in range(rig.settings.gain_runs)]
         full = [real_spec(rig, model, measurements[i], theta, s) for s in seeds]
-        runs = {"full": named(full), "half": named([halved(s) for s in full])}
-        specs |= runs["full"] | runs["half"]
-        rows.append({"setting": i} | {k: list(v) for k, v in runs.items()})
+        for label, own in (("full", full), ("half", [halved(s) for s in full])):
+            runs = named(own)
+            specs |= runs
+            rows.append({"label": label, "setting": i, "run_ids": list(runs), "reads": {}})
     return rows, specs
 
 
@@ -340,14 +341,11 @@ def time_step_check(
     """[{experiment, levers, value, half, change, uncertain, error, matters}] of what could be run:
     means, their difference, its standard error, that of the measurement."""
     out, errors = [], data_of(measurements).error[0]
-    for row in rows:
-        m = measurements[row["setting"]]
-        metric = cast(str, settings.experiments[m.experiment].metric)
-        values = np.array(
-            [[(metrics[n] or {}).get(metric, np.nan) for n in row[k]] for k in ("full", "half")]
-        )
-        if np.isfinite(values).any(1).all():
-            out.append(time_step_row(m, values, float(errors[row["setting"]])))
+    values = real_values(settings, {}, measurements, rows, metrics)
+    for i in dict.fromkeys(row["setting"] for row in rows):
+        pair = np.array([values["full"][i], values["half"][i]])
+        if np.isfinite(pair).any(1).all():
+            out.append(time_step_row(measurements[i], pair, float(errors[i])))
     return out
 
 

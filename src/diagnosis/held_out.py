@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from calibration.intake.measurements import Measurement
-from diagnosis.fit import Data, Fit, data_of
+from diagnosis.bulk import Bulk
+from diagnosis.fit import data_of
 from diagnosis.laws.readings import from_log, readings_of, unknown
-from diagnosis.model import Emulated
 from diagnosis.reading_errors import covariance_of, spread_unit
 from diagnosis.table_model.block import ROW, Held
 from diagnosis.table_model.found import Found
@@ -16,25 +16,21 @@ from diagnosis.table_model.selection import blocks_of, held_in_turn
 
 
 def by_emulators(
-    emulated: Emulated,
-    measurements: list[Measurement],
-    held_out: list[Measurement],
-    fits: Mapping[str, tuple[Sequence[str], Fit]],
-    data: Data,
+    bulk: Bulk, held_out: list[Measurement], models: Mapping[str, Sequence[str]]
 ) -> list[dict[str, Any]]:
-    """Rows (see `_rows`) of conditions held out, from {label: (names of mechanisms, Fit)} of the
-    `Data` of the measurements.
+    """Rows (see `_rows`) of conditions held out, by models {label: names of mechanisms}.
 
     An experiment of which nothing was fitted has no prediction. What is known of the error of a
     row's batch and instrument counts."""
-    kinds = {m.experiment for m in measurements}
-    place = [i for i, m in enumerate(held_out) if m.experiment in kinds]
+    measurements, data = bulk.measurements, bulk.data
+    place = [i for i, m in enumerate(held_out) if m.experiment in bulk.kinds]
     # the parameters of a model are those of all its experiments
     together = [(m.experiment, m.levers) for m in measurements + [held_out[i] for i in place]]
     predicted = {}
-    for label, (names, fitted) in fits.items():
+    for label, names in models.items():
+        _, fitted = bulk.fit(names)
         value, error = np.full(len(held_out), np.nan), np.zeros(len(held_out))
-        found = emulated.model(together, names).predict(fitted.theta[:1])
+        found = bulk.emulated.model(together, names).predict(fitted.theta[:1])
         value[place], error[place] = (v[0, len(measurements) :] for v in found)
         more, variance = _shared(measurements, [held_out[i] for i in place], fitted, data)
         value[place] += more

@@ -277,32 +277,29 @@ class Setup:
         self.config, self._given = study.config, settings
 
     @cached_property
-    def table(self) -> Measured:
-        """`Measured` of the study. Raises ConfigError for conditions that no emulator covers or
-        that cannot be run."""
-        table, path = self._read, self.config.measurements
+    def _checked(self):
+        """The table, and the settings with what they do not say of an experiment derived from the
+        study, the ranges of the levers as wide as the table is. Raises ConfigError for conditions
+        that no emulator covers or that cannot be run."""
+        path = self.config.measurements
+        table = read_all(path)
         rows = table.fitted + table.held_out
+        every = rows + table.outcomes
+        settings = completed(self._given, self.config, self.factors, every, path)
         if not alone(m.experiment for m in table.fitted):
-            check_levers(self._complete, rows, path)
-        self._bare(self._complete).check(rows)
-        return table
+            check_levers(settings, rows, path)
+        self._bare(settings).check(rows)
+        return table, widened(settings, every)
 
-    @cached_property
-    def _read(self):
-        return read_all(self.config.measurements)
+    @property
+    def table(self) -> Measured:
+        """`Measured` of the study."""
+        return self._checked[0]
 
-    @cached_property
-    def _complete(self):
-        """The settings, what they do not say of an experiment derived from the study."""
-        table = self._read
-        rows = table.fitted + table.held_out + table.outcomes
-        return completed(self._given, self.config, self.factors, rows, self.config.measurements)
-
-    @cached_property
+    @property
     def settings(self) -> Settings:
-        """The same, the ranges of the levers as wide as the table is."""
-        table = self.table
-        return widened(self._complete, table.fitted + table.held_out + table.outcomes)
+        """The settings in full."""
+        return self._checked[1]
 
     @property
     def measurements(self) -> list[Measurement]:

@@ -104,15 +104,12 @@ def _of_simulated(setup, source):
         "left": emulator_waves.left(bulk),
         "run_seconds": seconds_of_kinds(setup.rig, setup.tested),
     }
-    told["outcomes"] = verdict.of_outcomes(bulk, names)
+    shown = {"before": ()} | ({"after": names} if names else {})
+    told["outcomes"] = verdict.of_outcomes(bulk, shown)
     told = with_untried(told, errors, emulated.catalogue)
-    shown = {"before": (), **({"after": names} if names else {})}
-    fits = {label: (own, bulk.fit(own)[1]) for label, own in shown.items()}
-    told["held_out"] = held_out.by_emulators(
-        emulated, measurements, table.held_out, fits, bulk.data
-    )
+    told["held_out"] = held_out.by_emulators(bulk, table.held_out, shown)
     told["remarks"] = verdict.remarks(table, {r["experiment"] for r in told["outcomes"]}, errors)
-    models = {"before": bulk.base, "after": bulk.fit(names)[0]} if names else {}
+    models = {label: bulk.fit(own)[0] for label, own in shown.items()} if names else {}
     budget = settings.runs - trained(setup.rig, setup.catalogue, setup.emulated_kinds)  # type: ignore[operator]  # `setup` fills it in
     budget -= sum(wave["runs"] for wave in told["refinement"]["waves"])
     budget -= 2 * LEAST_RUNS * len(setup.kinds)  # the check of the time step
