@@ -84,13 +84,13 @@ class Bulk:
         other._parts = other._of_kinds()
         return other
 
-    def block(self, terms: bool = True) -> dict[str, Block]:
-        """{name: `Block`} of the table, its terms beside it where they are asked for."""
+    def block(self) -> dict[str, Block]:
+        """{name: `Block`} of the table, its terms beside it."""
         readings = self._readings()
         logs, slope, error = self._logs(self.base, self.fitted.theta[0])
         off = self.fitted.theta[0] - self.base.prior_mean
         ground = Ground(logs - slope @ off, slope * spread_of(self.base), error)
-        found = [*self._laws(readings, logs, slope, error), *_errors(readings)] if terms else []
+        found = [*self._laws(readings, logs, slope, error), *_errors(readings)]
         return {readings.experiment: Block(readings, {t.key: t for t in found}, {}, ground)}
 
     def judged(self, alpha: float = 0.05, seed: int = 0, chance: Sequence[int] = CHANCE) -> Found:

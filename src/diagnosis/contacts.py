@@ -23,7 +23,7 @@ from diagnosis.rig import Rig
 from diagnosis.rules import OF_CONTACTS, by_runs, without_names
 from diagnosis.settings import Settings, of_run
 from diagnosis.table_model.block import LEVEL_SD
-from diagnosis.table_model.found import Found, discover, give_strengths, table_misfit
+from diagnosis.table_model.found import Found, discover, give_strengths
 from diagnosis.table_model.law import limits
 from diagnosis.verdict import of_found
 
@@ -109,13 +109,12 @@ def base(
     measurements: list[Measurement],
     settings: Settings,
     factors: Sequence[Factor],
-    found: Found | None = None,
+    found: Found,
 ) -> dict[str, Any]:
     """The constants fitted to the measurements: calibration, lack_of_fit, patterns and residuals.
 
-    found: the `Found` of the measurements, whose single rows then do not count; None before
-    anything is looked for."""
-    aside = {r["setting"] for r in found.rows if r["setting"] is not None} if found else set()
+    found: the `Found` of the measurements, whose single rows do not count."""
+    aside = {r["setting"] for r in found.rows if r["setting"] is not None}
     kept = [i for i in range(len(measurements)) if i not in aside]
     counted = [measurements[i] for i in kept]
     levels = {
@@ -124,15 +123,12 @@ def base(
     stated = data_of(measurements).error[0]
     drawn = by_chance(measurements, stated, stated)
     rows = residual_rows(measurements, drawn, 0.0, **_by_constant(measurements, levels))
-    out = {
+    return {
         "calibration": _calibration(settings, factors, levels),
         "patterns": trends([rows[i] for i in kept], drawn[:, kept]),
         "residuals": rows,
+        "lack_of_fit": found.misfit,
     }
-    if found:
-        return out | {"lack_of_fit": found.misfit}
-    defaults = defaults_of(settings, levels)
-    return out | {"lack_of_fit": table_misfit(measurements, defaults, settings.seed)}
 
 
 def half_step(measurements: list[Measurement], rig: Rig) -> list[dict[str, Any]]:

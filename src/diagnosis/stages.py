@@ -22,7 +22,6 @@ from diagnosis.page.markdown import first_lines, page
 from diagnosis.rules import OF_SIMULATED, by_runs, with_untried
 from diagnosis.settings import study_settings
 from diagnosis.setup import WRITTEN, Setup, announced, as_file, seconds_of_kinds
-from diagnosis.table_model.selection import misfit
 
 
 def plan_power(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
@@ -61,31 +60,19 @@ def plan_refinement(setup: Setup, source: NamedFiles, output: NamedFiles, wave: 
     write_json(output.left, {"wave": wave, "runs": len(specs), "left": found})
 
 
-def calibrate(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
-    """Calibrate the base model on all measurements at once and show where it fails."""
-    if setup.of_contacts:
-        summary = contacts.base(setup.measurements, setup.settings, setup.factors)
-    else:
-        emulated, _ = setup.emulated(source.designs, source.plans)
-        bulk = Bulk(emulated, setup.tested)
-        p = misfit(bulk.block(terms=False), setup.settings.seed)["p"]
-        summary = verdict.base(bulk, p)
-    rows = summary.pop("residuals")
-    write_json(output.summary, summary)
-    table = pd.DataFrame([r | r["levers"] for r in rows]).drop(columns="levers")
-    write_table(table, output.table)
-    common.save(figures.residual_figure(rows), output.residuals)
-
-
 def name_causes(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
-    """Name the cause, and plan the runs that measure the gain."""
+    """Show where the calibrated base model fails, name the cause, and plan the runs that measure
+    the gain."""
     of = _of_contacts(setup) if setup.of_contacts else _of_simulated(setup, source)
     told, extension, specs, extended, name = of
     write_json(output.findings, told)
     write_json(output.extension, extension)
     write_json(output.plan, specs)
-    shown = figures.prediction_figure(told["residuals"], extended, name)
-    common.save(shown, output.predictions)
+    rows = told["residuals"]
+    table = pd.DataFrame([r | r["levers"] for r in rows]).drop(columns="levers")
+    write_table(table, output.table)
+    common.save(figures.residual_figure(rows), output.residuals)
+    common.save(figures.prediction_figure(rows, extended, name), output.predictions)
     common.save(figures.ranking_figure(told), output.ranking)
 
 
@@ -184,6 +171,5 @@ diagnosis_wave = _of_study(
         setup, source, output, int(Path(output.plan).parent.name.removeprefix("wave_"))
     )
 )
-diagnosis_calibrate = _of_study(calibrate)
 diagnosis_identify = _of_study(name_causes)
 diagnose = _of_study(conclude)

@@ -126,20 +126,6 @@ def placed(
     return out
 
 
-def table_misfit(
-    measurements: Sequence[Measurement],
-    defaults: Mapping[str, Mapping[str, float]] | None = None,
-    seed: int = 0,
-    count: int = chosen.CHANCE[0],
-) -> dict[str, float]:
-    """{chi_square, freedom, p} of constant coefficients, by the readings' own errors."""
-    blocks = {
-        kind: Block(readings_of(measurements, kind, (defaults or {}).get(kind)), {})
-        for kind in dict.fromkeys(m.experiment for m in measurements)
-    }
-    return chosen.misfit(_replicated(blocks), seed, count)
-
-
 def _replicated(blocks):
     """The blocks without terms, by the errors that replicates show: what rounding takes off is an
     error of the set-up and no part of a fit that is adequate."""
