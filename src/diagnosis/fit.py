@@ -148,12 +148,8 @@ def fit(model: Model, data: Data, starts: Sequence[float] = STARTS) -> Fit:
 def misfit(model: Model, data: Data, theta: np.ndarray) -> np.ndarray:
     """Twice the negative log posterior (b,), up to a constant, with the spread at theta itself."""
     value, emulator = model.predict(theta)
-    sd = np.hypot(data.error, emulator)
-    if data.shared is None:
-        spread = _Spread(sd)
-        return _cost(model, data, theta, value, spread) + 2.0 * spread.log
-    costs = []
-    for place, prior in enumerate(data.shared.prior):
+    sd, costs = np.hypot(data.error, emulator), []
+    for place, prior in enumerate(data.shared.prior if data.shared else [0.0]):
         spread = _with_root(data, sd, np.full(len(theta), place))
         costs.append(_cost(model, data, theta, value, spread) + 2.0 * (spread.log - prior))
     return np.min(costs, axis=0)
@@ -161,6 +157,8 @@ def misfit(model: Model, data: Data, theta: np.ndarray) -> np.ndarray:
 
 def _with_root(data, sd, places):
     """`_Spread` with the shared errors of a size each, by their places (b,) on the grid."""
+    if data.shared is None:
+        return _Spread(sd)
     root = np.empty((*sd.shape, sd.shape[1]))
     for place in np.unique(places):
         rows = places == place

@@ -49,12 +49,10 @@ def plan_runs(setup: Setup, output: NamedFiles) -> None:
 
 def plan_refinement(setup: Setup, source: NamedFiles, output: NamedFiles, wave: int) -> None:
     """Plan the runs of a wave, where emulators are too rough at the posterior mode."""
-    rows, specs, found = [], {}, []  # type: ignore[var-annotated]
-    if not setup.of_contacts:
-        emulated, _ = setup.emulated(source.designs, source.plans)
-        first = trained(setup.rig, setup.catalogue, setup.emulated_kinds)
-        bulk = Bulk(emulated, setup.tested)
-        rows, specs, found = emulator_waves.plan_wave(bulk, setup.rig, wave, first)
+    emulated, _ = setup.emulated(source.designs, source.plans)
+    first = trained(setup.rig, setup.catalogue, setup.kinds)
+    bulk = Bulk(emulated, setup.tested)
+    rows, specs, found = emulator_waves.plan_wave(bulk, setup.rig, wave, first)
     write_json(output.design, rows)
     write_json(output.plan, specs)
     write_json(output.left, {"wave": wave, "runs": len(specs), "left": found})
@@ -97,7 +95,7 @@ def _of_simulated(setup, source):
     told["held_out"] = held_out.by_emulators(bulk, table.held_out, shown)
     told["remarks"] = verdict.remarks(table, {r["experiment"] for r in told["outcomes"]}, errors)
     models = {label: bulk.fit(own)[0] for label, own in shown.items()} if names else {}
-    budget = settings.runs - trained(setup.rig, setup.catalogue, setup.emulated_kinds)  # type: ignore[operator]  # `setup` fills it in
+    budget = settings.runs - trained(setup.rig, setup.catalogue, setup.kinds)  # type: ignore[operator]  # `setup` fills it in
     budget -= sum(wave["runs"] for wave in told["refinement"]["waves"])
     budget -= 2 * LEAST_RUNS * len(setup.kinds)  # the check of the time step
     each, places = within(budget, len(models), measurements, settings.gain_runs)
