@@ -256,6 +256,7 @@ def _stages(setup):
     last = SimpleNamespace(
         findings="findings.json", extension="extension.json", plan="last.json", gain="g.svg",
         verdict="verdict.json", page="page.md", alone="page.html", predictions="", ranking="",
+        table="residuals.csv", residuals="",
     )  # fmt: skip
     stages.name_causes(setup, files, last)
     stages.conclude(setup, last, last)

@@ -23,7 +23,8 @@ from scipy.stats import binom, truncnorm
 from calibration.intake.measurements import Measurement
 from diagnosis.catalogue import Mechanism
 from diagnosis.chance import CLOSE
-from diagnosis.fit import Fit, evidence, fit
+from diagnosis.emulator import outcomes_of
+from diagnosis.fit import Fit, data_of, fit
 from diagnosis.laws.readings import Readings, name_of, readings_of, to_log
 from diagnosis.model import Emulated, Model
 from diagnosis.next_measurement import words_of
@@ -57,7 +58,9 @@ class Bulk:
         aside: Sequence[dict[str, Any]] = (),
     ) -> None:
         self.emulated, self.aside = emulated, aside
-        self.measurements, self.tests, self.data = evidence(emulated, tested)
+        self.measurements = [m for m in tested if not m.outcome]
+        self.tests, failed, tests = outcomes_of(tested, emulated.failures)
+        self.data = replace(data_of(self.measurements), failed=failed, tests=tests)
         self.conditions = [m.condition for m in self.measurements]
         self.kinds = list(dict.fromkeys(m.experiment for m in self.measurements))
         self._parts = self._of_kinds()
@@ -81,13 +84,13 @@ class Bulk:
         other._parts = other._of_kinds()
         return other
 
-    def block(self, terms: bool = True) -> dict[str, Block]:
-        """{name: `Block`} of the table, its terms beside it where they are asked for."""
+    def block(self) -> dict[str, Block]:
+        """{name: `Block`} of the table, its terms beside it."""
         readings = self._readings()
         logs, slope, error = self._logs(self.base, self.fitted.theta[0])
         off = self.fitted.theta[0] - self.base.prior_mean
         ground = Ground(logs - slope @ off, slope * spread_of(self.base), error)
-        found = [*self._laws(readings, logs, slope, error), *_errors(readings)] if terms else []
+        found = [*self._laws(readings, logs, slope, error), *_errors(readings)]
         return {readings.experiment: Block(readings, {t.key: t for t in found}, {}, ground)}
 
     def judged(self, alpha: float = 0.05, seed: int = 0, chance: Sequence[int] = CHANCE) -> Found:

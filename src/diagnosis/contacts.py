@@ -15,7 +15,6 @@ from calibration.study.factors import Factor
 from diagnosis import extend
 from diagnosis.catalogue import Mechanism
 from diagnosis.fit import data_of
-from diagnosis.held_out import prediction_test
 from diagnosis.laws.engine_gain import Engine, compared, gain_of, not_run
 from diagnosis.laws.known import COEFFICIENT, integrated, known_curves, with_coefficient
 from diagnosis.laws.readings import EXPONENT, FREE, from_log, readings_of
@@ -24,9 +23,9 @@ from diagnosis.rig import Rig
 from diagnosis.rules import OF_CONTACTS, by_runs, without_names
 from diagnosis.settings import Settings, of_run
 from diagnosis.table_model.block import LEVEL_SD
-from diagnosis.table_model.found import Found, discover, give_strengths, table_misfit
+from diagnosis.table_model.found import Found, discover, give_strengths
 from diagnosis.table_model.law import limits
-from diagnosis.verdict import family_of, of_found
+from diagnosis.verdict import of_found
 
 
 def discovered(
@@ -59,11 +58,10 @@ def with_engine(
     found: Found,
     rig: Rig,
     catalogue: Mapping[str, Mechanism],
-    held_out: Sequence[Measurement] = (),
 ) -> dict[str, Any]:
     """Return what verdict.json says of a table of single contacts but for its residuals and
-    calibration, after the engine's word: gains of each law and of all, names that they leave,
-    limits and the prediction that can fail. held_out: rows with the role `hold out`."""
+    calibration, after the engine's word: gains of each law and of all, names that they leave, and
+    limits."""
     engine = Engine(rig, catalogue)
     give_strengths(found, catalogue)
     parts = []
@@ -82,7 +80,6 @@ def with_engine(
         verdict["gain"] = gain_of(parts)
     verdict = by_runs(without_names(verdict), OF_CONTACTS)
     verdict["exclusion"] = limits(found.selection.blocks, catalogue)
-    verdict["test"] = prediction_test(verdict, measurements, found, engine, held_out)
     return verdict
 
 
@@ -107,35 +104,31 @@ def findings(
     measurements: list[Measurement], found: Found, settings: Settings, factors: Sequence[Factor]
 ) -> dict[str, Any]:
     """The mapping of verdict.json from a `Found`, the engine's word left open."""
-    shown = base(measurements, settings, factors, found) | of_found(found)
-    return shown | family_of(found, settings.alpha)
+    shown = base(measurements, settings, factors, found)
+    return shown | of_found(found, settings.alpha)
 
 
 def base(
     measurements: list[Measurement],
     settings: Settings,
     factors: Sequence[Factor],
-    found: Found | None = None,
+    found: Found,
 ) -> dict[str, Any]:
     """The constants fitted to the measurements: calibration, lack_of_fit, patterns and residuals.
 
-    found: the `Found` of the measurements, whose single rows then do not count; None before
-    anything is looked for."""
-    aside = {r["setting"] for r in found.rows if r["setting"] is not None} if found else set()
+    found: the `Found` of the measurements, whose single rows do not count."""
+    aside = {r["setting"] for r in found.rows if r["setting"] is not None}
     kept = [i for i in range(len(measurements)) if i not in aside]
     levels = _levels([measurements[i] for i in kept])
     stated = data_of(measurements).error[0]
     drawn = by_chance(measurements, stated, stated)
     rows = residual_rows(measurements, drawn, 0.0, **_by_constant(measurements, levels))
-    out = {
+    return {
         "calibration": _calibration(settings, factors, levels),
         "patterns": trends([rows[i] for i in kept], drawn[:, kept]),
         "residuals": rows,
+        "lack_of_fit": found.misfit,
     }
-    if found:
-        return out | {"lack_of_fit": found.misfit}
-    defaults = defaults_of(settings, levels)
-    return out | {"lack_of_fit": table_misfit(measurements, defaults, settings.seed)}
 
 
 def half_step(measurements: list[Measurement], rig: Rig) -> list[dict[str, Any]]:

@@ -48,7 +48,7 @@ def _rules(config):
     from diagnosis.measurements import need_emulators
 
     plans = ("diagnosis_plan",) if need_emulators(config.measurements) else ()
-    return (*plans, "diagnosis_calibrate", "diagnosis_identify")
+    return (*plans, "diagnosis_identify")
 
 
 PLANS = (

@@ -157,14 +157,7 @@ def _draws(model, fitted, count, label):
 
 def _inputs(model, theta, names, levers, own):
     """(d,) inputs of an emulator in [0, 1] at parameters theta (p,) and levers {name: value}."""
-    at = dict(zip(model.names, theta, strict=True))
-    out = []
-    for name in names:
-        if name in own.levers:
-            low, high = own.levers[name]
-            out.append(math.log(levers[name] / low) / math.log(high / low))
-        elif name == "strength":
-            out.append(at[model.mechanisms[0].name])
-        else:
-            out.append(factor_share(at[name]))
-    return np.round(out, 6)
+    at = {f.name: factor_share(t) for f, t in zip(model.factors, theta, strict=False)}
+    for name, (low, high) in own.levers.items():
+        at[name] = math.log(levers[name] / low) / math.log(high / low)
+    return np.round([at.get(name, theta[-1]) for name in names], 6)  # last: the strength

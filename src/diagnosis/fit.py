@@ -25,8 +25,7 @@ from scipy.special import expit, logsumexp, xlogy
 
 from calibration.inference.chance_of_no_value import log_likelihood
 from calibration.intake.measurements import Measurement
-from diagnosis.emulator import outcomes_of
-from diagnosis.model import Emulated, Model
+from diagnosis.model import Model
 from diagnosis.reading_errors import Shared, shared_of, spread_unit, stated_sd
 
 STARTS = (0.2, 0.7)
@@ -149,12 +148,8 @@ def fit(model: Model, data: Data, starts: Sequence[float] = STARTS) -> Fit:
 def misfit(model: Model, data: Data, theta: np.ndarray) -> np.ndarray:
     """Twice the negative log posterior (b,), up to a constant, with the spread at theta itself."""
     value, emulator = model.predict(theta)
-    sd = np.hypot(data.error, emulator)
-    if data.shared is None:
-        spread = _Spread(sd)
-        return _cost(model, data, theta, value, spread) + 2.0 * spread.log
-    costs = []
-    for place, prior in enumerate(data.shared.prior):
+    sd, costs = np.hypot(data.error, emulator), []
+    for place, prior in enumerate(data.shared.prior if data.shared else [0.0]):
         spread = _with_root(data, sd, np.full(len(theta), place))
         costs.append(_cost(model, data, theta, value, spread) + 2.0 * (spread.log - prior))
     return np.min(costs, axis=0)
@@ -162,6 +157,8 @@ def misfit(model: Model, data: Data, theta: np.ndarray) -> np.ndarray:
 
 def _with_root(data, sd, places):
     """`_Spread` with the shared errors of a size each, by their places (b,) on the grid."""
+    if data.shared is None:
+        return _Spread(sd)
     root = np.empty((*sd.shape, sd.shape[1]))
     for place in np.unique(places):
         rows = places == place
@@ -196,7 +193,7 @@ def _cost(model, data, theta, value, spread):
     cost = (r * r).sum(1) + (q * q).sum(1)
     if data.failed is None:
         return cost
-    odds, _ = model.odds(theta, slope=False)
+    odds, _ = model.odds(theta)
     return cost - 2.0 * log_likelihood(odds, data.failed, data.tests).sum(1)
 
 
@@ -331,7 +328,7 @@ def _of_tests(model, data, theta, r, leverage):
     """Held-out log probabilities (b, c) of the tests, and their deviances."""
     if data.failed is None:
         return np.zeros((len(theta), 0)), np.zeros((len(theta), 0))
-    odds, _ = model.odds(theta, slope=False)
+    odds, _ = model.odds(theta)
     chance = expit(odds)
     root = np.sqrt(np.maximum(data.tests * chance * (1.0 - chance), 1e-12))
     # what the others say of the odds: their mean and variance without the test
@@ -361,13 +358,3 @@ def data_of(measurements: Sequence[Measurement]) -> Data:
     shared = shared_of(measurements, error, spread_unit(measurements))
     group = np.unique([m.experiment for m in measurements], return_inverse=True)[1]
     return Data(value[None], error[None], shared=shared, group=group)
-
-
-def evidence(
-    emulated: Emulated, measurements: Sequence[Measurement]
-) -> tuple[list[Measurement], Sequence[tuple[str, dict]], Data]:
-    """Return what a fit of an `Emulated` to measurements takes, tests without a value among them:
-    the measurements with a value, the conditions of the tests, and the `Data` of both."""
-    conditions, failed, tests = outcomes_of(measurements, emulated.failures)
-    valued = [m for m in measurements if not m.outcome]
-    return valued, conditions, replace(data_of(valued), failed=failed, tests=tests)

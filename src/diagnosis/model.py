@@ -82,23 +82,21 @@ class Model:
 
     def predict(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Values (b, n) in their units and emulator errors (b, n) at theta (b, p)."""
-        value, error, _ = self.with_slope(theta, slope=False)
+        value, error, _ = self.with_slope(theta)
         return value, error
 
     def with_slope(
-        self, theta: np.ndarray, slope: bool = True, errors: bool = True
-    ) -> tuple[np.ndarray, Any, Any]:
-        """Values (b, n), emulator errors (b, n) and the values' derivatives by theta (b, n, p).
-        What is not asked for is None."""
+        self, theta: np.ndarray, errors: bool = True
+    ) -> tuple[np.ndarray, Any, np.ndarray]:
+        """Values (b, n), emulator errors (b, n), None unless asked for, and the values' derivatives
+        by theta (b, n, p)."""
         shape = (len(theta), len(self.conditions))
         value, error = np.empty(shape), np.empty(shape) if errors else None
-        by_theta = np.zeros((*shape, theta.shape[1])) if slope else None
+        by_theta = np.zeros((*shape, theta.shape[1]))
         for part in self._parts:
-            value[:, part.rows], uncertain, own = part.predict(theta, slope, errors)
-            if errors:
-                error[:, part.rows] = uncertain  # type: ignore[index]
-            if slope:
-                by_theta[:, part.rows] = own  # type: ignore[index]
+            value[:, part.rows], uncertain, by_theta[:, part.rows] = part.predict(theta, errors)
+            if error is not None:
+                error[:, part.rows] = uncertain
         return value, error, by_theta
 
     def scatter(self, theta: np.ndarray) -> np.ndarray:
@@ -108,16 +106,13 @@ class Model:
             out[part.rows] = part.scatter(theta)
         return out
 
-    def odds(self, theta: np.ndarray, slope: bool = True) -> tuple[np.ndarray, Any]:
+    def odds(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Logarithms of the odds (b, c) that the tests end without a value, and their derivatives
-        (b, c, p) by theta (b, p) or None."""
+        (b, c, p) by theta (b, p)."""
         shape = (len(theta), len(self.tests))
-        odds, by_theta = np.empty(shape), np.zeros((*shape, theta.shape[1])) if slope else None
+        odds, by_theta = np.empty(shape), np.zeros((*shape, theta.shape[1]))
         for part in self._failing:
-            own, by_own, _ = part.transformed(theta, slope, errors=False)
-            odds[:, part.rows] = own
-            if slope:
-                by_theta[:, part.rows] = by_own  # type: ignore[index]
+            odds[:, part.rows], by_theta[:, part.rows], _ = part.transformed(theta, errors=False)
         return odds, by_theta
 
     def error_correlation(self, theta: np.ndarray) -> np.ndarray:
@@ -157,25 +152,22 @@ class _Part:
             elif (experiment, m.name) in trained:
                 self.laws.append((k, trained[experiment, m.name]))
 
-    def predict(self, theta, slope, errors):
+    def predict(self, theta, errors):
         """Values (b, n) of this experiment, their errors (b, n) where `errors`, derivatives (b, n,
-        p) where `slope`."""
-        z, by_theta, variance = self.transformed(theta, slope, errors)
+        p)."""
+        z, by_theta, variance = self.transformed(theta, errors)
         value, by_z = self.scale.inverse(z, self.levers)
         error = np.abs(by_z) * np.sqrt(variance) if errors else None
-        if slope:
-            by_theta = by_theta * by_z[:, :, None]
+        by_theta = by_theta * by_z[:, :, None]
         for k, m in self.readings:
             self._read(m, k, theta, value, by_theta)
         return value, error, by_theta
 
-    def transformed(self, theta, slope, errors):
-        """Return what the emulators give: (b, n), derivatives (b, n, p) or None, variances (b,
-        n)."""
+    def transformed(self, theta, errors):
+        """Return what the emulators give: (b, n), derivatives (b, n, p), variances (b, n)."""
         b, n = len(theta), len(self.rows)
-        z, by_theta, variance = self._sum_of_laws(theta, self._inputs(theta), n, slope, errors)
-        by_theta = by_theta.reshape(b, n, -1) if slope else None
-        return z.reshape(b, n), by_theta, variance.reshape(b, n)
+        z, by_theta, variance = self._sum_of_laws(theta, self._inputs(theta), n, errors)
+        return z.reshape(b, n), by_theta.reshape(b, n, -1), variance.reshape(b, n)
 
     def _inputs(self, theta):
         """Inputs (b n, d) of the base model's emulator at theta (b, p)."""
@@ -184,7 +176,7 @@ class _Part:
 
     def scatter(self, theta):
         """Standard deviations (n,) of single runs of the base model at theta (p,)."""
-        z = self.transformed(theta[None], slope=False, errors=False)[0]
+        z = self.transformed(theta[None], errors=False)[0]
         by_z = self.scale.inverse(z, self.levers)[1][0]
         return np.abs(by_z) * self.base.sd_of_run(self._inputs(theta[None]))
 
@@ -197,41 +189,37 @@ class _Part:
         k, law = self.laws[0]
         return law.correlation(np.column_stack([x, np.full(len(x), theta[k])]))
 
-    def _sum_of_laws(self, theta, x, n, slope, errors):
+    def _sum_of_laws(self, theta, x, n, errors):
         """Transformed response (b n,), derivatives (b n, p), variance (b n,): each law adds what it
         alone changes."""
-        factors = list(range(len(self.columns))) if slope else []
-        by_theta = np.zeros((len(x), theta.shape[1])) if slope else None
+        factors = list(range(len(self.columns)))
+        by_theta = np.zeros((len(x), theta.shape[1]))
         alone = 1 - len(self.laws)
         z, variance = np.zeros(len(x)), np.zeros(len(x))
         # one law alone needs no base
         for k, law in [(None, self.base)] * (alone != 0) + self.laws:
             weight = alone if k is None else 1
             inputs = x if k is None else np.column_stack([x, np.repeat(theta[:, k], n)])
-            columns = factors + [x.shape[1]] * (slope and k is not None)
+            columns = factors + [x.shape[1]] * (k is not None)
             change, by_input, uncertain = law.with_slope(inputs, columns, errors)
             z = z + weight * change
             if errors:
                 variance += uncertain
-            if slope:
-                by_theta[:, self.columns] += weight * SHARE_BY_CODED * by_input[:, : len(factors)]
-                if k is not None:
-                    by_theta[:, k] += by_input[:, -1]
+            by_theta[:, self.columns] += weight * SHARE_BY_CODED * by_input[:, : len(factors)]
+            if k is not None:
+                by_theta[:, k] += by_input[:, -1]
         return z, by_theta, variance
 
     def _read(self, mechanism, k, theta, value, by_theta):
         """Replace true values by what the mechanism of measurement number k reads, and carry the
         derivatives along."""
         strength = mechanism.strength.natural(theta[:, k])
-        if by_theta is not None:
-            # away from the bound: an effect may start there with any slope
-            step = np.where(theta[:, k] + STEP > 1.0, -STEP, STEP)
-            moved = mechanism.strength.natural(theta[:, k] + step)
+        # away from the bound: an effect may start there with any slope
+        step = np.where(theta[:, k] + STEP > 1.0, -STEP, STEP)
+        moved = mechanism.strength.natural(theta[:, k] + step)
         for i, condition in enumerate(self.given):
             true = value[:, i].copy()
             value[:, i] = mechanism.observe(true, condition, strength)
-            if by_theta is None:
-                continue
             rise = STEP * np.maximum(np.abs(true), STEP)
             higher = mechanism.observe(true + rise, condition, strength)
             by_theta[:, i] *= ((higher - value[:, i]) / rise)[:, None]

@@ -291,7 +291,6 @@ class _Residuals:
         table = np.array(list(kept.values())).reshape(len(kept), len(own)).T
         self.low, self.high = (table.min(0), table.max(0)) if kept else (np.zeros(0), np.zeros(0))
         self.x = self.scaled(table)
-        self._fit()
 
     def scaled(self, levers):
         """Levers (k, d) over the plan's range, -1 to 1."""
@@ -302,34 +301,22 @@ class _Residuals:
         """The inverse of `scaled`."""
         return self.low * (self.high / self.low) ** (0.5 * (x + 1.0))
 
-    def _fit(self):
-        noise, sizes = np.diag(self.error**2), SIZES * np.median(self.error)
-        self.grid = list(itertools.product(sizes, LENGTHS if self.levers else LENGTHS[:1]))
-        total = [noise + _kernel(self.x, self.x, *at) for at in self.grid]
-        self._inverse = [np.linalg.inv(t) for t in total]
-        fits = [
-            -0.5 * (self.residual @ i @ self.residual + np.linalg.slogdet(t)[1])
-            for i, t in zip(self._inverse, total, strict=True)
-        ]
-        weight = np.exp(np.array(fits) - max(fits))
-        self.weight = weight / weight.sum()
-
     def process(self, x):
         """Mean and standard deviation (k,) of the discrepancy at x (k, d)."""
-        means, variances = [], []
-        for (size, length), inverse in zip(self.grid, self._inverse, strict=True):
-            cross = _kernel(x, self.x, size, length)
-            gain = cross @ inverse
-            means.append(gain @ self.residual)
-            variances.append(2.0 * size**2 - (gain * cross).sum(1))
-        means, variances = np.array(means), np.maximum(variances, 0.0)
-        mean = self.weight @ means
-        second = self.weight @ (variances + means**2)
+        from sklearn.gaussian_process import GaussianProcessRegressor  # a second to import
+        from sklearn.gaussian_process.kernels import RBF, ConstantKernel
+
+        means, sds, fits = [], [], []
+        for size, length in itertools.product(SIZES * np.median(self.error), LENGTHS):
+            # of its level, for an experiment may be off as a whole, and of its shape
+            kernel = ConstantKernel(size**2) + ConstantKernel(size**2) * RBF(length)
+            process = GaussianProcessRegressor(kernel, alpha=self.error**2, optimizer=None)
+            process.fit(self.x, self.residual)
+            for own, value in zip((means, sds), process.predict(x, return_std=True), strict=True):
+                own.append(value)
+            fits.append(process.log_marginal_likelihood_value_)
+        weight = np.exp(np.array(fits) - max(fits))
+        weight /= weight.sum()
+        mean = weight @ means
+        second = weight @ (np.array(sds) ** 2 + np.array(means) ** 2)
         return mean, np.sqrt(np.maximum(second - mean**2, 0.0))
-
-
-def _kernel(x, y, size, length):
-    """Covariance (k, m) of the discrepancy at x (k, d) and y (m, d): of its level, for an
-    experiment may be off as a whole, and of its shape."""
-    square = ((x[:, None] - y[None, :]) ** 2).sum(2)
-    return size**2 * (1.0 + np.exp(-0.5 * square / length**2))

@@ -24,23 +24,6 @@ FAR = 3.0
 readings, from which on an adequate base model is not decided."""
 
 
-@dataclass(frozen=True)
-class Verdict:
-    """Keys of verdict.json: the verdict, why, and the mechanisms that it names."""
-
-    verdict: str
-    reason: str
-    causes: tuple[str, ...] = ()
-
-    def keys(self) -> dict[str, Any]:
-        """The keys of verdict.json."""
-        return {"verdict": self.verdict, "reason": self.reason, "causes": list(self.causes)}
-
-
-OPEN = Verdict("", "")
-"""Before anything is judged."""
-
-
 # --- by the readings ----------------------------------------------------------------------------
 
 
@@ -82,69 +65,62 @@ class Evidence:
         return any(map(_open, (*self.laws, *self.faults)))
 
 
-@dataclass(frozen=True)
-class ByReadings:
-    """A verdict, why, and when it is given."""
-
-    verdict: str
-    reason: str
-    holds: Callable[[Evidence], bool]
-
-
-BY_READINGS = (
-    ByReadings(
+BY_READINGS: tuple[tuple[str, str, Callable[[Evidence], bool]], ...] = (
+    (
         "adequate",
         "constant coefficients meet the readings within their own errors",
         lambda e: e.constant and not e.placed and not e.faults,
     ),
-    ByReadings(
+    (
         "ambiguous",
         f"a law would rest on fewer than {LEAST_SETTINGS} settings, of which an error from one "
         "setting to the next is not told from a law",
         lambda e: e.few,
     ),
-    ByReadings(
+    (
         "ambiguous",
         "these data do not tell apart what stands under rivals",
         lambda e: e.open,
     ),
-    ByReadings(
+    (
         "unexplained",
         "the readings follow a curve along a lever that no mechanism and no error has",
         lambda e: e.faulty and not e.rows and e.bends(),
     ),
-    ByReadings(
+    (
         "error",
         "an error of the set-up or single rows explain the misfit, and laws do not",
         lambda e: e.faulty,
     ),
-    ByReadings(
+    (
         "unexplained",
         "constant coefficients do not meet the readings, nor does what was tried",
         lambda e: not e.placed,
     ),
-    ByReadings(
+    (
         "identified",
         "one mechanism of the catalogue is left in each place",
         lambda e: all(law["single"] for law in e.laws),
     ),
-    ByReadings(
+    (
         "discovered",
         "the place is known; no single mechanism is named",
         lambda e: True,
     ),
 )
+"""(a verdict, why, when it is given)."""
 
 
-def by_readings(evidence: Evidence) -> Verdict:
-    """The verdict of the first rule of BY_READINGS that applies."""
-    rule = next(rule for rule in BY_READINGS if rule.holds(evidence))
+def by_readings(evidence: Evidence) -> dict[str, Any]:
+    """{verdict, reason, causes} of the first rule of BY_READINGS that applies; causes: the
+    mechanisms that it names."""
+    verdict, reason = next((word, why) for word, why, holds in BY_READINGS if holds(evidence))
     names: list[str] = []
-    if rule.verdict == "identified":
+    if verdict == "identified":
         names = [law["single"] for law in evidence.laws]
-    elif rule.verdict == "ambiguous":
+    elif verdict == "ambiguous":
         names = [name for law in evidence.laws for name in law["names"]]
-    return Verdict(rule.verdict, rule.reason, tuple(dict.fromkeys(names)))
+    return {"verdict": verdict, "reason": reason, "causes": list(dict.fromkeys(names))}
 
 
 def _open(row):
@@ -184,8 +160,8 @@ def by_runs(told: Mapping[str, Any], rules: Sequence[ByRuns]) -> dict[str, Any]:
         if reason:
             if rule.verdict in ("error", "unexplained"):
                 out |= {"best_tried": _named(out) or out.get("extended_with"), "laws": []}
-            causes = tuple(dict.fromkeys(rule.causes(out)))
-            out |= Verdict(rule.verdict, reason, causes).keys()
+            causes = list(dict.fromkeys(rule.causes(out)))
+            out |= {"verdict": rule.verdict, "reason": reason, "causes": causes}
     return out
 
 

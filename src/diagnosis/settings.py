@@ -170,20 +170,6 @@ def catalogue_of(settings: Settings, experiments: Iterable[str]) -> dict[str, Me
     return known
 
 
-def widened(settings: Settings, measurements: Sequence[Measurement]) -> Settings:
-    """The settings with the ranges of the emulated levers as wide as the measurements are."""
-    experiments = dict(settings.experiments)
-    for kind, own in settings.experiments.items():
-        levers = {}
-        for name, (low, high) in own.levers.items():  # type: ignore[union-attr]  # `setup` fills it in
-            seen = [
-                m.levers[name] for m in measurements if m.experiment == kind and name in m.levers
-            ]
-            levers[name] = [min([low, *seen]), max([high, *seen])]
-        experiments[kind] = own.model_copy(update={"levers": levers})
-    return settings.model_copy(update={"experiments": experiments})
-
-
 def check_levers(settings: Settings, measurements: Sequence[Measurement], path: str | Path) -> None:
     """Raise ConfigError for the levers that were set and that the emulators hold at one value, one
     message each."""

@@ -43,7 +43,6 @@ from diagnosis.settings import (
     check_levers,
     of_run,
     parameters_of,
-    widened,
 )
 
 MINUTES, CORES = 60.0, 2
@@ -83,7 +82,8 @@ def completed(
     measurements: Sequence[Measurement],
     path: str | Path,
 ) -> Settings:
-    """`Settings` in which every experiment of the measurements is described in full.
+    """`Settings` in which every experiment of the measurements is described in full, the ranges of
+    its levers as wide as these are.
 
     settings: `Settings` as they were given; config: the study's `Config`; factors: its `Factor`s;
     measurements: every row of its table with a value, `Measurement`s; path: of the table.
@@ -95,8 +95,6 @@ def completed(
     if settings.runs and settings.minutes:
         allowed = "one of `minutes` and `runs`"
         raise ConfigError("stands beside `runs`", key="diagnosis.minutes", allowed=allowed)
-    if all(own.whole for own in given.values()):
-        return _within_time(settings, config, measurements, kinds)
     found, faults = dict(settings.experiments), []
     for kind, own in given.items():
         rows = [m for m in measurements if m.experiment == kind]
@@ -191,6 +189,10 @@ def _experiment(kind, own, config, factors, rows, path):
     if levers is None:
         levers, more, few = _levers(kind, run, rows, path)
         held, levels = more | held, few | levels
+    else:
+        for name, (low, high) in levers.items():
+            seen = [m.levers[name] for m in rows if name in m.levers]
+            levers = levers | {name: [min([low, *seen]), max([high, *seen])]}
     # a table without any outcome may hold flows of what arched later
     ends = any(m.name == ENDED for m in experiments()[kind].metrics)
     ended = ENDED if ends and any(m.outcome for m in rows) else None
@@ -277,32 +279,28 @@ class Setup:
         self.config, self._given = study.config, settings
 
     @cached_property
-    def table(self) -> Measured:
-        """`Measured` of the study. Raises ConfigError for conditions that no emulator covers or
-        that cannot be run."""
-        table, path = self._read, self.config.measurements
+    def _checked(self):
+        """The table and the settings in full. Raises ConfigError for conditions that no emulator
+        covers or that cannot be run."""
+        path = self.config.measurements
+        table = read_all(path)
         rows = table.fitted + table.held_out
+        every = rows + table.outcomes
+        settings = completed(self._given, self.config, self.factors, every, path)
         if not alone(m.experiment for m in table.fitted):
-            check_levers(self._complete, rows, path)
-        self._bare(self._complete).check(rows)
-        return table
+            check_levers(settings, rows, path)
+        self._bare(settings).check(rows)
+        return table, settings
 
-    @cached_property
-    def _read(self):
-        return read_all(self.config.measurements)
+    @property
+    def table(self) -> Measured:
+        """`Measured` of the study."""
+        return self._checked[0]
 
-    @cached_property
-    def _complete(self):
-        """The settings, what they do not say of an experiment derived from the study."""
-        table = self._read
-        rows = table.fitted + table.held_out + table.outcomes
-        return completed(self._given, self.config, self.factors, rows, self.config.measurements)
-
-    @cached_property
+    @property
     def settings(self) -> Settings:
-        """The same, the ranges of the levers as wide as the table is."""
-        table = self.table
-        return widened(self._complete, table.fitted + table.held_out + table.outcomes)
+        """The settings in full."""
+        return self._checked[1]
 
     @property
     def measurements(self) -> list[Measurement]:

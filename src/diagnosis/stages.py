@@ -22,7 +22,6 @@ from diagnosis.page.markdown import first_lines, page
 from diagnosis.rules import OF_SIMULATED, by_runs, with_untried
 from diagnosis.settings import study_settings
 from diagnosis.setup import WRITTEN, Setup, announced, as_file, seconds_of_kinds
-from diagnosis.table_model.selection import misfit
 
 
 def plan_power(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
@@ -50,42 +49,28 @@ def plan_runs(setup: Setup, output: NamedFiles) -> None:
 
 def plan_refinement(setup: Setup, source: NamedFiles, output: NamedFiles, wave: int) -> None:
     """Plan the runs of a wave, where emulators are too rough at the posterior mode."""
-    rows, specs, found = [], {}, []  # type: ignore[var-annotated]
-    if not setup.of_contacts:
-        emulated, _ = setup.emulated(source.designs, source.plans)
-        first = trained(setup.rig, setup.catalogue, setup.emulated_kinds)
-        bulk = Bulk(emulated, setup.tested)
-        rows, specs, found = emulator_waves.plan_wave(bulk, setup.rig, wave, first)
+    emulated, _ = setup.emulated(source.designs, source.plans)
+    first = trained(setup.rig, setup.catalogue, setup.kinds)
+    bulk = Bulk(emulated, setup.tested)
+    rows, specs, found = emulator_waves.plan_wave(bulk, setup.rig, wave, first)
     write_json(output.design, rows)
     write_json(output.plan, specs)
     write_json(output.left, {"wave": wave, "runs": len(specs), "left": found})
 
 
-def calibrate(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
-    """Calibrate the base model on all measurements at once and show where it fails."""
-    if setup.of_contacts:
-        summary = contacts.base(setup.measurements, setup.settings, setup.factors)
-    else:
-        emulated, _ = setup.emulated(source.designs, source.plans)
-        bulk = Bulk(emulated, setup.tested)
-        p = misfit(bulk.block(terms=False), setup.settings.seed)["p"]
-        summary = verdict.base(bulk, p)
-    rows = summary.pop("residuals")
-    write_json(output.summary, summary)
-    table = pd.DataFrame([r | r["levers"] for r in rows]).drop(columns="levers")
-    write_table(table, output.table)
-    common.save(figures.residual_figure(rows), output.residuals)
-
-
 def name_causes(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
-    """Name the cause, and plan the runs that measure the gain."""
+    """Show where the calibrated base model fails, name the cause, and plan the runs that measure
+    the gain."""
     of = _of_contacts(setup) if setup.of_contacts else _of_simulated(setup, source)
     told, extension, specs, extended, name = of
     write_json(output.findings, told)
     write_json(output.extension, extension)
     write_json(output.plan, specs)
-    shown = figures.prediction_figure(told["residuals"], extended, name)
-    common.save(shown, output.predictions)
+    rows = told["residuals"]
+    table = pd.DataFrame([r | r["levers"] for r in rows]).drop(columns="levers")
+    write_table(table, output.table)
+    common.save(figures.residual_figure(rows), output.residuals)
+    common.save(figures.prediction_figure(rows, extended, name), output.predictions)
     common.save(figures.ranking_figure(told), output.ranking)
 
 
@@ -104,16 +89,13 @@ def _of_simulated(setup, source):
         "left": emulator_waves.left(bulk),
         "run_seconds": seconds_of_kinds(setup.rig, setup.tested),
     }
-    told["outcomes"] = verdict.of_outcomes(bulk, names)
+    shown = {"before": ()} | ({"after": names} if names else {})
+    told["outcomes"] = verdict.of_outcomes(bulk, shown)
     told = with_untried(told, errors, emulated.catalogue)
-    shown = {"before": (), **({"after": names} if names else {})}
-    fits = {label: (own, bulk.fit(own)[1]) for label, own in shown.items()}
-    told["held_out"] = held_out.by_emulators(
-        emulated, measurements, table.held_out, fits, bulk.data
-    )
+    told["held_out"] = held_out.by_emulators(bulk, table.held_out, shown)
     told["remarks"] = verdict.remarks(table, {r["experiment"] for r in told["outcomes"]}, errors)
-    models = {"before": bulk.base, "after": bulk.fit(names)[0]} if names else {}
-    budget = settings.runs - trained(setup.rig, setup.catalogue, setup.emulated_kinds)  # type: ignore[operator]  # `setup` fills it in
+    models = {label: bulk.fit(own)[0] for label, own in shown.items()} if names else {}
+    budget = settings.runs - trained(setup.rig, setup.catalogue, setup.kinds)  # type: ignore[operator]  # `setup` fills it in
     budget -= sum(wave["runs"] for wave in told["refinement"]["waves"])
     budget -= 2 * LEAST_RUNS * len(setup.kinds)  # the check of the time step
     each, places = within(budget, len(models), measurements, settings.gain_runs)
@@ -131,9 +113,7 @@ def _of_contacts(setup):
     settings, measurements, table = setup.settings, setup.measurements, setup.table
     found = contacts.discovered(measurements, setup.rig, setup.catalogue, table.aside)
     told = contacts.findings(measurements, found, settings, setup.factors)
-    told = contacts.with_engine(
-        told, measurements, found, setup.rig, setup.catalogue, table.held_out
-    )
+    told = contacts.with_engine(told, measurements, found, setup.rig, setup.catalogue)
     told["time_step"] = contacts.half_step(measurements, setup.rig)
     defaults = contacts.defaults_of(settings, setup.kinds)
     told["held_out"] = held_out.by_contacts(measurements, table.held_out, found, defaults)
@@ -189,6 +169,5 @@ diagnosis_wave = _of_study(
         setup, source, output, int(Path(output.plan).parent.name.removeprefix("wave_"))
     )
 )
-diagnosis_calibrate = _of_study(calibrate)
 diagnosis_identify = _of_study(name_causes)
 diagnose = _of_study(conclude)

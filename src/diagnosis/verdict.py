@@ -30,22 +30,16 @@ CARRIED = 0.25  # variance left of the prior's, along a direction of the paramet
 RIVALS = 4
 
 
-def of_found(found: Found) -> dict[str, Any]:
-    """The keys of verdict.json that a `Found` gives, gain and limits left open."""
-    return found.decided.keys() | {
+def of_found(found: Found, alpha: float) -> dict[str, Any]:
+    """The keys of verdict.json that a `Found` gives, gain and limits left open; alpha: chance of a
+    false alarm that was allowed."""
+    return found.decided | {
         "misfit": found.misfit,
         "laws": found.laws,
         "errors": found.errors,
         "rows": found.rows,
         "next_measurement": found.next_setting,
         "gain": None,
-        "test": None,
-    }
-
-
-def family_of(found: Found, alpha: float) -> dict[str, Any]:
-    """Return what was tried, and what chance gives of it."""
-    return {
         "family_p": found.p,
         "threshold_level": alpha,
         "null_threshold_best": found.selection.threshold,
@@ -77,7 +71,7 @@ def base(bulk: Bulk, p: float) -> dict[str, Any]:
 def findings(bulk: Bulk, found: Found, alpha: float) -> dict[str, Any]:
     """The mapping without its gain, of a table of simulated tests."""
     catalogue, settings = bulk.emulated.catalogue, bulk.emulated.settings
-    out = of_found(found) | family_of(found, alpha) | base(bulk, found.misfit["p"])
+    out = of_found(found, alpha) | base(bulk, found.misfit["p"])
     out["misfit"] = out["lack_of_fit"]
     out["coefficients"] = {
         "asked": len(bulk.base.names), "carried": carried(bulk.base, bulk.fitted)
@@ -202,15 +196,14 @@ class _Kind:
                        for name in dict.fromkeys(n for m in own for n in m.pooled)}  # fmt: skip
 
 
-def of_outcomes(bulk: Bulk, extended: Sequence[str] = ()) -> list[dict[str, Any]]:
+def of_outcomes(bulk: Bulk, models: Mapping[str, Sequence[str]]) -> list[dict[str, Any]]:
     """[{experiment, levers, tests, failed, before, after}] of the conditions whose tests ended
-    without a value or with one: the chance of none by the base model, and by the extended one or
-    null."""
-    models = {"before": bulk.fit(())} | ({"after": bulk.fit(extended)} if extended else {})
-    chance = {
-        label: expit(model.odds(fitted.theta[:1], slope=False)[0][0])
-        for label, (model, fitted) in models.items()
-    }
+    without a value or with one: the chance of none by models {before or after: names of
+    mechanisms}, null without one."""
+    chance = {}
+    for label, names in models.items():
+        model, fitted = bulk.fit(names)
+        chance[label] = expit(model.odds(fitted.theta[:1])[0][0])
     rows = []
     for i, (experiment, levers) in enumerate(bulk.tests):
         row = {"experiment": experiment, "levers": levers, "tests": int(bulk.data.tests[i])}  # type: ignore[index]

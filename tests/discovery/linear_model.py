@@ -13,9 +13,9 @@ class Linear:
         self.low, self.high = np.full(p, -1e3), np.full(p, 1e3)
         self.prior_mean, self.prior_sd = np.full(p, 0.5), np.full(p, 2.0)
 
-    def with_slope(self, theta, slope=True, errors=True):
+    def with_slope(self, theta, errors=True):
         value = theta @ self.x.T
-        by_theta = np.tile(self.x, (len(theta), 1, 1)) if slope else None
+        by_theta = np.tile(self.x, (len(theta), 1, 1))
         return value, np.zeros_like(value) if errors else None, by_theta
 
     def predict(self, theta):

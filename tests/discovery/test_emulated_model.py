@@ -8,10 +8,11 @@ from scipy.optimize import minimize
 from benchmarks.rates.simulated import rate_settings
 from calibration.intake.measurements import Measurement
 from diagnosis import held_out
+from diagnosis.bulk import Bulk
 from diagnosis.catalogue import load_catalogue
 from diagnosis.design import inputs_of
 from diagnosis.emulator import scale_of
-from diagnosis.fit import Data, data_of, fit
+from diagnosis.fit import Data, fit
 from diagnosis.lever_laws import AlongLever
 from diagnosis.model import Emulated
 from diagnosis.response import Response
@@ -163,13 +164,9 @@ def test_rows_held_out_are_predicted_by_the_fit_to_the_others(emulated):
     value = model.predict(np.array([[0.3, -0.2]]))[0][0]
     rows = [Measurement(e, v, 0.01 * v, 5, x) for (e, x), v in zip(CONDITIONS, value, strict=True)]
     fitted, held = rows[:2] + rows[3:], rows[2:3]
-    found = fit(emulated.model([(m.experiment, m.levers) for m in fitted]), data_of(fitted))
-    [row] = held_out.by_emulators(emulated, fitted, held, {"before": ((), found)}, data_of(fitted))
+    [row] = held_out.by_emulators(Bulk(emulated, fitted), held, {"before": ()})
     assert row["before"] == pytest.approx(held[0].value, rel=0.02)
     assert row["after"] is None
     drops = [m for m in rows if m.experiment == "drop"]
-    alone = fit(emulated.model([(m.experiment, m.levers) for m in drops]), data_of(drops))
-    [none] = held_out.by_emulators(
-        emulated, drops, rows[3:4], {"before": ((), alone)}, data_of(drops)
-    )
+    [none] = held_out.by_emulators(Bulk(emulated, drops), rows[3:4], {"before": ()})
     assert none["before"] is None

@@ -141,9 +141,7 @@ def test_a_row_held_out_knows_the_error_of_its_batch():
         for k, b in enumerate(list(off) * 12)
     ]
     known, new = (replace(free, value=level, batch=b) for b in ("lot 0", "lot 9"))
-    data = data_of(own)
-    found = fit(emulated.model([m.condition for m in own]), data)
-    rows = held_out.by_emulators(emulated, own, [known, new], {"before": ((), found)}, data)
+    rows = held_out.by_emulators(Bulk(emulated, own), [known, new], {"before": ()})
     assert rows[0]["before"] - rows[1]["before"] == pytest.approx(3.0, abs=1.5)
     assert abs(rows[1]["miss_before"]) < 1.5
     assert abs(rows[0]["miss_before"]) > 3.0

@@ -83,7 +83,8 @@ def concluded(own, trained, folder):
     """verdict.json of the last two stages, whose files lie in a folder."""
     named = files(
         folder, findings="findings.json", extension="extension.json", plan="extension_plan.json",
-        predictions="predictions.svg", ranking="ranking.svg",
+        predictions="predictions.svg", ranking="ranking.svg", table="residuals.csv",
+        residuals="residuals.svg",
     )  # fmt: skip
     stages.name_causes(own, trained, named)
     end = files(

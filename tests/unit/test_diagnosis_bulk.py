@@ -91,7 +91,7 @@ def setup_of(kind, rows, folder, **own):
 def test_every_experiment_has_its_plan_and_says_its_budget_before_any_run(kind, tmp_path, capfd):
     rows = rows_of(kind, levels=(0.8, 0.85, 0.9, 0.95, 1.0))
     own = setup_of(kind, rows, tmp_path)
-    assert completed(own.settings, None, read_factors(FACTORS), rows, "m.csv") is own.settings
+    assert completed(own.settings, None, read_factors(FACTORS), rows, "m.csv") == own.settings
     files = {k: str(tmp_path / f"{k}.json") for k in ("design", "plan")}
     plan_runs(own, SimpleNamespace(**files))
     specs = json.loads(Path(files["plan"]).read_text())

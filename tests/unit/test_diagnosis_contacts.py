@@ -11,8 +11,8 @@ from calibration.intake.measurements import Measurement
 from diagnosis import stages
 from diagnosis.laws.readings import readings_of
 from diagnosis.settings import catalogue_of
-from diagnosis.table_model.found import table_misfit
-from diagnosis.table_model.selection import blocks_of, of_chance
+from diagnosis.table_model.block import Block
+from diagnosis.table_model.selection import blocks_of, misfit, of_chance
 from facts import tells
 
 
@@ -40,8 +40,6 @@ def test_thirty_rows_of_single_grains_get_a_law_that_the_engine_confirms(table, 
     plan = files(tmp_path, design="design.json", plan="plan.json")
     stages.plan_runs(own, plan)
     assert json.loads((tmp_path / "plan.json").read_text()) == {}
-    shown = files(tmp_path, summary="c.json", table="r.csv", residuals="r.svg")
-    stages.calibrate(own, plan, shown)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(own, "catalogue", known)
         verdict = concluded(own, plan, tmp_path)
@@ -79,7 +77,8 @@ def drops(rng, n, sd=0.03):
 def test_a_misfit_has_the_chance_that_is_stated_of_few_replicates():
     """By the law of chi-square 20 % of these data had p below 5 %."""
     rng = np.random.default_rng(2)
-    p = [table_misfit(drops(rng, 2), None, k, 199)["p"] for k in range(200)]
+    tables = ({"drop": Block(readings_of(drops(rng, 2), "drop"), {})} for _ in range(200))
+    p = [misfit(table, k, 199)["p"] for k, table in enumerate(tables)]
     # 10 or fewer are expected; more than 18 have a chance of 1 %
     assert np.sum(np.array(p) < 0.05) <= 18
 

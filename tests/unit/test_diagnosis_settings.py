@@ -7,7 +7,8 @@ from benchmarks.rates.simulated import salt_settings
 from calibration.errors import ConfigError
 from calibration.intake.measurements import Measurement, MeasurementErrors
 from calibration.study.config.schema import Config
-from diagnosis.settings import check_levers, parameters_of, study_settings, widened
+from diagnosis.settings import check_levers, parameters_of, study_settings
+from diagnosis.setup import completed
 from facts import refused
 
 
@@ -65,11 +66,11 @@ def test_the_ranges_of_the_levers_are_as_wide_as_the_measurements():
     settings = salt_settings()
     before, load = (settings.experiments[e].levers for e in ("drop", "shear"))
     rows = [drop(10.0, 3), drop(700.0, 4), drop(100.0, 5, particle_diameter_mm=9.0)]
-    after = widened(settings, rows).experiments
+    after = completed(settings, None, [], rows, "m.csv").experiments
     assert after["drop"].levers["drop_height_mm"] == [10.0, 700.0]
     assert after["drop"].levers["particle_diameter_mm"] == [before["particle_diameter_mm"][0], 9.0]
     assert after["shear"].levers == load
-    assert widened(settings, rows[2:2]).experiments == settings.experiments
+    assert completed(settings, None, [], [], "m.csv").experiments == settings.experiments
 
 
 def test_a_fault_in_a_test_is_named_by_its_key():

@@ -90,10 +90,6 @@ def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypa
         trained.designs.append(wave.design)
         trained.plans.append(wave.plan)
     trained.left = [at("left_1.json"), at("left_2.json")]
-    shown = files(
-        tmp_path, summary="calibration.json", table="residuals.csv", residuals="residuals.svg"
-    )
-    stages.calibrate(own, trained, shown)
     verdict = concluded(own, trained, tmp_path)
     assert verdict["gain"]["settings"] == len(measured)
     assert verdict["gain"]["held_out_rmse_after"] < verdict["gain"]["held_out_rmse_before"]

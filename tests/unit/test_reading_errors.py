@@ -5,8 +5,10 @@ import pytest
 
 from calibration.intake.measurements import Measurement
 from diagnosis.fit import data_of
+from diagnosis.laws.readings import readings_of
 from diagnosis.reading_errors import redrawn_error, stated_sd
-from diagnosis.table_model.found import table_misfit
+from diagnosis.table_model.block import Block
+from diagnosis.table_model.selection import misfit
 
 SIZES = (2.0, 2.5, 3.0, 3.6, 4.4)
 
@@ -80,8 +82,7 @@ def test_rebounds_that_are_read_unevenly_raise_no_more_alarms_than_chance():
         heights = np.repeat([40.0, 70.0, 120.0, 200.0, 330.0], 4)
         share = 0.02 * rng.choice([0.5, 1.0, 2.0], 20)
         read = 0.4 * heights[:, None] * (1.0 + share[:, None] * rng.standard_normal((20, 5)))
-        p.append(
-            table_misfit(means("drop", "drop_height_mm", heights, read), seed=k, count=99)["p"]
-        )
+        own = readings_of(means("drop", "drop_height_mm", heights, read), "drop")
+        p.append(misfit({"drop": Block(own, {})}, k, 99)["p"])
     # 6 of 120 are expected
     assert 1 <= int((np.array(p) < 0.05).sum()) <= 13

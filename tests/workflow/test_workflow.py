@@ -167,7 +167,7 @@ def test_a_table_of_single_contacts_trains_no_emulator(clone):
     rows = "".join(f"drop,rebound_height,{0.3 * h},mm,1,5,{h}\n" for h in (50, 100, 200))
     (clone / "mine.csv").write_text(HEAD + rows)
     stages = {rule for rule in planned_jobs(clone, *MINE) if rule.startswith("diagnos")}
-    assert stages == {"diagnosis_calibrate", "diagnosis_identify", "diagnose"}
+    assert stages == {"diagnosis_identify", "diagnose"}
 
 
 def test_every_fault_of_a_users_table_is_shown_before_any_run(clone):

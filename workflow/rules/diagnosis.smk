@@ -48,36 +48,18 @@ checkpoint diagnosis_wave:
         "../scripts/task.py"
 
 
-rule diagnosis_calibrate:
-    input:
-        unpack(lambda w: training(WAVES)),
-        factors=FACTORS,
-        measurements=diagnosed,
-    output:
-        summary=f"{STUDY}/diagnosis/calibration.json",
-        table=f"{STUDY}/diagnosis/residuals.csv",
-        residuals=page("diagnosis/residuals.svg", "6 Diagnosis", "diagnosis_residuals"),
-    benchmark:
-        f"{STUDY}/logs/diagnosis_calibrate.tsv"
-    params:
-        function="diagnosis.stages:diagnosis_calibrate",
-        reads=DIAGNOSIS_READS,
-    message:
-        "diagnosis: calibrate the base model and show where it fails"
-    script:
-        "../scripts/task.py"
-
-
 checkpoint diagnosis_identify:
     input:
         unpack(lambda w: training(WAVES)),
         factors=FACTORS,
-        measurements=MEASUREMENTS,
+        measurements=diagnosed,
         left=lambda w: of_waves("left.json"),
     output:
         plan=f"{STUDY}/diagnosis/extension/plan.json",
         findings=f"{STUDY}/diagnosis/findings.json",
         extension=f"{STUDY}/diagnosis/extension.json",
+        table=f"{STUDY}/diagnosis/residuals.csv",
+        residuals=page("diagnosis/residuals.svg", "6 Diagnosis", "diagnosis_residuals"),
         predictions=page(
             "diagnosis/predictions.svg", "6 Diagnosis", "diagnosis_predictions"
         ),
@@ -88,7 +70,7 @@ checkpoint diagnosis_identify:
         function="diagnosis.stages:diagnosis_identify",
         reads=DIAGNOSIS_READS,
     message:
-        "diagnosis: name the cause"
+        "diagnosis: calibrate the base model, show where it fails and name the cause"
     script:
         "../scripts/task.py"
 
@@ -97,7 +79,6 @@ rule diagnose:
     input:
         factors=FACTORS,
         measurements=MEASUREMENTS,
-        calibration=f"{STUDY}/diagnosis/calibration.json",
         findings=f"{STUDY}/diagnosis/findings.json",
         extension=f"{STUDY}/diagnosis/extension.json",
         plan=f"{STUDY}/diagnosis/extension/plan.json",

@@ -31,7 +31,7 @@ def ask(table: pd.DataFrame, engine: bool = False) -> dict:
         measured = read_all(path)
     found = contacts.discovered(measured.fitted, rig, catalogue, measured.aside)
     assert found is not None  # every table has what free laws are sought in
-    said = contacts.of_found(found)
+    said = contacts.of_found(found, rig.settings.alpha)
     if engine:
         return contacts.with_engine(said, measured.fitted, found, rig, catalogue)
-    return said | {"exclusion": limits(found.selection.blocks, catalogue), "family_p": found.p}
+    return said | {"exclusion": limits(found.selection.blocks, catalogue)}

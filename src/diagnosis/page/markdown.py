@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from calibration.intake.quantities import LEVERS, QUANTITIES
+from calibration.intake.quantities import QUANTITIES
 from calibration.study.cost import duration
 from diagnosis.catalogue import load_catalogue
 from diagnosis.page.words import environment, plain, sentence
@@ -184,17 +184,11 @@ def page(verdict: Mapping[str, Any]) -> str:
 
 
 def _curves(verdict):
-    """[{lever, words, unit, worst: (at, value, low, high) or None, head, rows}] of the discrepancy
-    over the levers; worst: where it leaves its band most."""
+    """[(curve of the discrepancy over a lever, its rows (at, value, low, high), that which leaves
+    its band most or None)]."""
     out = []
     for c in verdict.get("discrepancy") or ():
-        own, lever = QUANTITIES[c["experiment"]], LEVERS[c["lever"]]
-        unit = "share of the prediction" if c["unit"] == "share" else c["unit"]
-        miss = f"{own.words}: measured less predicted [{unit}]"
-        head = f"{lever.words} [{lever.unit or 1}]", miss
         rows = list(zip(*(c[k] for k in ("at", "value", "low", "high")), strict=True))
         off = [row for row in rows if row[2] > 0.0 or row[3] < 0.0]
-        out.append({"lever": c["lever"], "words": own.words, "unit": c["unit"], "head": head,
-                    "worst": max(off, key=lambda row: abs(row[1]), default=None),
-                    "rows": rows[::2]})  # fmt: skip
+        out.append((c, rows, max(off, key=lambda row: abs(row[1]), default=None)))
     return out

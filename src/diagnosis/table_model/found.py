@@ -14,7 +14,7 @@ from diagnosis.laws.readings import FREE, from_log, name_of, readings_of
 from diagnosis.measurements import LEAST_SETTINGS
 from diagnosis.next_measurement import propose_setting, words_of
 from diagnosis.page.words import capital, sentence, told
-from diagnosis.rules import OPEN, Evidence, Verdict, by_readings
+from diagnosis.rules import Evidence, by_readings
 from diagnosis.table_model import selection as chosen
 from diagnosis.table_model.block import ERROR, LAW, ROW, Block, KnownCurves, judged, without_row
 from diagnosis.table_model.law import BAND, UNIT, curve, named, strength_limits, unit_of
@@ -39,7 +39,7 @@ class Found:
 
     likeliest: {key of a law: form or mechanism that fits best in its place}; scattered: the misfit
     of what was found with errors from setting to setting, where it does not pass without; decided:
-    the verdict, empty before `judge` gives it."""
+    what `by_readings` says, empty before `judge` asks it."""
 
     misfit: dict
     laws: list
@@ -50,17 +50,17 @@ class Found:
     selection: chosen.Selection = field(repr=False)
     likeliest: dict = field(default_factory=dict, repr=False)
     scattered: dict | None = None
-    decided: Verdict = OPEN
+    decided: dict = field(default_factory=dict)
 
     @property
     def verdict(self) -> str:
         """The word of the verdict."""
-        return self.decided.verdict
+        return self.decided["verdict"]
 
     @property
     def causes(self) -> list[str]:
         """The mechanisms that the verdict names."""
-        return list(self.decided.causes)
+        return self.decided["causes"]
 
     @property
     def p(self) -> float:
@@ -124,20 +124,6 @@ def placed(
         rows.sort(key=lambda r: -abs(r["evidence"]))
     out.rows.sort(key=lambda r: -abs(r["standard_deviations"]))
     return out
-
-
-def table_misfit(
-    measurements: Sequence[Measurement],
-    defaults: Mapping[str, Mapping[str, float]] | None = None,
-    seed: int = 0,
-    count: int = chosen.CHANCE[0],
-) -> dict[str, float]:
-    """{chi_square, freedom, p} of constant coefficients, by the readings' own errors."""
-    blocks = {
-        kind: Block(readings_of(measurements, kind, (defaults or {}).get(kind)), {})
-        for kind in dict.fromkeys(m.experiment for m in measurements)
-    }
-    return chosen.misfit(_replicated(blocks), seed, count)
 
 
 def _replicated(blocks):
