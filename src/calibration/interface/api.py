@@ -19,7 +19,7 @@ import pandas as pd
 
 from calibration.chain import study
 from calibration.engines.templates import macros
-from calibration.errors import CalibrationError, ConfigError, in_study
+from calibration.errors import CalibrationError, ConfigError
 from calibration.figures import response_of
 from calibration.runs.snakemake_command import LOGGER, call, snakemake_command
 from calibration.statistics.validate import Stated
@@ -252,8 +252,7 @@ def _read(name):
     path = path / "config.yaml" if path.is_dir() else path
     if not path.is_file():
         raise ConfigError("is no study", path=name, allowed="a folder with config.yaml, or a file")
-    with in_study():
-        check_file(path, "configuration")
+    check_file(path, "configuration")
     mapping = read_mapping(path)[0]
     if not isinstance(mapping, dict):
         raise ConfigError("is no mapping", path=path, allowed="a YAML mapping of keys")

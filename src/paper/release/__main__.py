@@ -16,7 +16,7 @@ from pathlib import Path
 import pandas as pd
 import yaml
 
-from calibration.errors import CalibrationError
+from calibration.errors import CalibrationError, ConfigError
 from calibration.files import write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_values
@@ -50,7 +50,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     args = parser.parse_args(argv)
     try:
         return _release(args)
-    except CalibrationError as error:
+    except (CalibrationError, ConfigError) as error:
         print(f"release: {error}", file=sys.stderr)
         return 2
 

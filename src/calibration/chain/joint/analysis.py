@@ -19,13 +19,13 @@ from calibration.inference.joint import critique
 from calibration.inference.joint.likelihood import Cloud, Joint, Response
 from calibration.inference.joint.next_test import Candidate, pushed, rank, shares
 from calibration.inference.posterior_sampling import Formed, Prior
-from calibration.intake.tables import read_table
 from calibration.runs.plans import read_values
 from calibration.statistics.ties import first_least
 from calibration.study.config import Config
 from calibration.study.config.joint import JointTarget, MeasuredMean
 from calibration.study.factors import physical_range
 from dem.experiments import experiments
+from dem.tables import read_table
 
 LEAST_TESTS = 1
 """Tests of the laboratory behind a mean whose number of readings nobody states."""

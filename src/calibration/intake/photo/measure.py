@@ -19,7 +19,7 @@ import pandas as pd
 from PIL import Image, ImageDraw, ImageFont, ImageOps
 from scipy import ndimage
 
-from calibration.errors import decoding, in_study
+from calibration.errors import decoding
 from calibration.files import write_table
 from calibration.intake.measurements import readings_table
 from calibration.intake.photo.camera import View, read_low, seen_by, told, view_of
@@ -99,7 +99,7 @@ def read_picture(path: str | Path) -> tuple[np.ndarray, float]:
 def open_picture(path: str | Path) -> Image.Image:
     """The picture of a file, upright, in RGB. Raises ConfigError for what is none, is damaged, or
     has more pixels than are read."""
-    with in_study(), decoding(path, "a picture: JPEG, PNG, TIFF or WebP"):
+    with decoding(path, "a picture: JPEG, PNG, TIFF or WebP"):
         check_file(path, "photograph")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # a large picture, and odd tags: both are read
