@@ -22,7 +22,7 @@ from calibration.engines.templates import macros
 from calibration.errors import CalibrationError, ConfigError
 from calibration.figures import response_of
 from calibration.runs.snakemake_command import LOGGER, call, snakemake_command
-from calibration.statistics.validate import Stated
+from calibration.statistics.equivalence import Stated
 from calibration.study.config import overlay, stands_alone
 from calibration.study.config.parse import parse_resolved
 from calibration.study.factors import Factor

@@ -44,7 +44,7 @@ from calibration.engines import EngineError, rig
 from calibration.engines.conversion import Conversion, Granulate, left_out
 from calibration.engines.templates import macros
 from calibration.files import DamagedError, read_json, write_text
-from calibration.statistics.validate import compare
+from calibration.statistics.equivalence import compare
 from calibration.study.config import overlay
 from calibration.telling.export.parameters import to_yaml
 from dem.errors import DemError, InputError, MeasureError
@@ -256,7 +256,7 @@ def check(folder: str | Path, seeds: int = SEEDS, timeout_s: float = 1e6) -> int
     there = heaps_there(deck, own, timeout_s)
     rows = rows_of(deck.spec, deck.expected["margin"], there, heaps_here(deck, own))
     print(_words().checked(deck.name, rows, len(there), READERS), end="")
-    return int(any(row.verdict != "holds" for row in rows))
+    return int(any(row["verdict"] != "holds" for row in rows))
 
 
 RING = 0.5
@@ -323,39 +323,6 @@ def foot(axis: np.ndarray, radius: np.ndarray) -> float:
     return float(axis[order][np.searchsorted(held, FOOT * held[-1])])
 
 
-@dataclass(frozen=True)
-class Row:
-    """A quantity of READERS in the target code and here."""
-
-    quantity: str
-    there: float
-    there_sd: float
-    here: float
-    here_sd: float
-    difference: float
-    low: float
-    high: float
-    margin: float
-
-    @property
-    def verdict(self) -> str:
-        """`holds`, `misses`, or `open` where the interval reaches beyond the margin."""
-        if max(-self.low, self.high) < self.margin:
-            return "holds"
-        return "misses" if abs(self.difference) > self.margin else "open"
-
-    @property
-    def unit(self) -> str:
-        """Of the quantity: the end of its name; empty for a number of grains."""
-        end = self.quantity.rsplit("_", 1)[-1]
-        return end if end in ("deg", "mm") else ""
-
-    @property
-    def told(self) -> str:
-        """A sentence: what differs, by how much, and what is allowed."""
-        return str(_words().row(self, READERS))
-
-
 def margins_of(
     spec: RunSpec, margin: float, here: Sequence[Mapping[str, float]]
 ) -> dict[str, float]:
@@ -373,15 +340,29 @@ def rows_of(
     margin: float,
     there: Sequence[Mapping[str, float]],
     here: Sequence[Mapping[str, float]],
-) -> list[Row]:
-    """A `Row` for each quantity of heaps in the target code and here, profiles of heaps of `spec`;
-    margin as `margins_of` takes it."""
+) -> list[dict[str, Any]]:
+    """A row for each quantity of heaps in the target code and here, profiles of heaps of `spec`;
+    margin as `margins_of` takes it. verdict: `holds`, `misses`, or `open` where the interval
+    reaches beyond the margin; told: a sentence with what differs and what is allowed."""
     rows = []
     for name, allowed in margins_of(spec, margin, here).items():
-        c = compare([[h[name] for h in there]], [h[name] for h in here], allowed)
-        means = c.simulated_mean, c.simulated_sd, c.measured_mean, c.measured_sd
-        low, high = c.equivalence_low, c.equivalence_high
-        rows.append(Row(name, *means, c.difference, low, high, allowed))
+        c = compare([h[name] for h in there], [h[name] for h in here], allowed)
+        low, high, end = c["equivalence_low"], c["equivalence_high"], name.rsplit("_", 1)[-1]
+        misses = abs(c["difference"]) > allowed
+        row = {
+            "quantity": name,
+            "unit": end if end in ("deg", "mm") else "",
+            "there": c["simulated_mean"],
+            "there_sd": c["simulated_sd"],
+            "here": c["measured_mean"],
+            "here_sd": c["measured_sd"],
+            "difference": c["difference"],
+            "low": low,
+            "high": high,
+            "margin": allowed,
+            "verdict": "holds" if max(-low, high) < allowed else "misses" if misses else "open",
+        }
+        rows.append(row | {"told": str(_words().row(row, READERS))})
     return rows
 
 
@@ -405,8 +386,8 @@ def spec_of(name: str) -> RunSpec:
     return parse_spec(overlay(kept["spec"], kept["trials"][name]["changes"]))
 
 
-def rows_in(code: str, name: str, margin: float) -> list[Row]:
-    """A `Row` for each quantity of a trial's heaps in a code and here. margin: of an angle
+def rows_in(code: str, name: str, margin: float) -> list[dict[str, Any]]:
+    """A row for each quantity of a trial's heaps in a code and here. margin: of an angle
     [deg]."""
     heaps = trials()["trials"][name]["heaps"]
     return rows_of(spec_of(name), margin, heaps[code], heaps[OWN])
@@ -437,6 +418,6 @@ def told(code: str, name: str, conversion: Conversion, expected: Mapping[str, An
     if like is None:
         return words.told(name, conversion, 0, 0, None, [], "")
     heaps = trials()["trials"][like]["heaps"]
-    rows = [r for r in rows_in(code, like, expected["margin"]) if r.quantity in ANGLES]
+    rows = [r for r in rows_in(code, like, expected["margin"]) if r["quantity"] in ANGLES]
     there, here = len(heaps[code]), len(heaps[OWN])
     return words.told(name, conversion, there, here, spec_of(like), rows, expected["metric"])
