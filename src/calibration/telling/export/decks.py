@@ -23,13 +23,13 @@ of the deck of another study. `benchmarks.decks` pours them again.
 """
 
 import hashlib
-import json
 import math
 import shutil
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -44,15 +44,18 @@ from calibration.engines import EngineError, rig
 from calibration.engines.conversion import Conversion, Granulate, left_out
 from calibration.engines.templates import macros
 from calibration.files import DamagedError, read_json, write_text
+from calibration.runs.simulated import named, simulate
+from calibration.runs.store import RunStore
 from calibration.statistics.equivalence import compare
 from calibration.study.config import overlay
 from calibration.telling.export.parameters import to_yaml
 from dem.errors import DemError, InputError, MeasureError
 from dem.experiments.heap import Rig
-from dem.fingerprint import engine_fingerprint
 from dem.grains.sizes import mean_radius
 from dem.io.files import write_json
 from dem.measure.heap import measure_heap
+from dem.render import read_run
+from dem.render.image import plate_of
 from dem.spec import RunSpec, load_spec, parse_spec
 
 PROGRAMS = {"liggghts": "liggghts", "lammps": "lmp"}
@@ -179,63 +182,31 @@ class Deck:
 def heaps_there(deck: Deck, seeds: Sequence[int], timeout_s: float) -> list[dict[str, float]]:
     """Profiles of heaps in the target code; a heap without one is told and left out. Raises
     EngineError where the program is missing."""
-    engine = engine_of(deck.code)
+    engine, found = engine_of(deck.code), []
     version = engine.version()
-
-    def pour(spec, place):
-        pour_file(deck.code, spec, deck.conversion, ["a heap of a check"], place)
-        read = [path.read_bytes() for path in sorted(place.iterdir())]
-        return [version.encode(), *read], lambda: engine.start(spec, place, timeout_s)[1]
-
-    return _heaps(deck, seeds, pour, deck.name)
-
-
-def heaps_here(deck: Deck, seeds: Sequence[int]) -> list[dict[str, float]]:
-    """Profiles of heaps of the calibrated model: those that the deck brings, or as many as `seeds`,
-    poured now."""
-    if len(deck.expected["heaps"]) >= FEWEST:
-        return list(deck.expected["heaps"])
-
-    def pour(spec, place):
-        mapping = spec.model_dump(mode="json")
-        key = [engine_fingerprint().encode(), json.dumps(mapping, sort_keys=True).encode()]
-
-        def start():
-            engines.make(mapping, place)
-            with np.load(place / "final.npz") as state:
-                return {name: state[name] for name in ("position", "radius", "velocity")}
-
-        return key, start
-
-    return _heaps(deck, seeds, pour, "the calibrated model")
-
-
-def _heaps(deck, seeds, pour, where):
-    """pour(spec, folder) -> (bytes that name the heap, function that gives its last state)."""
-    found = []
     for seed in seeds:
+        spec = parse_spec(overlay(deck.spec.model_dump(mode="json"), {"seed": seed}))
         with TemporaryDirectory() as folder:
-            spec = parse_spec(overlay(deck.spec.model_dump(mode="json"), {"seed": seed}))
-            parts, start = pour(spec, Path(folder))
+            place = Path(folder)
+            pour_file(deck.code, spec, deck.conversion, ["a heap of a check"], place)
+            read = [version.encode(), *(path.read_bytes() for path in sorted(place.iterdir()))]
+            name = hashlib.sha256(b"\0".join(read)).hexdigest()[:16]
             try:
-                found.append(_kept(deck, parts, start))
+                kept = deck.folder / "heaps" / f"{name}.json"
+                found.append(_kept(kept, deck, partial(engine.start, spec, place, timeout_s)))
             except DemError as error:
-                print(f"{where}, seed {seed}: {error}", file=sys.stderr)
-    if len(found) < min(FEWEST, len(seeds)) and len(seeds) >= FEWEST:
-        raise DemError(f"{where}: {len(found)} of {len(seeds)} heaps have a profile")
-    return found
+                print(f"{deck.name}, seed {seed}: {error}", file=sys.stderr)
+    return _enough(found, seeds, deck.name)
 
 
-def _kept(deck, parts, start):
+def _kept(path, deck, start):
     """The profile of a heap, from the deck's folder where it was poured before."""
-    name = hashlib.sha256(b"\0".join(parts)).hexdigest()[:16]
-    path = deck.folder / "heaps" / f"{name}.json"
     try:
         kept = read_json(path)
     except (OSError, DamagedError):
         kept = None
     if not isinstance(kept, dict) or not kept.keys() <= set(READERS) | {"error"}:
-        state = start()
+        state = start()[1]
         try:
             own = (state[key] for key in ("position", "radius", "velocity"))
             kept = profile(*own, Rig(deck.spec.geometry).plate_radius)
@@ -246,6 +217,36 @@ def _kept(deck, parts, start):
     if "error" in kept:
         raise MeasureError(kept["error"])
     return kept
+
+
+def heaps_here(deck: Deck, seeds: Sequence[int]) -> list[dict[str, float]]:
+    """Profiles of heaps of the calibrated model: those that the deck brings, or as many as `seeds`,
+    poured now and kept in the deck's folder."""
+    if len(deck.expected["heaps"]) >= FEWEST:
+        return list(deck.expected["heaps"])
+    mapping, root = deck.spec.model_dump(mode="json"), deck.folder / "heaps"
+    specs = named(overlay(mapping, {"seed": seed}) for seed in seeds)
+    simulate(specs, root, partial(print, file=sys.stderr))
+    return _enough(profiles(specs, RunStore(root)), seeds, "the calibrated model")
+
+
+def profiles(names: Iterable[str], store: RunStore) -> list[dict[str, float]]:
+    """Profiles of those runs that are heaps whose last states are at hand."""
+    found = []
+    for name in names:
+        with suppress(DemError):  # moved here without its state, or no heap
+            run = read_run(store.folder(name))
+            if plate := plate_of(run.spec):
+                found.append(profile(run.position, run.radius, run.velocity, plate))
+    return found
+
+
+def _enough(found, seeds, where):
+    """The profiles of heaps, where there are as many as a comparison needs, or all that were
+    asked for."""
+    if len(found) < min(FEWEST, len(seeds)) and len(seeds) >= FEWEST:
+        raise DemError(f"{where}: {len(found)} of {len(seeds)} heaps have a profile")
+    return found
 
 
 def check(folder: str | Path, seeds: int = SEEDS, timeout_s: float = 1e6) -> int:
