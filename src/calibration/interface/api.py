@@ -28,7 +28,7 @@ from calibration.study.config.parse import parse_resolved
 from calibration.study.factors import Factor
 from calibration.study.stage import load_stages
 from calibration.telling.answer.schema import Answer, answer_of
-from calibration.telling.kept_results import sentences_of
+from calibration.telling.sentences import sentences_of
 from dem.io.mapping import read_mapping
 from dem.tables.limits import check_file
 from dem.units import unit_of
