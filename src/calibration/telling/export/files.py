@@ -27,7 +27,6 @@ CONVERTED = {
 calibrated one."""
 BY_HAND = {"edem.md": "edem", "rocky.md": "rocky"}
 """File -> program that is filled in by hand: pages, with interval and source."""
-CODES = (*CONVERTED, *BY_HAND)
 
 
 def about(study: Study) -> list[str]:
