@@ -27,16 +27,12 @@ MACHINE = {
 
 
 class CalibrationError(Exception):
-    """Base class of everything that is shown to the user as one line."""
+    """What the calibration refuses; as `DemError`, it is shown to the user as one line."""
 
 
-class ConfigError(CalibrationError, InputError):
-    """A configuration or data file that cannot be used; the message is made of what it names:
-    `path`, `line`, `column`, `key` (of a configuration, or an option), `value` and `allowed`."""
-
-    def __init__(self, reason, **named):
-        InputError.__init__(self, reason, **named)
-
+ConfigError = InputError
+"""A configuration or data file that cannot be used; the message is made of what it names: `path`,
+`line`, `column`, `key` (of a configuration, or an option), `value` and `allowed`."""
 
 CONFIGURATION = "configuration"
 """What stands for the files of a configuration until `parse_config` has found the one."""
@@ -85,17 +81,6 @@ class RankDeficientError(CalibrationError):
     def __init__(self, terms: Sequence[str]):
         self.terms = terms
         super().__init__(f"the design cannot tell these terms apart: {', '.join(terms)}")
-
-
-@contextmanager
-def in_study() -> Iterator[None]:
-    """An InputError of the engine's readers becomes a ConfigError."""
-    try:
-        yield
-    except ConfigError:
-        raise
-    except InputError as error:
-        raise ConfigError(**vars(error)) from None
 
 
 @contextmanager

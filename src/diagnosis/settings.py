@@ -114,8 +114,8 @@ def study_settings(config: Config) -> Settings:
         own = ("diagnosis", first)
         if first == "experiments":
             own = ("tests", tests[parts.pop(0)], "diagnosis")
-        where = {"value": error.value, "allowed": error.allowed}
-        raise ConfigError(error.reason, key=".".join([*own, *parts]), **where) from None
+        key, allowed = ".".join([*own, *parts]), error.allowed
+        raise ConfigError(error.reason, key=key, value=error.value, allowed=allowed) from None
 
 
 def settings_of(data: Mapping[str, Any]) -> Settings:

@@ -11,7 +11,7 @@ import yaml
 
 from calibration.chain.responses import spread_of
 from calibration.chain.study import Study
-from calibration.errors import CalibrationError
+from calibration.errors import CalibrationError, ConfigError
 from calibration.stages.bench_tests import (
     METRIC,
     analyse_sweep,
@@ -114,11 +114,11 @@ def test_the_measured_value_is_that_of_the_rigs_own_setting(config):
     assert LAWS["drop"](level) == pytest.approx(30.0, rel=1e-5)
     write_measured("300")
     with refused(
-        CalibrationError, "150", path="bench.csv", line=6, column="drop_height_mm", value=300.0
+        ConfigError, "150", path="bench.csv", line=6, column="drop_height_mm", value=300.0
     ):
         plan_confirmation("drop", study, Files(sweep=sweep.design), PlanFiles.of("confirmation"))
     Path("bench.csv").write_text("\n".join([header, *rows, rows[-1].replace(",150", ",")]) + "\n")
-    with refused(CalibrationError, path="bench.csv", line=7, column="drop_height_mm"):
+    with refused(ConfigError, path="bench.csv", line=7, column="drop_height_mm"):
         plan_confirmation("drop", study, Files(sweep=sweep.design), PlanFiles.of("confirmation"))
 
 

@@ -13,7 +13,7 @@ import yaml
 from diagnosis_cases import BASE as RUN
 from diagnosis_cases import FACTORS, closed_form, trained
 
-from calibration.errors import CalibrationError, ConfigError
+from calibration.errors import ConfigError
 from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import LEVERS, QUANTITIES, levers_of
 from calibration.study.config.schema import Config
@@ -115,7 +115,7 @@ def test_a_setting_that_cannot_be_run_is_refused_by_its_line_before_any_run(kind
     if kind not in POURED:  # a single grain has no rig that it fills
         rows = [*rows[:3], replace(rows[3], levers=rows[3].levers | {"scale_factor": 0.0})]
     own = setup_of(kind, rows, tmp_path)
-    with pytest.raises(CalibrationError) as caught:
+    with pytest.raises(ConfigError) as caught:
         own.table  # noqa: B018 - the checks are made where it is read
     assert "line 5" in str(caught.value)
 

@@ -1,8 +1,6 @@
 """Verdicts by a margin: a published equivalence test, and the errors that they promise; the
 comparison with the measurement agrees with scipy's and statsmodels' tests."""
 
-from dataclasses import asdict
-
 import numpy as np
 import pytest
 from scipy import stats
@@ -16,13 +14,14 @@ from calibration.statistics.equivalence import (
     UNDECIDABLE,
     UNDECIDED,
     Error,
+    Stated,
+    compare,
     decide_difference,
     limits,
     rms_interval,
     together,
     verdict,
 )
-from calibration.statistics.validate import Stated, compare
 from facts import refused
 from paper_tables import measured_angles, simulated_angles
 
@@ -44,8 +43,8 @@ def test_the_example_of_lakens():
     se, margin = sd * np.sqrt(1 / 95 + 1 / 89), 0.43 * sd
     assert margin == pytest.approx(0.384, abs=0.0005)
     found = compare(sample(5.25, 0.95, 95), sample(5.22, 0.83, 89), margin)
-    assert found.equivalence_p == pytest.approx(0.004, abs=0.0005)
-    assert (found.difference - margin) / se == pytest.approx(-2.69, abs=0.005)
+    assert found["equivalence_p"] == pytest.approx(0.004, abs=0.0005)
+    assert (found["difference"] - margin) / se == pytest.approx(-2.69, abs=0.005)
     assert limits(0.03, se, 182) == pytest.approx((-0.188, 0.248), abs=0.0005)
     assert verdict(*limits(0.03, se, 182), 0.384) == EQUIVALENT
     own, other = Error(0.95 / np.sqrt(95), 94), Error(0.83 / np.sqrt(89), 88)
@@ -127,16 +126,16 @@ def test_the_tests_are_welchs_and_schuirmanns(simulated, measured, alpha):
     result = compare(simulated, measured, margin=0.5, alpha=alpha)
     s, m = simulated.ravel(), measured.ravel()
     welch = stats.ttest_ind(s, m, equal_var=False)
-    assert result.t == pytest.approx(welch.statistic)
-    assert result.t_p == pytest.approx(welch.pvalue)
+    assert result["t"] == pytest.approx(welch.statistic)
+    assert result["t_p"] == pytest.approx(welch.pvalue)
     means = CompareMeans(DescrStatsW(s), DescrStatsW(m))
     interval = means.tconfint_diff(alpha, usevar="unequal")
-    assert (result.difference_low, result.difference_high) == pytest.approx(interval)
-    assert result.equivalence_p == pytest.approx(ttost_ind(s, m, -0.5, 0.5, usevar="unequal")[0])
+    assert (result["difference_low"], result["difference_high"]) == pytest.approx(interval)
+    assert result["equivalence_p"] == pytest.approx(ttost_ind(s, m, -0.5, 0.5, usevar="unequal")[0])
     narrow = means.tconfint_diff(2 * alpha, usevar="unequal")
-    assert (result.equivalence_low, result.equivalence_high) == pytest.approx(narrow)
+    assert (result["equivalence_low"], result["equivalence_high"]) == pytest.approx(narrow)
     relative = 100 * (s.mean() / m.mean() - 1)
-    assert result.relative_error_percent == pytest.approx(abs(relative))
+    assert result["relative_error_percent"] == pytest.approx(abs(relative))
 
 
 def test_an_open_comparison_says_how_many_more_runs_would_decide(simulated, measured):
@@ -149,20 +148,20 @@ def test_an_open_comparison_says_how_many_more_runs_would_decide(simulated, meas
         parts = s.var(ddof=1) / n, m.var(ddof=1) / m.size
         # the scatter is as badly known as it is, whatever is added to it
         freedom = sum(parts) ** 2 / (parts[0] ** 2 / (24 * n / 25) + parts[1] ** 2 / 24)
-        return found.difference + stats.t.ppf(0.95, freedom) * np.sqrt(sum(parts))
+        return found["difference"] + stats.t.ppf(0.95, freedom) * np.sqrt(sum(parts))
 
-    needed = s.size + found.more_runs
+    needed = s.size + found["more_runs"]
     assert upper(needed) <= margin < upper(needed - 1)
     for other in (0.5, 1.0):
-        assert compare(simulated, measured, other).more_runs is None
+        assert compare(simulated, measured, other)["more_runs"] is None
 
 
 def test_a_stated_mean_is_compared_as_its_readings_are(simulated, measured):
     stated = Stated(measured.mean(), measured.std(ddof=1), measured.size)
     of_readings, of_mean = compare(simulated, measured, 1.0), compare(simulated, stated, 1.0)
-    for name, value in asdict(of_readings).items():
+    for name, value in of_readings.items():
         close = value if value is None else pytest.approx(value, rel=1e-12)
-        assert asdict(of_mean)[name] == close, name
+        assert of_mean[name] == close, name
 
 
 @pytest.mark.parametrize(

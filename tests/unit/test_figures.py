@@ -13,10 +13,10 @@ from calibration.stages.optimum import contours
 from calibration.stages.response_surface import predicted_actual
 from calibration.stages.screening import half_normal, pareto
 from calibration.stages.validation import validation_figure
+from calibration.statistics.equivalence import compare
 from calibration.statistics.optimise import solve
 from calibration.statistics.screening import screen, significant
 from calibration.statistics.surface import fit_surface
-from calibration.statistics.validate import compare
 from calibration.study.factors import read_factors
 from facts import ROOT, tells
 from paper_tables import measured_angles, paper_table, simulated_angles

@@ -29,9 +29,8 @@ from test_refusals import READERS as REFUSING
 
 from calibration.errors import CalibrationError
 from calibration.intake.measurements import read_measured
-from calibration.intake.photo import measure_photo
+from calibration.intake.photo.measure import measure_photo
 from calibration.intake.sound import read_train
-from calibration.intake.tables import read_table
 from calibration.study.config.as_data import data_of
 from calibration.study.config.parse import parse_resolved
 from calibration.study.factors import read_factors
@@ -40,6 +39,7 @@ from calibration.study.new.methods import methods
 from calibration.study.new.reading_tables import read_filled, write_empty
 from dem.errors import DemError
 from dem.io.stl import read_stl, write_stl
+from dem.tables import read_table
 from diagnosis.settings import study_settings
 from facts import ROOT
 
@@ -186,7 +186,7 @@ def _mesh(path):
 def _numbers(path):
     for line, row in (table := read_table(path)).rows:
         for column in table.header:
-            with suppress(CalibrationError):
+            with suppress(DemError):
                 table.number(line, column, row[column])
 
 

@@ -16,7 +16,7 @@ from calibration.study.new.grains import mean_diameter, sieve_curve
 from calibration.study.new.laboratory import factors_of, materials
 from calibration.study.new.methods.heaps import Heap
 from calibration.study.new.study import one_run, study_name
-from calibration.telling.kept_results import opening
+from calibration.telling.sentences import opening
 from dem.errors import MeasureError, RefusedStateError, StoppedError
 from dem.spec import parse_spec
 from facts import tells

@@ -21,10 +21,9 @@ from refusals import (
 from calibration.engines.command import read_metrics
 from calibration.engines.table import read_row
 from calibration.errors import CalibrationError, ConfigError
-from calibration.intake.photo import measure_photo
+from calibration.intake.photo.measure import measure_photo
 from calibration.intake.shear_tester import read_points
 from calibration.intake.sound import read_train
-from calibration.intake.tables import read_table
 from calibration.interface import cli
 from calibration.interface.commands import main
 from calibration.stages.numerics import read_numerics
@@ -38,6 +37,7 @@ from dem.errors import DemError
 from dem.io.grain_tables import read_clump, read_sizes
 from dem.io.stl import read_stl
 from dem.spec import load_spec
+from dem.tables import read_table
 from facts import ROOT, holds, refused, tells
 
 SALT = [f.name for f in read_factors(ROOT / "config/factors.tsv")]

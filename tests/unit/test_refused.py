@@ -13,7 +13,7 @@ from calibration.errors import CalibrationError
 from calibration.runs import runner
 from calibration.runs.store import RunStore
 from calibration.stages.screening import STAGES
-from calibration.telling import kept_results
+from calibration.telling.sentences import sentences_of
 from dem.errors import MeasureError, RefusedStateError
 from dem.results import run_name, write_result
 from dem.spec import parse_spec
@@ -99,7 +99,7 @@ def test_a_note_of_a_run_is_in_the_stages_table_and_sentences(tmp_path, monkeypa
     assert summary["noted"] == [{"run": 2, "note": "some grains still spin"}]
     stage = next(s for s in STAGES if s.name == "screening")
     quiet = replace(stage, sentences=None)
-    [said] = kept_results.sentences_of(quiet, summary, None)
+    [said] = sentences_of(quiet, summary, None)
     assert tells(said, "Run 2", "still spin")
 
 

@@ -24,7 +24,7 @@ from calibration.stages.optimum import (
 from calibration.stages.response_surface import plan_response_surface
 from calibration.stages.screening import plan_screening
 from calibration.stages.validation import plan_validation
-from calibration.statistics.validate import mean_interval, runs_needed
+from calibration.statistics.equivalence import mean_interval, runs_needed
 from calibration.study.config import overlay, parse_config
 from calibration.study.factors import read_factors
 from dem.fingerprint import engine_fingerprint

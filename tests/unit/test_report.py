@@ -18,7 +18,7 @@ from answers import ANSWER
 from calibration import figures
 from calibration.stages.screening import half_normal, pareto
 from calibration.study.stage import load_stages
-from calibration.telling.report import build
+from calibration.telling.report.build import build
 from calibration.telling.report.sheet import DRAWN as PICTURE
 from calibration.telling.report.sheet import HEIGHT, LEVELS, WIDTH, heaps
 from dem.fingerprint import engine_fingerprint

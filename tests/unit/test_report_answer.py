@@ -16,8 +16,8 @@ from calibration.statistics.design import box_behnken
 from calibration.statistics.surface import fit_surface
 from calibration.study.factors import Factor
 from calibration.study.stage import load_stages
-from calibration.telling.report import build
 from calibration.telling.report.answer import answer, findings, profiler, workbook
+from calibration.telling.report.build import build
 from dem.advice import limits_of
 from dem.spec import parse_spec
 from facts import tells

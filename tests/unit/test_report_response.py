@@ -19,10 +19,10 @@ from calibration.stages.response_surface import (
 from calibration.stages.screening import half_normal, pareto
 from calibration.stages.validation import validation_figure
 from calibration.statistics.design import box_behnken
+from calibration.statistics.equivalence import compare
 from calibration.statistics.numbers import difference_of, fixed, signed, spread
 from calibration.statistics.optimise import solve
 from calibration.statistics.surface import fit_surface
-from calibration.statistics.validate import compare
 from calibration.study.factors import Factor
 from calibration.telling.report.embed import cell
 

@@ -4,14 +4,18 @@ from the numbers."""
 import json
 import re
 import shutil
-from dataclasses import asdict
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDABLE, UNDECIDED
-from calibration.statistics.validate import compare
+from calibration.statistics.equivalence import (
+    DIFFERENT,
+    EQUIVALENT,
+    UNDECIDABLE,
+    UNDECIDED,
+    compare,
+)
 from dem.io.files import write_json
 from frozen import FROZEN
 from paper.audit.paper import Paper
@@ -50,7 +54,7 @@ def study(tmp_path_factory, request):
         runs.to_csv(folder / "response_surface" / "runs.csv", index=False)
         write_json(folder / "response_surface" / "region.json", region)
         measured = paper.angles()["angle_deg"]
-        found = asdict(compare(angles, measured, 1.0))
+        found = compare(angles, measured, 1.0)
         write_json(folder / "validation" / "validation.json", found)
         return folder
 

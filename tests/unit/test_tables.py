@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from calibration.errors import ConfigError
-from calibration.intake.tables import read_table, table_of
 from dem.spec import parse_spec
+from dem.tables import read_table, table_of
 from dem.units import UnitError, has_unit, in_unit, question, unit_of
 
 VALUES = [26.1, 28.4, 27.0, 27.85]

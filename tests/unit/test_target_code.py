@@ -95,13 +95,13 @@ def test_margins_come_from_the_scatter_and_never_fall_below_a_grain(deck):
 def test_a_deck_holds_misses_or_is_left_open(deck):
     at, here = (deck.spec, deck.expected["margin"]), heaps(NUMBERS)
     same = rows_of(*at, heaps(NUMBERS, seed=2), here)
-    assert {row.verdict for row in same} == {"holds"}
+    assert {row["verdict"] for row in same} == {"holds"}
     off = NUMBERS + np.where([name == "envelope_angle_deg" for name in READERS], 5.0, 0.0)
-    rows = {row.quantity: row for row in rows_of(*at, heaps(off, seed=2), here)}
-    assert rows.pop("envelope_angle_deg").verdict == "misses"
-    assert {row.verdict for row in rows.values()} == {"holds"}
+    rows = {row["quantity"]: row for row in rows_of(*at, heaps(off, seed=2), here)}
+    assert rows.pop("envelope_angle_deg")["verdict"] == "misses"
+    assert {row["verdict"] for row in rows.values()} == {"holds"}
     wild = rows_of(*at, heaps(NUMBERS, seed=2, count=4, sd=12.0), here)
-    assert {row.verdict for row in wild} == {"open"}
+    assert {row["verdict"] for row in wild} == {"open"}
 
 
 def first_line(folder, code, law, metric="radial_angle_deg", found=None):

@@ -85,7 +85,7 @@ def test_liggghts_needs_no_other_number_for_the_law_that_it_has(tmp_path):
         heaps_there(deck, seeds, 600.0),
         heaps_here(deck, seeds),
     )
-    assert "misses" not in {row.verdict for row in rows}
+    assert "misses" not in {row["verdict"] for row in rows}
 
 
 @pytest.mark.parametrize("code", DECKS)

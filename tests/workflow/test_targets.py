@@ -15,7 +15,7 @@ from calibration.runs.plans import read_plan
 from calibration.runs.verify import faults_of
 from calibration.study.config import parse_config
 from calibration.study.stage import load_stages
-from calibration.telling.report import build
+from calibration.telling.report.build import build
 from made_up import HEAP, answer
 from opened.watch import undeclared, watching
 from workflow_rules import flat, read_workflow, rules_of

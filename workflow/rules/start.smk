@@ -3,7 +3,7 @@ trusted is told and set aside, and how far the study is, is said. A dry run sets
 a call that only asks, as `--lint`, looks at nothing.
 """
 
-from calibration.telling.kept_results import closing, opening
+from calibration.telling.sentences import closing, opening
 from calibration.runs.runner import begin, watch
 from calibration.runs.plans import plans_of
 from calibration.runs.runner import report as report_progress

@@ -2,7 +2,7 @@ import sys
 
 from calibration.chain.jobs import leave_record, logged, work_for
 from calibration.study.stage import load_stages
-from calibration.telling.report import build
+from calibration.telling.report.build import build
 
 with logged(snakemake.log[0]):
     stages = load_stages(*snakemake.params.declared)

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from calibration.intake.tables import table_of
 from calibration.study.new.grains import filling
 from dem.constants import GRAVITY
 from dem.experiments.heap import solid_rate
 from dem.grains.dumbbell import sphere_radius
 from dem.spec import RunSpec
+from dem.tables import table_of
 
 DIAMETER, DENSITY = 2e-3, 1500.0  # of the one grain [m], [kg/m3]
 SOFTNESS = 5e4

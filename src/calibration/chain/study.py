@@ -16,7 +16,7 @@ from calibration.errors import CalibrationError
 from calibration.files import read_json
 from calibration.intake.tables import read_written
 from calibration.runs.plans import plan, together
-from calibration.statistics.validate import Stated
+from calibration.statistics.equivalence import Stated
 from calibration.study.config import Config, read_target
 from calibration.study.config.schema import VIEWS
 from calibration.study.factors import Factor, read_factors

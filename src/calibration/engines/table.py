@@ -14,8 +14,8 @@ from pydantic import Field
 
 from calibration.engines import Engine, EngineError, Settings
 from calibration.errors import ConfigError
-from calibration.intake.tables import read_table
 from dem.spec import RunSpec
+from dem.tables import read_table
 
 
 class TableSettings(Settings):

@@ -13,7 +13,6 @@ import pandas as pd
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from calibration.errors import in_study
 from calibration.files import write_table
 from calibration.intake.tables import refused
 from dem.grains.clump import MAX_RATIO, MAX_SPHERES, fault, shape_of
@@ -36,8 +35,7 @@ def fill_mesh(path: str | Path, number: int, out: str | Path | None = None) -> l
         raise refused("spheres", f"--spheres {number}", most=MAX_SPHERES)
     if out.exists():
         raise refused("mesh exists", out)
-    with in_study():
-        vertices, triangles = read_stl(path, closed=True)
+    vertices, triangles = read_stl(path, closed=True)
     inside, origin, pitch = cells_inside(vertices, triangles)
     centre, radius, held = spheres_in(inside, number)
     centre, radius = origin + pitch * centre, pitch * radius

@@ -18,7 +18,8 @@ import pandas as pd
 
 from calibration.errors import ConfigError
 from calibration.intake import quantities
-from calibration.intake.tables import read_table, refused
+from calibration.intake.tables import refused
+from dem.tables import read_table
 from dem.units import UnitError, has_unit, in_ascii, in_unit, question, unit_of
 
 NEEDED = ("experiment", "quantity", "value", "unit")

@@ -10,7 +10,8 @@ from scipy import stats
 
 from calibration.files import write_table
 from calibration.intake.measurements import readings_table
-from calibration.intake.tables import read_table, refused
+from calibration.intake.tables import refused
+from dem.tables import read_table
 from dem.units import has_unit, in_unit, unit_of, without_unit
 
 LOAD, PEAK, STEADY = "normal_stress", "shear_stress", "steady_shear_stress"

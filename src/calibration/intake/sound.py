@@ -18,7 +18,7 @@ from scipy.io import wavfile
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import find_peaks
 
-from calibration.errors import decoding, in_study
+from calibration.errors import decoding
 from calibration.files import write_table
 from calibration.intake.measurements import readings_table
 from calibration.intake.quantities import LEVERS
@@ -154,7 +154,7 @@ def _table(train, every):
 def _read(path):
     """(samples a second, one channel of the sound as floats). Raises ConfigError where a file is no
     recording of a length that a grain's bounces have."""
-    with in_study(), decoding(path, "a WAV file: PCM or float"):
+    with decoding(path, "a WAV file: PCM or float"):
         check_file(path, "sound")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", wavfile.WavFileWarning)  # further chunks of recorders

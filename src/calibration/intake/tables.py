@@ -3,7 +3,7 @@ of a study, the plausible numbers in them, with a unit of their own or in the ke
 said back, and those that a stage wrote."""
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,9 +12,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from calibration.errors import CONFIGURATION, ConfigError, at_key, in_study
-from dem import tables
+from calibration.errors import CONFIGURATION, ConfigError, at_key
 from dem.io.files import rows_of
+from dem.tables import Table
 from dem.units import UnitError, converted, has_unit, in_unit, question, unit_of
 
 _REFUSALS = {row["key"]: row for row in rows_of(Path(__file__).with_name("refusals.csv"))}
@@ -26,43 +26,6 @@ def refused(fault: str, path: Any = None, **facts: Any) -> ConfigError:
     told, where = _REFUSALS[fault], {k: facts.get(k) for k in ("line", "column", "key", "value")}
     reason, allowed = (told[text].format(**facts) for text in ("reason", "allowed"))
     return ConfigError(reason, path=path, allowed=allowed or None, **where)
-
-
-class Table(tables.Table):
-    """`dem.tables.Table` whose methods raise ConfigError."""
-
-    def require(self, *columns: str) -> None:
-        """As there."""
-        with in_study():
-            super().require(*columns)
-
-    def number(self, *cell: Any, **options: Any) -> float:
-        """As there."""
-        with in_study():
-            return super().number(*cell, **options)
-
-    def fault(
-        self, line: int | None, column: str | None, reason: str, value: Any = None,
-        allowed: str | None = None,
-    ) -> ConfigError:  # fmt: skip
-        """The error of a cell."""
-        return ConfigError(
-            reason, path=self.path, line=line, column=column, value=value, allowed=allowed
-        )
-
-
-def read_table(
-    path: str | Path, check: Callable[..., None] | None = None, sheet: str | None = None
-) -> Table:
-    """`dem.tables.read_table` that raises ConfigError."""
-    with in_study():
-        return Table(**vars(tables.read_table(path, check, sheet)))
-
-
-def table_of(text: str, *options: Any) -> Table:
-    """`dem.tables.table_of` that raises ConfigError."""
-    with in_study():
-        return Table(**vars(tables.table_of(text, *options)))
 
 
 def summary(values: ArrayLike, unit: str = "", how: str = "") -> str:

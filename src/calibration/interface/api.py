@@ -19,16 +19,16 @@ import pandas as pd
 
 from calibration.chain import study
 from calibration.engines.templates import macros
-from calibration.errors import CalibrationError, ConfigError, in_study
+from calibration.errors import CalibrationError, ConfigError
 from calibration.figures import response_of
 from calibration.runs.snakemake_command import LOGGER, call, snakemake_command
-from calibration.statistics.validate import Stated
+from calibration.statistics.equivalence import Stated
 from calibration.study.config import overlay, stands_alone
 from calibration.study.config.parse import parse_resolved
 from calibration.study.factors import Factor
 from calibration.study.stage import load_stages
 from calibration.telling.answer.schema import Answer, answer_of
-from calibration.telling.kept_results import sentences_of
+from calibration.telling.sentences import sentences_of
 from dem.io.mapping import read_mapping
 from dem.tables.limits import check_file
 from dem.units import unit_of
@@ -252,8 +252,7 @@ def _read(name):
     path = path / "config.yaml" if path.is_dir() else path
     if not path.is_file():
         raise ConfigError("is no study", path=name, allowed="a folder with config.yaml, or a file")
-    with in_study():
-        check_file(path, "configuration")
+    check_file(path, "configuration")
     mapping = read_mapping(path)[0]
     if not isinstance(mapping, dict):
         raise ConfigError("is no mapping", path=path, allowed="a YAML mapping of keys")

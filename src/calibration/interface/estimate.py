@@ -23,7 +23,7 @@ from calibration.atlas.emulators import (
 )
 from calibration.atlas.rigs import RIGS, grains_of_cone
 from calibration.chain.joint.analysis import INSIDE, analysed, joint_of, metrics_of, tails
-from calibration.errors import CalibrationError
+from calibration.errors import CalibrationError, ConfigError
 from calibration.figures import response_of
 from calibration.inference.joint.critique import ALPHA, POINTS, borders, misspecification
 from calibration.stages.joint import atlas_against, sentences, write_posterior
@@ -191,7 +191,7 @@ def ranges_by_atlas(
         emulators = AtlasEmulators(config, own)
         read = measured_of(config, joint_targets(config))
         measured = emulators.told(read)
-    except CalibrationError as error:
+    except (CalibrationError, ConfigError) as error:
         return list(factors), [f"the ranges stay as they are: {error}"], []
     joint = joint_of(config, emulators, measured)  # type: ignore[arg-type]  # as Emulators
     tests = [target.test for target in measured]

@@ -186,7 +186,5 @@ def _points_ahead(config, factors):
     for plan in (plan for stage in load_stages().values() for plan in stage.plans if plan.ahead):
         try:
             yield from plan.ahead(config, factors)
-        except ConfigError:
-            raise
         except CalibrationError as error:
             raise ConfigError(f"{error}", key=plan.folder) from None

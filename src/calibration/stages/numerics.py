@@ -50,8 +50,8 @@ def read_numerics(path: str | Path, factors: Sequence[str]) -> Numerics:
         wanted = Numerics.model_validate(data)
     except ValidationError as error:
         found = first_fault(error)
-        where = {"path": path, "line": line_of(found["key"] or "", lines)}
-        raise ConfigError("is not valid", **where, **found) from None
+        line = line_of(found["key"] or "", lines)
+        raise ConfigError("is not valid", path=path, line=line, **found) from None
     named = [(f"points.{p}.{n}", n, factors) for p, levels in wanted.points.items() for n in levels]
     against = {name: v.against for name, v in wanted.variants.items() if v.against}
     named += [
@@ -59,8 +59,8 @@ def read_numerics(path: str | Path, factors: Sequence[str]) -> Numerics:
     ]
     for key, name, allowed in named:
         if name not in allowed:
-            where = {"path": path, "line": line_of(key, lines), "key": key, "value": name}
-            raise ConfigError("is not known", **where, allowed=", ".join(allowed))
+            where = {"line": line_of(key, lines), "allowed": ", ".join(allowed)}  # type: dict
+            raise ConfigError("is not known", path=path, key=key, value=name, **where)
     return wanted
 
 

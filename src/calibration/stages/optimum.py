@@ -18,9 +18,9 @@ from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
 from calibration.stages import worded
 from calibration.statistics.design import region_design
+from calibration.statistics.equivalence import mean_interval, runs_needed
 from calibration.statistics.optimise import Solution, solve
 from calibration.statistics.surface import Surface, fit_surface, outliers, parameter_interval
-from calibration.statistics.validate import mean_interval, runs_needed
 from calibration.study.config import Config, read_target
 from calibration.study.factors import Factor, inside, physical_range
 from calibration.study.stage import Figure, Plan, Points, Stage

@@ -26,7 +26,7 @@ from calibration.intake.tables import read_written
 from calibration.runs.plans import read_metric, read_values, together, write_plan
 from calibration.stages import worded
 from calibration.statistics import dimensions
-from calibration.statistics.dimensions import PAPER_RULE
+from calibration.statistics.dimensions import PAPER, PAPER_RULE
 from calibration.statistics.numbers import fixed
 from calibration.study.config import Config, given, overlay, point_spec
 from calibration.study.stage import Figure, Plan, Points, Stage
@@ -43,7 +43,7 @@ NOT_SCALED = ("output", "seed")  # what is written, not what is simulated
 
 
 def enlarged(
-    run: Mapping[str, Any], experiment: str, rule: dimensions.Rule, h: float
+    run: Mapping[str, Any], experiment: str, rule: Mapping[str, float], h: float
 ) -> dict[str, Any]:
     """The run spec `run` (a mapping without experiment and seed), defaults put in, enlarged h times
     by `rule`.
@@ -52,7 +52,7 @@ def enlarged(
     as `dem.spec.parse_spec` does.
     """
     spec = parse_spec(point_spec(run, experiment, {}, 1)).model_dump(mode="json")
-    factor = dimensions.factors(rule.held, h)
+    factor = dimensions.factors(rule, h)
     return {
         section: value if section in NOT_SCALED else _scaled(value, factor)
         for section, value in spec.items()
@@ -285,7 +285,7 @@ def response_statements(runs: pd.DataFrame, margins: Mapping[str, float]) -> lis
         out.append(
             {
                 "id": f"{experiment}.{rule}.{'cohesive' if cohesive else 'plain'}",
-                "where": "1.2.1, conclusion 4" if rule == PAPER_RULE.name else "(gravity kept)",
+                "where": "1.2.1, conclusion 4" if rule == PAPER else "(gravity kept)",
                 "statement": f"The {response[0]} does not change with the scale, {how}, under the "
                 f"{rule} rule",
                 "printed": 0.0,
@@ -317,7 +317,7 @@ def drop_statements(design: pd.DataFrame) -> list[dict[str, Any]]:
     """The exponents of impact speed and restitution over the scale, by a line through the
     logarithms of all drops."""
     drops = design[(design["experiment"] == "drop") & ~design["cohesive"]]
-    drops, out = drops[drops["rule"] == PAPER_RULE.name], []
+    drops, out = drops[drops["rule"] == PAPER], []
     for claim in ("section122.velocity", "section122.restitution"):
         values = read_metric(drops["run_id"], POWERS[claim][-1])
         slope = log_slope(drops["scale"], values)

@@ -21,7 +21,6 @@ from calibration.statistics.screening import (
     interactions,
     screen,
     significant,
-    tells_apart,
     why,
 )
 from calibration.study.factors import read_factors
@@ -97,7 +96,8 @@ def _deciding(config, factors, every):
     if not (rules.foldover and rules.design):
         return every
     own = every[every["fold"] == 1]
-    apart = tells_apart(responses.with_value(own)[codes])
+    levels = responses.with_value(own)[codes].to_numpy(float)
+    apart = np.linalg.matrix_rank(np.column_stack([np.ones(len(levels)), levels])) > len(codes)
     return own if apart else every
 
 

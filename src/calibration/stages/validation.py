@@ -1,6 +1,7 @@
 """Validation: replicates at the parameters handed out, against the measurement."""
 
-from dataclasses import asdict
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,7 +14,7 @@ from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
 from calibration.stages import worded
-from calibration.statistics.validate import Comparison, Stated, compare
+from calibration.statistics.equivalence import Stated, compare
 from calibration.study.config import read_target
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.io.files import write_json
@@ -56,7 +57,7 @@ def validation(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     result = compare(groups, measured, rules.margin, rules.alpha)
     shown = figures.response_of(config.target)
     figures.save(validation_figure(groups, measured, result, shown), output.figure)
-    found = asdict(result) | told(runs)
+    found = result | told(runs)
     found["group_means"] = [float(v) for v in groups.mean(axis=1)]
     write_json(output.summary, found)
 
@@ -71,7 +72,10 @@ def _groups(runs):
 
 
 def validation_figure(
-    groups: np.ndarray, measured: np.ndarray | Stated, result: Comparison, response: Response
+    groups: np.ndarray,
+    measured: np.ndarray | Stated,
+    result: Mapping[str, Any],
+    response: Response,
 ) -> Drawing:
     """Replicates by group beside the measurement, with means and the equivalence margin. measured:
     readings (n,), or a `Stated` mean, which is drawn with its standard deviation."""
@@ -87,20 +91,20 @@ def validation_figure(
         ax.scatter(place + jitter, measured, color=figures.ORANGE, alpha=0.7)
     ax.hlines(measured.mean(), place - 0.35, place + 0.35, color=figures.ORANGE, lw=2)
     ax.axhspan(
-        measured.mean() - result.margin,
-        measured.mean() + result.margin,
+        measured.mean() - result["margin"],
+        measured.mean() + result["margin"],
         color=figures.ORANGE,
         alpha=0.12,
         lw=0,
     )
-    ax.axhline(result.simulated_mean, color=figures.BLUE, lw=1, ls="--")
+    ax.axhline(result["simulated_mean"], color=figures.BLUE, lw=1, ls="--")
     ax.set_xticks(
         [*range(1, len(groups) + 1), place],
         [*(f"group {g + 1}" for g in range(len(groups))), "measured"],
     )
-    simulated, aim = (response.value(v) for v in (result.simulated_mean, result.measured_mean))
+    simulated, aim = (response.value(result[f"{of}_mean"]) for of in ("simulated", "measured"))
     means = f"simulated {simulated}, measured {aim}"
-    ax.set(ylabel=response.axis, title=f"{means}: {result.relative_error_percent:.2f} % apart")
+    ax.set(ylabel=response.axis, title=f"{means}: {result['relative_error_percent']:.2f} % apart")
     return figure
 
 

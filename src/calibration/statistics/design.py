@@ -18,9 +18,10 @@ import pandas as pd
 import scipy
 
 from calibration.errors import CalibrationError, ConfigError, RankDeficientError
-from calibration.intake.tables import read_table, refused
+from calibration.intake.tables import refused
 from calibration.statistics.factor import Factor
 from calibration.statistics.surface import check_rank
+from dem.tables import read_table
 
 TRIPLES = {
     6: ("124", "235", "346", "145", "256", "136"),

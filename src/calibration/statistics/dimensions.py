@@ -9,7 +9,6 @@ Sources: Y. T. Feng, K. Han, D. R. J. Owen and J. Loughran, Engineering Computat
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
@@ -43,27 +42,13 @@ class ScalingError(CalibrationError):
     """A scaling rule that does not fix what is asked of it."""
 
 
-@dataclass(frozen=True)
-class Rule:
-    """A scaling rule: `held` maps quantities to their exponents of h, `source` says where it is
-    stated."""
-
-    name: str
-    held: Mapping[str, float]
-    source: str
-
-
-PAPER_RULE = Rule(
-    "paper",
-    {"length": 1, "density": 0, "velocity": 0},
-    "the paper, 1.2.2: density and velocity are invariant",
-)
-GRAVITY_RULE = Rule(
-    "gravity-consistent",
-    {"length": 1, "density": 0, "acceleration": 0},
-    "Froude scaling: density and gravity are invariant",
-)
-RULES = {rule.name: rule for rule in (PAPER_RULE, GRAVITY_RULE)}
+PAPER = "paper"
+PAPER_RULE = {"length": 1, "density": 0, "velocity": 0}
+"""The paper, 1.2.2: density and velocity are invariant."""
+GRAVITY_RULE = {"length": 1, "density": 0, "acceleration": 0}
+"""Froude scaling: density and gravity are invariant."""
+RULES = {PAPER: PAPER_RULE, "gravity-consistent": GRAVITY_RULE}
+"""Scaling rules by name: the quantities that each holds, with their exponents of h."""
 
 
 def exponent(quantity: str, held: Mapping[str, float]) -> Fraction:

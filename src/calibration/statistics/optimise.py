@@ -135,16 +135,13 @@ def _extent(surface, target, points):
 
 
 def _nearest(surface, target, seed):
-    k = len(surface.codes)
+    """The point of the cube (factors,) whose prediction is nearest to the target."""
+
+    def off(x):
+        return (float(surface.predict([x])[0]) - target) ** 2
+
+    k, options = len(surface.codes), {"ftol": 1e-15, "gtol": 1e-12}
     starts = 2.0 * scipy.stats.qmc.Sobol(k, seed=seed).random(256) - 1.0
     best = starts[np.argsort(np.abs(surface.predict(starts) - target))[:8]]
-    options = {"ftol": 1e-15, "gtol": 1e-12}
-    return _least(lambda x: (float(surface.predict([x])[0]) - target) ** 2, best, options=options).x
-
-
-def _least(function, starts, **how):
-    """scipy's result of the least value of a function of a point in the cube, searched from each
-    start (m, factors)."""
-    bounds = [(-1, 1)] * starts.shape[1]
-    fits = [scipy.optimize.minimize(function, s, bounds=bounds, **how) for s in starts]
-    return fits[first_least([f.fun for f in fits])]
+    fits = [scipy.optimize.minimize(off, s, bounds=[(-1, 1)] * k, options=options) for s in best]
+    return fits[first_least([f.fun for f in fits])].x

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pandas as pd
 import scipy
 
-from calibration.errors import CalibrationError, RankDeficientError
+from calibration.errors import CalibrationError
 from calibration.statistics.surface import (
     ANOVA_COLUMNS,
     anova_row,
@@ -91,17 +91,6 @@ def screen(
         float(scipy.stats.t.ppf(1.0 - alpha / 2 / k, df_error)) * mean_se,
         seed_sd,
     )
-
-
-def tells_apart(design: pd.DataFrame) -> bool:
-    """Return whether the main effects of all columns of a design's coded levels can be told apart,
-    and from the mean."""
-    levels = design.to_numpy(float)
-    try:
-        check_rank(np.column_stack([np.ones(len(levels)), levels]), ["Intercept", *design])
-    except RankDeficientError:
-        return False
-    return True
 
 
 def _regression(x, y):

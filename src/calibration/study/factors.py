@@ -11,9 +11,10 @@ from typing import Any, get_args
 from pydantic import BaseModel
 
 from calibration.errors import ConfigError
-from calibration.intake.tables import plausible_number, read_table
+from calibration.intake.tables import plausible_number
 from calibration.statistics.factor import Factor
 from dem.spec import GEOMETRY, RunSpec
+from dem.tables import read_table
 
 __all__ = ["Factor"]
 
@@ -54,14 +55,14 @@ def _check_names(factors, table):
         for k, v in enumerate(values):
             if v in values[:k]:
                 line = table.rows[k][0]
-                raise table.fault(line, field, "stands twice", v)
+                raise _fault(table, line, field, "stands twice", v)
     # codes and names are the columns of the design tables
     taken = {f.code for f in factors} | RESERVED
     for f, (line, _) in zip(factors, table.rows, strict=True):
         for field, used in (("code", RESERVED), ("name", taken)):
             if getattr(f, field) in used:
                 reason = "is the name of another column of the design tables"
-                raise table.fault(line, field, reason, getattr(f, field))
+                raise _fault(table, line, field, reason, getattr(f, field))
 
 
 def factor_of(factors: Sequence[Factor], key: str) -> Factor:
@@ -75,16 +76,22 @@ def factor_of(factors: Sequence[Factor], key: str) -> Factor:
 def _factor(table, line, row):
     for column in ("code", "name", "key"):
         if not row[column]:
-            raise table.fault(line, column, "is empty")
+            raise _fault(table, line, column, "is empty")
     for column in ("code", "name"):
         if not re.fullmatch(NAME, row[column]):
             allowed = "a letter, then letters, digits, blanks, _, -, . and brackets"
-            raise table.fault(line, column, f"is no {column} of a factor", row[column], allowed)
+            raise _fault(table, line, column, f"is no {column} of a factor", row[column], allowed)
     given = row["code"], row["name"], row["key"]
     low, high = (plausible_number(table, line, c, row[c], row["key"]) for c in ("low", "high"))
     if low >= high:
-        raise table.fault(line, "high", "must be above low", high, f"more than {low:g}")
+        raise _fault(table, line, "high", "must be above low", high, f"more than {low:g}")
     return Factor(*given, low, high, row.get("description", ""))
+
+
+def _fault(table, line, column, reason, value=None, allowed=None):
+    """The error of a cell."""
+    where = {"path": table.path, "line": line, "column": column}
+    return ConfigError(reason, **where, value=value, allowed=allowed)
 
 
 def physical_range(key: str, experiment: str) -> tuple[float, float]:

@@ -9,8 +9,8 @@ import numpy as np
 from calibration.statistics import dimensions
 from paper.audit.paper import Cells, Claims, Found
 
-RULE = dimensions.PAPER_RULE.held
-REAL_GRAVITY = dimensions.GRAVITY_RULE.held
+RULE = dimensions.PAPER_RULE
+REAL_GRAVITY = dimensions.GRAVITY_RULE
 FIXED = {"stiffness": ("pi2", "stiffness"), "damping": ("pi3", "damping_coefficient")}
 """Second part of a claim's id: group of Eq. 15 and quantity that it fixes."""
 

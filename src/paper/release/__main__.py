@@ -16,20 +16,21 @@ from pathlib import Path
 import pandas as pd
 import yaml
 
-from calibration.errors import CalibrationError
+from calibration.errors import CalibrationError, ConfigError
 from calibration.files import write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_values
 from calibration.runs.progress import duration
-from calibration.telling import kept_results
+from calibration.runs.verify import FOLDER
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
 from paper.release.pages import FUNNELS, KEPT, RECORD, read_record, write_pages
 
 PARTS = yaml.safe_load(Path(__file__).with_name("parts.yaml").read_text("utf-8"))
+NOT_KEPT = ("logs", FOLDER)
 PLANNED = ("design.csv", "plan.json")  # which runs there were is told by what they gave
-TABLES = ("reproduction.csv",)
-"""What is kept of the stages that concern the paper alone."""
+TABLES = "effects anova runs coefficients numerics scaling parameters next reproduction"
+"""What is kept of a stage beside its summaries."""
 POURED = ("screening", "candidate_first", "candidate", "validation")
 METRIC = "angle_of_repose_deg"
 
@@ -50,7 +51,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     args = parser.parse_args(argv)
     try:
         return _release(args)
-    except CalibrationError as error:
+    except (CalibrationError, ConfigError) as error:
         print(f"release: {error}", file=sys.stderr)
         return 2
 
@@ -83,7 +84,7 @@ def _make(name, engine, cores):
             print(f"release: {name}: {command} failed", file=sys.stderr)
             return False
     for study in part.get("keep", ()):
-        kept_results.keep(f"results/{study}", KEPT / study, (*kept_results.KEPT, *TABLES))
+        _keep(Path("results") / study, KEPT / study)
         if designs := poured(Path("results") / study):
             write_table(funnels(designs), KEPT / study / FUNNELS)
     for source, target in part.get("copies", {}).items():
@@ -109,6 +110,15 @@ def funnels(designs: Mapping[str, Path]) -> pd.DataFrame:
     rows = [read_written(path)[["run_id"]].assign(stage=s) for s, path in designs.items()]
     table = pd.concat(rows, ignore_index=True)[["stage", "run_id"]].drop_duplicates("run_id")
     return table.assign(**{m: read_values(table["run_id"], m) for m in (METRIC, "hold_up")})
+
+
+def _keep(study, target):
+    """Copy the summaries and tables of a study's stages; plans and figures stay behind."""
+    tables = [f"{name}.csv" for name in TABLES.split()]
+    for path in (p for p in study.glob("*/*") if p.parent.name not in NOT_KEPT):
+        if path.name in tables or (path.suffix == ".json" and path.name not in PLANNED):
+            (target / path.parent.name).mkdir(parents=True, exist_ok=True)
+            shutil.copy(path, target / path.parent.name)
 
 
 def _copy(source, target):

@@ -13,13 +13,15 @@ import jinja2
 import pandas as pd
 import yaml
 
+from calibration.chain.study import Results
 from calibration.figures import label, response_of
 from calibration.files import read_json, write_text
 from calibration.intake.tables import read_written
 from calibration.statistics.equivalence import judged
 from calibration.statistics.numbers import fixed, spread
+from calibration.study.stage import load_stages
 from calibration.telling.export import decks as trials
-from calibration.telling.kept_results import put
+from calibration.telling.sentences import sentences_of
 from paper import rigs
 from paper.audit import run_audit
 from paper.release import values
@@ -38,6 +40,7 @@ PIECES = {
     "bulk_processes": (EVIDENCE, "bulk"),
     "code_studies": (EVIDENCE, "codes"),
     "deck_trials": (CODES, "trials"),
+    "soybean": (Path("examples/soybean/README.md"), "found"),
 }
 """{template: (page, name of the marks between which it stands)}."""
 NUMBERS = ("none", "one", "two", "three", "four", "five", "six", "seven")
@@ -110,6 +113,9 @@ def filled(template: str, kept: str | Path) -> str:
         "response_of": response_of,
         "rigs": rigs,
         "trials": trials,
+        "stages": load_stages,
+        "results": Results,
+        "sentences_of": sentences_of,
     }
     return wrapped(environment.get_template(f"{template}.md.j2").render())
 
@@ -143,4 +149,5 @@ def write_pages() -> None:
     """Write every page that shows a release's data."""
     write_text(filled("results", KEPT), PAGE)
     for (page, begin, end), text in pieces().items():
-        put(page, text, begin, end)
+        before, rest = page.read_text().split(begin)
+        write_text(f"{before}{begin}\n{text}\n{end}{rest.split(end)[1]}", page)

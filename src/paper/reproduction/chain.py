@@ -11,7 +11,6 @@ three factors. The first study whose screening sent these on is taken.
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict
 from decimal import ROUND_HALF_UP, Decimal
 from typing import Any
 
@@ -20,10 +19,9 @@ import pandas as pd
 from scipy import stats
 
 from calibration.chain.responses import with_value
-from calibration.statistics.equivalence import ALPHA, Error, verdict
+from calibration.statistics.equivalence import ALPHA, Error, compare, verdict
 from calibration.statistics.screening import screen
 from calibration.statistics.surface import fit_surface, pure_error
-from calibration.statistics.validate import compare
 from paper.audit.paper import FACTORS, NAMES, TABLES, Paper, levels, printed_number
 from paper.audit.screening import screened
 from paper.audit.surface import printed_equation, regression, restored_levels
@@ -284,7 +282,7 @@ def _validation(paper, study):
     yield r.spreads(place, their_sd, theirs.size, sd, n)
     # simulated and measured angle by the equivalence test, in the paper's tables and in ours
     margin, low, high = found["margin"], "equivalence_low", "equivalence_high"
-    said = asdict(compare(theirs, paper.angles()["angle_deg"].to_numpy(), margin))
+    said = compare(theirs, paper.angles()["angle_deg"].to_numpy(), margin)
     text = f"simulated and measured angle within {margin:g} deg of each other"
     place = study.place("3.2", f"validation.equivalence.{name}", text, headline=True)
     verdicts = [verdict(x[low], x[high], margin) for x in (said, found)]

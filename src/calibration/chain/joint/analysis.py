@@ -3,7 +3,6 @@ criticised by itself: parameters, targets, contradictions, borders; and what its
 every rig: which test to make next, and which parameter each metric owes its spread."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -19,13 +18,13 @@ from calibration.inference.joint import critique
 from calibration.inference.joint.likelihood import Cloud, Joint, Response
 from calibration.inference.joint.next_test import Candidate, pushed, rank, shares
 from calibration.inference.posterior_sampling import Formed, Prior
-from calibration.intake.tables import read_table
 from calibration.runs.plans import read_values
 from calibration.statistics.ties import first_least
 from calibration.study.config import Config
 from calibration.study.config.joint import JointTarget, MeasuredMean
 from calibration.study.factors import physical_range
 from dem.experiments import experiments
+from dem.tables import read_table
 
 LEAST_TESTS = 1
 """Tests of the laboratory behind a mean whose number of readings nobody states."""
@@ -225,15 +224,14 @@ def _criticism(config, whole, measured, draws):
     seed = config.seed
     cloud = Cloud.of(whole, seed=seed)
     read = {target.name: target for target in measured}
-    agreed = critique.agreement(cloud, draws, seed)
     return {
         "targets": [
-            {"rig": read[p.response].test, "metric": read[p.response].metric}
-            | asdict(p)
-            | {"agrees": p.p_others >= critique.ALPHA}
+            {"rig": read[p["response"]].test, "metric": read[p["response"]].metric}
+            | p
+            | {"agrees": p["p_others"] >= critique.ALPHA}
             for p in critique.pulls(cloud, draws, seed)
         ],
-        "agreement": asdict(agreed) | {"contradicts": agreed.contradicts},
+        "agreement": critique.agreement(cloud, draws, seed),
         "misspecification_p": critique.misspecification(whole, seed=seed),
     }
 
@@ -249,14 +247,14 @@ def _parameters(factors, experiment, posterior, prior):
     pressed, found = critique.borders(posterior.draws, prior), {}
     for k, f in enumerate(factors):
         u = posterior.draws[:, k]
-        own = next((b for b in pressed if b.parameter == k), None)
+        own = pressed.get(k)
         found[f.name] = {
             "mean": f.natural(float(2.0 * u.mean() - 1.0)),
             "sd": float(2.0 * u.std(ddof=1) * f.half_range),
             "interval": [f.natural(float(2.0 * x - 1.0)) for x in (low[k], high[k])],
             "left": float(u.std(ddof=1) / before[k]),
             "bounded": bool(low[k] > 0.0 and high[k] < 1.0),
-            "border": own.side if own else None,
+            "border": own[0] if own else None,
             **_reach(f, experiment, own),
         }
     return found
@@ -267,8 +265,8 @@ def _reach(factor, experiment, border):
     whether the last possible level comes before."""
     if border is None:
         return {"reach": None, "reach_is_limit": False}
-    beyond = border.beyond * (factor.high - factor.low)
-    level = factor.low - beyond if border.side == "low" else factor.high + beyond
+    side, beyond = border[0], border[1] * (factor.high - factor.low)
+    level = factor.low - beyond if side == "low" else factor.high + beyond
     possible = float(np.clip(level, *physical_range(factor.key, experiment)))
     return {"reach": possible, "reach_is_limit": possible != level}
 

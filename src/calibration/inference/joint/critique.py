@@ -3,7 +3,6 @@ borders that it presses on, and whether its model can give what was measured at 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,33 +24,20 @@ PRESSED = 3.0
 """How many times its prior share a posterior has there when it presses on the border."""
 
 
-@dataclass(frozen=True)
-class Pull:
-    """A response against what is predicted of it.
+def pulls(cloud: Cloud, draws: np.ndarray, seed: int = 1) -> list[dict[str, Any]]:
+    """Each response of a study's `Cloud`, which gives the posteriors without one response, against
+    what is predicted of it. draws: (k, d) of the posterior.
 
     measured; predicted: mean of the posterior of all targets; sd: that of their difference, the
     emulator's error in it; pull: the difference over it; p: two-sided, of the posterior predictive.
     pull_others, p_others: the same by the posterior of all other targets, which has not seen this.
     """
-
-    response: str
-    measured: float
-    predicted: float
-    sd: float
-    pull: float
-    p: float
-    pull_others: float
-    p_others: float
-
-
-def pulls(cloud: Cloud, draws: np.ndarray, seed: int = 1) -> list[Pull]:
-    """`Pull` of each response of a study's `Cloud`, which gives the posteriors without one
-    response. draws: (k, d) of the posterior."""
     found = []
     for r in cloud.joint.responses:
         mean, sd, pull, p = _against(r, thinned(draws))
         *_, apart, p_apart = _against(r, thinned(_draws_without(cloud, r.name, seed)))
-        found.append(Pull(r.name, r.mean, mean, sd, pull, p, apart, p_apart))
+        row = {"response": r.name, "measured": r.mean, "predicted": mean, "sd": sd, "pull": pull}
+        found.append(row | {"p": p, "pull_others": apart, "p_others": p_apart})
     return found
 
 
@@ -83,29 +69,14 @@ def _against(response, u):
     return centre, spread, float((y - centre) / spread), 2.0 * min(below, 1.0 - below)
 
 
-@dataclass(frozen=True)
-class Agreement:
-    """Whether one set of parameters meets all targets.
+def agreement(cloud: Cloud, draws: np.ndarray, seed: int = 1) -> dict[str, Any]:
+    """Whether one set of parameters meets all targets of a study's `Cloud`, which gives the
+    posteriors without one response. draws: (k, d) of its posterior.
 
     misfit: least sum of squared pulls; p: how often sets of values that agree misfit as much;
     named: responses of which leaving out any one lets the others agree, the best first; where none
-    does, the one that helps most. p_without: {name: p of the others}.
-    """
-
-    misfit: float
-    p: float
-    named: tuple
-    p_without: dict
-
-    @property
-    def contradicts(self) -> bool:
-        """Return whether the targets contradict each other."""
-        return self.p < ALPHA
-
-
-def agreement(cloud: Cloud, draws: np.ndarray, seed: int = 1) -> Agreement:
-    """`Agreement` of the targets of a study's `Cloud`, which gives the posteriors without one
-    response. draws: (k, d) of its posterior.
+    does, the one that helps most; p_without: {name: p of the others}; contradicts: whether the
+    targets contradict each other.
 
     The least misfit over draws of the posterior and of the prior is compared with that of values
     drawn anew at the posterior: a parametric bootstrap of the goodness of fit (Efron and Tibshirani
@@ -113,14 +84,17 @@ def agreement(cloud: Cloud, draws: np.ndarray, seed: int = 1) -> Agreement:
     """
     joint, without, left = cloud.joint, {}, {}
     misfit, p = _goodness(joint, draws, seed)
-    if p >= ALPHA or len(joint.responses) < 2:
-        return Agreement(misfit, p, (joint.names[0],) if p < ALPHA else (), {})
+    found = {"misfit": misfit, "p": p, "named": [], "p_without": {}, "contradicts": p < ALPHA}
+    if p >= ALPHA:
+        return found
+    if len(joint.responses) < 2:
+        return found | {"named": joint.names}
     for name in joint.names:
         own = _draws_without(cloud, name, seed)
         left[name], without[name] = _goodness(joint.without(name), own, seed)
     good = sorted((n for n in without if without[n] >= ALPHA), key=lambda n: left[n])
     named = good or [min(left, key=left.__getitem__)]
-    return Agreement(misfit, p, tuple(named), without)
+    return found | {"named": named, "p_without": without}
 
 
 def _goodness(joint, draws, seed):
@@ -141,33 +115,23 @@ def _goodness(joint, draws, seed):
     return misfit, float((1 + np.sum(imagined >= misfit)) / (AGAIN + 1))
 
 
-@dataclass(frozen=True)
-class Border:
-    """A parameter whose posterior presses on its region: index, side ("low" or "high"), the share
-    of draws in the outermost tenth, and how far beyond the border the region would have to reach,
-    as a share of its width."""
-
-    parameter: int
-    side: str
-    share: float
-    beyond: float
-
-
-def borders(draws: np.ndarray, prior: Prior) -> list[Border]:
-    """`Border`s of draws u (k, d) in [0, 1]^d: parameters with at least three times the prior's
-    share in the outermost tenth of a side, and more than at the other side.
+def borders(draws: np.ndarray, prior: Prior) -> dict[int, tuple[str, float]]:
+    """{index: (side, "low" or "high", and how far beyond it the region would have to reach, as a
+    share of its width)} of the parameters of draws u (k, d) in [0, 1]^d that press on a border:
+    with at least three times the prior's share in the outermost tenth of a side, and more than at
+    the other side.
 
     A density that is flat or falls towards the border gives none. `beyond` is the distance at which
     an exponential tail with the median distance of the draws has fallen to 5 %.
     """
-    before, found = prior.draw(20000, np.random.default_rng(1)), []
+    before, found = prior.draw(20000, np.random.default_rng(1)), {}
     for k in range(draws.shape[1]):
         for side in ("low", "high"):
             own, other = (x[:, k] if side == "low" else 1.0 - x[:, k] for x in (draws, before))
             share, prior_share = (float(np.mean(x <= EDGE)) for x in (own, other))
             if share >= PRESSED * max(prior_share, 0.01) and share > np.mean(own >= 1.0 - EDGE):
                 beyond = np.log(20.0) / np.log(2.0) * np.median(own)
-                found.append(Border(k, side, share, float(min(beyond, 1.0))))
+                found[k] = side, float(min(beyond, 1.0))
     return found
 
 

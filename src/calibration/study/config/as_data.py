@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from calibration.errors import ConfigError
-from dem.errors import InputError, SpecError
+from dem.errors import SpecError
 from dem.io.mapping import parse_mapping
 from dem.tables.limits import KINDS
 
@@ -51,9 +51,7 @@ def data_of(source: str | TextIO) -> Any:
             raise ConfigError("is too large for a configuration", path=Path(name),
                               allowed=f"at most {MOST:,} characters")  # fmt: skip
         data, lines = parse_mapping(text, name)
-    except ConfigError:
-        raise
-    except (SpecError, InputError) as error:
+    except SpecError as error:
         raise ConfigError(str(error)) from None
     except UnicodeDecodeError:
         raise ConfigError("is not text", path=Path(name), allowed="UTF-8") from None

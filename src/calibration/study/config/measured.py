@@ -11,7 +11,7 @@ from calibration.errors import ConfigError
 from calibration.intake.measurements import Measurement, Measurements, read_measured
 from calibration.intake.quantities import LEVERS
 from calibration.intake.tables import summary
-from calibration.statistics.validate import Stated
+from calibration.statistics.equivalence import Stated
 from calibration.study.config.schema import Config
 from calibration.study.config.tests import spec_of
 from dem.spec import RunSpec

@@ -34,8 +34,8 @@ def parse_config(
     `supplements` may have, any unless given.
     """
     if not isinstance(data, Mapping):
-        where = {"path": files[-1] if files else CONFIGURATION, "allowed": "a YAML mapping of keys"}
-        raise ConfigError("is no mapping", **where)
+        path = files[-1] if files else CONFIGURATION
+        raise ConfigError("is no mapping", path=path, allowed="a YAML mapping of keys")
     try:
         config = _parse(data)
         for n, name in enumerate(config.supplements):

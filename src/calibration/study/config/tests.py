@@ -3,7 +3,7 @@
 import re
 from collections.abc import Sequence
 
-from calibration.errors import CalibrationError, ConfigError, at_key
+from calibration.errors import ConfigError, at_key
 from calibration.study.config.schema import METRICS, Config, SweepConfig
 from calibration.study.config.specs import point_spec, states
 from calibration.study.factors import Factor
@@ -139,5 +139,3 @@ def _check_runs(config):
         except SpecError as error:
             key = key_in(config, name, error.key) if error.key else f"tests.{name}.run"
             raise at_key(key, "is not valid", error.value, error.allowed) from None
-        except CalibrationError as error:
-            raise at_key(f"tests.{name}.run", str(error)) from None

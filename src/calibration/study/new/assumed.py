@@ -4,7 +4,7 @@
 from importlib.resources import files
 from types import SimpleNamespace
 
-from calibration.intake.tables import table_of
+from dem.tables import table_of
 
 TABLE = table_of(files("calibration.study.new").joinpath("assumed.csv").read_text("utf-8"))
 

@@ -12,11 +12,12 @@ from typing import Any
 import yaml
 
 from calibration.errors import ConfigError
-from calibration.intake.tables import plausible_number, read_table
+from calibration.intake.tables import plausible_number
 from calibration.study.new.assumed import ASSUMED
 from calibration.study.new.methods.declare import refusal
 from calibration.study.new.reading_tables import with_points
 from dem.grains.clump import MAX_SPHERES, shape_of
+from dem.tables import read_table
 
 BISECTIONS = 10
 
@@ -245,7 +246,8 @@ def _passing(table, heading, sieves, retained):
     total, unit = sum(retained), table.units[heading]
     for (line, row), mass in zip(table.rows, retained, strict=True):
         if mass < 0:
-            raise table.fault(line, heading, "is no mass", row[heading], "0 or more")
+            where = {"path": table.path, "line": line, "column": heading, "value": row[heading]}
+            raise ConfigError("is no mass", **where, allowed="0 or more")
     if not total > 0 or (unit == "%" and abs(total - 100) > 1):
         hint = "; is it the sum over the coarser sieves?" if total > 101 and unit == "%" else ""
         raise ConfigError(

@@ -10,7 +10,7 @@ from pathlib import Path
 from statistics import fmean
 
 from calibration.errors import CalibrationError
-from calibration.intake.tables import summary, table_of
+from calibration.intake.tables import summary
 from calibration.study.config.schema import COARSER
 from calibration.study.factors import Factor, factor_of
 from calibration.study.new.answers import Faults
@@ -32,6 +32,7 @@ from dem.advice import bed_pressure
 from dem.constants import GRAVITY
 from dem.contact.registry import Material
 from dem.experiments import experiments
+from dem.tables import table_of
 from dem.units import behind, has_unit, unit_of
 
 WIDTHS = (

@@ -17,11 +17,11 @@ import pandas as pd
 from calibration.errors import CalibrationError, ConfigError
 from calibration.files import write_table
 from calibration.intake.measurements import Measurement, read_measured
-from calibration.intake.tables import Table, read_table
 from calibration.study.new.answers import Faults, Raw, entries_of, read_entries, separate, with_unit
 from calibration.study.new.methods import Method, Question, methods
 from calibration.study.new.methods.declare import fault, refusal
 from dem.io.files import replace_file
+from dem.tables import Table, read_table
 from dem.tables.dialect import plain
 from dem.units import in_ascii, unit_of, without_unit
 
@@ -44,7 +44,8 @@ def _pointed(table, line, row):
     for heading, comma in found.items():
         if comma and len(comma[2]) == 3:
             reason = f"can be read in two ways, {comma[1]}.{comma[2]} or {comma[1]}{comma[2]}"
-            raise table.fault(line, heading, reason, row[heading], "one of these, best as a number")
+            where = {"path": table.path, "line": line, "column": heading, "value": row[heading]}
+            raise ConfigError(reason, **where, allowed="one of these, best as a number")
     return row | {h: f"{m[1]}.{m[2]}{m[3] or ''}" for h, m in found.items() if m}
 
 
@@ -107,8 +108,8 @@ def _columns(method: Method, table: Table) -> dict[str, Question]:
         q = next((q for q in method.asked if _named(heading) in _names(q)), None)
         if q in columns.values():
             first = next(h for h, other in columns.items() if other == q)
-            reason = f"means the same as {first}"
-            raise table.fault(table.header_line, heading, reason, allowed="one of them")
+            where = {"path": table.path, "line": table.header_line, "column": heading}
+            raise ConfigError(f"means the same as {first}", **where, allowed="one of them")
         columns |= {heading: q} if q else {}
     if not columns and len(table.header) == 1:
         return {table.header[0]: method.readings[0]}

@@ -23,13 +23,13 @@ of the deck of another study. `benchmarks.decks` pours them again.
 """
 
 import hashlib
-import json
 import math
 import shutil
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -44,15 +44,18 @@ from calibration.engines import EngineError, rig
 from calibration.engines.conversion import Conversion, Granulate, left_out
 from calibration.engines.templates import macros
 from calibration.files import DamagedError, read_json, write_text
-from calibration.statistics.validate import compare
+from calibration.runs.simulated import named, simulate
+from calibration.runs.store import RunStore
+from calibration.statistics.equivalence import compare
 from calibration.study.config import overlay
 from calibration.telling.export.parameters import to_yaml
 from dem.errors import DemError, InputError, MeasureError
 from dem.experiments.heap import Rig
-from dem.fingerprint import engine_fingerprint
 from dem.grains.sizes import mean_radius
 from dem.io.files import write_json
 from dem.measure.heap import measure_heap
+from dem.render import read_run
+from dem.render.image import plate_of
 from dem.spec import RunSpec, load_spec, parse_spec
 
 PROGRAMS = {"liggghts": "liggghts", "lammps": "lmp"}
@@ -179,63 +182,31 @@ class Deck:
 def heaps_there(deck: Deck, seeds: Sequence[int], timeout_s: float) -> list[dict[str, float]]:
     """Profiles of heaps in the target code; a heap without one is told and left out. Raises
     EngineError where the program is missing."""
-    engine = engine_of(deck.code)
+    engine, found = engine_of(deck.code), []
     version = engine.version()
-
-    def pour(spec, place):
-        pour_file(deck.code, spec, deck.conversion, ["a heap of a check"], place)
-        read = [path.read_bytes() for path in sorted(place.iterdir())]
-        return [version.encode(), *read], lambda: engine.start(spec, place, timeout_s)[1]
-
-    return _heaps(deck, seeds, pour, deck.name)
-
-
-def heaps_here(deck: Deck, seeds: Sequence[int]) -> list[dict[str, float]]:
-    """Profiles of heaps of the calibrated model: those that the deck brings, or as many as `seeds`,
-    poured now."""
-    if len(deck.expected["heaps"]) >= FEWEST:
-        return list(deck.expected["heaps"])
-
-    def pour(spec, place):
-        mapping = spec.model_dump(mode="json")
-        key = [engine_fingerprint().encode(), json.dumps(mapping, sort_keys=True).encode()]
-
-        def start():
-            engines.make(mapping, place)
-            with np.load(place / "final.npz") as state:
-                return {name: state[name] for name in ("position", "radius", "velocity")}
-
-        return key, start
-
-    return _heaps(deck, seeds, pour, "the calibrated model")
-
-
-def _heaps(deck, seeds, pour, where):
-    """pour(spec, folder) -> (bytes that name the heap, function that gives its last state)."""
-    found = []
     for seed in seeds:
+        spec = parse_spec(overlay(deck.spec.model_dump(mode="json"), {"seed": seed}))
         with TemporaryDirectory() as folder:
-            spec = parse_spec(overlay(deck.spec.model_dump(mode="json"), {"seed": seed}))
-            parts, start = pour(spec, Path(folder))
+            place = Path(folder)
+            pour_file(deck.code, spec, deck.conversion, ["a heap of a check"], place)
+            read = [version.encode(), *(path.read_bytes() for path in sorted(place.iterdir()))]
+            name = hashlib.sha256(b"\0".join(read)).hexdigest()[:16]
             try:
-                found.append(_kept(deck, parts, start))
+                kept = deck.folder / "heaps" / f"{name}.json"
+                found.append(_kept(kept, deck, partial(engine.start, spec, place, timeout_s)))
             except DemError as error:
-                print(f"{where}, seed {seed}: {error}", file=sys.stderr)
-    if len(found) < min(FEWEST, len(seeds)) and len(seeds) >= FEWEST:
-        raise DemError(f"{where}: {len(found)} of {len(seeds)} heaps have a profile")
-    return found
+                print(f"{deck.name}, seed {seed}: {error}", file=sys.stderr)
+    return _enough(found, seeds, deck.name)
 
 
-def _kept(deck, parts, start):
+def _kept(path, deck, start):
     """The profile of a heap, from the deck's folder where it was poured before."""
-    name = hashlib.sha256(b"\0".join(parts)).hexdigest()[:16]
-    path = deck.folder / "heaps" / f"{name}.json"
     try:
         kept = read_json(path)
     except (OSError, DamagedError):
         kept = None
     if not isinstance(kept, dict) or not kept.keys() <= set(READERS) | {"error"}:
-        state = start()
+        state = start()[1]
         try:
             own = (state[key] for key in ("position", "radius", "velocity"))
             kept = profile(*own, Rig(deck.spec.geometry).plate_radius)
@@ -248,6 +219,36 @@ def _kept(deck, parts, start):
     return kept
 
 
+def heaps_here(deck: Deck, seeds: Sequence[int]) -> list[dict[str, float]]:
+    """Profiles of heaps of the calibrated model: those that the deck brings, or as many as `seeds`,
+    poured now and kept in the deck's folder."""
+    if len(deck.expected["heaps"]) >= FEWEST:
+        return list(deck.expected["heaps"])
+    mapping, root = deck.spec.model_dump(mode="json"), deck.folder / "heaps"
+    specs = named(overlay(mapping, {"seed": seed}) for seed in seeds)
+    simulate(specs, root, partial(print, file=sys.stderr))
+    return _enough(profiles(specs, RunStore(root)), seeds, "the calibrated model")
+
+
+def profiles(names: Iterable[str], store: RunStore) -> list[dict[str, float]]:
+    """Profiles of those runs that are heaps whose last states are at hand."""
+    found = []
+    for name in names:
+        with suppress(DemError):  # moved here without its state, or no heap
+            run = read_run(store.folder(name))
+            if plate := plate_of(run.spec):
+                found.append(profile(run.position, run.radius, run.velocity, plate))
+    return found
+
+
+def _enough(found, seeds, where):
+    """The profiles of heaps, where there are as many as a comparison needs, or all that were
+    asked for."""
+    if len(found) < min(FEWEST, len(seeds)) and len(seeds) >= FEWEST:
+        raise DemError(f"{where}: {len(found)} of {len(seeds)} heaps have a profile")
+    return found
+
+
 def check(folder: str | Path, seeds: int = SEEDS, timeout_s: float = 1e6) -> int:
     """Pour `seeds` heaps of a deck in its code, hold them against the calibrated model's and say
     how they compare; returns 0 where all quantities hold, 1 where one does not."""
@@ -256,7 +257,7 @@ def check(folder: str | Path, seeds: int = SEEDS, timeout_s: float = 1e6) -> int
     there = heaps_there(deck, own, timeout_s)
     rows = rows_of(deck.spec, deck.expected["margin"], there, heaps_here(deck, own))
     print(_words().checked(deck.name, rows, len(there), READERS), end="")
-    return int(any(row.verdict != "holds" for row in rows))
+    return int(any(row["verdict"] != "holds" for row in rows))
 
 
 RING = 0.5
@@ -323,39 +324,6 @@ def foot(axis: np.ndarray, radius: np.ndarray) -> float:
     return float(axis[order][np.searchsorted(held, FOOT * held[-1])])
 
 
-@dataclass(frozen=True)
-class Row:
-    """A quantity of READERS in the target code and here."""
-
-    quantity: str
-    there: float
-    there_sd: float
-    here: float
-    here_sd: float
-    difference: float
-    low: float
-    high: float
-    margin: float
-
-    @property
-    def verdict(self) -> str:
-        """`holds`, `misses`, or `open` where the interval reaches beyond the margin."""
-        if max(-self.low, self.high) < self.margin:
-            return "holds"
-        return "misses" if abs(self.difference) > self.margin else "open"
-
-    @property
-    def unit(self) -> str:
-        """Of the quantity: the end of its name; empty for a number of grains."""
-        end = self.quantity.rsplit("_", 1)[-1]
-        return end if end in ("deg", "mm") else ""
-
-    @property
-    def told(self) -> str:
-        """A sentence: what differs, by how much, and what is allowed."""
-        return str(_words().row(self, READERS))
-
-
 def margins_of(
     spec: RunSpec, margin: float, here: Sequence[Mapping[str, float]]
 ) -> dict[str, float]:
@@ -373,15 +341,29 @@ def rows_of(
     margin: float,
     there: Sequence[Mapping[str, float]],
     here: Sequence[Mapping[str, float]],
-) -> list[Row]:
-    """A `Row` for each quantity of heaps in the target code and here, profiles of heaps of `spec`;
-    margin as `margins_of` takes it."""
+) -> list[dict[str, Any]]:
+    """A row for each quantity of heaps in the target code and here, profiles of heaps of `spec`;
+    margin as `margins_of` takes it. verdict: `holds`, `misses`, or `open` where the interval
+    reaches beyond the margin; told: a sentence with what differs and what is allowed."""
     rows = []
     for name, allowed in margins_of(spec, margin, here).items():
-        c = compare([[h[name] for h in there]], [h[name] for h in here], allowed)
-        means = c.simulated_mean, c.simulated_sd, c.measured_mean, c.measured_sd
-        low, high = c.equivalence_low, c.equivalence_high
-        rows.append(Row(name, *means, c.difference, low, high, allowed))
+        c = compare([h[name] for h in there], [h[name] for h in here], allowed)
+        low, high, end = c["equivalence_low"], c["equivalence_high"], name.rsplit("_", 1)[-1]
+        misses = abs(c["difference"]) > allowed
+        row = {
+            "quantity": name,
+            "unit": end if end in ("deg", "mm") else "",
+            "there": c["simulated_mean"],
+            "there_sd": c["simulated_sd"],
+            "here": c["measured_mean"],
+            "here_sd": c["measured_sd"],
+            "difference": c["difference"],
+            "low": low,
+            "high": high,
+            "margin": allowed,
+            "verdict": "holds" if max(-low, high) < allowed else "misses" if misses else "open",
+        }
+        rows.append(row | {"told": str(_words().row(row, READERS))})
     return rows
 
 
@@ -405,8 +387,8 @@ def spec_of(name: str) -> RunSpec:
     return parse_spec(overlay(kept["spec"], kept["trials"][name]["changes"]))
 
 
-def rows_in(code: str, name: str, margin: float) -> list[Row]:
-    """A `Row` for each quantity of a trial's heaps in a code and here. margin: of an angle
+def rows_in(code: str, name: str, margin: float) -> list[dict[str, Any]]:
+    """A row for each quantity of a trial's heaps in a code and here. margin: of an angle
     [deg]."""
     heaps = trials()["trials"][name]["heaps"]
     return rows_of(spec_of(name), margin, heaps[code], heaps[OWN])
@@ -437,6 +419,6 @@ def told(code: str, name: str, conversion: Conversion, expected: Mapping[str, An
     if like is None:
         return words.told(name, conversion, 0, 0, None, [], "")
     heaps = trials()["trials"][like]["heaps"]
-    rows = [r for r in rows_in(code, like, expected["margin"]) if r.quantity in ANGLES]
+    rows = [r for r in rows_in(code, like, expected["margin"]) if r["quantity"] in ANGLES]
     there, here = len(heaps[code]), len(heaps[OWN])
     return words.told(name, conversion, there, here, spec_of(like), rows, expected["metric"])

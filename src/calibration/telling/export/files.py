@@ -1,7 +1,6 @@
 """The files that a study hands on: calibrated.yaml, the blocks of other codes and their decks."""
 
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +12,8 @@ from calibration.runs.store import RunStore
 from calibration.telling.answer.schema import answer_of
 from calibration.telling.answer.words import head
 from calibration.telling.export import by_hand, mercurydpm
-from calibration.telling.export.decks import profile, scatter_of_one, write_decks
+from calibration.telling.export.decks import profiles, scatter_of_one, write_decks
 from calibration.telling.export.parameters import engine_of, known_parameters, to_yaml
-from dem.errors import DemError
-from dem.render import read_run
-from dem.render.image import plate_of
 from dem.spec import parse_spec
 from dem.units import in_ascii, unit_of
 
@@ -31,7 +27,6 @@ CONVERTED = {
 calibrated one."""
 BY_HAND = {"edem.md": "edem", "rocky.md": "rocky"}
 """File -> program that is filled in by hand: pages, with interval and source."""
-CODES = (*CONVERTED, *BY_HAND)
 
 
 def about(study: Study) -> list[str]:
@@ -129,22 +124,12 @@ def _validated_heap(study):
     return {"metric": study.config.target} | kept
 
 
-def _profiles(study):
-    """Profiles of the validation's heaps whose last states are at hand."""
-    store, found = RunStore(), []
-    for name in study.table("validation", "runs")["run_id"]:
-        with suppress(DemError):  # moved here without its state, or no heap
-            run = read_run(store.folder(name))
-            if plate := plate_of(run.spec):
-                found.append(profile(run.position, run.radius, run.velocity, plate))
-    return found
-
-
 def _write_codes(study, conversion, lines, folder):
     """Write the blocks and decks of the codes that may need another law."""
     spec = conversion.spec
     for name, code in CONVERTED.items():
         about = [*lines, *left_out(spec, code.CODE)]
         write_text(code.block(Granulate(spec), conversion, about), folder / name)
-    expected = _validated_heap(study) | {"heaps": _profiles(study)}
+    runs = study.table("validation", "runs")["run_id"]
+    expected = _validated_heap(study) | {"heaps": profiles(runs, RunStore())}
     write_decks(spec, conversion, lines, expected, folder)

@@ -7,12 +7,12 @@ import numpy as np
 import yaml
 
 from calibration.chain.study import Study
-from calibration.intake.tables import read_table
 from calibration.statistics.surface import Surface, parameter_interval
 from calibration.study.config import Config, point_spec, states
 from calibration.study.factors import Factor
 from dem.fingerprint import engine_fingerprint
 from dem.spec import RunSpec
+from dem.tables import read_table
 from dem.units import in_ascii, unit_of
 
 PARTS = ("materials", "contacts", "laws", "law_parameters", "particles", "geometry", "numerics")

@@ -47,7 +47,7 @@ from calibration.engines.conversion import (
 from calibration.errors import CalibrationError
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_values, run_id, together, write_plan
-from calibration.statistics.validate import compare
+from calibration.statistics.equivalence import compare
 from calibration.study.config import overlay
 from dem.errors import SpecError
 from dem.spec import ContactSpec, RunSpec, parse_spec
@@ -304,14 +304,14 @@ def _numbers(path, share, pair):
 
 def _agreement(angles, against, margin):
     """Runs at the point found beside runs of the calibrated law on the same scale."""
-    c = compare([list(angles)], list(against), margin)
+    c = compare(angles, against, margin)
     return {
-        "mean": c.simulated_mean,
-        "sd": c.simulated_sd,
-        "runs": c.simulated_n,
-        "calibrated_law_mean": c.measured_mean,
-        "calibrated_law_sd": c.measured_sd,
-        "calibrated_law_runs": c.measured_n,
-        "difference": c.difference,
-        "difference_interval_95": [c.difference_low, c.difference_high],
+        "mean": c["simulated_mean"],
+        "sd": c["simulated_sd"],
+        "runs": c["simulated_n"],
+        "calibrated_law_mean": c["measured_mean"],
+        "calibrated_law_sd": c["measured_sd"],
+        "calibrated_law_runs": c["measured_n"],
+        "difference": c["difference"],
+        "difference_interval_95": [c["difference_low"], c["difference_high"]],
     }

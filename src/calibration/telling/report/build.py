@@ -20,10 +20,10 @@ from calibration.runs.mixtures import mixtures
 from calibration.runs.store import RunStore
 from calibration.study.stage import Stage
 from calibration.telling.answer.words import said
-from calibration.telling.kept_results import sentences_of
 from calibration.telling.report import embed
 from calibration.telling.report.answer import answer, citation, findings, profiler, workbook
 from calibration.telling.report.sheet import sheet, viewer
+from calibration.telling.sentences import sentences_of
 from dem.errors import ResultError
 
 NOT_CONVERTED_MARK = "NOT CONVERTED: rolling friction"
