@@ -25,35 +25,24 @@ class Raw:
     place: str
 
 
-class Faults(CalibrationError):
-    """All faults of what was answered, one a line."""
-
-    def __init__(self, faults: Sequence[str]):
-        self.faults = list(faults)
-        super().__init__("\n".join(self.faults))
-
-
-def read_entries(raws: Iterable[Raw]) -> list[Entry]:
-    """[Entry] of all that was answered. Raises `Faults`."""
-    faults: list[str] = []
-    entries = []
+def read_entries(raws: Iterable[Raw], faults: Iterable[str] = ()) -> list[Entry]:
+    """[Entry] of all that was answered. Raises CalibrationError of all faults, one a line, those
+    that were found before among them."""
+    faults, entries = list(faults), []
     for raw in raws:
         before = len(faults)
         entry = _entry(raw, faults)
-        if entry and len(faults) == before:  # what could not be read is no lack of readings
+        if len(faults) == before:  # what could not be read is no lack of readings
             entries.append(entry)
     found = _with_scatter(entries)
     faults += [told for entry in found if (told := _spread_fault(entry))] + _twice(found)
     if faults:
-        raise Faults(faults)
+        raise CalibrationError("\n".join(faults))
     return found
 
 
 def _entry(raw, faults):
-    method = methods().get(raw.method)
-    if method is None:
-        faults.append(fault("no_method", raw.place, raw.method, methods()))
-        return None
+    method = methods()[raw.method]
     answers = {
         k: own for k, texts in raw.answers.items() if (own := _read(method, k, texts, raw, faults))
     }

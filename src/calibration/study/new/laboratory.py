@@ -13,7 +13,6 @@ from calibration.errors import CalibrationError
 from calibration.intake.tables import summary, table_of
 from calibration.study.config.schema import COARSER
 from calibration.study.factors import Factor, factor_of
-from calibration.study.new.answers import Faults
 from calibration.study.new.assumed import ASSUMED
 from calibration.study.new.grains import (
     Grains,
@@ -195,7 +194,7 @@ def _leading_first(tested):
 
 def _tests(tested, grains):
     """([LaboratoryTest], `Grains`): the leading one first; where grains stick all have the size of
-    those in the largest rig. Raises `Faults` of all that cannot be represented."""
+    those in the largest rig. Raises CalibrationError of all that cannot be represented."""
     ordered = _leading_first(tested)
     found = _become(ordered, grains)
     if grains.sticky:
@@ -212,7 +211,7 @@ def _become(entries, grains):
         except CalibrationError as error:
             faults.append(str(error))
     if faults:
-        raise Faults(faults)
+        raise CalibrationError("\n".join(faults))
     return found
 
 

@@ -18,7 +18,7 @@ from calibration.errors import CalibrationError, ConfigError
 from calibration.files import write_table
 from calibration.intake.measurements import Measurement, read_measured
 from calibration.intake.tables import Table, read_table
-from calibration.study.new.answers import Faults, Raw, entries_of, read_entries, separate, with_unit
+from calibration.study.new.answers import Raw, entries_of, separate, with_unit
 from calibration.study.new.methods import Method, Question, methods
 from calibration.study.new.methods.declare import fault, refusal
 from dem.io.files import replace_file
@@ -93,7 +93,7 @@ def _of_table(method, path, sheet):
     rows = ((line, dict(_row(columns, table, line, row))) for line, row in table.rows)
     found = entries_of(path.name, method, [(n, row) for n, row in rows if row], faults)
     if faults:
-        raise Faults(faults)
+        raise CalibrationError("\n".join(faults))
     if not found:
         raise ConfigError("has no readings", path=path, allowed="a row for each reading")
     return found, [heading for heading in table.header if heading not in columns]
@@ -214,9 +214,9 @@ def _asked(method, q):
     return (method.name, q.key, "", unit, asked, q.allowed)
 
 
-def read_filled(path: Path, sheet: str | None = None) -> list[Raw]:
-    """[Raw] of all tests of a filled table. Raises `Faults` that name the lines, and ConfigError
-    for a file that is no such table."""
+def read_filled(path: Path, sheet: str | None = None) -> tuple[list[Raw], list[str]]:
+    """([Raw] of all tests of a filled table, faults that name their lines). Raises ConfigError for
+    a file that is no such table."""
     table, faults = read_table(path, sheet=sheet), []
     table.require(TEST, QUESTION, VALUE)
     filled = [(line, row) for line, row in table.rows if row[VALUE].strip()]
@@ -238,9 +238,7 @@ def read_filled(path: Path, sheet: str | None = None) -> list[Raw]:
         for name, tests in found.items()
         for answers in tests
     ]
-    if faults:
-        raise Faults([*faults, *_further(raws)])
-    return raws
+    return raws, faults
 
 
 def _questions(filled):
@@ -272,12 +270,3 @@ def _texts(path, q, lines, faults):
             continue
         found += [(with_unit(q, word.strip(), row.get(UNIT, "").strip()), place) for word in words]
     return found
-
-
-def _further(raws):
-    """Faults of the answers that could be taken out of the table."""
-    try:
-        read_entries(raws)
-    except Faults as more:
-        return more.faults
-    return []
