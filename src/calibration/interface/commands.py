@@ -68,10 +68,9 @@ def _tried(laboratory):
     no value."""
     from calibration.interface.estimate import ranges_by_atlas  # loads the sampler
     from calibration.runs.progress import progress
-    from calibration.study.new.study import config_of, heard, try_study, write_settings
+    from calibration.study.new.study import config_of, try_study, write_settings
 
-    with heard("asking the atlas", print):
-        factors, said, told = ranges_by_atlas(config_of(laboratory), laboratory.factors)
+    factors, said, told = ranges_by_atlas(config_of(laboratory), laboratory.factors)
     print(*said, sep="\n")
     laboratory = replace(laboratory, factors=factors, said=[*laboratory.said, *said])
     write_settings(laboratory)

@@ -9,11 +9,8 @@ then a shorter time step.
 import re
 import shutil
 import tempfile
-import threading
-import time
 import unicodedata
-from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -174,7 +171,6 @@ def _test(test):
 
 
 Show = Callable[[str], object]
-EVERY_S = 5.0  # a run that goes on is told of
 MIDDLE, SMOOTH, ROUGH = "the middle of the ranges", "their smooth end", "their rough end"
 
 
@@ -200,8 +196,7 @@ def try_study(
     from dem.precompile import compile_engine  # loads the engine
 
     show("pilot: the engine is compiled first, which takes a minute once")
-    with heard("compiling", show):
-        compile_engine()
+    compile_engine()
     without = []
     for k, test in enumerate(lab.tests):
         lab, trials = _tried(lab, k, show, test.rig in told)
@@ -218,25 +213,6 @@ def try_study(
     for resolution in () if without else ("quick", "full"):
         show(f"{resolution} profile: {estimate(config_of(lab, resolution))}")
     return without
-
-
-@contextmanager
-def heard(what: str, show: Show) -> Iterator[None]:
-    """A block that is told of every few seconds while it lasts."""
-    over, begun = threading.Event(), time.monotonic()
-
-    def tell():
-        with suppress(BrokenPipeError):  # nobody reads on, which the block itself finds
-            while not over.wait(EVERY_S):
-                show(f"{what}: {time.monotonic() - begun:.0f} s so far")
-
-    thread = threading.Thread(target=tell, daemon=True)
-    thread.start()
-    try:
-        yield
-    finally:
-        over.set()
-        thread.join()
 
 
 def config_of(lab: Laboratory, resolution: str = "full") -> Config:
@@ -279,8 +255,7 @@ def _tried(lab, k, show, told):
         for turn in range(ASSUMED.calmer + 1):
             config = config_of(lab, resolution)
             kind, levels = config.tests[rig].experiment, _levels(config, lab, rig, end)
-            with heard(f"{rig} at {end}", show):
-                trial = one_run(config, config.run_of(rig), kind, levels)
+            trial = one_run(config, config.run_of(rig), kind, levels)
             if not trial.restless or turn == ASSUMED.calmer:
                 break
             lab = _calmer(lab, k, turn, show)
