@@ -123,7 +123,7 @@ def read_joint_target(config: Config, target: JointTarget) -> MeasuredMean:
 
 def check_joint(config: Config, factors: Sequence[Factor]) -> None:
     """Raise ConfigError for what a joint study cannot be made of."""
-    _check_names(config, factors)
+    _check_numbers(config, factors)
     if "joint" in config.supplements:
         check_targets(config)
     elif handed_out_by(config) == "joint":
@@ -144,16 +144,9 @@ def check_targets(config: Config) -> None:
         read_joint_target(config, target)
 
 
-def _check_names(config, factors):
-    """Names of factors are known; a prior lies in its factor's levels."""
-    names, joint, priors = [f.name for f in factors], config.joint, config.posterior.priors
-    for key, given, known in (
-        ("joint.factors", joint.factors, names),
-        ("posterior.priors", priors, names),
-    ):
-        for name in given:
-            if name not in known:
-                raise at_key(key, "is not known", name, ", ".join(known))
+def _check_numbers(config, factors):
+    """A prior lies in its factor's levels, and no more points are repeated than there are."""
+    joint, priors = config.joint, config.posterior.priors
     for factor in (f for f in factors if f.name in priors):
         mean = priors[factor.name].mean
         if not factor.low <= mean <= factor.high:

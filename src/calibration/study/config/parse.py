@@ -137,6 +137,8 @@ def _parse(data):
         ("response_surface.centre", config.response_surface.centre),
         ("response_surface.half_width", config.response_surface.half_width),
         ("optimise.point", config.optimise.point),
+        ("joint.factors", config.joint.factors),
+        ("posterior.priors", config.posterior.priors),
     ):
         for name in mapping:
             if name not in names:

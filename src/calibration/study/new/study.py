@@ -131,7 +131,11 @@ def _text(lab, often):
     sections = {
         "fixed": {f.name: float(f"{f.centre:.4g}") for f in lab.factors},
         "run": _shared_run(lab),
-        "tests": {t.rig: _test(t) for t in lab.tests},
+        "tests": {
+            t.rig: {"experiment": t.experiment, "metrics": list(t.metrics), "run": t.run}
+            | ({"discrepancy": t.discrepancy} if t.discrepancy else {})
+            for t in lab.tests
+        },
     }
     parts |= {name: _yaml(section, 2) for name, section in sections.items()}
     margin = float(f"{ASSUMED.margin * lead.rows[0]['value']:.3g}")
@@ -162,12 +166,6 @@ def _shared_run(lab):
            if f.key.startswith("law_parameters.")}  # fmt: skip
     shared = {"materials": {"particle": grain, "wall": wall}, "laws": laws}
     return shared | ({"law_parameters": own} if own else {})
-
-
-def _test(test):
-    doubt = {"discrepancy": test.discrepancy} if test.discrepancy else {}
-    own = {"experiment": test.experiment, "metrics": list(test.metrics), "run": test.run}
-    return own | doubt
 
 
 Show = Callable[[str], object]

@@ -26,11 +26,6 @@ def cone_height(plate_mm: float, angle_deg: float) -> float:
     return 0.5 * plate_mm * math.tan(math.radians(angle_deg))
 
 
-def roomy_height(plate_mm: float, rim_mm: float, angle_deg: float) -> int:
-    """Lowest orifice [mm] that a somewhat steeper heap does not touch; it stands on the rim."""
-    return math.ceil(rim_mm + cone_height(plate_mm, angle_deg + ASSUMED.steeper_deg))
-
-
 def steady_fraction(
     most: float, radius: float, material: Material, pressure: float, restitution: float,
     longest: float = math.inf,
@@ -214,7 +209,8 @@ def _said_of_funnel(entry, heap, grains, diameter, own):
     """Sentences on a heap; own: grains that the laboratory's own heap has."""
     fed = "as given" if entry.values("rate") else "assumed"
     across = heap.orifice_diameter_mm / (grains.longest * diameter * QUICK_WIDER)
-    roomy = roomy_height(heap.plate_diameter_mm, heap.plate_rim_height_mm, heap.angle_deg)
+    steeper = cone_height(heap.plate_diameter_mm, heap.angle_deg + ASSUMED.steeper_deg)
+    roomy = math.ceil(heap.plate_rim_height_mm + steeper)
     larger, quick = grains.enlarged(diameter), COARSER["quick"]
     limits = ASSUMED.narrow_orifice, roomy, ASSUMED.enough_grains
     return said("funnel", heap, own, fed, larger, quick, across, *limits)
