@@ -5,7 +5,7 @@ import difflib
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args, get_origin
 
 from pydantic import ValidationError
 
@@ -15,10 +15,10 @@ from calibration.intake.measurements import read_measured
 from calibration.intake.tables import check_plausible, in_key_units
 from calibration.study.config.joint import check_joint
 from calibration.study.config.measured import NotComparableError, is_measured, read_target
-from calibration.study.config.schema import COARSER, MEANINGS, Config, named_section_of, section_of
+from calibration.study.config.schema import COARSER, MEANINGS, Config
 from calibration.study.config.specs import point_spec, states
 from calibration.study.config.tests import check_tests, key_in
-from calibration.study.factors import read_factors
+from calibration.study.factors import read_factors, section_of
 from dem.errors import InputError, SpecError
 from dem.experiments.mesh import check_meshes_of
 from dem.io.mapping import read_mapping
@@ -177,7 +177,8 @@ def _section(loc):
             model, named = named, None
         else:
             annotation = model.model_fields[part].annotation
-            model, named = section_of(annotation) or model, named_section_of(annotation)
+            model = section_of(annotation) or model
+            named = section_of(get_args(annotation)[1]) if get_origin(annotation) is dict else None
     return model
 
 

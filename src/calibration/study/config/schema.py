@@ -2,14 +2,13 @@
 them means stands in `keys.yaml`."""
 
 from importlib.resources import files
-from typing import Annotated, Any, Literal, get_args, get_origin
+from typing import Annotated, Any, Literal
 
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from calibration.statistics.optimise import RULES
 from calibration.study.config.specs import overlay
-from calibration.study.factors import section_of
 from dem.experiments import experiments
 from dem.units import converted
 
@@ -56,12 +55,6 @@ def coarsened(data: dict[str, Any]) -> dict[str, Any]:
         return data  # it pours no grains, or the schema says what is not well formed
     name = f"{data.get('name')}-{data['resolution']}"
     return data | {"tests": tests, "name": name, "resolution": "full"}
-
-
-def named_section_of(annotation: Any) -> type[BaseModel] | None:
-    """The schema of the sections in a mapping of names; None for any other key."""
-    parts = get_args(annotation)
-    return section_of(parts[1]) if get_origin(annotation) is dict else None
 
 
 VIEWS = ("own", "experiment", "own_run", "target", "by_atlas")

@@ -101,13 +101,10 @@ def _uneven(method, answers, raw):
     return []
 
 
-def _readings(entry):
-    return next((entry.answers[q.key] for q in entry.method.readings if q.key in entry.answers), [])
-
-
 def _spread_fault(entry):
     """A single reading says nothing of its error, and several say it themselves."""
-    method, read = entry.method, _readings(entry)
+    method, answers = entry.method, entry.answers
+    read = next((answers[q.key] for q in method.readings if q.key in answers), [])
     sd, n, several = entry.values("sd"), entry.values("n"), len(read) > 1
     if not method.becomes:
         return None

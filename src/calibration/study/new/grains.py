@@ -154,17 +154,6 @@ def _disc(a, b, c):
     return ((0.0, 0.0, 0.0, radius), *((round(x, 5), round(y, 5), 0.0, radius) for x, y in ring))
 
 
-def mean_axes(
-    lengths: Sequence[float], widths: Sequence[float], thicknesses: Sequence[float]
-) -> tuple[float, float, float, float]:
-    """(mean length, width, thickness, diameter of the sphere of the mean volume) of grains, each
-    an ellipsoid."""
-    volumes = [x * y * z for x, y, z in zip(lengths, widths, thicknesses, strict=True)]
-    number = len(volumes)
-    means = [sum(v) / number for v in (lengths, widths, thicknesses)]
-    return means[0], means[1], means[2], (sum(volumes) / number) ** (1.0 / 3.0)
-
-
 def _sieve_columns(table):
     """{column as it is here: its heading in the table}. Raises CalibrationError for two headings
     that mean one column, or a heading without the unit that it needs."""

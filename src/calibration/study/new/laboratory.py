@@ -17,7 +17,6 @@ from calibration.study.new.assumed import ASSUMED
 from calibration.study.new.grains import (
     Grains,
     clump_of_axes,
-    mean_axes,
     mean_diameter,
     sieve_curve,
     size_distribution,
@@ -47,7 +46,7 @@ CLUMP = "clump.csv"
 
 @dataclass(frozen=True)
 class Laboratory:
-    """All that a study is made of."""
+    """All that a study is made of; its chain is calibrated to the target of the first test."""
 
     name: str
     folder: Path
@@ -56,11 +55,6 @@ class Laboratory:
     factors: list[Factor]
     given: list[dict]
     said: list[str]
-
-    @property
-    def leading(self) -> LaboratoryTest:
-        """The test whose target the chain is calibrated to."""
-        return self.tests[0]
 
     @property
     def alone(self) -> bool:
@@ -158,7 +152,8 @@ def _of_sieves(entry, shared):
 def _of_axes(folder, entry, shared):
     flat = entry.values("thickness")
     columns = [entry.values("length"), entry.values("width"), flat or entry.values("width")]
-    *axes, diameter = mean_axes(*columns)
+    axes = [fmean(column) for column in columns]
+    diameter = fmean(map(math.prod, zip(*columns, strict=True))) ** (1.0 / 3.0)  # of ellipsoids
     try:
         spheres = clump_of_axes(*axes)
     except CalibrationError as error:
@@ -360,34 +355,24 @@ def _cohesion(grains, tests):
 
 
 def _went(entry, tests, tested, shape):
-    """Rows of GIVEN: every answer of an entry and where it went."""
-    went = _places(entry, tests, tested, shape)
-    return [
-        {"test": entry.method.title, "question": key, "value": answer.text,
-         "unit": _unit_of(entry, key, answer), "from": answer.place, "became": went[key]}
-        for key, answers in entry.answers.items() for answer in answers
-    ]  # fmt: skip
-
-
-def _unit_of(entry, key, answer):
-    """Unit that a bare number was taken to have; empty where it bears its own."""
-    q = entry.method.question(key)
-    if q is None or not q.unit or has_unit(answer.text.replace(",", ".")):
-        return ""
-    return unit_of(q.unit)
-
-
-def _places(entry, tests, tested, shape):
-    shared = {"sd": "its spread, in measured.csv", "n": "its spread, in measured.csv"}
-    if entry.method.becomes:
-        test = tests[_leading_first(tested).index(entry)]
-        return {k: f"rig {test.rig}: {w}" for k, w in test.went.items()} | shared
-    own = {
+    """Rows of GIVEN: every answer of an entry, the unit that a bare number was taken to have, and
+    where it went."""
+    went = shape | {
         "density": "run.materials.particle.density_kg_m3",
         "moisture": "the choice of the law of cohesion",
         "material": "the ranges of factors.tsv that no test measured",
     }
-    return shared | own | shape
+    if entry.method.becomes:
+        test = tests[_leading_first(tested).index(entry)]
+        went = {k: f"rig {test.rig}: {w}" for k, w in test.went.items()}
+        went |= dict.fromkeys(("sd", "n"), "its spread, in measured.csv")
+    for key, answers in entry.answers.items():
+        unit = entry.method.question(key).unit
+        for answer in answers:
+            bare = unit and not has_unit(answer.text.replace(",", "."))
+            yield {"test": entry.method.title, "question": key, "value": answer.text,
+                   "unit": unit_of(unit) if bare else "", "from": answer.place,
+                   "became": went[key]}  # fmt: skip
 
 
 def materials() -> list[str]:

@@ -9,14 +9,14 @@ was made under several loads, or from several heights, has its rows once for eac
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import groupby
+from itertools import groupby, product
 from pathlib import Path
 
 import pandas as pd
 
 from calibration.errors import CalibrationError, ConfigError
 from calibration.files import write_table
-from calibration.intake.measurements import Measurement, read_measured
+from calibration.intake.measurements import read_measured
 from calibration.intake.tables import Table, read_table
 from calibration.study.new.answers import Raw, entries_of, separate, with_unit
 from calibration.study.new.methods import Method, Question, methods
@@ -148,27 +148,19 @@ def _of_measured(method: Method, path: Path, sheet: str | None) -> Iterator[Raw]
     """`Raw` of each condition of a table of measured values, as `dem shear` and `dem bounce` write
     it."""
     conditions = read_measured(path, sheet=sheet).conditions
-    for q in method.readings:
-        for m in conditions:
-            if m.quantity == without_unit(q.unit) and not m.outcome:
-                yield Raw(method.name, _of_condition(method, q, m, path), path.name)
-
-
-def _of_condition(method: Method, q: Question, m: Measurement, path: Path) -> dict:
-    place = f"{path.name}, line {m.line}"
-    if m.readings:
-        lines = m.lines or [m.line] * len(m.readings)
-        told = [(_said(q, v), f"{path.name}, line {n}")
-                for v, n in zip(m.readings, lines, strict=True)]  # fmt: skip
-        answers = {q.key: told}
-    else:
+    levers = {other.unit: other for other in method.questions if other.unit and not other.reading}
+    for q, m in product(method.readings, conditions):
+        if m.quantity != without_unit(q.unit) or m.outcome:
+            continue
+        place, lines = f"{path.name}, line {m.line}", m.lines or [m.line] * len(m.readings)
         answers = {q.key: [(_said(q, m.value), place)], "n": [(str(m.n), place)]}
         answers |= {"sd": [(_said(q, m.sd), place)]} if m.sd is not None else {}
-    levers = {other.unit: other for other in method.questions if other.unit and not other.reading}
-    for key, value in m.levers.items():
-        if key in levers:
-            answers[levers[key].key] = [(_said(levers[key], value), place)]
-    return answers
+        if m.readings:
+            told = zip(m.readings, lines, strict=True)
+            answers = {q.key: [(_said(q, v), f"{path.name}, line {n}") for v, n in told]}
+        own = {levers[key]: value for key, value in m.levers.items() if key in levers}
+        answers |= {other.key: [(_said(other, value), place)] for other, value in own.items()}
+        yield Raw(method.name, answers, path.name)
 
 
 def _said(q, value):

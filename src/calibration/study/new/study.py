@@ -124,7 +124,7 @@ def _replicates(lab):
 
 def _text(lab, often):
     """The text of config.yaml with designs that are run so often."""
-    lead, path = lab.leading, lab.folder.as_posix()
+    lead, path = lab.tests[0], lab.folder.as_posix()
     metric = lead.metrics[0]
     parts = {"path": path, "factors": f"{path}/factors.tsv", "measured": f"{path}/{MEASURED}"}
     parts = {name: _yaml(text).splitlines()[0] for name, text in parts.items()}
