@@ -7,7 +7,6 @@ notebook may lie anywhere.
 from collections.abc import Callable
 from contextlib import AbstractContextManager, chdir, nullcontext
 from dataclasses import dataclass
-from difflib import get_close_matches
 from functools import cached_property
 from os.path import abspath
 from pathlib import Path
@@ -114,9 +113,8 @@ class Study(study.Study):
         Raises CalibrationError where there is none.
         """
         if stage not in load_stages():
-            near = get_close_matches(stage, load_stages(), n=1)
-            hint = f"did you mean {near[0]}?" if near else f"allowed: {', '.join(load_stages())}"
-            raise CalibrationError(f"{self.name}: {stage} is no stage; {hint}")
+            allowed = ", ".join(load_stages())
+            raise CalibrationError(f"{self.name}: {stage} is no stage; allowed: {allowed}")
         found = sorted((self.folder / stage).glob("*.svg"))
         chosen = [path for path in found if name in (None, path.stem)]
         if not chosen:

@@ -134,14 +134,11 @@ def check_joint(config: Config, factors: Sequence[Factor]) -> None:
 def check_targets(config: Config) -> None:
     """Raise ConfigError where no test of the joint study was measured, or what was measured of one
     cannot be used."""
-    targets = joint_targets(config)
-    if not targets:
+    if not measured_of(config, joint_targets(config)):
         raise ConfigError(
             "has no row of a test of the joint study", path=config.measurements,
             allowed=f"a reading at the setting of {', '.join(joint_tests(config))}",
         )  # fmt: skip
-    for target in targets:
-        read_joint_target(config, target)
 
 
 def _check_numbers(config, factors):

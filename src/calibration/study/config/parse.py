@@ -256,16 +256,13 @@ def parse_resolved(
         if asked not in COARSER:
             raise
         parse_config({**data, "resolution": "full"}, files, stages)  # its own fault comes first
+        told = str(error)
+        if error.key:  # what stands behind file and line
+            value = f" {error.value}" if error.value is not None else ""
+            needed = f", where it has to be {error.allowed}" if error.allowed else ""
+            told = f"{str(error.key).removeprefix('run.')}{value}{needed}"
         raise ConfigError(
             f"its grains are {COARSER[asked] ** (1 / 3):.3g} times as wide as the study's, and do "
-            f"not fit: {_told(error)}", key="resolution", value=asked,
+            f"not fit: {told}", key="resolution", value=asked,
             allowed="a finer one, or none: without --config resolution they are the study's",
         ) from None  # fmt: skip
-
-
-def _told(error):
-    """Return what a fault says behind its file and line."""
-    key = str(error.key or "").removeprefix("run.")
-    value = f" {error.value}" if error.value is not None else ""
-    needed = f", where it has to be {error.allowed}" if error.allowed else ""
-    return f"{key}{value}{needed}" if key else str(error)

@@ -126,7 +126,11 @@ def _with_scatter(entries):
     out = list(entries)
     for method in {e.method.name: e.method for e in entries if e.method.scatter}.values():
         first = method.readings[0].key
-        own = [k for k, e in enumerate(out) if e.method is method and _alone(e, first)]
+        own = [
+            k for k, e in enumerate(out)
+            if e.method is method and len(e.values(first)) == 1
+            and not e.values("sd") and e.value(method.under) is not None
+        ]  # fmt: skip
         if len({out[k].value(method.under) for k in own}) < ASSUMED.loads_that_scatter:
             continue
         under = np.array([out[k].value(method.under) for k in own], float)
@@ -137,12 +141,6 @@ def _with_scatter(entries):
             answer = Answer(text, float(f"{sd:.6g}"), text)
             out[k] = Entry(method, dict(out[k].answers) | {"sd": [answer]})
     return out
-
-
-def _alone(entry, first):
-    """Return whether an entry has a single reading without a spread, at a known load or height."""
-    known = entry.value(entry.method.under) is not None
-    return known and len(entry.values(first)) == 1 and not entry.values("sd")
 
 
 def _twice(entries):

@@ -18,8 +18,6 @@ from calibration.study.new.methods.declare import refusal
 from calibration.study.new.reading_tables import with_points
 from dem.grains.clump import MAX_SPHERES, shape_of
 
-BISECTIONS = 10
-
 
 @dataclass(frozen=True)
 class Grains:
@@ -131,7 +129,7 @@ def _rod(length, across):
         raise refusal("long_rod", length / across, number, MAX_SPHERES)
     wanted = 0.5 * (length * across**2) ** (1.0 / 3.0)  # radius of the sphere of its volume
     low, high = ASSUMED.narrow_end * radius, radius
-    for _ in range(BISECTIONS):
+    for _ in range(10):
         end = 0.5 * (low + high)
         less = shape_of(_line(length, radius, end, number)).scale < wanted
         low, high = (end, high) if less else (low, end)

@@ -40,6 +40,7 @@ WIDTHS = (
 FORMS = {"heap": ASSUMED.heap_bond, "lifted_cylinder": ASSUMED.cylinder_bond}
 COHESION = "law_parameters.surface_energy_J_m2"
 WALL_COHESION = "law_parameters.wall_surface_energy_J_m2"
+PUBLISHED = table_of(files("calibration.study.new").joinpath("published.csv").read_text("utf-8"))
 CLUMP = "clump.csv"
 """The file of a grain's spheres, in the study's folder."""
 
@@ -377,7 +378,7 @@ def _went(entry, tests, tested, shape):
 
 def materials() -> list[str]:
     """Names of the materials with published ranges."""
-    return sorted({row["material"] for _, row in _published().rows} - {""})
+    return sorted({row["material"] for _, row in PUBLISHED.rows} - {""})
 
 
 def factors_of(material: str | None = None) -> list[Factor]:
@@ -391,20 +392,15 @@ def factors_of(material: str | None = None) -> list[Factor]:
     if material is not None and material not in known:
         near = difflib.get_close_matches(material, known, n=1)
         raise refusal("no_material", repr(material), near, known)
-    table = _published()
-    own = ((m, line, row) for m in ("", material) for line, row in table.rows)
+    own = ((m, line, row) for m in ("", material) for line, row in PUBLISHED.rows)
     found = {row["key"]: (line, row) for m, line, row in own if row["material"] == m}
-    return [_factor(code, table, *at) for code, at in zip("ABCDEFG", found.values(), strict=True)]
+    return [_factor(code, *at) for code, at in zip("ABCDEFG", found.values(), strict=True)]
 
 
-def _factor(code, table, line, row):
+def _factor(code, line, row):
     key = row["key"]
     name = key.partition(".")[2].replace("particle", "grain").replace(".", "_")
-    low, high = (table.number(line, c, row[c]) for c in ("low", "high"))
+    low, high = (PUBLISHED.number(line, c, row[c]) for c in ("low", "high"))
     if low == high:
         low, high = round((1 - ASSUMED.band) * low, 4), round((1 + ASSUMED.band) * high, 4)
     return Factor(code, name, key, low, high, row["source"])
-
-
-def _published():
-    return table_of(files("calibration.study.new").joinpath("published.csv").read_text("utf-8"))

@@ -104,7 +104,8 @@ def _columns(method: Method, table: Table) -> dict[str, Question]:
     what is read."""
     columns: dict[str, Question] = {}
     for heading in table.header:
-        q = next((q for q in method.asked if _named(heading) in _names(q)), None)
+        named = " ".join(re.split(r"[\s_]+", without_unit(heading))).lower()
+        q = next((q for q in method.asked if named in _names(q)), None)
         if q in columns.values():
             first = next(h for h, other in columns.items() if other == q)
             reason = f"means the same as {first}"
@@ -125,11 +126,6 @@ def _names(q):
     """Headings that mean a question, in small letters."""
     own = (q.key, without_unit(q.unit) if q.unit else q.key)
     return list(dict.fromkeys([*(n.replace("_", " ") for n in own), *q.headings]))
-
-
-def _named(heading):
-    """A heading without the unit that its name may end in, in small letters."""
-    return " ".join(re.split(r"[\s_]+", without_unit(heading))).lower()
 
 
 def _row(columns, table, line, row):
@@ -179,7 +175,15 @@ def write_empty(path: Path) -> str:
         raise refusal("no_table_name", path)
     if path.exists():
         raise refusal("table_exists", path)
-    rows = [_asked(m, q) for m in methods().values() for q in m.columns]
+    rows = []
+    for method in methods().values():
+        # a table in place of readings is for options
+        for q in (q for q in method.asked if not (q.free and q.option and method.readings)):
+            unit = in_ascii(unit_of(q.unit)) if q.unit else ""
+            # behind words: an example's decimal point would count beside commas that are filled in
+            example = f"; such as {q.example}" if q.example else ""
+            asked = f"{q.text}{' (needed)' if q.needed else ''}{example}"
+            rows.append((method.name, q.key, "", unit, asked, q.allowed))
     if kind == ".csv":
         write_table(pd.DataFrame(rows, columns=COLUMNS), path)
     else:
@@ -196,14 +200,6 @@ def write_empty(path: Path) -> str:
         f"wrote {path}, a row a question. Fill in the column {VALUE} of the tests that you made, "
         f"then: dem new FOLDER --from {path}"
     )
-
-
-def _asked(method, q):
-    unit = in_ascii(unit_of(q.unit)) if q.unit else ""
-    # behind words, as an example's decimal point would count beside commas that are filled in
-    example = f"; such as {q.example}" if q.example else ""
-    asked = f"{q.text}{' (needed)' if q.needed else ''}{example}"
-    return (method.name, q.key, "", unit, asked, q.allowed)
 
 
 def read_filled(path: Path, sheet: str | None = None) -> tuple[list[Raw], list[str]]:

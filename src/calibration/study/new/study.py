@@ -109,17 +109,13 @@ def _measured(tests):
 
 
 def configuration(lab: Laboratory) -> str:
-    """The text of the study's config.yaml."""
-    return _text(lab, _replicates(lab))
-
-
-def _replicates(lab):
-    """How often screening and path are run, the surface half as often: as `designs_s` allows."""
+    """The text of the study's config.yaml, in which screening and path are run as often as
+    `designs_s` allows, the surface half as often."""
     config = parse_config(yaml.safe_load(_text(lab, 1)))
     seconds = run_seconds(point_spec(config.own_run, config.experiment, {}, config.seed))
     whole = ASSUMED.designs_s
     often = int(whole / (ASSUMED.design_runs * (seconds or whole)))  # once where nothing tells
-    return min(max(often, 1), ASSUMED.most_replicates)
+    return _text(lab, min(max(often, 1), ASSUMED.most_replicates))
 
 
 def _text(lab, often):

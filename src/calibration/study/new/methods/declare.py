@@ -202,11 +202,6 @@ class Method:
         first = next(q for q in self.questions if q.reading)
         return (*self.questions, *spread_of(first))
 
-    @property
-    def columns(self) -> tuple[Question, ...]:
-        """The questions of the table; a table in place of readings is for options."""
-        return tuple(q for q in self.asked if not (q.free and q.option and self.readings))
-
     def question(self, key: str) -> Question | None:
         """The question of a key, None where there is none."""
         return next((q for q in self.asked if q.key == key), None)
