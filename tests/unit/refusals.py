@@ -74,8 +74,6 @@ CASES = {
         ("an experiment of nothing", "{ experiment: heap }", "{ experiment: pile }", "line 4",
          "pile", "heap"),
         ("the name of a test that is none", "heap: {", "2nd: {", "line 4", "tests.2nd", "letter"),
-        ("like no other", "experiment: heap }", "experiment: heap, like: pile }", "line 4",
-         "tests.heap.like", "pile"),
         ("a sweep of a heap", "experiment: heap }", "experiment: heap, sweep: { levels: "
          "[0.1, 0.2, 0.3, 0.4] } }", "line 4", "tests.heap.sweep", "tilt, drop, shear"),
         *(

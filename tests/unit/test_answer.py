@@ -12,6 +12,7 @@ from scipy import stats
 from calibration.chain.study import Study
 from calibration.intake.measurements import Measurement
 from calibration.stages import answer as stage
+from calibration.study.config import overlay
 from calibration.telling.answer import words
 from calibration.telling.answer.schema import Answer
 from made_up import HEAP, answer, made_up
@@ -164,7 +165,8 @@ def test_another_test_of_the_experiment_is_simulated_and_not_taken_for_the_valid
     head, *rows = MEASURED.splitlines()
     other = "heap,angle_of_repose,30.4,deg,0.8,20,,,,,3.0"
     lines = [f"{head},particle_diameter_mm", *(f"{row}," for row in rows), other]
-    large = {"large": {"like": "heap", "run": {"particles": {"diameter_mm": 3.0}}}}
+    run = overlay(HEAP, {"particles": {"diameter_mm": 3.0}})
+    large = {"large": {"experiment": "heap", "run": run}}
     found, _ = answered(config_of(tmp_path, monkeypatch, 0.37, "\n".join(lines) + "\n", large))
     heaps = {t["measured"]: t for t in found["tests"] if t["metric"] == "angle_of_repose_deg"}
     assert (heaps[30.1]["runs"], heaps[30.4]["runs"]) == (30, stage.RUNS)

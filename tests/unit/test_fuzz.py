@@ -205,7 +205,7 @@ READERS = {
 } | {
     "workbook": (written(book(HEAPS, merge=["A1:B1"]), ".xlsx"), _numbers, repacked),
     "workbook of tests": (
-        written(_table_of_tests, ".xlsx"), lambda p: read_entries(read_filled(p)), repacked),
+        written(_table_of_tests, ".xlsx"), lambda p: read_entries(*read_filled(p)), repacked),
     "photograph": (written(_picture), measure_photo, rechunked),
     "sound": (written(_sound), read_train, with_other_head),
     "binary mesh": (written(_mesh), lambda p: read_stl(p, closed=True), mutated),

@@ -59,7 +59,7 @@ def expanded(names, tasks):
 def data():
     data = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
     # a target, and a rig, which it names
-    more = {"calibrate": {"to": "angle_of_repose_deg"}, "tests": {"pour": {"like": "heap"}}}
+    more = {"calibrate": {"to": "angle_of_repose_deg"}, "tests": {"pour": data["tests"]["heap"]}}
     return overlay(data, more)
 
 

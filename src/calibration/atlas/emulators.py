@@ -4,7 +4,7 @@ that are nearest to each of its rigs."""
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
-from typing import Any
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -51,7 +51,8 @@ def rig_of(experiment: str) -> Rig | None:
 def inputs_of(rig: Rig, spec: RunSpec) -> dict[str, float]:
     """{input: value} of a run spec, whether it lies in the atlas or not."""
     grain = {name: _level(spec, key) / unit_of_level(name, spec) for key, name in KEYS.items()}
-    longer = elongation_of(spec)
+    shape = clump_shape(spec)
+    longer = as_pair(shape.reach) if shape else spec.particles.elongation
     own = rig.read(spec, diameter_mm(spec), relative_length(longer))
     return grain | {"elongation": longer} | own
 
@@ -72,12 +73,6 @@ def unit_of_level(name: str, spec: RunSpec) -> float:
 def diameter_mm(spec: RunSpec) -> float:
     """Diameter of the grain of mean volume."""
     return 2e3 * mean_radius(spec)
-
-
-def elongation_of(spec: RunSpec) -> float:
-    """Length over width of the grain; of a clump that of two bonded spheres (`as_pair`)."""
-    shape = clump_shape(spec)
-    return as_pair(shape.reach) if shape else spec.particles.elongation
 
 
 def as_pair(reach: float) -> float:
@@ -250,20 +245,11 @@ class AtlasEmulators:
         return kept(self._rig(test).name)[metric].to_numpy(float)
 
     def formed(self, test: str, metric: str, tests: float) -> Formed:
-        """`Formed` of `tests` of a rig that gave a metric."""
-        response = self.of(test, metric)
-        return Formed(_Formed(chance(self._rig(test).name), response), tests)  # type: ignore[arg-type]
-
-
-class _Formed:
-    """`Chance` of the atlas at the free factors of a study."""
-
-    def __init__(self, own, response):
-        self.own, self.response = own, response
-
-    def with_slope(self, u: np.ndarray, columns: Sequence[int]) -> tuple[np.ndarray, Any, None]:
-        """As `Chance.with_slope`, without slopes."""
-        return self.own.with_slope(self.response.inputs(u), [])
+        """`Formed` of `tests` of a rig that gave a metric: over the study's free factors, without
+        slopes."""
+        own, response = chance(self._rig(test).name), self.of(test, metric)
+        odds = SimpleNamespace(with_slope=lambda u, _: own.with_slope(response.inputs(u), []))
+        return Formed(odds, tests)  # type: ignore[arg-type]
 
 
 @cache

@@ -76,12 +76,7 @@ _INPUTS = _inputs()
 GRAIN = tuple(_INPUTS["all"])
 
 
-Unit = Callable[[float, float], float]
-"""Size of a unit of the atlas in that of the metric, for grains of a diameter [m] and a density
-[kg/m3]."""
-
-
-UNITS: dict[str, Unit] = {
+UNITS: dict[str, Callable[[float, float], float]] = {
     "angle or share": lambda diameter, density: 1.0,
     "length": lambda diameter, density: 1e3 * diameter,  # [mm]
     "density": lambda diameter, density: density,
@@ -89,6 +84,8 @@ UNITS: dict[str, Unit] = {
         1e3 * density * math.sqrt(GRAVITY) * diameter**2.5
     ),  # [g]
 }
+"""Size of a unit of the atlas in that of the metric, for grains of a diameter [m] and a density
+[kg/m3]."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,7 +16,7 @@ from scipy.stats import qmc
 
 from calibration.atlas.rigs import DENSITY, DIAMETER, RIGS, UNITS, Rig
 from calibration.files import write_table
-from calibration.inference.gaussian_process import GaussianProcess, Known
+from calibration.inference.gaussian_process import GaussianProcess
 from calibration.intake.tables import read_written
 from dem.errors import DemError, StoppedError
 from dem.fingerprint import engine_fingerprint
@@ -89,18 +89,12 @@ def kept(name: str) -> pd.DataFrame:
     return read_parts([path]) if path.is_file() else pd.DataFrame(columns=columns(RIGS[name]))
 
 
-class Trained(TypedDict):
-    """What is known of a reading's process, and how many times the errors that it states are those
-    of runs which had no part in that (1 at least)."""
-
-    process: Known
-    wider: float
-
-
 @cache
-def trained(name: str) -> dict[str, Trained]:
-    """{reading: what the kept runs of a test have trained}."""
-    found: dict[str, Trained] = json.loads((KEPT / f"{name}.json").read_text("utf-8"))
+def trained(name: str) -> dict[str, dict[str, Any]]:
+    """{reading: what the kept runs of a test have trained}: `process`, what is known of it, and
+    `wider`, how many times the errors that it states are those of runs which had no part in that
+    (1 at least)."""
+    found: dict[str, dict[str, Any]] = json.loads((KEPT / f"{name}.json").read_text("utf-8"))
     return found
 
 
@@ -129,7 +123,7 @@ def keep(name: str, parts: Sequence[Path], out: Path) -> None:
 
 
 def _trained(x, y):
-    """`Trained` of a reading y (n,) at inputs x (n, D); nan where a run gave none."""
+    """What is `trained` of a reading y (n,) at inputs x (n, D); nan where a run gave none."""
     x, y = x[np.isfinite(y)], y[np.isfinite(y)]
     most, share = TRAINED
     count = min(most, int(share * len(y)))
@@ -137,7 +131,7 @@ def _trained(x, y):
     known = GaussianProcess().fit(x[own], y[own]).known
     error, sd = GaussianProcess().fit(x, y, known).left_out()
     rest = np.delete(error / sd, own)
-    return Trained(process=known, wider=max(1.0, float(np.sqrt(np.mean(rest**2)))))
+    return {"process": known, "wider": max(1.0, float(np.sqrt(np.mean(rest**2))))}
 
 
 def read_parts(parts: Sequence[Path]) -> pd.DataFrame:
@@ -145,30 +139,9 @@ def read_parts(parts: Sequence[Path]) -> pd.DataFrame:
     return pd.concat([read_written(p, keep_default_na=False, na_values=[""]) for p in parts])
 
 
-SAMPLE = 2
-"""Parts of a test that are made again where the engine has changed."""
-STANDS = 3.0
-"""Standard errors of their mean difference up to which runs of two engines count as alike."""
-
-
-def compare(name: str, parts: Sequence[Path], out: Path) -> None:
-    """Hold runs that were made again against the kept ones and write a row a reading: their mean
-    difference, its standard error by the pairs' own scatter, and whether the table stands."""
-    new = read_parts(parts).set_index("run")
-    old, rows = kept(name).set_index("run"), []
-    for metric in RIGS[name].readings:
-        apart = (new[metric] - old[metric]).dropna()
-        mean, error = apart.mean(), apart.std(ddof=1) / len(apart) ** 0.5
-        stands = bool(abs(mean) <= STANDS * error)
-        rows.append({"test": name, "metric": metric, "pairs": len(apart), "difference": mean,
-                     "error": error, "stands": stands})  # fmt: skip
-    failed = int((new["fault"].notna() != old.loc[new.index, "fault"].notna()).sum())
-    write_table(pd.DataFrame(rows).assign(without_value_in_one=failed), out)
-
-
 if __name__ == "__main__":
     task, name, *rest = sys.argv[1:]
     if task == "make":
         make(name, int(rest[0]), Path(rest[1]))
     else:
-        {"keep": keep, "compare": compare}[task](name, [Path(p) for p in rest[:-1]], Path(rest[-1]))
+        keep(name, [Path(p) for p in rest[:-1]], Path(rest[-1]))

@@ -7,9 +7,7 @@ notebook may lie anywhere.
 from collections.abc import Callable
 from contextlib import AbstractContextManager, chdir, nullcontext
 from dataclasses import dataclass
-from difflib import get_close_matches
 from functools import cached_property
-from html import escape
 from os.path import abspath
 from pathlib import Path
 from typing import Any
@@ -18,7 +16,6 @@ import numpy as np
 import pandas as pd
 
 from calibration.chain import study
-from calibration.engines.templates import macros
 from calibration.errors import CalibrationError, ConfigError
 from calibration.figures import response_of
 from calibration.runs.snakemake_command import LOGGER, call, snakemake_command
@@ -116,9 +113,8 @@ class Study(study.Study):
         Raises CalibrationError where there is none.
         """
         if stage not in load_stages():
-            near = get_close_matches(stage, load_stages(), n=1)
-            hint = f"did you mean {near[0]}?" if near else f"allowed: {', '.join(load_stages())}"
-            raise CalibrationError(f"{self.name}: {stage} is no stage; {hint}")
+            allowed = ", ".join(load_stages())
+            raise CalibrationError(f"{self.name}: {stage} is no stage; allowed: {allowed}")
         found = sorted((self.folder / stage).glob("*.svg"))
         chosen = [path for path in found if name in (None, path.stem)]
         if not chosen:
@@ -150,26 +146,13 @@ class Study(study.Study):
         stage answer has run. It prints as a table."""
         return answer_of(self)
 
-    @property
-    def draws(self) -> pd.DataFrame | None:
-        """Sets of parameters that meet what was measured, each as probable as the others (pandas):
-        of all tests together, else of one; None before `joint` or `posterior` has run."""
-        found = self.table("joint", "draws")
-        return self.table("posterior", "draws") if found is None else found
-
     def __repr__(self) -> str:
         answer = self.answer
         done = [f"  {text}" for text in (str(answer).splitlines() if answer else [])]
-        done += [f"  {title}: {found}" for title, found in self._stages() if found != NOT_YET]
-        left = ", ".join(title for title, found in self._stages() if found == NOT_YET)
+        stages = [(stage.title, self._found(stage)) for stage in load_stages().values()]
+        done += [f"  {title}: {found}" for title, found in stages if found != NOT_YET]
+        left = ", ".join(title for title, found in stages if found == NOT_YET)
         return "\n".join([f"Study {self.name}: {self.folder}", *done, f"  {NOT_YET}: {left}"])
-
-    def _stages(self):
-        """[(title, what it says of itself)] of the stages that this package declares."""
-        return [(stage.title, self._found(stage)) for stage in load_stages().values()]
-
-    def _repr_html_(self):
-        return _as_html("study", self.name, self.answer, self._stages())
 
     def _found(self, stage):
         """Return what a stage says of itself in a line."""
@@ -212,21 +195,9 @@ class StageResults:
             f"{name}\n{_short(table).to_string(index=False, max_rows=MOST_ROWS)}"
             for name, table in self.tables.items()
         ]
-        return "\n\n".join([f"{self.study.name}, {self.stage}: {self._said()}", *shown])
-
-    def _said(self):
-        """Return what the stage says of itself; nothing of one that another package declares."""
-        stage = load_stages().get(self.stage)
-        return self.study._found(stage) if stage else ""
-
-    def _repr_html_(self):
-        tables = [(name, _short(table)) for name, table in self.tables.items()]
-        return _as_html("stage", self.study.name, self.stage, self._said(), tables, MOST_ROWS)
-
-
-def _as_html(name, *shown):
-    """Return what a notebook shows: the text of a macro of `notebook.j2`."""
-    return getattr(macros("calibration.interface", "notebook"), name)(*shown, escape)
+        stage = load_stages().get(self.stage)  # None of one that another package declares
+        said = self.study._found(stage) if stage else ""
+        return "\n\n".join([f"{self.study.name}, {self.stage}: {said}", *shown])
 
 
 def _short(table):

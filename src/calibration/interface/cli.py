@@ -47,8 +47,7 @@ def _parser():
 def _run(args):
     from calibration.interface.api import config_file  # loads pandas
 
-    _check_stages(args.arguments)
-    _check_settings(args.arguments)
+    _check_words(args.arguments)
     # a folder's own workflow may have no profile that names it; `=` keeps snakemake from taking a
     # stage that follows for a second logger
     told = [] if "--logger" in args.arguments else [f"--logger={LOGGER}"]
@@ -78,21 +77,15 @@ def _deck(args):
     return check(args.folder, args.seeds, args.timeout)
 
 
-def _check_stages(arguments):
-    """Raise CalibrationError for a word that is nearly a rule's name; what is far from all may be
-    an option, a file or a rule of the user's own."""
-    known = rule_names()
-    for name in arguments:
-        near = difflib.get_close_matches(name, known, n=1, cutoff=0.8)
-        if name not in known and near:
-            raise CalibrationError(f"{name}: is no stage; did you mean {near[0]}?")
-
-
-def _check_settings(arguments):
-    """Raise CalibrationError for a word behind --config that is no KEY=VALUE: snakemake would end
-    with a traceback."""
-    settings = False
+def _check_words(arguments):
+    """Raise CalibrationError for a word that is nearly a rule's name, as what is far from all may
+    be an option, a file or a rule of the user's own; and for one behind --config that is no
+    KEY=VALUE: snakemake would end with a traceback."""
+    known, settings = rule_names(), False
     for word in arguments:
+        near = difflib.get_close_matches(word, known, n=1, cutoff=0.8)
+        if word not in known and near:
+            raise CalibrationError(f"{word}: is no stage; did you mean {near[0]}?")
         if word.startswith("-"):
             settings = word in ("--config", "-C")
         elif settings and "=" not in word:

@@ -12,7 +12,7 @@ from calibration.errors import CalibrationError
 from calibration.interface.declared import add_commands
 from calibration.study.new.answers import read_entries
 from calibration.study.new.methods.declare import refusal
-from calibration.study.new.options import add_options, raws_of, words_given
+from calibration.study.new.options import add_options, raws_of
 from calibration.study.new.reading_tables import read_filled, write_empty
 from dem.cli import main as engine_main
 
@@ -40,9 +40,8 @@ def _new(args):
     from calibration.study.new import study
     from calibration.study.new.laboratory import laboratory_of
 
-    words = _words(args)
     if args.table:
-        if args.folder or words:
+        if any(value for name, value in vars(args).items() if name not in ("table", "command")):
             raise refusal("table_and_more", args.table)
         print(write_empty(args.table))
         return
@@ -69,10 +68,9 @@ def _tried(laboratory):
     no value."""
     from calibration.interface.estimate import ranges_by_atlas  # loads the sampler
     from calibration.runs.progress import progress
-    from calibration.study.new.study import config_of, heard, try_study, write_settings
+    from calibration.study.new.study import config_of, try_study, write_settings
 
-    with heard("asking the atlas", print):
-        factors, said, told = ranges_by_atlas(config_of(laboratory), laboratory.factors)
+    factors, said, told = ranges_by_atlas(config_of(laboratory), laboratory.factors)
     print(*said, sep="\n")
     laboratory = replace(laboratory, factors=factors, said=[*laboratory.said, *said])
     write_settings(laboratory)
@@ -80,24 +78,17 @@ def _tried(laboratory):
 
 
 def _entries(args):
-    """Return what options and table tell."""
-    raws = read_filled(args.filled, args.sheet) if args.filled else []
-    return read_entries([*raws, *raws_of(args)])
-
-
-def _words(args):
-    """All words that tell something. Raises CalibrationError for a sheet of no workbook."""
-    words = words_given(args)
-    files = [*words, str(args.filled)]
-    if args.sheet and not any(word.lower().endswith(".xlsx") for word in files):
+    """Return what options and table tell. Raises CalibrationError for a sheet of no workbook, and
+    for what cannot be read."""
+    if args.sheet and ".xlsx" not in str(vars(args)).lower():
         raise refusal("sheet_of_nothing", args.sheet)
-    return words
+    raws, faults = read_filled(args.filled, args.sheet) if args.filled else ([], [])
+    return read_entries([*raws, *raws_of(args)], faults)
 
 
 def _estimate(args):
     from calibration.interface.estimate import estimate_of  # loads pandas and the schemas
 
-    _words(args)
     if args.out and args.out.exists():
         raise CalibrationError(f"{args.out}: exists already; allowed: another folder (--out)")
     found = estimate_of(_entries(args))

@@ -2,7 +2,6 @@
 
 import argparse
 from collections.abc import Callable
-from functools import partial
 from importlib.resources import files
 from pkgutil import resolve_name
 from typing import Any
@@ -22,12 +21,13 @@ def add_commands(
 
     def command_of(name, given):
         function = told[name].get("function")
-        return partial(_print_of, function, given) if function else own[name]
+        if function is None:
+            return own[name]
+
+        def lines(args):
+            # the function is loaded now: most of them bring large libraries along
+            return resolve_name(function)(**{option: getattr(args, option) for option in given})
+
+        return lambda args: print(*lines(args), sep="\n")
 
     cli.add_commands(commands, told, command_of)
-
-
-def _print_of(function, given, args):
-    """Print the lines that a function gives of the options by name. It is loaded now: most of them
-    bring large libraries along."""
-    print(*resolve_name(function)(**{name: getattr(args, name) for name in given}), sep="\n")

@@ -3,8 +3,9 @@ describes."""
 
 from calibration.study.config.measured import read_back, read_swept, read_target
 from calibration.study.config.parse import given, parse_config, stands_alone, with_engine
-from calibration.study.config.schema import METRICS, Config, section_of
+from calibration.study.config.schema import METRICS, Config
 from calibration.study.config.specs import numbers_of, overlay, point_spec, states, with_levels
+from calibration.study.factors import section_of
 
 __all__ = [
     "METRICS", "Config", "given", "numbers_of", "overlay", "parse_config", "point_spec",

@@ -123,7 +123,7 @@ def read_joint_target(config: Config, target: JointTarget) -> MeasuredMean:
 
 def check_joint(config: Config, factors: Sequence[Factor]) -> None:
     """Raise ConfigError for what a joint study cannot be made of."""
-    _check_names(config, factors)
+    _check_numbers(config, factors)
     if "joint" in config.supplements:
         check_targets(config)
     elif handed_out_by(config) == "joint":
@@ -134,26 +134,16 @@ def check_joint(config: Config, factors: Sequence[Factor]) -> None:
 def check_targets(config: Config) -> None:
     """Raise ConfigError where no test of the joint study was measured, or what was measured of one
     cannot be used."""
-    targets = joint_targets(config)
-    if not targets:
+    if not measured_of(config, joint_targets(config)):
         raise ConfigError(
             "has no row of a test of the joint study", path=config.measurements,
             allowed=f"a reading at the setting of {', '.join(joint_tests(config))}",
         )  # fmt: skip
-    for target in targets:
-        read_joint_target(config, target)
 
 
-def _check_names(config, factors):
-    """Names of factors are known; a prior lies in its factor's levels."""
-    names, joint, priors = [f.name for f in factors], config.joint, config.posterior.priors
-    for key, given, known in (
-        ("joint.factors", joint.factors, names),
-        ("posterior.priors", priors, names),
-    ):
-        for name in given:
-            if name not in known:
-                raise at_key(key, "is not known", name, ", ".join(known))
+def _check_numbers(config, factors):
+    """A prior lies in its factor's levels, and no more points are repeated than there are."""
+    joint, priors = config.joint, config.posterior.priors
     for factor in (f for f in factors if f.name in priors):
         mean = priors[factor.name].mean
         if not factor.low <= mean <= factor.high:

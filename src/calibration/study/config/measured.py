@@ -70,17 +70,14 @@ def read_back(config: Config) -> list[str]:
     if not table.of(config.experiment, name):
         return []
     try:
-        said = _said(read_target(config), behind(unit_of(config.target)), table.how)
+        values, unit = read_target(config), behind(unit_of(config.target))
+        said = summary(values, unit, table.how) if isinstance(values, np.ndarray) else (
+            f"{values.value:g}{unit} ± {values.sd:.2g}{unit} (sd), mean of {values.n} {values.of} "
+            f"({table.how})"
+        )  # fmt: skip
     except NotComparableError as error:
         said = f"no calibration can use it, only a diagnosis ({error})"
     return [f"{table.path}, {name}: {said}"]
-
-
-def _said(values, unit, how):
-    if not isinstance(values, Stated):
-        return summary(values, unit, how)
-    said = f"{values.value:g}{unit} ± {values.sd:.2g}{unit} (sd), mean of {values.n} {values.of}"
-    return f"{said} ({how})"
 
 
 class NotComparableError(ConfigError):

@@ -5,7 +5,7 @@ import difflib
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args, get_origin
 
 from pydantic import ValidationError
 
@@ -15,10 +15,10 @@ from calibration.intake.measurements import read_measured
 from calibration.intake.tables import check_plausible, in_key_units
 from calibration.study.config.joint import check_joint
 from calibration.study.config.measured import NotComparableError, is_measured, read_target
-from calibration.study.config.schema import COARSER, MEANINGS, Config, named_section_of, section_of
+from calibration.study.config.schema import COARSER, MEANINGS, Config
 from calibration.study.config.specs import point_spec, states
 from calibration.study.config.tests import check_tests, key_in
-from calibration.study.factors import read_factors
+from calibration.study.factors import read_factors, section_of
 from dem.errors import InputError, SpecError
 from dem.experiments.mesh import check_meshes_of
 from dem.io.mapping import read_mapping
@@ -137,6 +137,8 @@ def _parse(data):
         ("response_surface.centre", config.response_surface.centre),
         ("response_surface.half_width", config.response_surface.half_width),
         ("optimise.point", config.optimise.point),
+        ("joint.factors", config.joint.factors),
+        ("posterior.priors", config.posterior.priors),
     ):
         for name in mapping:
             if name not in names:
@@ -175,7 +177,8 @@ def _section(loc):
             model, named = named, None
         else:
             annotation = model.model_fields[part].annotation
-            model, named = section_of(annotation) or model, named_section_of(annotation)
+            model = section_of(annotation) or model
+            named = section_of(get_args(annotation)[1]) if get_origin(annotation) is dict else None
     return model
 
 
@@ -253,16 +256,13 @@ def parse_resolved(
         if asked not in COARSER:
             raise
         parse_config({**data, "resolution": "full"}, files, stages)  # its own fault comes first
+        told = str(error)
+        if error.key:  # what stands behind file and line
+            value = f" {error.value}" if error.value is not None else ""
+            needed = f", where it has to be {error.allowed}" if error.allowed else ""
+            told = f"{str(error.key).removeprefix('run.')}{value}{needed}"
         raise ConfigError(
             f"its grains are {COARSER[asked] ** (1 / 3):.3g} times as wide as the study's, and do "
-            f"not fit: {_told(error)}", key="resolution", value=asked,
+            f"not fit: {told}", key="resolution", value=asked,
             allowed="a finer one, or none: without --config resolution they are the study's",
         ) from None  # fmt: skip
-
-
-def _told(error):
-    """Return what a fault says behind its file and line."""
-    key = str(error.key or "").removeprefix("run.")
-    value = f" {error.value}" if error.value is not None else ""
-    needed = f", where it has to be {error.allowed}" if error.allowed else ""
-    return f"{key}{value}{needed}" if key else str(error)

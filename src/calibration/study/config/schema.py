@@ -2,14 +2,13 @@
 them means stands in `keys.yaml`."""
 
 from importlib.resources import files
-from typing import Annotated, Any, Literal, get_args, get_origin
+from typing import Annotated, Any, Literal
 
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from calibration.statistics.optimise import RULES
 from calibration.study.config.specs import overlay
-from calibration.study.factors import section_of
 from dem.experiments import experiments
 from dem.units import converted
 
@@ -28,9 +27,6 @@ class _Part(BaseModel):
             cls.model_fields[key].description = meaning
         cls.model_rebuild(force=True)
 
-
-INHERITED = ("experiment", "run", "fixed", "discrepancy")
-"""Keys of a test that one that is `like` it has too."""
 
 COARSER = {"quick": 4.0, "test": 8.0}
 """Resolution -> how many times fewer grains."""
@@ -59,28 +55,6 @@ def coarsened(data: dict[str, Any]) -> dict[str, Any]:
         return data  # it pours no grains, or the schema says what is not well formed
     name = f"{data.get('name')}-{data['resolution']}"
     return data | {"tests": tests, "name": name, "resolution": "full"}
-
-
-def alike(data: dict[str, Any]) -> dict[str, Any]:
-    """A configuration in which each test that is `like` another has what that one states, below
-    its own."""
-    tests = data.get("tests")
-    if not isinstance(tests, dict):
-        return data
-    return data | {"tests": {name: _as_the_other(tests, own) for name, own in tests.items()}}
-
-
-def _as_the_other(tests, own):
-    other = tests.get(own.get("like")) if isinstance(own, dict) else None
-    if not isinstance(other, dict):
-        return own
-    return overlay({key: other[key] for key in INHERITED if key in other}, own)
-
-
-def named_section_of(annotation: Any) -> type[BaseModel] | None:
-    """The schema of the sections in a mapping of names; None for any other key."""
-    parts = get_args(annotation)
-    return section_of(parts[1]) if get_origin(annotation) is dict else None
 
 
 VIEWS = ("own", "experiment", "own_run", "target", "by_atlas")
@@ -158,7 +132,6 @@ class TestConfig(_Part):
     __test__ = False  # pytest takes the name for one of its own
 
     experiment: Literal[tuple(METRICS)]  # type: ignore[valid-type]
-    like: str | None = None
     run: dict = {}
     fixed: dict[str, float] = {}
     metrics: list[str] = []
@@ -240,7 +213,7 @@ class Config(_Part):
     @model_validator(mode="before")
     @classmethod
     def _in_key_units(cls, data):
-        return alike(coarsened(converted(data))) if isinstance(data, dict) else data
+        return coarsened(converted(data)) if isinstance(data, dict) else data
 
     name: str = Field(pattern=r"^[A-Za-z0-9_-]+$")
     results: str = Field("results", pattern=r"^[^{}*?<>|\s]([^{}*?<>|]*[^{}*?<>|\s/])?$")

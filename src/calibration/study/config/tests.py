@@ -83,7 +83,6 @@ def check_tests(config: Config) -> None:
         ("joint.tests", config.joint.tests),
         ("posterior.hours", config.posterior.hours),
         ("joint.machine", [config.joint.machine] if config.joint.machine else []),
-        *((f"tests.{n}.like", [t.like]) for n, t in config.tests.items() if t.like),
     ):
         for name in names:
             if name not in config.tests:

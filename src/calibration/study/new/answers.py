@@ -25,35 +25,24 @@ class Raw:
     place: str
 
 
-class Faults(CalibrationError):
-    """All faults of what was answered, one a line."""
-
-    def __init__(self, faults: Sequence[str]):
-        self.faults = list(faults)
-        super().__init__("\n".join(self.faults))
-
-
-def read_entries(raws: Iterable[Raw]) -> list[Entry]:
-    """[Entry] of all that was answered. Raises `Faults`."""
-    faults: list[str] = []
-    entries = []
+def read_entries(raws: Iterable[Raw], faults: Iterable[str] = ()) -> list[Entry]:
+    """[Entry] of all that was answered. Raises CalibrationError of all faults, one a line, those
+    that were found before among them."""
+    faults, entries = list(faults), []
     for raw in raws:
         before = len(faults)
         entry = _entry(raw, faults)
-        if entry and len(faults) == before:  # what could not be read is no lack of readings
+        if len(faults) == before:  # what could not be read is no lack of readings
             entries.append(entry)
     found = _with_scatter(entries)
     faults += [told for entry in found if (told := _spread_fault(entry))] + _twice(found)
     if faults:
-        raise Faults(faults)
+        raise CalibrationError("\n".join(faults))
     return found
 
 
 def _entry(raw, faults):
-    method = methods().get(raw.method)
-    if method is None:
-        faults.append(fault("no_method", raw.place, raw.method, methods()))
-        return None
+    method = methods()[raw.method]
     answers = {
         k: own for k, texts in raw.answers.items() if (own := _read(method, k, texts, raw, faults))
     }
@@ -112,13 +101,10 @@ def _uneven(method, answers, raw):
     return []
 
 
-def _readings(entry):
-    return next((entry.answers[q.key] for q in entry.method.readings if q.key in entry.answers), [])
-
-
 def _spread_fault(entry):
     """A single reading says nothing of its error, and several say it themselves."""
-    method, read = entry.method, _readings(entry)
+    method, answers = entry.method, entry.answers
+    read = next((answers[q.key] for q in method.readings if q.key in answers), [])
     sd, n, several = entry.values("sd"), entry.values("n"), len(read) > 1
     if not method.becomes:
         return None
@@ -140,7 +126,11 @@ def _with_scatter(entries):
     out = list(entries)
     for method in {e.method.name: e.method for e in entries if e.method.scatter}.values():
         first = method.readings[0].key
-        own = [k for k, e in enumerate(out) if e.method is method and _alone(e, first)]
+        own = [
+            k for k, e in enumerate(out)
+            if e.method is method and len(e.values(first)) == 1
+            and not e.values("sd") and e.value(method.under) is not None
+        ]  # fmt: skip
         if len({out[k].value(method.under) for k in own}) < ASSUMED.loads_that_scatter:
             continue
         under = np.array([out[k].value(method.under) for k in own], float)
@@ -151,12 +141,6 @@ def _with_scatter(entries):
             answer = Answer(text, float(f"{sd:.6g}"), text)
             out[k] = Entry(method, dict(out[k].answers) | {"sd": [answer]})
     return out
-
-
-def _alone(entry, first):
-    """Return whether an entry has a single reading without a spread, at a known load or height."""
-    known = entry.value(entry.method.under) is not None
-    return known and len(entry.values(first)) == 1 and not entry.values("sd")
 
 
 def _twice(entries):

@@ -19,8 +19,6 @@ from calibration.study.new.reading_tables import with_points
 from dem.grains.clump import MAX_SPHERES, shape_of
 from dem.tables import read_table
 
-BISECTIONS = 10
-
 
 @dataclass(frozen=True)
 class Grains:
@@ -132,7 +130,7 @@ def _rod(length, across):
         raise refusal("long_rod", length / across, number, MAX_SPHERES)
     wanted = 0.5 * (length * across**2) ** (1.0 / 3.0)  # radius of the sphere of its volume
     low, high = ASSUMED.narrow_end * radius, radius
-    for _ in range(BISECTIONS):
+    for _ in range(10):
         end = 0.5 * (low + high)
         less = shape_of(_line(length, radius, end, number)).scale < wanted
         low, high = (end, high) if less else (low, end)
@@ -153,17 +151,6 @@ def _disc(a, b, c):
     turns = (2.0 * math.pi * k / ASSUMED.ring for k in range(ASSUMED.ring))
     ring = [(0.5 * (a - c) * math.cos(t), 0.5 * (b - c) * math.sin(t)) for t in turns]
     return ((0.0, 0.0, 0.0, radius), *((round(x, 5), round(y, 5), 0.0, radius) for x, y in ring))
-
-
-def mean_axes(
-    lengths: Sequence[float], widths: Sequence[float], thicknesses: Sequence[float]
-) -> tuple[float, float, float, float]:
-    """(mean length, width, thickness, diameter of the sphere of the mean volume) of grains, each
-    an ellipsoid."""
-    volumes = [x * y * z for x, y, z in zip(lengths, widths, thicknesses, strict=True)]
-    number = len(volumes)
-    means = [sum(v) / number for v in (lengths, widths, thicknesses)]
-    return means[0], means[1], means[2], (sum(volumes) / number) ** (1.0 / 3.0)
 
 
 def _sieve_columns(table):

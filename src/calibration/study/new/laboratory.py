@@ -13,12 +13,10 @@ from calibration.errors import CalibrationError
 from calibration.intake.tables import summary
 from calibration.study.config.schema import COARSER
 from calibration.study.factors import Factor, factor_of
-from calibration.study.new.answers import Faults
 from calibration.study.new.assumed import ASSUMED
 from calibration.study.new.grains import (
     Grains,
     clump_of_axes,
-    mean_axes,
     mean_diameter,
     sieve_curve,
     size_distribution,
@@ -43,13 +41,14 @@ WIDTHS = (
 FORMS = {"heap": ASSUMED.heap_bond, "lifted_cylinder": ASSUMED.cylinder_bond}
 COHESION = "law_parameters.surface_energy_J_m2"
 WALL_COHESION = "law_parameters.wall_surface_energy_J_m2"
+PUBLISHED = table_of(files("calibration.study.new").joinpath("published.csv").read_text("utf-8"))
 CLUMP = "clump.csv"
 """The file of a grain's spheres, in the study's folder."""
 
 
 @dataclass(frozen=True)
 class Laboratory:
-    """All that a study is made of."""
+    """All that a study is made of; its chain is calibrated to the target of the first test."""
 
     name: str
     folder: Path
@@ -58,11 +57,6 @@ class Laboratory:
     factors: list[Factor]
     given: list[dict]
     said: list[str]
-
-    @property
-    def leading(self) -> LaboratoryTest:
-        """The test whose target the chain is calibrated to."""
-        return self.tests[0]
 
     @property
     def alone(self) -> bool:
@@ -160,7 +154,8 @@ def _of_sieves(entry, shared):
 def _of_axes(folder, entry, shared):
     flat = entry.values("thickness")
     columns = [entry.values("length"), entry.values("width"), flat or entry.values("width")]
-    *axes, diameter = mean_axes(*columns)
+    axes = [fmean(column) for column in columns]
+    diameter = fmean(map(math.prod, zip(*columns, strict=True))) ** (1.0 / 3.0)  # of ellipsoids
     try:
         spheres = clump_of_axes(*axes)
     except CalibrationError as error:
@@ -196,7 +191,7 @@ def _leading_first(tested):
 
 def _tests(tested, grains):
     """([LaboratoryTest], `Grains`): the leading one first; where grains stick all have the size of
-    those in the largest rig. Raises `Faults` of all that cannot be represented."""
+    those in the largest rig. Raises CalibrationError of all that cannot be represented."""
     ordered = _leading_first(tested)
     found = _become(ordered, grains)
     if grains.sticky:
@@ -213,7 +208,7 @@ def _become(entries, grains):
         except CalibrationError as error:
             faults.append(str(error))
     if faults:
-        raise Faults(faults)
+        raise CalibrationError("\n".join(faults))
     return found
 
 
@@ -362,39 +357,29 @@ def _cohesion(grains, tests):
 
 
 def _went(entry, tests, tested, shape):
-    """Rows of GIVEN: every answer of an entry and where it went."""
-    went = _places(entry, tests, tested, shape)
-    return [
-        {"test": entry.method.title, "question": key, "value": answer.text,
-         "unit": _unit_of(entry, key, answer), "from": answer.place, "became": went[key]}
-        for key, answers in entry.answers.items() for answer in answers
-    ]  # fmt: skip
-
-
-def _unit_of(entry, key, answer):
-    """Unit that a bare number was taken to have; empty where it bears its own."""
-    q = entry.method.question(key)
-    if q is None or not q.unit or has_unit(answer.text.replace(",", ".")):
-        return ""
-    return unit_of(q.unit)
-
-
-def _places(entry, tests, tested, shape):
-    shared = {"sd": "its spread, in measured.csv", "n": "its spread, in measured.csv"}
-    if entry.method.becomes:
-        test = tests[_leading_first(tested).index(entry)]
-        return {k: f"rig {test.rig}: {w}" for k, w in test.went.items()} | shared
-    own = {
+    """Rows of GIVEN: every answer of an entry, the unit that a bare number was taken to have, and
+    where it went."""
+    went = shape | {
         "density": "run.materials.particle.density_kg_m3",
         "moisture": "the choice of the law of cohesion",
         "material": "the ranges of factors.tsv that no test measured",
     }
-    return shared | own | shape
+    if entry.method.becomes:
+        test = tests[_leading_first(tested).index(entry)]
+        went = {k: f"rig {test.rig}: {w}" for k, w in test.went.items()}
+        went |= dict.fromkeys(("sd", "n"), "its spread, in measured.csv")
+    for key, answers in entry.answers.items():
+        unit = entry.method.question(key).unit
+        for answer in answers:
+            bare = unit and not has_unit(answer.text.replace(",", "."))
+            yield {"test": entry.method.title, "question": key, "value": answer.text,
+                   "unit": unit_of(unit) if bare else "", "from": answer.place,
+                   "became": went[key]}  # fmt: skip
 
 
 def materials() -> list[str]:
     """Names of the materials with published ranges."""
-    return sorted({row["material"] for _, row in _published().rows} - {""})
+    return sorted({row["material"] for _, row in PUBLISHED.rows} - {""})
 
 
 def factors_of(material: str | None = None) -> list[Factor]:
@@ -408,20 +393,15 @@ def factors_of(material: str | None = None) -> list[Factor]:
     if material is not None and material not in known:
         near = difflib.get_close_matches(material, known, n=1)
         raise refusal("no_material", repr(material), near, known)
-    table = _published()
-    own = ((m, line, row) for m in ("", material) for line, row in table.rows)
+    own = ((m, line, row) for m in ("", material) for line, row in PUBLISHED.rows)
     found = {row["key"]: (line, row) for m, line, row in own if row["material"] == m}
-    return [_factor(code, table, *at) for code, at in zip("ABCDEFG", found.values(), strict=True)]
+    return [_factor(code, *at) for code, at in zip("ABCDEFG", found.values(), strict=True)]
 
 
-def _factor(code, table, line, row):
+def _factor(code, line, row):
     key = row["key"]
     name = key.partition(".")[2].replace("particle", "grain").replace(".", "_")
-    low, high = (table.number(line, c, row[c]) for c in ("low", "high"))
+    low, high = (PUBLISHED.number(line, c, row[c]) for c in ("low", "high"))
     if low == high:
         low, high = round((1 - ASSUMED.band) * low, 4), round((1 + ASSUMED.band) * high, 4)
     return Factor(code, name, key, low, high, row["source"])
-
-
-def _published():
-    return table_of(files("calibration.study.new").joinpath("published.csv").read_text("utf-8"))

@@ -10,8 +10,6 @@ from calibration.study.new.methods import Method, methods
 from calibration.study.new.reading_tables import is_table, joined, raws_of_tables
 
 PICTURES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp")
-MANY = ("measured",)
-"""Options of a single question that take several words."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -28,7 +26,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     for method in methods().values():
         group = parser.add_argument_group(method.title, method.about)
         for q in (q for q in method.asked if q.option):
-            shape: dict[str, Any] = {"nargs": "+", "metavar": "X"} if q.option in MANY else {}
+            shape: dict[str, Any] = {"nargs": "+", "metavar": "X"} if q.reading else {}
             example = f": {_one_word(q.example)}" if q.example else ""
             text = f"{q.text}{example}".replace("%", "%%")
             group.add_argument(f"--{q.option}", dest=_dest(q), help=text, **shape)
@@ -60,15 +58,6 @@ def _words_help(method):
     return f"{first.text}: {_one_word(first.example)}; beside it {keys}".replace("%", "%%")
 
 
-def words_given(args: argparse.Namespace) -> list[str]:
-    """All words of the options that answer a question."""
-    found = [
-        word for m in methods() for words in getattr(args, f"method_{m}", ()) for word in words
-    ]
-    single = [getattr(args, _dest(q)) for m in methods().values() for q in m.asked if q.option]
-    return found + [w for one in single for w in (one if isinstance(one, list) else [one]) if w]
-
-
 def raws_of(args: argparse.Namespace) -> list[Raw]:
     """[Raw] of all that the options tell. Raises CalibrationError for tables or photographs that
     cannot be read."""
@@ -81,7 +70,7 @@ def raws_of(args: argparse.Namespace) -> list[Raw]:
         for q in (q for q in method.asked if q.option and getattr(args, _dest(q))):
             given, place = getattr(args, _dest(q)), f"option --{q.option}"
             own = Raw(method.name, {q.key: [(given, f"{place} {given}")]}, place)
-            more = _told(method, given, place, sheet) if q.option in MANY else [own]
+            more = _told(method, given, place, sheet) if q.reading else [own]
             beside = [joined(raw, other) for raw in beside for other in more]
         if beside[0].answers:  # of the first, where there are several
             raws = [joined(a, b) for a in raws[:1] for b in beside] + raws[1:] or beside

@@ -9,15 +9,15 @@ was made under several loads, or from several heights, has its rows once for eac
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import groupby
+from itertools import groupby, product
 from pathlib import Path
 
 import pandas as pd
 
 from calibration.errors import CalibrationError, ConfigError
 from calibration.files import write_table
-from calibration.intake.measurements import Measurement, read_measured
-from calibration.study.new.answers import Faults, Raw, entries_of, read_entries, separate, with_unit
+from calibration.intake.measurements import read_measured
+from calibration.study.new.answers import Raw, entries_of, separate, with_unit
 from calibration.study.new.methods import Method, Question, methods
 from calibration.study.new.methods.declare import fault, refusal
 from dem.io.files import replace_file
@@ -94,7 +94,7 @@ def _of_table(method, path, sheet):
     rows = ((line, dict(_row(columns, table, line, row))) for line, row in table.rows)
     found = entries_of(path.name, method, [(n, row) for n, row in rows if row], faults)
     if faults:
-        raise Faults(faults)
+        raise CalibrationError("\n".join(faults))
     if not found:
         raise ConfigError("has no readings", path=path, allowed="a row for each reading")
     return found, [heading for heading in table.header if heading not in columns]
@@ -105,7 +105,8 @@ def _columns(method: Method, table: Table) -> dict[str, Question]:
     what is read."""
     columns: dict[str, Question] = {}
     for heading in table.header:
-        q = next((q for q in method.asked if _named(heading) in _names(q)), None)
+        named = " ".join(re.split(r"[\s_]+", without_unit(heading))).lower()
+        q = next((q for q in method.asked if named in _names(q)), None)
         if q in columns.values():
             first = next(h for h, other in columns.items() if other == q)
             where = {"path": table.path, "line": table.header_line, "column": heading}
@@ -128,11 +129,6 @@ def _names(q):
     return list(dict.fromkeys([*(n.replace("_", " ") for n in own), *q.headings]))
 
 
-def _named(heading):
-    """A heading without the unit that its name may end in, in small letters."""
-    return " ".join(re.split(r"[\s_]+", without_unit(heading))).lower()
-
-
 def _row(columns, table, line, row):
     """(question's key, (text, place)) of the filled cells of a row. Numbers have a decimal point,
     by the table's own rule."""
@@ -149,27 +145,19 @@ def _of_measured(method: Method, path: Path, sheet: str | None) -> Iterator[Raw]
     """`Raw` of each condition of a table of measured values, as `dem shear` and `dem bounce` write
     it."""
     conditions = read_measured(path, sheet=sheet).conditions
-    for q in method.readings:
-        for m in conditions:
-            if m.quantity == without_unit(q.unit) and not m.outcome:
-                yield Raw(method.name, _of_condition(method, q, m, path), path.name)
-
-
-def _of_condition(method: Method, q: Question, m: Measurement, path: Path) -> dict:
-    place = f"{path.name}, line {m.line}"
-    if m.readings:
-        lines = m.lines or [m.line] * len(m.readings)
-        told = [(_said(q, v), f"{path.name}, line {n}")
-                for v, n in zip(m.readings, lines, strict=True)]  # fmt: skip
-        answers = {q.key: told}
-    else:
+    levers = {other.unit: other for other in method.questions if other.unit and not other.reading}
+    for q, m in product(method.readings, conditions):
+        if m.quantity != without_unit(q.unit) or m.outcome:
+            continue
+        place, lines = f"{path.name}, line {m.line}", m.lines or [m.line] * len(m.readings)
         answers = {q.key: [(_said(q, m.value), place)], "n": [(str(m.n), place)]}
         answers |= {"sd": [(_said(q, m.sd), place)]} if m.sd is not None else {}
-    levers = {other.unit: other for other in method.questions if other.unit and not other.reading}
-    for key, value in m.levers.items():
-        if key in levers:
-            answers[levers[key].key] = [(_said(levers[key], value), place)]
-    return answers
+        if m.readings:
+            told = zip(m.readings, lines, strict=True)
+            answers = {q.key: [(_said(q, v), f"{path.name}, line {n}") for v, n in told]}
+        own = {levers[key]: value for key, value in m.levers.items() if key in levers}
+        answers |= {other.key: [(_said(other, value), place)] for other, value in own.items()}
+        yield Raw(method.name, answers, path.name)
 
 
 def _said(q, value):
@@ -188,7 +176,15 @@ def write_empty(path: Path) -> str:
         raise refusal("no_table_name", path)
     if path.exists():
         raise refusal("table_exists", path)
-    rows = [_asked(m, q) for m in methods().values() for q in m.columns]
+    rows = []
+    for method in methods().values():
+        # a table in place of readings is for options
+        for q in (q for q in method.asked if not (q.free and q.option and method.readings)):
+            unit = in_ascii(unit_of(q.unit)) if q.unit else ""
+            # behind words: an example's decimal point would count beside commas that are filled in
+            example = f"; such as {q.example}" if q.example else ""
+            asked = f"{q.text}{' (needed)' if q.needed else ''}{example}"
+            rows.append((method.name, q.key, "", unit, asked, q.allowed))
     if kind == ".csv":
         write_table(pd.DataFrame(rows, columns=COLUMNS), path)
     else:
@@ -207,17 +203,9 @@ def write_empty(path: Path) -> str:
     )
 
 
-def _asked(method, q):
-    unit = in_ascii(unit_of(q.unit)) if q.unit else ""
-    # behind words, as an example's decimal point would count beside commas that are filled in
-    example = f"; such as {q.example}" if q.example else ""
-    asked = f"{q.text}{' (needed)' if q.needed else ''}{example}"
-    return (method.name, q.key, "", unit, asked, q.allowed)
-
-
-def read_filled(path: Path, sheet: str | None = None) -> list[Raw]:
-    """[Raw] of all tests of a filled table. Raises `Faults` that name the lines, and ConfigError
-    for a file that is no such table."""
+def read_filled(path: Path, sheet: str | None = None) -> tuple[list[Raw], list[str]]:
+    """([Raw] of all tests of a filled table, faults that name their lines). Raises ConfigError for
+    a file that is no such table."""
     table, faults = read_table(path, sheet=sheet), []
     table.require(TEST, QUESTION, VALUE)
     filled = [(line, row) for line, row in table.rows if row[VALUE].strip()]
@@ -239,9 +227,7 @@ def read_filled(path: Path, sheet: str | None = None) -> list[Raw]:
         for name, tests in found.items()
         for answers in tests
     ]
-    if faults:
-        raise Faults([*faults, *_further(raws)])
-    return raws
+    return raws, faults
 
 
 def _questions(filled):
@@ -273,12 +259,3 @@ def _texts(path, q, lines, faults):
             continue
         found += [(with_unit(q, word.strip(), row.get(UNIT, "").strip()), place) for word in words]
     return found
-
-
-def _further(raws):
-    """Faults of the answers that could be taken out of the table."""
-    try:
-        read_entries(raws)
-    except Faults as more:
-        return more.faults
-    return []

@@ -9,11 +9,8 @@ then a shorter time step.
 import re
 import shutil
 import tempfile
-import threading
-import time
 import unicodedata
-from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -112,29 +109,29 @@ def _measured(tests):
 
 
 def configuration(lab: Laboratory) -> str:
-    """The text of the study's config.yaml."""
-    return _text(lab, _replicates(lab))
-
-
-def _replicates(lab):
-    """How often screening and path are run, the surface half as often: as `designs_s` allows."""
+    """The text of the study's config.yaml, in which screening and path are run as often as
+    `designs_s` allows, the surface half as often."""
     config = parse_config(yaml.safe_load(_text(lab, 1)))
     seconds = run_seconds(point_spec(config.own_run, config.experiment, {}, config.seed))
     whole = ASSUMED.designs_s
     often = int(whole / (ASSUMED.design_runs * (seconds or whole)))  # once where nothing tells
-    return min(max(often, 1), ASSUMED.most_replicates)
+    return _text(lab, min(max(often, 1), ASSUMED.most_replicates))
 
 
 def _text(lab, often):
     """The text of config.yaml with designs that are run so often."""
-    lead, path = lab.leading, lab.folder.as_posix()
+    lead, path = lab.tests[0], lab.folder.as_posix()
     metric = lead.metrics[0]
     parts = {"path": path, "factors": f"{path}/factors.tsv", "measured": f"{path}/{MEASURED}"}
     parts = {name: _yaml(text).splitlines()[0] for name, text in parts.items()}
     sections = {
         "fixed": {f.name: float(f"{f.centre:.4g}") for f in lab.factors},
         "run": _shared_run(lab),
-        "tests": {t.rig: _test(t) for t in lab.tests},
+        "tests": {
+            t.rig: {"experiment": t.experiment, "metrics": list(t.metrics), "run": t.run}
+            | ({"discrepancy": t.discrepancy} if t.discrepancy else {})
+            for t in lab.tests
+        },
     }
     parts |= {name: _yaml(section, 2) for name, section in sections.items()}
     margin = float(f"{ASSUMED.margin * lead.rows[0]['value']:.3g}")
@@ -167,14 +164,7 @@ def _shared_run(lab):
     return shared | ({"law_parameters": own} if own else {})
 
 
-def _test(test):
-    doubt = {"discrepancy": test.discrepancy} if test.discrepancy else {}
-    own = {"experiment": test.experiment, "metrics": list(test.metrics), "run": test.run}
-    return own | doubt
-
-
 Show = Callable[[str], object]
-EVERY_S = 5.0  # a run that goes on is told of
 MIDDLE, SMOOTH, ROUGH = "the middle of the ranges", "their smooth end", "their rough end"
 
 
@@ -200,8 +190,7 @@ def try_study(
     from dem.precompile import compile_engine  # loads the engine
 
     show("pilot: the engine is compiled first, which takes a minute once")
-    with heard("compiling", show):
-        compile_engine()
+    compile_engine()
     without = []
     for k, test in enumerate(lab.tests):
         lab, trials = _tried(lab, k, show, test.rig in told)
@@ -218,25 +207,6 @@ def try_study(
     for resolution in () if without else ("quick", "full"):
         show(f"{resolution} profile: {estimate(config_of(lab, resolution))}")
     return without
-
-
-@contextmanager
-def heard(what: str, show: Show) -> Iterator[None]:
-    """A block that is told of every few seconds while it lasts."""
-    over, begun = threading.Event(), time.monotonic()
-
-    def tell():
-        with suppress(BrokenPipeError):  # nobody reads on, which the block itself finds
-            while not over.wait(EVERY_S):
-                show(f"{what}: {time.monotonic() - begun:.0f} s so far")
-
-    thread = threading.Thread(target=tell, daemon=True)
-    thread.start()
-    try:
-        yield
-    finally:
-        over.set()
-        thread.join()
 
 
 def config_of(lab: Laboratory, resolution: str = "full") -> Config:
@@ -279,8 +249,7 @@ def _tried(lab, k, show, told):
         for turn in range(ASSUMED.calmer + 1):
             config = config_of(lab, resolution)
             kind, levels = config.tests[rig].experiment, _levels(config, lab, rig, end)
-            with heard(f"{rig} at {end}", show):
-                trial = one_run(config, config.run_of(rig), kind, levels)
+            trial = one_run(config, config.run_of(rig), kind, levels)
             if not trial.restless or turn == ASSUMED.calmer:
                 break
             lab = _calmer(lab, k, turn, show)

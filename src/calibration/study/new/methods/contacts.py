@@ -3,6 +3,7 @@ plate (Jenike); and grains on a plate: how high one that is dropped rebounds, an
 that cannot roll slide."""
 
 import math
+from statistics import fmean, stdev
 
 import numpy as np
 
@@ -26,11 +27,9 @@ def around(value: float, error: float) -> tuple[float, float]:
 def mean_and_error(rows: list[dict]) -> tuple[float, float]:
     """Mean of rows and its standard error."""
     values = [row["value"] for row in rows]
-    mean = sum(values) / len(values)
     if len(values) == 1:
-        return mean, rows[0]["sd"] / math.sqrt(rows[0]["n"])
-    square = sum((v - mean) ** 2 for v in values) / (len(values) - 1)
-    return mean, math.sqrt(square / len(values))
+        return values[0], rows[0]["sd"] / math.sqrt(rows[0]["n"])
+    return fmean(values), stdev(values) / math.sqrt(len(values))
 
 
 def dropped(entry: Entry, grains: Grains) -> LaboratoryTest:

@@ -202,11 +202,6 @@ class Method:
         first = next(q for q in self.questions if q.reading)
         return (*self.questions, *spread_of(first))
 
-    @property
-    def columns(self) -> tuple[Question, ...]:
-        """The questions of the table; a table in place of readings is for options."""
-        return tuple(q for q in self.asked if not (q.free and q.option and self.readings))
-
     def question(self, key: str) -> Question | None:
         """The question of a key, None where there is none."""
         return next((q for q in self.asked if q.key == key), None)
@@ -215,17 +210,14 @@ class Method:
 def spread_of(reading: Question) -> tuple[Question, Question]:
     """The questions of a stated spread: standard deviation of one reading, and of how many the
     value is the mean."""
+    # its unit alone: a spread may be smaller than any plausible value
+    unit = next((f"spread{ending}" for ending in UNITS if reading.unit.endswith(ending)), "")
     return (
         Question("sd", "standard deviation of one reading, where the value is a mean or the only "
-                 "one", unit=_plain(reading.unit), option="sd" if reading.option else ""),
+                 "one", unit=unit, option="sd" if reading.option else ""),
         Question("n", "of how many readings the value is the mean", whole=True, least=1, most=1e6,
                  option="n" if reading.option else ""),
     )  # fmt: skip
-
-
-def _plain(unit_key):
-    """The key's unit alone: a spread may be smaller than any plausible value."""
-    return next((f"spread{ending}" for ending in UNITS if unit_key.endswith(ending)), "")
 
 
 def rows_of(entry: Entry, key: str, experiment: str, **levers: float) -> list[dict]:

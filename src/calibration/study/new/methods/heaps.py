@@ -4,6 +4,7 @@ costs to compute."""
 
 import math
 from dataclasses import dataclass, replace
+from statistics import fmean
 
 from calibration.study.config.schema import COARSER
 from calibration.study.new.assumed import ASSUMED
@@ -24,11 +25,6 @@ STEEL = Material(7800.0, 8.0e10, 0.3)
 def cone_height(plate_mm: float, angle_deg: float) -> float:
     """Height [mm] of a cone of the angle over the whole plate."""
     return 0.5 * plate_mm * math.tan(math.radians(angle_deg))
-
-
-def roomy_height(plate_mm: float, rim_mm: float, angle_deg: float) -> int:
-    """Lowest orifice [mm] that a somewhat steeper heap does not touch; it stands on the rim."""
-    return math.ceil(rim_mm + cone_height(plate_mm, angle_deg + ASSUMED.steeper_deg))
 
 
 def steady_fraction(
@@ -143,26 +139,20 @@ def doubts_of_angle(entry: Entry, key: str, grains: Grains) -> tuple[str, ...]:
 
 
 def heap_of(entry: Entry, grains: Grains) -> Heap:
-    """`Heap` of the answers. Raises CalibrationError for a rig in which no heap can be poured."""
-    angles = entry.values("measured")
+    """`Heap` of the answers. Raises CalibrationError for a rig that no grain passes, or that a heap
+    of the measured angle would touch."""
     heap = Heap(
         diameter_mm=grains.diameter_mm,
         density_kg_m3=grains.density_kg_m3,
         orifice_diameter_mm=entry.value("orifice"),
         plate_diameter_mm=entry.value("plate"),
         discharge_height_mm=entry.value("height"),
-        angle_deg=sum(angles) / len(angles),
+        angle_deg=fmean(entry.values("measured")),
         shear_modulus_Pa=grains.shear_modulus_Pa,
         mass_flow_g_s=entry.value("rate"),
         plate_rim_height_mm=entry.value("rim", 0.0),
         least_restitution=grains.least_restitution,
     )
-    _check_funnel(entry, heap, grains)
-    return heap
-
-
-def _check_funnel(entry, heap, grains):
-    """Refuse a rig that no grain passes, or that a heap of the measured angle would touch."""
     length = grains.longest * grains.diameter_mm
     orifice, plate = heap.orifice_diameter_mm, heap.plate_diameter_mm
     if orifice < ASSUMED.narrow_orifice * length:
@@ -175,6 +165,7 @@ def _check_funnel(entry, heap, grains):
         raise refusal("low_orifice", entry.place("height"), heap)
     if heap.mass_flow_g_s is not None and heap.feed_share >= 1.0:
         raise refusal("fast_pour", entry.place("rate"), heap.mass_flow_g_s / heap.feed_share)
+    return heap
 
 
 def funnel(entry: Entry, grains: Grains) -> LaboratoryTest:
@@ -214,7 +205,8 @@ def _said_of_funnel(entry, heap, grains, diameter, own):
     """Sentences on a heap; own: grains that the laboratory's own heap has."""
     fed = "as given" if entry.values("rate") else "assumed"
     across = heap.orifice_diameter_mm / (grains.longest * diameter * QUICK_WIDER)
-    roomy = roomy_height(heap.plate_diameter_mm, heap.plate_rim_height_mm, heap.angle_deg)
+    steeper = cone_height(heap.plate_diameter_mm, heap.angle_deg + ASSUMED.steeper_deg)
+    roomy = math.ceil(heap.plate_rim_height_mm + steeper)
     larger, quick = grains.enlarged(diameter), COARSER["quick"]
     limits = ASSUMED.narrow_orifice, roomy, ASSUMED.enough_grains
     return said("funnel", heap, own, fed, larger, quick, across, *limits)
@@ -230,8 +222,11 @@ def cylinder(entry: Entry, grains: Grains) -> LaboratoryTest:
     deep = entry.value("depth", ASSUMED.cylinder_deep * wide)
     diameter = _size(entry, grains, wide, deep)
     count = filling(math.pi / 4 * wide**2 * deep, diameter)
-    angles = entry.values("angle")
-    plate = entry.value("plate", _plate(count * volume_mm3(diameter) / 0.6, angles, wide))
+    # a plate that a heap at the measured angle does not cover
+    slope = math.tan(math.radians(fmean(entry.values("angle"))))
+    bulk = count * volume_mm3(diameter) / 0.6
+    cone = 2.0 * (3.0 * bulk / (math.pi * slope)) ** (1.0 / 3.0)
+    plate = entry.value("plate", math.ceil(max(ASSUMED.plate_room * cone, 2.0 * wide)))
     least = wide + ASSUMED.plate_around * diameter * grains.longest
     if plate < least:
         raise refusal("narrow_base", entry.place("plate"), plate, wide, least)
@@ -268,13 +263,6 @@ def _size(entry, grains, wide, deep):
     wanted = grains.diameter_mm * max(own / grains.most, 1.0) ** (1 / 3)
     # the quick profile's larger grains fit too
     return grains.size(min(wanted, limit / QUICK_WIDER))
-
-
-def _plate(bulk, angles, wide):
-    """Width [mm] of a plate that a heap of `bulk` [mm3] at the measured angle does not cover."""
-    slope = math.tan(math.radians(sum(angles) / len(angles)))
-    cone = 2.0 * (3.0 * bulk / (math.pi * slope)) ** (1.0 / 3.0)
-    return math.ceil(max(ASSUMED.plate_room * cone, 2.0 * wide))
 
 
 def _said_of_cylinder(entry, grains, diameter, wide, deep, count):

@@ -2,9 +2,7 @@
 that run out of a silo through an orifice."""
 
 import math
-from collections.abc import Mapping
 from statistics import fmean
-from typing import Any
 
 from calibration.study.new.assumed import ASSUMED
 from calibration.study.new.grains import Grains, filling
@@ -32,20 +30,6 @@ def vessel(entry: Entry, grains: Grains) -> tuple[dict, str]:
     return {"particles": grains.particles(count, diameter), "geometry": geometry}, went
 
 
-def assumed(
-    entry: Entry, grains: Grains, run: Mapping[str, Any]
-) -> tuple[dict[str, float], tuple[str, ...]]:
-    """({metric: standard deviation by which the density may be off}, sentences) of a vessel that
-    was not told; nothing of one that was."""
-    if entry.values("vessel"):
-        return {}, ()
-    metric = entry.method.readings[0].unit
-    wide = run["geometry"]["vessel_diameter_mm"]
-    share = ASSUMED.wall_share * grains.size(grains.diameter_mm) / wide
-    error = float(f"{0.5 * share * fmean(entry.values('density')):.2g}")
-    return {metric: error}, said("vessel", wide, share, error)
-
-
 def doubts_of_packing(entry: Entry, grains: Grains) -> tuple[str, ...]:
     """Questions about beds that pack as few do. Raises CalibrationError for one that no bed of
     these grains can be; grains that stick may lie as loosely as they will."""
@@ -70,18 +54,21 @@ def filled(entry: Entry, grains: Grains) -> LaboratoryTest:
     taps, places = int(entry.value("taps", 0)), {"vessel": went}
     run["geometry"] |= {"taps": min(taps, ASSUMED.most_taps)}
     run["geometry"] |= {"tap_height_mm": entry.value("height", 3.0)} if taps else {}
-    rows = rows_of(entry, "density", "bulk_density")
-    if taps <= ASSUMED.most_taps:
-        discrepancy, said = assumed(entry, grains, run)
-        more: dict[str, Any] = {"discrepancy": discrepancy}
-    else:
+    rows, more = rows_of(entry, "density", "bulk_density"), {}
+    if taps > ASSUMED.most_taps:
         rows, more = [row | {"role": "hold out"} for row in rows], {"metrics": ()}
         lost = f"kept, and no target: {taps} taps are not simulated, {ASSUMED.most_taps} are"
         places |= {"density": lost, "taps": f"not the rig's, which has {ASSUMED.most_taps}"}
-        said = (f"{lost}. Measure it after {ASSUMED.most_taps} taps as well",)
+        doubts += (f"{lost}. Measure it after {ASSUMED.most_taps} taps as well",)
+    elif not entry.values("vessel"):  # the density may be off by what a wall takes
+        wide = run["geometry"]["vessel_diameter_mm"]
+        share = ASSUMED.wall_share * grains.size(grains.diameter_mm) / wide
+        error = float(f"{0.5 * share * fmean(entry.values('density')):.2g}")
+        more = {"discrepancy": {entry.method.readings[0].unit: error}}
+        doubts += said("vessel", wide, share, error)
     return simulated(
         entry, "density", "tapped" if taps else "vessel", "bulk_density", run, rows,
-        went=places, said=doubts + said, **more,
+        went=places, said=doubts, **more,
     )  # fmt: skip
 
 
@@ -89,7 +76,11 @@ def ran_out(entry: Entry, grains: Grains) -> LaboratoryTest:
     """The experiment `discharge` through the laboratory's own orifice; a time of a mass counts as
     its mean flow."""
     orifice = entry.value("orifice")
-    diameter = _size(entry, grains, orifice)
+    diameter = grains.size(grains.diameter_mm)
+    length = grains.longest * diameter
+    if orifice < FREE_FLOW_RATIO * length:
+        place = entry.place("orifice")
+        raise refusal("arching_orifice", place, orifice, length, FREE_FLOW_RATIO)
     least = LEAST_WALL * orifice
     own = entry.value("silo", least)
     if own < least:
@@ -113,15 +104,6 @@ def ran_out(entry: Entry, grains: Grains) -> LaboratoryTest:
          "numerics": {"max_time_s": round(max(10.0, 3.0 * lasts), 1)}},
         rows, went=went, said=doubts + said("silo", narrow, grains.enlarged(diameter)),
     )  # fmt: skip
-
-
-def _size(entry, grains, orifice):
-    diameter = grains.size(grains.diameter_mm)
-    length = grains.longest * diameter
-    if orifice < FREE_FLOW_RATIO * length:
-        place = entry.place("orifice")
-        raise refusal("arching_orifice", place, orifice, length, FREE_FLOW_RATIO)
-    return diameter
 
 
 def _rows(entry, orifice):
