@@ -1,10 +1,12 @@
 # The atlas: runs of common tests over numbers without a unit, by which `dem estimate` answers
 # without a run.
-#   snakemake -s workflow/atlas.smk -j2    the runs that are not kept of this engine
+#   snakemake -s workflow/atlas.smk -j2           the runs that are not kept of this engine
+#   snakemake -s workflow/atlas.smk -j2 sample    after a change of the engine, whether the kept
+#                                                 tables still stand
 import sys
 
 from calibration.atlas.rigs import RIGS
-from calibration.atlas.runs import missing
+from calibration.atlas.runs import SAMPLE, missing
 
 PARTS = {name: missing(name) for name in RIGS}
 MADE = "results/atlas/{test}_{part}.csv"
@@ -39,3 +41,19 @@ rule keep:
         "results/atlas/logs/{test}.log",
     shell:
         "{TASK} keep {wildcards.test} {input} src/calibration/atlas/kept > {log} 2>&1"
+
+
+rule sample:
+    input:
+        expand("results/atlas/sample_{test}.csv", test=RIGS),
+
+
+rule compare:
+    input:
+        lambda w: expand(MADE, test=w.test, part=range(SAMPLE)),
+    output:
+        "results/atlas/sample_{test}.csv",
+    log:
+        "results/atlas/logs/sample_{test}.log",
+    shell:
+        "{TASK} compare {wildcards.test} {input} {output} > {log} 2>&1"

@@ -15,7 +15,7 @@ from new_studies import begun, read
 from calibration.atlas import runs
 from calibration.atlas.emulators import KEYS, AtlasEmulators, inputs_of, nearest
 from calibration.atlas.rigs import DIAMETER, GRAIN, RIGS
-from calibration.atlas.runs import design, trained
+from calibration.atlas.runs import compare, design, kept, trained
 from calibration.chain.joint.analysis import middle
 from calibration.chain.study import Study
 from calibration.files import read_json
@@ -136,6 +136,18 @@ def test_what_lies_outside_is_refused_with_what_is_allowed(capsys, monkeypatch, 
     monkeypatch.setattr("calibration.interface.estimate.estimate_of", None)  # before all else
     assert main(["estimate", *RIG, "--measured", "30", "31", f"--out={tmp_path}"]) == 2
     assert "exists already" in capsys.readouterr().err
+
+
+def test_runs_of_another_engine_are_told_apart_where_they_differ(tmp_path):
+    old = kept("density").head(30)
+    found = {}
+    for shift in (0.0, 0.02):
+        old.assign(poured_density_kg_m3=old["poured_density_kg_m3"] + shift * (1 + old["run"] % 2)
+                   ).to_csv(tmp_path / "part.csv", index=False)  # fmt: skip
+        compare("density", [tmp_path / "part.csv"], tmp_path / "out.csv")
+        rows = pd.read_csv(tmp_path / "out.csv").set_index("metric")["stands"]
+        found[shift] = rows["poured_density_kg_m3"], rows["poured_solid_fraction"]
+    assert found == {0.0: (True, True), 0.02: (False, True)}
 
 
 def test_a_part_has_the_runs_of_its_numbers(tmp_path, monkeypatch):

@@ -139,9 +139,30 @@ def read_parts(parts: Sequence[Path]) -> pd.DataFrame:
     return pd.concat([read_written(p, keep_default_na=False, na_values=[""]) for p in parts])
 
 
+SAMPLE = 2
+"""Parts of a test that are made again where the engine has changed."""
+STANDS = 3.0
+"""Standard errors of their mean difference up to which runs of two engines count as alike."""
+
+
+def compare(name: str, parts: Sequence[Path], out: Path) -> None:
+    """Hold runs that were made again against the kept ones and write a row a reading: their mean
+    difference, its standard error by the pairs' own scatter, and whether the table stands."""
+    new = read_parts(parts).set_index("run")
+    old, rows = kept(name).set_index("run"), []
+    for metric in RIGS[name].readings:
+        apart = (new[metric] - old[metric]).dropna()
+        mean, error = apart.mean(), apart.std(ddof=1) / len(apart) ** 0.5
+        stands = bool(abs(mean) <= STANDS * error)
+        rows.append({"test": name, "metric": metric, "pairs": len(apart), "difference": mean,
+                     "error": error, "stands": stands})  # fmt: skip
+    failed = int((new["fault"].notna() != old.loc[new.index, "fault"].notna()).sum())
+    write_table(pd.DataFrame(rows).assign(without_value_in_one=failed), out)
+
+
 if __name__ == "__main__":
     task, name, *rest = sys.argv[1:]
     if task == "make":
         make(name, int(rest[0]), Path(rest[1]))
     else:
-        keep(name, [Path(p) for p in rest[:-1]], Path(rest[-1]))
+        {"keep": keep, "compare": compare}[task](name, [Path(p) for p in rest[:-1]], Path(rest[-1]))
