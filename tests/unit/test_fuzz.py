@@ -29,7 +29,7 @@ from test_refusals import READERS as REFUSING
 
 from calibration.errors import CalibrationError
 from calibration.intake.measurements import read_measured
-from calibration.intake.photo.measure import measure_photo
+from calibration.intake.photo import measure_photo
 from calibration.intake.sound import read_train
 from calibration.study.config.as_data import data_of
 from calibration.study.config.parse import parse_resolved

@@ -10,7 +10,7 @@ import zlib
 from refusals import book
 
 from calibration.errors import ConfigError, decoding
-from calibration.intake.photo.measure import measure_photo
+from calibration.intake.photo import measure_photo
 from calibration.study.config.as_data import data_of
 from calibration.study.new.grains import sieve_curve
 from dem.tables import read_table

@@ -7,8 +7,8 @@ from PIL import Image
 from scipy import ndimage
 
 from calibration.intake.measurements import read_measured
+from calibration.intake.photo import measure_photo
 from calibration.intake.photo.camera import FULL_FRAME_MM, read_low, view_of
-from calibration.intake.photo.measure import measure_photo
 from calibration.interface.commands import main
 from dem.measure.heap import fit_flank
 from dem.measure.heap import outline as discs_outline
@@ -162,21 +162,36 @@ def photograph_from(path, angle, height, aim=20.0, focal_said=True):
     return pitch
 
 
+def plumb(pitch, x=-80.0):
+    """Two points of a plumb line `x` [mm] beside the heap's middle, in pixels, as the option has
+    them."""
+    points = []
+    for z in (-60.0, 60.0):  # from the optical axis, at the cone's middle
+        depth = DISTANCE / np.cos(pitch) - z * np.sin(pitch)
+        points.append((FOCAL * x / depth, -FOCAL * z * np.cos(pitch) / depth))
+    at = [(u + (CAMERA_COLUMNS - 1) / 2, v + (CAMERA_ROWS - 1) / 2) for u, v in points]
+    return "/".join(f"{u:.2f},{v:.2f}" for u, v in at)
+
+
 @pytest.mark.parametrize(("angle", "height"), [(24.0, 180.0), (34.0, 220.0), (30.0, 180.0)])
-def test_a_camera_that_looks_down_is_corrected_by_its_place(angle, height, tmp_path):
+def test_a_camera_that_looks_down_is_corrected_by_its_place_or_a_plumb_line(
+    angle, height, tmp_path
+):
     path = tmp_path / "a.jpg"
     pitch = photograph_from(path, angle, height)
     plain = measure_photo(path).angle_deg
     assert plain < angle - 0.3  # else there is nothing to correct
-    by_place = measure_photo(path, view_of(f"{DISTANCE}mm/{height}mm", None))
+    by_place = measure_photo(path, view_of(f"{DISTANCE}mm/{height}mm", None, None))
     assert by_place.angle_deg == pytest.approx(angle, abs=0.3)
     assert by_place.pitch_deg == pytest.approx(np.degrees(pitch), abs=0.6)
+    by_plumb = measure_photo(path, view_of(None, plumb(pitch), None))
+    assert by_plumb.angle_deg == pytest.approx(angle, abs=0.3)
 
 
 def test_a_level_camera_needs_no_correction(tmp_path):
     path = tmp_path / "a.jpg"
     photograph_from(path, 30.0, 20.0)
-    view = view_of(f"{DISTANCE}mm/20mm", "56mm")
+    view = view_of(f"{DISTANCE}mm/20mm", None, "56mm")
     assert measure_photo(path, view).angle_deg == pytest.approx(30.0, abs=0.3)
     assert measure_photo(path).angle_deg == pytest.approx(30.0, abs=0.5)
 

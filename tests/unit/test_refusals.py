@@ -21,7 +21,7 @@ from refusals import (
 from calibration.engines.command import read_metrics
 from calibration.engines.table import read_row
 from calibration.errors import CalibrationError, ConfigError
-from calibration.intake.photo.measure import measure_photo
+from calibration.intake.photo import measure_photo
 from calibration.intake.shear_tester import read_points
 from calibration.intake.sound import read_train
 from calibration.interface import cli

@@ -138,9 +138,9 @@ def _fitted(path, points, reduced, size, view):
         _check_straight(path, distance, profile, ends)
     base = tuple(back(np.array([s, 0.0])) for s in (stations[0], stations[-1]))
     pitch = None
-    if view.place:
+    if view.known:
         below = np.array(back(np.array([stations[crest], 0.0])))
-        pitch, angles = seen_by(path, view.place, view.focal, size, below, tilt, lines)
+        pitch, angles = seen_by(path, view, size, reduced, below, tilt, lines)
     return HeapPhoto(path, *angles, float(np.degrees(tilt)), float(height.max()), points,
                      tuple(lines), base, reduced, pitch)  # fmt: skip
 
@@ -322,15 +322,16 @@ def measure_photos(
     scale: str | None = None,
     shown: Path | None = None,
     camera: str | None = None,
+    plumb: str | None = None,
     focal: str | None = None,
 ) -> list[str]:
     """Lines to print: each photograph's angle, then all of them. Writes the table `out` and a
     picture a photo.
 
-    scale: a length over its pixels, `100mm/830`; camera, focal: how the camera stood, as
+    scale: a length over its pixels, `100mm/830`; camera, plumb, focal: how the camera stood, as
     `view_of` takes it. Raises ConfigError.
     """
-    view = view_of(camera, focal)
+    view = view_of(camera, plumb, focal)
     if out is not None and out.exists():
         raise refused("exists", out)
     per_pixel = told("--scale", scale, _mm_per_pixel)
@@ -349,7 +350,7 @@ def measure_photos(
         )
         heights.append(height)
     lines.append(summary([p.angle_deg for p in photos], "°"))
-    if not view.place:
+    if not view.known:
         lines.append(uncorrected([p.angle_deg for p in photos]))
     if out is not None:
         write_table(_table(photos, heights), out)
@@ -363,7 +364,7 @@ def uncorrected(angles: Sequence[float]) -> str:
     low = " and ".join(f"{read_low(mean, pitch):.1f}° at {pitch}°" for pitch in (5, 10))
     return (
         "not corrected for a camera that looks down: far away it reads such a heap too flat by "
-        f"{low}; --camera DISTANCE/HEIGHT corrects it"
+        f"{low}; --camera DISTANCE/HEIGHT or --plumb corrects it"
     )
 
 
