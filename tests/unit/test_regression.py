@@ -94,6 +94,11 @@ def test_the_yield_of_montgomerys_chemical_process():
     estimates = surface.coefficients.set_index("term")["estimate"]
     for term, value in printed.items():
         assert estimates[term] == pytest.approx(value, abs=0.0051), term
+    stationary = surface.canonical()
+    assert stationary["kind"] == "maximum"
+    assert stationary["point"] == pytest.approx([0.389, 0.306], abs=0.001)
+    assert stationary["response"] == pytest.approx(80.21, abs=0.005)
+    assert sorted(stationary["eigenvalues"]) == pytest.approx([-1.4143, -0.9635], abs=0.001)
 
 
 def peer(design, response, codes="ABC"):
@@ -215,6 +220,22 @@ def test_the_foldover_of_the_eye_focus_time():
         here = both[both["fold"] == fold] if fold else both
         found = screen(here, list("ABCDEFG"), here["y"]).table["effect"]
         assert found.to_numpy() == pytest.approx(effects, abs=0.0051)
+
+
+def test_a_rising_ridge_is_told():
+    """Myers, Montgomery and Anderson-Cook, table 6.2 (the example `RRex` of R's rsm), a rising
+    ridge: without the flat axis the stationary point lies inside the experiment, with it twice as
+    far out as any run."""
+    points = [(-1, -1), (1, -1), (-1, 1), (1, 1), (-1, 0), (1, 0), (0, -1), (0, 1), *[(0, 0)] * 3]
+    design = pd.DataFrame(points, columns=["A", "B"], dtype=float)
+    y = [52.3, 5.3, 46.7, 44.2, 58.5, 33.5, 32.8, 49.2, 49.3, 50.2, 51.6]
+    surface = fit_surface(design, ["A", "B"], y)
+    found = surface.canonical()
+    assert found["kind"] == "ridge"
+    assert np.abs(found["point"]).max() < 1.0
+    linear, quadratic = surface.coefficients["estimate"].to_numpy()[[1, 2]], found["axes"]
+    full = quadratic @ (-0.5 * (quadratic.T @ linear) / found["eigenvalues"])
+    assert np.linalg.norm(full) > 2.0 * np.sqrt(2.0)
 
 
 CODES = list("ABCDEFG")

@@ -98,7 +98,7 @@ def response_surface(study: Study, source: NamedFiles, output: NamedFiles) -> No
     figures.save(perturbation(surface, region, response), output.perturbation)
     figures.save(surfaces(surface, region, response), output.surfaces)
     beside = _beside(runs, [f.code for f in region], "response", surface)
-    write_json(output.summary, _fit_words(surface) | beside | told(every))
+    write_json(output.summary, _description(surface, region) | beside | told(every))
 
 
 def _beside(runs, codes, column, surface):
@@ -137,6 +137,18 @@ def _fit_words(surface):
     found = surface.summary.items()
     statistics = {name: value if np.isfinite(value) else None for name, value in found}
     return {"equation_coded": surface.equation(), "statistics": statistics}
+
+
+def _description(surface, region):
+    """Return what a response surface is, for JSON: equation, statistics and stationary point."""
+    stationary = surface.canonical()
+    return _fit_words(surface) | {
+        "stationary_point": {
+            f.name: f.natural(float(x)) for f, x in zip(region, stationary["point"], strict=True)
+        },
+        "stationary_kind": stationary["kind"],
+        "eigenvalues": [float(v) for v in stationary["eigenvalues"]],
+    }
 
 
 def predicted_actual(surface: Surface, response: Response) -> Drawing:

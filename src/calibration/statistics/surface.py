@@ -22,6 +22,9 @@ Term = tuple[str, ...]
 """Codes of the factors whose product a term is: (), ("A",), ("A", "B"), ("A", "A")."""
 ANOVA_COLUMNS = ["source", "sum_sq", "df", "mean_sq", "F", "p"]
 GRID = 4001  # levels of a factor at which an interval is looked up
+FLAT = 0.1
+"""Of the largest eigenvalue: a curvature below it counts as none, as in R's rsm (`canonical`,
+threshold)."""
 
 
 def quadratic_terms(codes: Sequence[str]) -> list[Term]:
@@ -82,6 +85,46 @@ class Surface:
         centre, mean_se = self.predict(levels), self.standard_error(levels)
         half = scipy.stats.t.ppf(1 - alpha / 2, self.df) * np.sqrt(self.sigma2 / runs + mean_se**2)
         return centre - half, centre + half
+
+    def canonical(self) -> dict[str, Any]:
+        """Stationary point (factors,) in coded levels, eigenvalues (factors,), axes (factors,
+        factors) as columns, and kind: maximum, minimum, saddle, `ridge` if an eigenvalue is below
+        FLAT of the largest, `plane` if nothing is curved. Along flat axes the point is the nearest
+        to the centre: its position there says nothing."""
+        linear, quadratic = self._gradient_and_hessian()
+        values, axes = np.linalg.eigh(quadratic)
+        largest = np.abs(values).max()
+        flat = np.abs(values) < FLAT * largest
+        slope = axes.T @ linear
+        if largest <= 1e-9 * np.abs(linear).max(initial=1e-300):
+            kind, flat = "plane", np.ones(len(values), bool)
+        elif flat.any():
+            kind = "ridge"
+        else:
+            kind = (
+                "maximum" if (values < 0).all() else "minimum" if (values > 0).all() else "saddle"
+            )
+        safe = np.where(flat, 1.0, values)
+        point = axes @ np.where(flat, 0.0, -0.5 * slope / safe)
+        return {
+            "point": point,
+            "response": float(self.predict([point])[0]),
+            "eigenvalues": values,
+            "axes": axes,
+            "kind": kind,
+        }
+
+    def _gradient_and_hessian(self):
+        k = len(self.codes)
+        linear, quadratic = np.zeros(k), np.zeros((k, k))
+        for term, b in zip(self.terms, self.beta, strict=True):
+            i = [self.codes.index(c) for c in term]
+            if len(i) == 1:
+                linear[i[0]] += b
+            elif len(i) == 2:
+                quadratic[i[0], i[1]] += b / 2
+                quadratic[i[1], i[0]] += b / 2
+        return linear, quadratic
 
     def equation(self) -> str:
         """The model as text in coded levels."""
