@@ -102,7 +102,6 @@ def _check_settings(arguments):
 
 
 def _verify(args):
-    from calibration.runs.mixtures import finished, mixtures  # loads pandas and scipy
     from calibration.runs.verify import checked_runs, faults_of, hold, repair
 
     if not args.results.is_dir():
@@ -112,9 +111,6 @@ def _verify(args):
     faults = list(faults_of(args.results))
     for fault in faults:
         print(fault)
-    for folder in sorted({plan.parents[1] for plan in args.results.glob("*/*/plan.json")}):
-        for mixture in mixtures(finished(folder)):
-            print(f"{folder.name}: {mixture}")
     print(f"{args.results}: {checked_runs(args.results)} runs, {len(faults)} faults")
     if args.repair:
         repair(faults, args.results)
