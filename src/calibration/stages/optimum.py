@@ -54,10 +54,9 @@ def plan_candidate(study: Study, source: NamedFiles, output: NamedFiles) -> None
 
 
 def _ahead(config, factors):
-    """The first runs at the candidate, near the point that the configuration names."""
-    found, count = {"optimum": config.optimise.point}, config.optimise.candidate_runs
-    rows = _rows(config, found, count)
-    return [Points("optimise.point", rows, config.experiment, config.own_run)]
+    """The first runs at the candidate, wherever it will be."""
+    rows = _rows(config, {"optimum": {}}, config.optimise.candidate_runs)
+    return [Points("optimise", rows, config.experiment, config.own_run)]
 
 
 def _rows(config, found, count):
@@ -145,12 +144,10 @@ def _moved(config, region, optimum):
 
 
 def _solved(config, surface, region, output):
-    """The point of the solution set that the configured rule takes."""
-    rules = config.optimise
-    point = [f.coded(rules.point.get(f.name, f.centre)) for f in region]
+    """The point of the solution set that is closest to the region's centre."""
     measured = read_target(config)
     wanted, error = float(measured.mean()), float(measured.std(ddof=1) / np.sqrt(len(measured)))
-    solution = solve(surface, wanted, rules.rule, config.seed, point)
+    solution = solve(surface, wanted, config.seed)
     _write_points(solution.points, region, output.solutions)
     response = figures.response_of(config.target)
     figures.save(contours(surface, region, solution, response), output.contours)
@@ -163,7 +160,7 @@ def _solved(config, surface, region, output):
         "target_se": error,
         "target_df": len(measured) - 1,
         "attainable": solution.attainable,
-        "rule": solution.rule,
+        "rule": "closest_to_centre",
         "interval_95_others_held": {
             f.name: [f.natural(x) for x in interval]
             for f, interval in zip(region, intervals, strict=True)
