@@ -6,8 +6,8 @@ run spec. Gravity is the Earth's in every run: a rule that would have it scaled 
 paper applies it, with everything else scaled. The number of grains is the same at every scale.
 
 A quantity that a rule keeps has the same value at every scale. A value is kept if the 95 % interval
-of its difference lies within the margin that does not matter. It is changed if the interval leaves
-out zero and part of it lies beyond the margin. Otherwise it is undecided.
+of its change over the scales lies within the margin that does not matter. It is changed if the
+interval leaves out zero and part of it lies beyond the margin. Otherwise it is undecided.
 """
 
 from collections.abc import Mapping
@@ -31,7 +31,6 @@ from calibration.statistics.numbers import fixed
 from calibration.study.config import Config, given, overlay, point_spec
 from calibration.study.stage import Figure, Plan, Points, Stage
 from dem.contact.catalogue import LAWS
-from dem.grains.sizes import mean_radius
 from dem.io.files import write_json
 from dem.spec import keys_of, parse_spec
 from dem.units import in_ascii, unit_of
@@ -122,88 +121,31 @@ def _cases(config):
         yield Points(f"scaling.{kind}", rows, kind, run), rule, h
 
 
-OVERLAP = 0.01  # of the radius
-STRETCH = 1e-3  # of the overlap: the step of the stiffness
-SPEED = 1e-3  # of the overlap over the Rayleigh time step: small beside the elastic force
-
-
-def probe(run: dict[str, Any]) -> dict[str, float]:
-    """Return force [N], stiffness [N/m] and damping coefficient [kg/s] of a grain that is pressed
-    into a plate by a fixed share of its radius, at rest and with a small speed. The paper's Eqs. 6
-    and 15 state how they go with the scale.
-
-    `run` is a run spec of the drop, without experiment and seed.
-    """
-    spec = parse_spec(run | {"experiment": "drop", "numerics": {"precision": "double"}})
-    radius = mean_radius(spec)
-    force, step = _force(spec, radius, OVERLAP * radius, 0.0)
-    more = _force(spec, radius, OVERLAP * radius * (1.0 + STRETCH), 0.0)[0]
-    speed = SPEED * OVERLAP * radius / step
-    moving = _force(spec, radius, OVERLAP * radius, speed)[0]
-    return {
-        "force": force,
-        "stiffness": (more - force) / (STRETCH * OVERLAP * radius),
-        "damping_coefficient": (moving - force) / speed,
-    }
-
-
-def _force(spec, radius, overlap, speed):
-    """Force on the plate [N] and the time step [s]; speed of approach [m/s]."""
-    from dem.experiments.setup import build_simulation  # loads the engine
-    from dem.materials import WALL
-    from dem.walls.builder import WallSet
-
-    walls = WallSet().body("plate", material=WALL).plane((0, 0, 0), (0, 0, 1))
-    sim = build_simulation(spec, walls, gravity=(0.0, 0.0, 0.0))
-    sim.add_particles([[0.0, 0.0, radius - overlap]], radius, velocity=[[0.0, 0.0, -speed]])
-    sim.advance(1)
-    return abs(float(sim.wall_force("plate")[2])), sim.time_step
-
-
-def measured_exponents(runs: Mapping[float, dict[str, Any]]) -> dict[str, float]:
-    """{quantity: exponent of h} over {h: run spec}, by a straight line through the logarithms."""
-    found = {h: probe(run) for h, run in runs.items()}
-    scale = np.log(list(found))
-    return {
-        quantity: float(np.polyfit(scale, np.log([f[quantity] for f in found.values()]), 1)[0])
-        for quantity in next(iter(found.values()))
-    }
-
-
 RESPONSE = {"heap": "angle_of_repose_deg", "drop": "effective_restitution"}
 HOLDS, FAILS, UNDECIDED = "holds", "fails", "undecided"
 KEPT, CHANGED = "kept", "changed"
 VERDICT = {KEPT: HOLDS, CHANGED: FAILS, UNDECIDED: UNDECIDED}
 FOUND = ("found", "low", "high")
-DIFFERENCE = ("difference", "difference_low", "difference_high")
 ALPHA = 0.05
-EXACT = 0.01  # exponents measured on one contact carry rounding alone
+EXACT = 0.01  # where drops do not scatter, exponents carry rounding alone
 
 
-def response_table(
-    design: pd.DataFrame, metrics: np.ndarray, margins: Mapping[str, float]
-) -> pd.DataFrame:
-    """Table, a row a case and scale: mean, sd, interval, difference from the first scale with
-    interval, change. n counts the runs with a value; what fewer than two tell is NaN.
+def response_table(runs: pd.DataFrame) -> pd.DataFrame:
+    """Table, a row a case and scale: mean, sd, interval. n counts the runs with a value; what fewer
+    than two tell is NaN.
 
-    design : columns experiment, rule, cohesive, scale, left_in_funnel (grains, heaps only)
-    metrics : (n,) response of each run, NaN without
-    margins : {experiment: difference that does not matter}
+    runs : columns experiment, rule, cohesive, scale, left_in_funnel (grains, heaps only),
+        response, NaN of a run without a value
     """
-    runs, rows = design.assign(response=metrics), []
-    for (experiment, rule, cohesive), case in runs.groupby(
-        ["experiment", "rule", "cohesive"], sort=False
+    rows = []
+    for (experiment, rule, cohesive, scale), group in runs.groupby(
+        ["experiment", "rule", "cohesive", "scale"], sort=False
     ):
-        first = case.loc[case["scale"] == case["scale"].iloc[0], "response"].dropna().to_numpy()
-        for scale, group in case.groupby("scale", sort=False):
-            values = group["response"].dropna().to_numpy()
-            row = {"experiment": experiment, "rule": rule, "cohesive": bool(cohesive)}
-            row |= {"scale": float(scale), "n": len(values)} | mean_interval(values)
-            row |= {"unit": in_ascii(unit_of(RESPONSE[experiment]))}
-            row |= {"left_in_funnel": group["left_in_funnel"].mean()}
-            if scale != case["scale"].iloc[0]:
-                row |= difference(first, values, margins[experiment])
-            rows.append(row)
+        values = group["response"].dropna().to_numpy()
+        row = {"experiment": experiment, "rule": rule, "cohesive": bool(cohesive)}
+        row |= {"scale": float(scale), "n": len(values)} | mean_interval(values)
+        row |= {"unit": in_ascii(unit_of(RESPONSE[experiment]))}
+        rows.append(row | {"left_in_funnel": group["left_in_funnel"].mean()})
     return pd.DataFrame(rows)
 
 
@@ -216,22 +158,6 @@ def mean_interval(values: np.ndarray) -> dict[str, float]:
     mean, quantile = values.mean(), scipy.stats.t.ppf(1 - ALPHA / 2, len(values) - 1)
     half = quantile * scipy.stats.sem(values)
     return dict(zip(columns, (mean, values.std(ddof=1), mean - half, mean + half), strict=True))
-
-
-def difference(first: np.ndarray, values: np.ndarray, margin: float) -> dict[str, Any]:
-    """Difference of the samples values (n,) and first (m,) with its Welch interval, and whether it
-    is kept, changed or undecided, as columns of `response_table`. With fewer than two values in
-    one of them it is undecided."""
-    if min(len(first), len(values)) < 2:
-        return dict.fromkeys(DIFFERENCE, np.nan) | {"change": UNDECIDED}
-    apart = float(values.mean() - first.mean())
-    if values.var() + first.var() == 0.0:  # runs without scatter differ exactly or not at all
-        low = high = apart
-    else:
-        found = scipy.stats.ttest_ind(values, first, equal_var=False)
-        low, high = found.confidence_interval(1 - ALPHA)
-    change = judge(low, high, margin)
-    return dict(zip(DIFFERENCE, (apart, low, high), strict=True)) | {"change": change}
 
 
 def judge(low: float, high: float, margin: float) -> str:
@@ -298,39 +224,29 @@ def response_statements(runs: pd.DataFrame, margins: Mapping[str, float]) -> lis
 
 
 POWERS = {
-    "section122.stiffness": ("k_n over R^2 is constant", 2, "stiffness"),
-    "section122.damping": ("c_n over R^2 is constant", 2, "damping_coefficient"),
     "section122.velocity": ("Velocity is invariant", 0, "impact_speed_m_s"),
     "section122.restitution": ("The restitution goes as R^2", 2, "effective_restitution"),
 }
-"""Claim of 1.2.2 -> statement, exponent, and the quantity of `probe` or metric of the drop."""
-
-
-def exponent_statements(measured: Mapping[str, float]) -> list[dict[str, Any]]:
-    """The exponents of a contact's constants beside those measured in the engine, enlarged by the
-    paper's own rule."""
-    own = [(claim, measured[q]) for claim, (*_, q) in POWERS.items() if q in measured]
-    return [_power(claim, "measured in the engine", found, found, found) for claim, found in own]
+"""Claim of 1.2.2 -> statement, exponent, and the metric of the drop."""
 
 
 def drop_statements(design: pd.DataFrame) -> list[dict[str, Any]]:
     """The exponents of impact speed and restitution over the scale, by a line through the
-    logarithms of all drops."""
+    logarithms of all drops, enlarged by the paper's own rule."""
     drops = design[(design["experiment"] == "drop") & ~design["cohesive"]]
-    drops, out = drops[drops["rule"] == PAPER_RULE.name], []
-    for claim in ("section122.velocity", "section122.restitution"):
-        values = read_metric(drops["run_id"], POWERS[claim][-1])
-        slope = log_slope(drops["scale"], values)
-        out.append(_power(claim, "of the drop, its rig enlarged alike,", *slope))
-    return out
+    drops = drops[drops["rule"] == PAPER_RULE.name]
+    return [
+        _power(claim, *log_slope(drops["scale"], read_metric(drops["run_id"], metric)))
+        for claim, (*_, metric) in POWERS.items()
+    ]
 
 
-def _power(claim, how, found, low, high):
-    """Statement on the exponent of a quantity, known exactly where its ends are one."""
-    text, printed, quantity = POWERS[claim]
+def _power(claim, found, low, high):
+    """Statement on the exponent of a metric of the drop."""
+    text, printed, metric = POWERS[claim]
     verdict = HOLDS if low - EXACT <= printed <= high + EXACT else FAILS
     ends = f" (95 %: {fixed(low, 2)} to {fixed(high, 2)})" if low < high else ""
-    what = f"{quantity.removesuffix('_m_s').replace('_', ' ')} {how}"
+    what = metric.removesuffix("_m_s").replace("_", " ")
     return {
         "id": claim,
         "where": "1.2.2",
@@ -340,8 +256,8 @@ def _power(claim, how, found, low, high):
         "low": low,
         "high": high,
         "verdict": verdict,
-        "sentence": f"The {what} goes as h^{fixed(found, 2)}{ends}; printed h^{printed}: the "
-        f"statement {verdict}.",
+        "sentence": f"The {what} of the drop, its rig enlarged alike, goes as "
+        f"h^{fixed(found, 2)}{ends}; printed h^{printed}: the statement {verdict}.",
     }
 
 
@@ -363,15 +279,10 @@ def scaling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     heap = design["experiment"] == "heap"
     design.loc[heap, "left_in_funnel"] = read_values(design.loc[heap, "run_id"], "in_funnel")
     margins = {"heap": section.margin_deg, "drop": section.margin_restitution}  # type: ignore[union-attr]
-    table = response_table(design, response, margins)
-    base = base_run(config, "drop", False)
-    drops = {h: enlarged(base, "drop", PAPER_RULE, h) for h in section.factors}  # type: ignore[union-attr]
-    statements = [
-        *exponent_statements(measured_exponents(drops)),
-        *drop_statements(design),
-        *response_statements(design.assign(response=response), margins),
-    ]
-    write_table(design.assign(response=response), output.runs)
+    runs = design.assign(response=response)
+    table = response_table(runs)
+    statements = [*drop_statements(design), *response_statements(runs, margins)]
+    write_table(runs, output.runs)
     write_table(table, output.table)
     figures.save(scaling_figure(table), output.figure)
     write_json(output.summary, {"statements": statements})
