@@ -91,19 +91,20 @@ def test_progress_counts_every_stage_and_tells_the_time_left(campaign, capsys, m
 @pytest.mark.parametrize(("cores", "rounds"), [(1, 40), (4, 11), (100, 3)])
 def test_the_time_left_is_right_for_any_number_of_cores(cores, rounds):
     """17, 3 and 20 runs: what is idle at the end of a stage counts."""
-    plans = tuple(Plan(name, 0, runs) for name, runs in (("a", 17), ("b", 3), ("c", 20)))
-    assert Progress(plans, 60.0, None).left_s(cores) == 60.0 * rounds
+    runs = (("a", 17), ("b", 3), ("c", 20))
+    plans = tuple(Plan(name, 0, total, each_s=60.0) for name, total in runs)
+    assert Progress(plans).left_s(cores) == 60.0 * rounds
 
 
 def test_a_stage_above_that_is_under_way_has_a_time_of_its_own():
     """Ten runs of 100 s on two cores; the chain's 24 are not asked for meanwhile."""
     chain = Plan("screening", 0, 24, planned=False, each_s=60.0)
-    above = Plan("disagreement", 1, 11, above=True, each_s=100.0)
-    assert Progress((above, chain), None, None).left_s(2) == 500.0
-    said = Progress((above, chain), None, None).sentence(2)
+    above = Plan("disagreement", 1, 11, apart=True, each_s=100.0)
+    assert Progress((above, chain)).left_s(2) == 500.0
+    said = Progress((above, chain)).sentence(2)
     assert tells(said, "1 of 11", "8 min", "that")
     assert not tells(said, "estimated")
-    assert Progress((replace(above, done=11), chain), None, None).left_s(2) == 12 * 60.0
+    assert Progress((replace(above, done=11), chain)).left_s(2) == 12 * 60.0
 
 
 OWN_AFFAIRS = (
