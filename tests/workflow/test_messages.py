@@ -7,7 +7,6 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -17,9 +16,10 @@ from snakemake_interface_logger_plugins.common import LogEvent
 
 from calibration import engines
 from calibration.interface.cli import main
-from calibration.runs.plans import plan, result_path, write_plan
+from calibration.runs.plans import plan, write_plan
 from calibration.runs.progress import Plan, Progress
 from calibration.runs.runner import report, run_each
+from calibration.runs.store import RunStore
 from calibration.statistics.design import plackett_burman
 from calibration.study.config import parse_config
 from calibration.study.factors import read_factors
@@ -57,7 +57,7 @@ def blows_up(*_, **__):
 def test_a_failed_run_names_its_point_its_log_and_the_likely_cause(campaign, capsys, monkeypatch):
     settings, table, specs = campaign
     row = table.iloc[3]
-    folder = Path(result_path(row["run_id"])).parent
+    folder = RunStore().folder(row["run_id"])
 
     monkeypatch.setattr(engines, "make", blows_up)
     with pytest.raises(SystemExit):
@@ -77,7 +77,7 @@ def test_a_failed_run_names_its_point_its_log_and_the_likely_cause(campaign, cap
 def test_progress_counts_every_stage_and_tells_the_time_left(campaign, capsys, monkeypatch):
     settings, table, specs = campaign
     for name in table["run_id"][:3]:
-        folder = Path(result_path(name)).parent
+        folder = RunStore().folder(name)
         write_result(folder, parse_spec(specs[name]), {}, {"wall_time_s": 60.0}, files=())
     monkeypatch.setenv("CAMPAIGN_CORES", "2")
     config = parse_config(settings)

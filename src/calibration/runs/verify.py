@@ -137,13 +137,6 @@ def faults_of(results: str | Path = "results") -> list[Fault]:
     return found + [fault for study in studies for fault in _study_faults(study)]
 
 
-def checked_runs(results: str | Path) -> int:
-    """Number of runs below a folder of results that are finished or kept as failed."""
-    store = RunStore(Path(results) / "runs")
-    found = (store.folder(n) for n in store.names())
-    return sum((f / RESULT).exists() or (f / FAILED).exists() for f in found)
-
-
 def _run_faults(store, full):
     """`Fault`s of runs; not `full`: of those that the store's index does not know as unchanged."""
     for name in store.names():

@@ -148,7 +148,10 @@ def _solved(config, surface, region, output):
     measured = read_target(config)
     wanted, error = float(measured.mean()), float(measured.std(ddof=1) / np.sqrt(len(measured)))
     solution = solve(surface, wanted, config.seed)
-    _write_points(solution.points, region, output.solutions)
+    points = solution.points.T
+    natural = {f.name: f.natural(levels) for f, levels in zip(region, points, strict=True)}
+    coded = {f"{f.code}_coded": levels for f, levels in zip(region, points, strict=True)}
+    write_table(pd.DataFrame(natural | coded), output.solutions)
     response = figures.response_of(config.target)
     figures.save(contours(surface, region, solution, response), output.contours)
     intervals = [
@@ -168,14 +171,10 @@ def _solved(config, surface, region, output):
     } | _optimum(config, surface, region, solution.chosen, (solution.low, solution.high))
 
 
-def _confirmation_runs(config):
-    return config.validation.groups * config.validation.replicates
-
-
 def _optimum(config, surface, region, chosen, extent):
     """The chosen point with the response that is expected there, and the extent (low, high) of its
     alternatives."""
-    count = _confirmation_runs(config)
+    count = config.validation.groups * config.validation.replicates
     low, high = surface.confirmation_interval([chosen], count)
     # what differs beyond six digits is the solver's noise, which must not rename the cached
     # validation runs
@@ -192,13 +191,6 @@ def _optimum(config, surface, region, chosen, extent):
             for f, a, b in zip(region, *extent, strict=True)
         },
     }
-
-
-def _write_points(points, region, path):
-    """Table of coded points (m, factors) in natural and coded levels."""
-    natural = {f.name: f.natural(points[:, k]) for k, f in enumerate(region)}
-    coded = {f"{f.code}_coded": points[:, k] for k, f in enumerate(region)}
-    write_table(pd.DataFrame(natural | coded), path)
 
 
 # as the workflow calls them
