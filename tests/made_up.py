@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from calibration.runs.plans import read_plan, result_path
+from calibration.runs.plans import read_plan
+from calibration.runs.store import RunStore
 from calibration.study.config import parse_config
 from calibration.study.factors import Factor
 from dem.results import write_result
@@ -52,5 +53,5 @@ def answer(plan, formula, **numerics):
     """Write the result of every planned run: formula(spec, rng) -> metrics."""
     for name, spec in read_plan(plan).items():
         metrics = formula(spec, np.random.default_rng(zlib.crc32(name.encode())))
-        folder = Path(result_path(name)).parent
+        folder = RunStore().folder(name)
         write_result(folder, parse_spec(spec), metrics, numerics, files=())

@@ -5,7 +5,6 @@ import math
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -20,7 +19,8 @@ from calibration.chain.joint.analysis import middle
 from calibration.chain.study import Study
 from calibration.files import read_json
 from calibration.interface.commands import main
-from calibration.runs.plans import read_plan, result_path
+from calibration.runs.plans import read_plan
+from calibration.runs.store import RunStore
 from calibration.stages.joint import first_points
 from calibration.study.factors import read_factors
 from dem.results import write_result
@@ -183,7 +183,7 @@ def test_few_runs_correct_an_atlas_that_is_off(tmp_path, monkeypatch):
             design = pd.read_csv(rules[name].output.design).set_index("run_id")
             for run, spec in specs.items():
                 found = {"angle_of_repose_deg": angle(design.loc[run], 0.7 * rng.standard_normal())}
-                folder = Path(result_path(run)).parent
+                folder = RunStore().folder(run)
                 write_result(folder, parse_spec(spec), found, {}, files=())
     design, draws = study.table("joint", "design"), study.table("joint", "draws")
     assert len(design) == 14

@@ -53,11 +53,6 @@ WRONG = {
         "restitution = 1.05",
         "response_surface",
     ),
-    "a point out of range": (
-        {"optimise": {"rule": "closest_to_point", "point": {SALT: 3}}},
-        "restitution = 3.0",
-        "optimise.point",
-    ),
     "a bench level out of range": (
         {"tests": {"ball": {"sweep": {"levels": [0.4, 0.5, 0.6, 1.7]}}}},
         "restitution = 1.7",

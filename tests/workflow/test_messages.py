@@ -7,7 +7,6 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -17,9 +16,10 @@ from snakemake_interface_logger_plugins.common import LogEvent
 
 from calibration import engines
 from calibration.interface.cli import main
-from calibration.runs.plans import plan, result_path, write_plan
+from calibration.runs.plans import plan, write_plan
 from calibration.runs.progress import Plan, Progress
 from calibration.runs.runner import report, run_each
+from calibration.runs.store import RunStore
 from calibration.statistics.design import plackett_burman
 from calibration.study.config import parse_config
 from calibration.study.factors import read_factors
@@ -57,7 +57,7 @@ def blows_up(*_, **__):
 def test_a_failed_run_names_its_point_its_log_and_the_likely_cause(campaign, capsys, monkeypatch):
     settings, table, specs = campaign
     row = table.iloc[3]
-    folder = Path(result_path(row["run_id"])).parent
+    folder = RunStore().folder(row["run_id"])
 
     monkeypatch.setattr(engines, "make", blows_up)
     with pytest.raises(SystemExit):
@@ -77,7 +77,7 @@ def test_a_failed_run_names_its_point_its_log_and_the_likely_cause(campaign, cap
 def test_progress_counts_every_stage_and_tells_the_time_left(campaign, capsys, monkeypatch):
     settings, table, specs = campaign
     for name in table["run_id"][:3]:
-        folder = Path(result_path(name)).parent
+        folder = RunStore().folder(name)
         write_result(folder, parse_spec(specs[name]), {}, {"wall_time_s": 60.0}, files=())
     monkeypatch.setenv("CAMPAIGN_CORES", "2")
     config = parse_config(settings)
@@ -91,19 +91,20 @@ def test_progress_counts_every_stage_and_tells_the_time_left(campaign, capsys, m
 @pytest.mark.parametrize(("cores", "rounds"), [(1, 40), (4, 11), (100, 3)])
 def test_the_time_left_is_right_for_any_number_of_cores(cores, rounds):
     """17, 3 and 20 runs: what is idle at the end of a stage counts."""
-    plans = tuple(Plan(name, 0, runs) for name, runs in (("a", 17), ("b", 3), ("c", 20)))
-    assert Progress(plans, 60.0, None).left_s(cores) == 60.0 * rounds
+    runs = (("a", 17), ("b", 3), ("c", 20))
+    plans = tuple(Plan(name, 0, total, each_s=60.0) for name, total in runs)
+    assert Progress(plans).left_s(cores) == 60.0 * rounds
 
 
 def test_a_stage_above_that_is_under_way_has_a_time_of_its_own():
     """Ten runs of 100 s on two cores; the chain's 24 are not asked for meanwhile."""
     chain = Plan("screening", 0, 24, planned=False, each_s=60.0)
-    above = Plan("disagreement", 1, 11, above=True, each_s=100.0)
-    assert Progress((above, chain), None, None).left_s(2) == 500.0
-    said = Progress((above, chain), None, None).sentence(2)
+    above = Plan("disagreement", 1, 11, apart=True, each_s=100.0)
+    assert Progress((above, chain)).left_s(2) == 500.0
+    said = Progress((above, chain)).sentence(2)
     assert tells(said, "1 of 11", "8 min", "that")
     assert not tells(said, "estimated")
-    assert Progress((replace(above, done=11), chain), None, None).left_s(2) == 12 * 60.0
+    assert Progress((replace(above, done=11), chain)).left_s(2) == 12 * 60.0
 
 
 OWN_AFFAIRS = (

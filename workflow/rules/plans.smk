@@ -5,10 +5,10 @@ plans them (plan.json: {name of a run: spec}); each is kept under the hash of it
 from math import ceil
 
 from calibration.study.cost import memory_mb
-from calibration.runs.runner import batch_count
+from calibration.runs.runner import batch_count, batch_of
 from calibration.runs.plans import planned_spec, read_plan
 from calibration.runs.store import RunStore
-from calibration.runs.verify import lost_runs, short_batches
+from calibration.runs.verify import lost_runs
 from dem.spec import parse_spec
 
 STORE = RunStore(SETTINGS.runs, looks_only=True)
@@ -65,19 +65,20 @@ def runs_of(plan):
             getattr(checkpoints, f"plan_{plan}").get()
         marks = marks_of(plan) if batches_of(plan) else None
         if STARTS:
-            workflow.dag.forcefiles.update(lost(plan, bool(marks)))
+            workflow.dag.forcefiles.update(lost(plan, batches_of(plan)))
         return marks or [f"{RUNS}/{name}/result.json" for name in plan_of(plan)]
 
     return done
 
 
 @cache
-def lost(plan, in_batches):
+def lost(plan, batches):
     """What shows that runs of a plan are done which are not, as this process found them: snakemake
     makes nothing again that is missing while what was made from it is there."""
-    folder = STUDY_OBJECT.folder / plan
-    if in_batches:
-        found, where = short_batches(folder, STORE), f"{STUDY}/{plan}/batches/{{}}"
-    else:
-        found, where = lost_runs(folder, STORE), f"{RUNS}/{{}}/result.json"
+    found = lost_runs(STUDY_OBJECT.folder / plan, STORE)
+    where = f"{RUNS}/{{}}/result.json"
+    if batches:
+        shares = batch_of(plan_of(plan), batches)
+        found = {shares[name] for name in found}
+        where = f"{STUDY}/{plan}/batches/{{}}.json"
     return [str(MODIFIER.modify_path(where.format(name))) for name in found]

@@ -95,8 +95,8 @@ def _check_words(arguments):
 
 
 def _verify(args):
-    from calibration.runs.mixtures import finished, mixtures  # loads pandas and scipy
-    from calibration.runs.verify import checked_runs, faults_of, hold, repair
+    from calibration.runs.store import RunStore
+    from calibration.runs.verify import faults_of, hold, repair
 
     if not args.results.is_dir():
         raise CalibrationError(f"{args.results}: is no folder")
@@ -105,10 +105,8 @@ def _verify(args):
     faults = list(faults_of(args.results))
     for fault in faults:
         print(fault)
-    for folder in sorted({plan.parents[1] for plan in args.results.glob("*/*/plan.json")}):
-        for mixture in mixtures(finished(folder)):
-            print(f"{folder.name}: {mixture}")
-    print(f"{args.results}: {checked_runs(args.results)} runs, {len(faults)} faults")
+    runs = RunStore(args.results / "runs").names()
+    print(f"{args.results}: {len(runs)} runs, {len(faults)} faults")
     if args.repair:
         repair(faults, args.results)
         print("set aside; `calibration run` makes again what a study needs of it")

@@ -24,7 +24,7 @@ from calibration.study.config.specs import SEEDS_A_STAGE
 from calibration.study.factors import Factor, read_factors
 from dem.errors import ResultError
 from dem.io.files import write_json
-from dem.results import RESULT, is_current, run_name
+from dem.results import is_current, run_name
 from dem.spec import parse_spec
 
 NAME = re.compile(r"\w[\w.-]*")
@@ -133,11 +133,6 @@ def _sorted(data):
     return {k: _sorted(data[k]) for k in sorted(data)} if isinstance(data, dict) else data
 
 
-def result_path(name: str) -> Path:
-    """Where a run's result is."""
-    return RunStore().folder(name) / RESULT
-
-
 def read_metric(run_ids: Iterable[str], metric: str) -> list[float]:
     """Values [n] of one metric of finished runs. Raises CalibrationError for a run that is missing,
     damaged or of another engine, and for one without the metric."""
@@ -145,7 +140,7 @@ def read_metric(run_ids: Iterable[str], metric: str) -> list[float]:
     for name, metrics in zip(run_ids, found, strict=True):
         if metric not in metrics:
             raise CalibrationError(
-                f"{result_path(name)}: has no metric {metric}: {reason_without(name)}"
+                f"{RunStore().folder(name)}: has no metric {metric}: {reason_without(name)}"
             )
     return [m[metric] for m in found]
 
@@ -183,7 +178,7 @@ def _result(store, name):
         raise CalibrationError(f"{error}; {AGAIN}") from None
     if not is_current(result["engine"]):
         raise CalibrationError(
-            f"{result_path(name)}: was made by another engine, {result['engine']}; {AGAIN}"
+            f"{store.folder(name)}: was made by another engine, {result['engine']}; {AGAIN}"
         )
     return result
 

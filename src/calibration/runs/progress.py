@@ -1,7 +1,6 @@
 """How far a campaign is, by what its stages declare of their runs."""
 
 import os
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import ceil
 
@@ -20,10 +19,9 @@ REPEAT = "failed.yaml"
 class Plan:
     """Runs of one plan: how many are done of how many, and the names of those that failed. planned
     is false where the number is only expected; valueless: of those done, how many have no value, as
-    a heap that did not form; short: runs of seconds, which share processes;
-    above: of a stage of another layer, as the diagnosis; each_s: wall time [s] of one that is left,
-    where runs of its experiment have ended; touched: when one of those left was last written [s],
-    0.0 where none has begun."""
+    a heap that did not form; apart: not counted among the study's, as runs of seconds, which share
+    processes, and those of the diagnosis; each_s: wall time [s] of one that is left, None where
+    nobody knows."""
 
     name: str
     done: int
@@ -31,42 +29,22 @@ class Plan:
     failed: tuple = ()
     planned: bool = True
     valueless: int = 0
-    short: bool = False
-    above: bool = False
+    apart: bool = False
     each_s: float | None = None
-    touched: float = 0.0
-
-    @property
-    def counted(self) -> bool:
-        """Return whether its runs count among the study's."""
-        return not (self.short or self.above)
 
     @property
     def left(self) -> int:
         """Runs that have neither ended nor failed."""
         return self.total - self.done - len(self.failed)
 
-    @property
-    def words(self) -> str:
-        """'response surface (3 of 17)'."""
-        name = self.name.replace("_", " ")
-        return f"{name}{', short runs' * self.short} ({self.done} of {self.total})"
-
 
 @dataclass(frozen=True)
 class Progress:
-    """Plans of a study, those that every study makes, and mean wall time [s] of their finished
-    runs, None before the first; expected_s: what a run takes by its spec, None where nobody knows.
-    Both count where a plan does not say what each of its runs takes."""
+    """Plans of a study; guessed: whether none of its runs has ended, which would tell how long
+    another takes."""
 
     plans: tuple
-    mean_s: float | None
-    expected_s: float | None
-
-    @property
-    def chain(self) -> list[Plan]:
-        """The plans that every study makes."""
-        return [p for p in self.plans if p.counted]
+    guessed: bool = False
 
     @property
     def failed(self) -> list[str]:
@@ -75,40 +53,42 @@ class Progress:
 
     @property
     def under_way(self) -> Plan | None:
-        """The plan whose runs are being made. Several can be planned, and one whose stage was
-        stopped has runs too: the one that was written last, else one that has runs."""
+        """The first plan that has some of its runs, else the first that waits for them; one of the
+        study's before others."""
         waiting = [p for p in self.plans if p.planned and p.left]
-        return max(waiting, key=lambda p: (p.touched, p.done > 0)) if waiting else None
+        return max(waiting, key=lambda p: (p.done > 0, not p.apart), default=None)
 
     def left_s(self, cores: int) -> float | None:
-        """Seconds until the chain's runs are made, or those of the stage above that is under way,
-        or None: a stage waits for the one before it, so the last run of each may leave cores
+        """Seconds until the study's runs are made, or those of the plan under way that stands
+        apart, or None: a stage waits for the one before it, so the last run of each may leave cores
         idle."""
-        now, other = self.under_way, self.mean_s or self.expected_s
+        now = self.under_way
+        asked = [now] if now and now.apart else [p for p in self.plans if not p.apart]
         seconds = 0.0
-        for plan in (p for p in ([now] if now and now.above else self.chain) if p.left):
-            each = plan.each_s or other
-            if not each:
+        for plan in (p for p in asked if p.left):
+            if plan.each_s is None:
                 return None
-            seconds += ceil(plan.left / cores) * each
+            seconds += ceil(plan.left / cores) * plan.each_s
         return seconds or None
 
     def sentence(self, cores: int) -> str:
         """'12 of 63 runs done, none failed; now screening (12 of 12); about 9 min left on 2
         cores'."""
-        done, total = (sum(getattr(p, key) for p in self.chain) for key in ("done", "total"))
+        counted = [p for p in self.plans if not p.apart]
+        done, total, valueless = (
+            sum(getattr(p, key) for p in counted) for key in ("done", "total", "valueless")
+        )
         failed = f"{len(self.failed)} failed" if self.failed else "none failed"
-        valueless = sum(plan.valueless for plan in self.chain)
         without = f"{valueless} of them without a value, " if valueless else ""
         parts = [f"{done} of {total} runs done, {without}{failed}"]
         now = self.under_way
         if now:
-            parts.append(f"now {now.words}")
+            parts.append(f"now {now.name.replace('_', ' ')} ({now.done} of {now.total})")
         left = self.left_s(cores)
         if left:
-            above = now if now and now.above else None
-            of_it = " of that" if above else ""
-            known = self.mean_s or (above and above.done)
+            apart = now if now and now.apart else None
+            of_it = " of that" if apart else ""
+            known = not self.guessed or (apart and apart.done)
             guess = "" if known else ", estimated before the first run"
             unit = "core" if cores == 1 else "cores"
             parts.append(f"about {duration(left)}{of_it} left on {cores} {unit}{guess}")
@@ -118,7 +98,7 @@ class Progress:
 def progress(config: Config, store: RunStore | None = None) -> Progress:
     """`Progress` of a study, as the store's index has it: no result is read."""
     store = store or RunStore(config.runs)
-    walls: dict[str, list[float]] = {}  # {experiment: of the chain}
+    walls: dict[str, list[float]] = {}  # {experiment: of the study's runs}
     found: list[tuple[Plan, list[str]]] = []  # with the experiments of the runs that are left
     for name, declared, names, own in _plans(config):
         expected = [] if names or not own else declared.expected(config)
@@ -137,22 +117,21 @@ def progress(config: Config, store: RunStore | None = None) -> Progress:
             failed,
             planned=bool(names),
             valueless=sum(bool(entry.get(REFUSED)) for entry in ended),
-            short=bool(declared and declared.batches),  # a share of a process each
-            above=declared is None,
+            apart=declared is None or bool(declared.batches),
             each_s=_mean([entry["wall_time_s"] for entry in took]),
-            touched=_touched(store, set(names) - over - set(failed)),
         )
         found.append((plan, expected or [_experiment(n) for n in names if n not in over]))
-        for entry in took if plan.counted else ():
+        for entry in () if plan.apart else took:
             walls.setdefault(_experiment(entry["run"]), []).append(entry["wall_time_s"])
     asked = {experiment for _, left in found for experiment in left}
-    lasted = _expected(config, asked - walls.keys()) | {e: _mean(them) for e, them in walls.items()}
+    lasts = _expected(config, asked - walls.keys()) | {e: _mean(them) for e, them in walls.items()}
+    other = _mean([wall for them in walls.values() for wall in them])
+    other = other or lasts.get(config.experiment)
     plans = [
-        replace(plan, each_s=plan.each_s or _mean([lasted[e] for e in left if e in lasted]))
+        replace(plan, each_s=plan.each_s or _mean([lasts[e] for e in left if e in lasts]) or other)
         for plan, left in found
     ]
-    mean = _mean([wall for them in walls.values() for wall in them])
-    return Progress(tuple(plans), mean, None if walls else lasted.get(config.experiment))
+    return Progress(tuple(plans), guessed=not walls)
 
 
 def _experiment(run):
@@ -175,15 +154,6 @@ def _plans(config):
         *((name, None, made[name], False) for name in sorted(others)),
         *((plan.folder, plan, made.get(plan.folder, {}), own) for plan, own in known),
     ]
-
-
-def _touched(store, names):
-    """When one of these runs was last written [s], 0.0 where none has a folder."""
-    newest = 0.0
-    for name in names:
-        with suppress(OSError):  # not begun, or removed meanwhile
-            newest = max(newest, store.folder(name).stat().st_mtime)
-    return newest
 
 
 def _expected(config, experiments):

@@ -10,10 +10,10 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from math import ceil
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 import numpy as np
 import yaml
@@ -25,13 +25,12 @@ from calibration.files import write_text
 from calibration.intake.started_code import permit
 from calibration.runs.plans import points_of, read_plan
 from calibration.runs.progress import REPEAT, cores, progress
-from calibration.runs.simulated import simulate
 from calibration.runs.store import REFUSED, RunStore
 from calibration.study.config import Config
 from calibration.study.cost import LEAST_JOBS, START_S, run_seconds
-from dem.errors import DemError, MeasureError, StoppedError
+from dem.errors import PHYSICAL, DemError, MeasureError, StoppedError
 from dem.io.files import write_arrays, write_json
-from dem.results import STATE, write_result
+from dem.results import RESULT, STATE, write_failure, write_result
 from dem.spec import parse_spec
 
 # of a run: snakemake shows the log of a failed run, whose last lines must not be lost among notes
@@ -45,9 +44,12 @@ def run_each(
     specs: Mapping[str, dict[str, Any]],
     config: Mapping[str, Any],
     note: Callable[[str], object] = lambda text: None,
+    kept: bool = False,
 ) -> None:
     """Make runs {name: spec} of the study of a checked configuration (a mapping) one after another
-    in this process; those that are there are not made again. note: takes of each how it ended.
+    in this process; those that are there are not made again. note: takes of each how it ended;
+    kept: whether one that fails physically is kept as failed.json, for a stage that goes on without
+    it.
 
     The progress of a run is in the log in its folder. A run that fails says which points of which
     designs need it, why it failed, the likely cause and where its log is. It keeps its spec beside
@@ -58,12 +60,13 @@ def run_each(
     permit(config)
     store, failed = RunStore(config.runs), 0
     for name, spec in specs.items():
-        if store.current(name):
+        if store.current(name) or (kept and store.failure(name)):
             note(f"{name} was there")
             continue
-        error = _fault(spec, name, config, store)
+        error = _fault(spec, name, config, store, kept)
         stopped = isinstance(error, StoppedError)
-        note(f"{name} {'done' if not error else error if stopped else f'failed: {error}'}")
+        ended = "failed" if kept and store.failure(name) else "done"
+        note(f"{name} {ended if not error else error if stopped else f'failed: {error}'}")
         failed += bool(error)
         if stopped or (error and of_the_machine(error)):
             break  # the next run would meet the same
@@ -71,16 +74,16 @@ def run_each(
         sys.exit(1)
 
 
-def _fault(spec, name, config, store):
+def _fault(spec, name, config, store, kept):
     """Make one run; what went wrong, which has been told, or None."""
     try:
-        return _attempt(spec, name, config, store)
+        return _attempt(spec, name, config, store, kept)
     except OSError as error:  # the log itself
         print(f"run {name}: {in_words(error)}", file=sys.stderr)
         return error
 
 
-def _attempt(spec, name, config, store):
+def _attempt(spec, name, config, store, kept):
     out, started, told = store.folder(name), time.time(), -1.0
     out.mkdir(parents=True, exist_ok=True)
     log, repeat = out / "run.log", out / REPEAT
@@ -95,8 +98,9 @@ def _attempt(spec, name, config, store):
             stream.flush()
 
         try:
-            ending = _made(spec, out, note, config)
-            store.entry(name)
+            ending = _made(spec, out, note, config, kept)
+            if (out / RESULT).exists():
+                store.entry(name)
         except StoppedError as error:  # no failure: it goes on when the study does
             print(f"run {name}: {error}", file=sys.stderr)
             stream.write(f"{error}\n")
@@ -117,13 +121,19 @@ def _attempt(spec, name, config, store):
     return None
 
 
-def _made(spec, out, note, config):
+def _made(spec, out, note, config, kept=False):
     """Make the run; returns what its log says at the end. A run that cannot be measured, as a heap
     that did not form or whose funnel clogged, is kept as a result without metrics, which the
-    designs leave out by name: it never counts as a value, and it does not stop the study."""
+    designs leave out by name: it never counts as a value, and it does not stop the study. `kept`:
+    so is one that became unphysical, both as failed.json."""
     try:
         return f"done: {engines.make(spec, out, note, again=False)['metrics']}"
-    except MeasureError as error:
+    except PHYSICAL as error:
+        if kept:
+            write_failure(out, parse_spec(spec), error)
+            return f"failed: {error}"
+        if not isinstance(error, MeasureError):
+            raise
         if not (Path(out) / STATE).exists():
             write_arrays(Path(out) / STATE, engines.NO_GRAINS)
         refused = {"kind": getattr(error, "kind", "unmeasured"), "reason": str(error)}
@@ -191,16 +201,13 @@ def begin(config: Config, store: RunStore, dry_run: bool) -> None:
     """
     # what only the start of a campaign needs takes a second to load
     from calibration.runs.feasibility import check_ahead, cost_ahead
-    from calibration.runs.verify import hold, is_held, refuse_others, repair, untrusted
+    from calibration.runs.verify import hold, refuse_others, repair, untrusted
 
     check_ahead(config)
     refuse_others(Path(config.results, config.name))
     if not dry_run:
         hold(config.results)
         store = RunStore(config.runs)
-    elif is_held(config.results):
-        text = "another call works here; what it is making now looks changed or missing"
-        print(f"{config.results}: {text}", file=sys.stderr)
     said, faults = untrusted(config, store)
     for sentence in [*said, cost_ahead(config)]:
         print(sentence, file=sys.stderr)
@@ -209,7 +216,7 @@ def begin(config: Config, store: RunStore, dry_run: bool) -> None:
     report(config, store)
 
 
-def report_sometimes(config: Config, store: RunStore, stream: TextIO | None = None) -> None:
+def report_sometimes(config: Config, store: RunStore) -> None:
     """`report`, unless one of the jobs has just done so: in a long campaign of short runs it would
     cost more than they do."""
     stamp = Path(config.results, config.name, ".reported")
@@ -220,7 +227,7 @@ def report_sometimes(config: Config, store: RunStore, stream: TextIO | None = No
         pass  # the first
     stamp.parent.mkdir(parents=True, exist_ok=True)
     stamp.touch()
-    report(config, store, stream)
+    report(config, store)
 
 
 def watch(config: Config) -> None:
@@ -239,10 +246,10 @@ def watch(config: Config) -> None:
     threading.Thread(target=tell, daemon=True).start()
 
 
-def report(config: Config, store: RunStore | None = None, stream: TextIO | None = None) -> None:
-    """Print how far the campaign is, to standard error unless given; the runs of stages not yet
-    planned are counted as expected. store: the `RunStore` of who has one open."""
-    print(sentence(config, store), file=stream or sys.stderr, flush=True)
+def report(config: Config, store: RunStore | None = None) -> None:
+    """Print how far the campaign is; the runs of stages not yet planned are counted as expected.
+    store: the `RunStore` of who has one open."""
+    print(sentence(config, store), file=sys.stderr, flush=True)
 
 
 def sentence(config: Config, store: RunStore | None = None) -> str:
@@ -255,17 +262,26 @@ ADDED_S, ADDED_SHARE = 0.03, 0.02
 planning, checking and writing the workflow then adds less than 50 ms."""
 
 
-def runs_per_job(specs: Mapping[str, dict[str, Any]], chosen: int | None = None) -> int:
-    """Number of runs {name: spec} of a plan that share a process: `chosen`, or as many as make the
-    start of a process cost little beside them. One where a run takes minutes, where the plan has
-    few runs and these are worth the starts, or where nobody knows what a run takes."""
+def batch_count(specs: Mapping[str, dict[str, Any]], chosen: int | None = None) -> int | None:
+    """Number of processes that make the runs {name: spec} of a plan, `chosen` runs each, or so many
+    that their starts cost little beside the runs. None where each run is a job of its own: where a
+    run takes minutes, where the plan has few runs and these are worth the starts, or where nobody
+    knows what a run takes.
+
+    A multiple of LEAST_JOBS, or one of its divisors, unless `chosen`: of 34 heaps in nine jobs of
+    two cores, one core would wait while the other makes the last four."""
     if chosen:
-        return chosen
+        return ceil(len(specs) / chosen) if chosen > 1 else None
     seconds = _seconds_of_each(specs)
-    if not specs or None in seconds:
-        return 1
-    bearable = sum(max(ADDED_S, ADDED_SHARE * s) for s in seconds) / len(seconds)
-    return max(1, min(ceil(START_S / bearable), len(specs) // _least_jobs(sum(seconds))))
+    if not seconds or None in seconds:
+        return None
+    jobs = LEAST_JOBS
+    while jobs > 1 and jobs * START_S > sum(seconds):
+        jobs //= 2
+    bearable = sum(max(ADDED_S, ADDED_SHARE * s) for s in seconds) / START_S
+    if bearable >= len(specs) or 2 * jobs > len(specs):
+        return None
+    return max(jobs, min(int(bearable), len(specs) // 2) // LEAST_JOBS * LEAST_JOBS)
 
 
 def _seconds_of_each(specs):
@@ -280,26 +296,9 @@ def _seconds_of_each(specs):
     return found
 
 
-def _least_jobs(seconds):
-    """LEAST_JOBS, or the largest of 4, 2 and 1 whose starts take less than the runs' `seconds`."""
-    jobs = LEAST_JOBS
-    while jobs > 1 and jobs * START_S > seconds:
-        jobs //= 2
-    return jobs
-
-
-def batch_count(specs: Mapping[str, dict[str, Any]], chosen: int | None = None) -> int | None:
-    """Number of processes that make the runs of a plan; None where each run is a job of its own. A
-    multiple of LEAST_JOBS, or one of its divisors, unless `chosen`: of 34 heaps in nine jobs of two
-    cores, one core would wait while the other makes the last four."""
-    size = runs_per_job(specs, chosen)
-    if size == 1:
-        return None
-    jobs = ceil(len(specs) / size)
-    if chosen:
-        return jobs
-    even = jobs - jobs % LEAST_JOBS
-    return even or 1 << (jobs.bit_length() - 1)
+def batch_of(names: Iterable[str], batches: int) -> dict[str, int]:
+    """{run: number of the process that makes it} of the runs of a plan."""
+    return {name: n % batches for n, name in enumerate(sorted(names))}
 
 
 def run_batch(
@@ -309,39 +308,15 @@ def run_batch(
     done: str | Path,
     log: str | Path,
     config: Mapping[str, Any],
+    kept: bool = False,
 ) -> None:
     """Make every `batches`-th run of a plan, from number `batch` on, as `run_each` does, and write
     their names to `done`; `log` says of each how it ended."""
     try:
-        specs = share_of(plan_file, batch, batches)
+        specs = read_plan(plan_file)
+        own = {name: specs[name] for name, n in batch_of(specs, batches).items() if n == batch}
         with open(log, "w", buffering=1) as stream:
-            run_each(specs, config, lambda text: print(text, file=stream))
-        write_json(done, {"runs": list(specs), "failed": []})
+            run_each(own, config, lambda text: print(text, file=stream), kept)
+        write_json(done, {"runs": list(own)})
     except OSError as error:
         sys.exit(in_words(error))
-
-
-def run_kept_batch(
-    plan_file: str | Path,
-    batch: int,
-    batches: int,
-    done: str | Path,
-    tell: Callable[[], object] = lambda: None,
-) -> None:
-    """The same for a stage that can do without runs that fail physically: `done` lists these, see
-    `simulate`. What the machine did to a run is refused. tell: called after each run."""
-    specs = share_of(plan_file, batch, batches)
-
-    def note(text):
-        print(text, flush=True)
-        tell()
-
-    found = simulate(specs, note=note)
-    failed = [name for name, metrics in found.items() if metrics is None]
-    write_json(done, {"runs": list(specs), "failed": failed})
-
-
-def share_of(plan_file: str | Path, batch: int, batches: int) -> dict[str, dict[str, Any]]:
-    """{run id: spec} of every `batches`-th run of a plan, from number `batch` on."""
-    specs = read_plan(plan_file)
-    return {name: specs[name] for name in sorted(specs)[batch::batches]}

@@ -3,7 +3,7 @@
 A module of its own: who only needs runs does not depend on how batches share and report them.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +17,7 @@ from dem.spec import parse_spec
 
 
 def simulate(
-    specs: Mapping[str, dict[str, Any]],
-    root: str | Path | None = None,
-    note: Callable[[str], object] = lambda text: None,
+    specs: Mapping[str, dict[str, Any]], root: str | Path | None = None
 ) -> dict[str, dict[str, float] | None]:
     """{run id: metrics or None} of {run id: spec}; None where the run fails physically, which is
     kept as failed.json.
@@ -30,12 +28,11 @@ def simulate(
     store, found, faults = RunStore(root), {}, []
     for name, spec in specs.items():
         try:
-            found[name] = _metrics(store, name, spec, note)
+            found[name] = _metrics(store, name, spec)
         except StoppedError:
             raise
         except Exception as error:
             faults.append(f"{name}: {type(error).__name__}: {error}")
-            note(f"{faults[-1]} (not kept: the run is made again)")
     if faults:
         raise CalibrationError(f"{len(faults)} runs could not be made\n" + "\n".join(faults))
     return found
@@ -66,7 +63,7 @@ def named(specs: Iterable[dict[str, Any]]) -> dict[str, dict[str, Any]]:
     return {run_id(s): s for s in specs}
 
 
-def _metrics(store, name, spec, note):
+def _metrics(store, name, spec):
     known = store.current(name) or store.failure(name)
     if known:
         return known["metrics"] or None  # a stage keeps a run without a value as a result
@@ -74,9 +71,7 @@ def _metrics(store, name, spec, note):
     try:
         metrics = engines.make(spec, folder, again=False)["metrics"]
     except PHYSICAL as error:
-        note(f"{name} failed: {error}")
         write_failure(folder, parsed, error)
         return None
     store.entry(name)
-    note(f"{name} done")
     return metrics

@@ -12,7 +12,6 @@ everything counts as current, whatever has changed. A record that is missing or 
 the files are made again.
 """
 
-import fcntl
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -138,13 +137,6 @@ def faults_of(results: str | Path = "results") -> list[Fault]:
     return found + [fault for study in studies for fault in _study_faults(study)]
 
 
-def checked_runs(results: str | Path) -> int:
-    """Number of runs below a folder of results that are finished or kept as failed."""
-    store = RunStore(Path(results) / "runs")
-    found = (store.folder(n) for n in store.names())
-    return sum((f / RESULT).exists() or (f / FAILED).exists() for f in found)
-
-
 def _run_faults(store, full):
     """`Fault`s of runs; not `full`: of those that the store's index does not know as unchanged."""
     for name in store.names():
@@ -244,20 +236,6 @@ def _has(store, run):
     return is_current(engine) and not engines.changed(engine, run, store)
 
 
-def short_batches(folder: str | Path, store: RunStore) -> list[str]:
-    """Return the names of those marks of batches in the folder of a plan that name a run which is
-    missing or cannot be trusted, or that cannot be read."""
-    found = []
-    for mark in sorted(Path(folder).glob("batches/*.json")):
-        try:
-            whole = all(_has(store, run) for run in read_json(mark)["runs"])
-        except (OSError, ValueError, KeyError, TypeError):
-            whole = False
-        if not whole:
-            found.append(mark.name)
-    return found
-
-
 def _plans(folder):
     """Files of the plans in a study's folder."""
     return sorted(p for p in Path(folder).glob("**/plan.json") if inside(Path(folder), p))
@@ -287,36 +265,17 @@ def _set_aside(fault):
         set_aside(file, above[0] if above else None)
 
 
-def is_held(results: str | Path) -> bool:
-    """Return whether another call works in a folder of results."""
-    if _holds(results):
-        return False
-    try:
-        with open(Path(results, ".lock")) as lock:  # FileLock would write to it
-            fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
-    except OSError:  # nobody has worked there, or a file system without locks
-        return False
-    return False
-
-
-def _holds(results):
-    """Return whether this process holds a folder of results, or one that waits for this one."""
-    return str(Path(results).resolve()) in os.environ.get(HELD, "").splitlines()
-
-
 def hold(results: str | Path) -> None:
     """Keep others from working in a folder of results until this process ends. Raises
     CalibrationError where another does; a call that is a job of the one that holds the folder works
     there too."""
-    results = Path(results)
-    if _holds(results):
+    results, held = Path(results), os.environ.get(HELD, "")
+    if str(results.resolve()) in held.splitlines():
         return
     lock = FileLock(results / ".lock")
     try:
         results.mkdir(parents=True, exist_ok=True)
-        lock.acquire(timeout=1)  # a dry run looks at it for a moment
+        lock.acquire(blocking=False)
     except Timeout:
         raise CalibrationError(
             f"{results.resolve()}: another study, or another call of this one, works here; wait "
@@ -328,4 +287,4 @@ def hold(results: str | Path) -> None:
             "give the right to write, or work in another folder"
         ) from None
     _held[results.resolve()] = lock
-    os.environ[HELD] = "\n".join([os.environ.get(HELD, ""), str(results.resolve())])
+    os.environ[HELD] = "\n".join([held, str(results.resolve())])

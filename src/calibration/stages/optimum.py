@@ -54,10 +54,9 @@ def plan_candidate(study: Study, source: NamedFiles, output: NamedFiles) -> None
 
 
 def _ahead(config, factors):
-    """The first runs at the candidate, near the point that the configuration names."""
-    found, count = {"optimum": config.optimise.point}, config.optimise.candidate_runs
-    rows = _rows(config, found, count)
-    return [Points("optimise.point", rows, config.experiment, config.own_run)]
+    """The first runs at the candidate, wherever it will be."""
+    rows = _rows(config, {"optimum": {}}, config.optimise.candidate_runs)
+    return [Points("optimise", rows, config.experiment, config.own_run)]
 
 
 def _rows(config, found, count):
@@ -145,13 +144,14 @@ def _moved(config, region, optimum):
 
 
 def _solved(config, surface, region, output):
-    """The point of the solution set that the configured rule takes."""
-    rules = config.optimise
-    point = [f.coded(rules.point.get(f.name, f.centre)) for f in region]
+    """The point of the solution set that is closest to the region's centre."""
     measured = read_target(config)
     wanted, error = float(measured.mean()), float(measured.std(ddof=1) / np.sqrt(len(measured)))
-    solution = solve(surface, wanted, rules.rule, config.seed, point)
-    _write_points(solution.points, region, output.solutions)
+    solution = solve(surface, wanted, config.seed)
+    points = solution.points.T
+    natural = {f.name: f.natural(levels) for f, levels in zip(region, points, strict=True)}
+    coded = {f"{f.code}_coded": levels for f, levels in zip(region, points, strict=True)}
+    write_table(pd.DataFrame(natural | coded), output.solutions)
     response = figures.response_of(config.target)
     figures.save(contours(surface, region, solution, response), output.contours)
     intervals = [
@@ -163,7 +163,7 @@ def _solved(config, surface, region, output):
         "target_se": error,
         "target_df": len(measured) - 1,
         "attainable": solution.attainable,
-        "rule": solution.rule,
+        "rule": "closest_to_centre",
         "interval_95_others_held": {
             f.name: [f.natural(x) for x in interval]
             for f, interval in zip(region, intervals, strict=True)
@@ -171,14 +171,10 @@ def _solved(config, surface, region, output):
     } | _optimum(config, surface, region, solution.chosen, (solution.low, solution.high))
 
 
-def _confirmation_runs(config):
-    return config.validation.groups * config.validation.replicates
-
-
 def _optimum(config, surface, region, chosen, extent):
     """The chosen point with the response that is expected there, and the extent (low, high) of its
     alternatives."""
-    count = _confirmation_runs(config)
+    count = config.validation.groups * config.validation.replicates
     low, high = surface.confirmation_interval([chosen], count)
     # what differs beyond six digits is the solver's noise, which must not rename the cached
     # validation runs
@@ -195,13 +191,6 @@ def _optimum(config, surface, region, chosen, extent):
             for f, a, b in zip(region, *extent, strict=True)
         },
     }
-
-
-def _write_points(points, region, path):
-    """Table of coded points (m, factors) in natural and coded levels."""
-    natural = {f.name: f.natural(points[:, k]) for k, f in enumerate(region)}
-    coded = {f"{f.code}_coded": points[:, k] for k, f in enumerate(region)}
-    write_table(pd.DataFrame(natural | coded), path)
 
 
 # as the workflow calls them

@@ -6,8 +6,8 @@ run spec. Gravity is the Earth's in every run: a rule that would have it scaled 
 paper applies it, with everything else scaled. The number of grains is the same at every scale.
 
 A quantity that a rule keeps has the same value at every scale. A value is kept if the 95 % interval
-of its difference lies within the margin that does not matter. It is changed if the interval leaves
-out zero and part of it lies beyond the margin. Otherwise it is undecided.
+of its change over the scales lies within the margin that does not matter. It is changed if the
+interval leaves out zero and part of it lies beyond the margin. Otherwise it is undecided.
 """
 
 from collections.abc import Mapping
@@ -175,35 +175,26 @@ HOLDS, FAILS, UNDECIDED = "holds", "fails", "undecided"
 KEPT, CHANGED = "kept", "changed"
 VERDICT = {KEPT: HOLDS, CHANGED: FAILS, UNDECIDED: UNDECIDED}
 FOUND = ("found", "low", "high")
-DIFFERENCE = ("difference", "difference_low", "difference_high")
 ALPHA = 0.05
 EXACT = 0.01  # exponents measured on one contact carry rounding alone
 
 
-def response_table(
-    design: pd.DataFrame, metrics: np.ndarray, margins: Mapping[str, float]
-) -> pd.DataFrame:
-    """Table, a row a case and scale: mean, sd, interval, difference from the first scale with
-    interval, change. n counts the runs with a value; what fewer than two tell is NaN.
+def response_table(runs: pd.DataFrame) -> pd.DataFrame:
+    """Table, a row a case and scale: mean, sd, interval. n counts the runs with a value; what fewer
+    than two tell is NaN.
 
-    design : columns experiment, rule, cohesive, scale, left_in_funnel (grains, heaps only)
-    metrics : (n,) response of each run, NaN without
-    margins : {experiment: difference that does not matter}
+    runs : columns experiment, rule, cohesive, scale, left_in_funnel (grains, heaps only),
+        response, NaN of a run without a value
     """
-    runs, rows = design.assign(response=metrics), []
-    for (experiment, rule, cohesive), case in runs.groupby(
-        ["experiment", "rule", "cohesive"], sort=False
+    rows = []
+    for (experiment, rule, cohesive, scale), group in runs.groupby(
+        ["experiment", "rule", "cohesive", "scale"], sort=False
     ):
-        first = case.loc[case["scale"] == case["scale"].iloc[0], "response"].dropna().to_numpy()
-        for scale, group in case.groupby("scale", sort=False):
-            values = group["response"].dropna().to_numpy()
-            row = {"experiment": experiment, "rule": rule, "cohesive": bool(cohesive)}
-            row |= {"scale": float(scale), "n": len(values)} | mean_interval(values)
-            row |= {"unit": in_ascii(unit_of(RESPONSE[experiment]))}
-            row |= {"left_in_funnel": group["left_in_funnel"].mean()}
-            if scale != case["scale"].iloc[0]:
-                row |= difference(first, values, margins[experiment])
-            rows.append(row)
+        values = group["response"].dropna().to_numpy()
+        row = {"experiment": experiment, "rule": rule, "cohesive": bool(cohesive)}
+        row |= {"scale": float(scale), "n": len(values)} | mean_interval(values)
+        row |= {"unit": in_ascii(unit_of(RESPONSE[experiment]))}
+        rows.append(row | {"left_in_funnel": group["left_in_funnel"].mean()})
     return pd.DataFrame(rows)
 
 
@@ -216,22 +207,6 @@ def mean_interval(values: np.ndarray) -> dict[str, float]:
     mean, quantile = values.mean(), scipy.stats.t.ppf(1 - ALPHA / 2, len(values) - 1)
     half = quantile * scipy.stats.sem(values)
     return dict(zip(columns, (mean, values.std(ddof=1), mean - half, mean + half), strict=True))
-
-
-def difference(first: np.ndarray, values: np.ndarray, margin: float) -> dict[str, Any]:
-    """Difference of the samples values (n,) and first (m,) with its Welch interval, and whether it
-    is kept, changed or undecided, as columns of `response_table`. With fewer than two values in
-    one of them it is undecided."""
-    if min(len(first), len(values)) < 2:
-        return dict.fromkeys(DIFFERENCE, np.nan) | {"change": UNDECIDED}
-    apart = float(values.mean() - first.mean())
-    if values.var() + first.var() == 0.0:  # runs without scatter differ exactly or not at all
-        low = high = apart
-    else:
-        found = scipy.stats.ttest_ind(values, first, equal_var=False)
-        low, high = found.confidence_interval(1 - ALPHA)
-    change = judge(low, high, margin)
-    return dict(zip(DIFFERENCE, (apart, low, high), strict=True)) | {"change": change}
 
 
 def judge(low: float, high: float, margin: float) -> str:
@@ -363,15 +338,16 @@ def scaling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     heap = design["experiment"] == "heap"
     design.loc[heap, "left_in_funnel"] = read_values(design.loc[heap, "run_id"], "in_funnel")
     margins = {"heap": section.margin_deg, "drop": section.margin_restitution}  # type: ignore[union-attr]
-    table = response_table(design, response, margins)
+    runs = design.assign(response=response)
+    table = response_table(runs)
     base = base_run(config, "drop", False)
-    drops = {h: enlarged(base, "drop", PAPER_RULE, h) for h in section.factors}  # type: ignore[union-attr]
+    drops = {h: enlarged(base, "drop", PAPER, h) for h in section.factors}  # type: ignore[union-attr]
     statements = [
         *exponent_statements(measured_exponents(drops)),
         *drop_statements(design),
-        *response_statements(design.assign(response=response), margins),
+        *response_statements(runs, margins),
     ]
-    write_table(design.assign(response=response), output.runs)
+    write_table(runs, output.runs)
     write_table(table, output.table)
     figures.save(scaling_figure(table), output.figure)
     write_json(output.summary, {"statements": statements})

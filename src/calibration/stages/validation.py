@@ -44,7 +44,7 @@ def _replicates(config, levels):
         for g in range(rules.groups)
         for r in range(rules.replicates)
     ]
-    return [Points("optimise.point", pd.DataFrame(rows), config.experiment, config.own_run)]
+    return [Points("validation", pd.DataFrame(rows), config.experiment, config.own_run)]
 
 
 def validation(study: Study, source: NamedFiles, output: NamedFiles) -> None:
@@ -114,7 +114,7 @@ STAGES = (
         title="Validation",
         place=5,
         chain=True,
-        plans=(Plan("validation", lambda config, _: _replicates(config, config.optimise.point)),),
+        plans=(Plan("validation", lambda config, _: _replicates(config, {})),),
         figures=(Figure("validation", ("runs.csv", "validation.json")),),
         tables=(("runs", "Replicates"),),
         sentences=worded("validation"),

@@ -1,16 +1,13 @@
-"""Solving response surfaces for a target: the whole set of solutions and the chosen point."""
+"""Solving response surfaces for a target: the whole set of solutions, and its point closest to the
+centre."""
 
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import scipy
 
 from calibration.statistics.surface import Surface
 from calibration.statistics.ties import first_least
-
-RULES = ("closest_to_centre", "closest_to_point", "smallest_prediction_variance")
-"""Which point of the set is chosen."""
 
 CANDIDATES = 4096
 TOLERANCE = 1e-6  # of the target, or of 1 where the target is smaller
@@ -26,27 +23,18 @@ class Solution:
     chosen: np.ndarray
     predicted: float
     points: np.ndarray
-    rule: str
     low: np.ndarray
     high: np.ndarray
 
 
-def solve(
-    surface: Surface,
-    target: float,
-    rule: str = "closest_to_centre",
-    seed: int = 1,
-    point: npt.ArrayLike | None = None,
-) -> Solution:
-    """All points of the cube [-1, 1]^k where `surface` predicts `target`, and one of them chosen by
-    `rule`.
+def solve(surface: Surface, target: float, seed: int = 1) -> Solution:
+    """All points of the cube [-1, 1]^k where `surface` predicts `target`, and the one of them that
+    is closest to its centre.
 
     The set is a surface in the cube. It is sampled at the crossings with random lines through the
     cube. Its extent and the chosen point are then refined on the set itself. Where the target is
-    out of reach, the point of nearest prediction is returned and `attainable` is False. point:
-    (factors,) coded levels, which the rule `closest_to_point` needs.
+    out of reach, the point of nearest prediction is returned and `attainable` is False.
     """
-    merit = _merit(surface, rule, point)
     points = _crossings(surface, target, len(surface.codes), seed)
     if not len(points):
         # a set too small for the lines to meet: in a corner, on a face, or a stationary point
@@ -55,22 +43,20 @@ def solve(
     if not attainable:
         chosen = low = high = points[0]
     else:
-        chosen = _refine(surface, target, points[np.argmin(merit(points))], merit)
+        start = points[np.argmin(_from_centre(points))]
+        chosen = _refine(surface, target, start, _from_centre)
         low, high = _extent(surface, target, points)
     predicted = float(surface.predict([chosen])[0])
-    return Solution(target, attainable, chosen, predicted, points, rule, low, high)
+    return Solution(target, attainable, chosen, predicted, points, low, high)
 
 
 def _tolerance(target):
     return TOLERANCE * max(abs(target), 1.0)
 
 
-def _merit(surface, rule, point):
-    """Return what the chosen point has least of: a function of points (n, factors)."""
-    if rule == "smallest_prediction_variance":
-        return lambda x: surface.standard_error(x) ** 2
-    centre = np.zeros(len(surface.codes)) if rule == "closest_to_centre" else np.asarray(point)
-    return lambda x: ((np.asarray(x) - centre) ** 2).sum(1)
+def _from_centre(points):
+    """Squared distance (n,) of points (n, factors) from the cube's centre."""
+    return (points**2).sum(1)
 
 
 def _crossings(surface, target, k, seed):

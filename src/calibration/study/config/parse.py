@@ -136,18 +136,12 @@ def _parse(data):
         ("ascent.step", config.ascent.step),
         ("response_surface.centre", config.response_surface.centre),
         ("response_surface.half_width", config.response_surface.half_width),
-        ("optimise.point", config.optimise.point),
         ("joint.factors", config.joint.factors),
         ("posterior.priors", config.posterior.priors),
     ):
         for name in mapping:
             if name not in names:
                 raise at_key(f"{section}.{name}", "is no factor", allowed=", ".join(names))
-    if (config.optimise.rule == "closest_to_point") != bool(config.optimise.point):
-        raise at_key(
-            "optimise.point", "goes with the rule closest_to_point and only with it",
-            config.optimise.point, "a level for one factor or more, or no point with another rule",
-        )  # fmt: skip
     _check_candidate(config)
     config = with_engine(config)
     check_tests(config)

@@ -7,7 +7,6 @@ from typing import Annotated, Any, Literal
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from calibration.statistics.optimise import RULES
 from calibration.study.config.specs import overlay
 from dem.experiments import experiments
 from dem.units import converted
@@ -99,13 +98,11 @@ class SurfaceConfig(_Part):
 
 
 class OptimiseConfig(_Part):
-    """Choice of a point among those that meet the target."""
+    """Runs at the point that meets the target."""
 
-    rule: Literal[RULES] = "closest_to_centre"  # type: ignore[valid-type]
     candidate_runs: int = Field(10, ge=0, le=100)
     candidate_half_width: Positive | None = None
     candidate_at_most: int = Field(100, ge=2, le=1000)
-    point: dict[str, float] = {}
 
 
 class ValidationConfig(_Part):

@@ -16,7 +16,6 @@ from calibration.chain.study import Results
 from calibration.figures import WORDS, Response, label, response_of
 from calibration.files import csv_text, write_text
 from calibration.intake.tables import read_written
-from calibration.runs.mixtures import mixtures
 from calibration.runs.store import RunStore
 from calibration.study.stage import Stage
 from calibration.telling.answer.words import said
@@ -223,7 +222,6 @@ def runs_section(study: Path, stages: Mapping[str, Stage]) -> dict[str, Any] | N
         for stage, own in runs.groupby("stage", sort=False)
     ]
     timed = runs.dropna(subset="wall_time_s").drop_duplicates("run_id")
-    drawn = [(stage, result) for stage, _, result in found]
     total = timed["wall_time_s"].sum() / 60.0
     engines = ", ".join(sorted(runs["engine"].unique()))
     return {
@@ -232,7 +230,6 @@ def runs_section(study: Path, stages: Mapping[str, Stage]) -> dict[str, Any] | N
         "texts": [
             f"{timed['run_id'].nunique()} runs took {total:.1f} minutes of one core, by engine "
             f"{engines}. A run that two stages share was made once.",
-            *(f"{mixture}." for mixture in mixtures(drawn)),
         ],
         "figures": [],
         "tables": [
