@@ -341,7 +341,7 @@ def scaling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     runs = design.assign(response=response)
     table = response_table(runs)
     base = base_run(config, "drop", False)
-    drops = {h: enlarged(base, "drop", PAPER, h) for h in section.factors}  # type: ignore[union-attr]
+    drops = {h: enlarged(base, "drop", PAPER_RULE, h) for h in section.factors}  # type: ignore[union-attr]
     statements = [
         *exponent_statements(measured_exponents(drops)),
         *drop_statements(design),

@@ -226,7 +226,8 @@ def heaps_here(deck: Deck, seeds: Sequence[int]) -> list[dict[str, float]]:
         return list(deck.expected["heaps"])
     mapping, root = deck.spec.model_dump(mode="json"), deck.folder / "heaps"
     specs = named(overlay(mapping, {"seed": seed}) for seed in seeds)
-    simulate(specs, root, partial(print, file=sys.stderr))
+    print(f"pours {len(specs)} heaps of the calibrated model", file=sys.stderr)
+    simulate(specs, root)
     return _enough(profiles(specs, RunStore(root)), seeds, "the calibrated model")
 
 
