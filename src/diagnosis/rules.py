@@ -24,6 +24,23 @@ FAR = 3.0
 readings, from which on an adequate base model is not decided."""
 
 
+@dataclass(frozen=True)
+class Verdict:
+    """Keys of verdict.json: the verdict, why, and the mechanisms that it names."""
+
+    verdict: str
+    reason: str
+    causes: tuple[str, ...] = ()
+
+    def keys(self) -> dict[str, Any]:
+        """The keys of verdict.json."""
+        return {"verdict": self.verdict, "reason": self.reason, "causes": list(self.causes)}
+
+
+OPEN = Verdict("", "")
+"""Before anything is judged."""
+
+
 # --- by the readings ----------------------------------------------------------------------------
 
 
@@ -111,16 +128,15 @@ BY_READINGS: tuple[tuple[str, str, Callable[[Evidence], bool]], ...] = (
 """(a verdict, why, when it is given)."""
 
 
-def by_readings(evidence: Evidence) -> dict[str, Any]:
-    """{verdict, reason, causes} of the first rule of BY_READINGS that applies; causes: the
-    mechanisms that it names."""
+def by_readings(evidence: Evidence) -> Verdict:
+    """The verdict of the first rule of BY_READINGS that applies."""
     verdict, reason = next((word, why) for word, why, holds in BY_READINGS if holds(evidence))
     names: list[str] = []
     if verdict == "identified":
         names = [law["single"] for law in evidence.laws]
     elif verdict == "ambiguous":
         names = [name for law in evidence.laws for name in law["names"]]
-    return {"verdict": verdict, "reason": reason, "causes": list(dict.fromkeys(names))}
+    return Verdict(verdict, reason, tuple(dict.fromkeys(names)))
 
 
 def _open(row):
@@ -160,8 +176,8 @@ def by_runs(told: Mapping[str, Any], rules: Sequence[ByRuns]) -> dict[str, Any]:
         if reason:
             if rule.verdict in ("error", "unexplained"):
                 out |= {"best_tried": _named(out) or out.get("extended_with"), "laws": []}
-            causes = list(dict.fromkeys(rule.causes(out)))
-            out |= {"verdict": rule.verdict, "reason": reason, "causes": causes}
+            causes = tuple(dict.fromkeys(rule.causes(out)))
+            out |= Verdict(rule.verdict, reason, causes).keys()
     return out
 
 

@@ -33,7 +33,7 @@ RIVALS = 4
 def of_found(found: Found, alpha: float) -> dict[str, Any]:
     """The keys of verdict.json that a `Found` gives, gain and limits left open; alpha: chance of a
     false alarm that was allowed."""
-    return found.decided | {
+    return found.decided.keys() | {
         "misfit": found.misfit,
         "laws": found.laws,
         "errors": found.errors,

@@ -362,7 +362,7 @@ def _added(law, readings):
 
 
 def text_of(name: str) -> str:
-    """Formula of a form of a law that multiplies, to be filled in (see `Form`)."""
+    """Formula of a form of a law that multiplies, to be filled in (see FORMS)."""
     if name.startswith(STEP):
         return "{c} below, and exp({k:.3g}) times that above"
     return FORMS[name][1]

@@ -14,7 +14,7 @@ from diagnosis.laws.readings import FREE, from_log, name_of, readings_of
 from diagnosis.measurements import LEAST_SETTINGS
 from diagnosis.next_measurement import propose_setting, words_of
 from diagnosis.page.words import capital, sentence, told
-from diagnosis.rules import Evidence, by_readings
+from diagnosis.rules import OPEN, Evidence, Verdict, by_readings
 from diagnosis.table_model import selection as chosen
 from diagnosis.table_model.block import ERROR, LAW, ROW, Block, KnownCurves, judged, without_row
 from diagnosis.table_model.law import BAND, UNIT, curve, named, strength_limits, unit_of
@@ -39,7 +39,7 @@ class Found:
 
     likeliest: {key of a law: form or mechanism that fits best in its place}; scattered: the misfit
     of what was found with errors from setting to setting, where it does not pass without; decided:
-    what `by_readings` says, empty before `judge` asks it."""
+    the verdict, empty before `judge` gives it."""
 
     misfit: dict
     laws: list
@@ -50,17 +50,17 @@ class Found:
     selection: chosen.Selection = field(repr=False)
     likeliest: dict = field(default_factory=dict, repr=False)
     scattered: dict | None = None
-    decided: dict = field(default_factory=dict)
+    decided: Verdict = OPEN
 
     @property
     def verdict(self) -> str:
         """The word of the verdict."""
-        return self.decided["verdict"]
+        return self.decided.verdict
 
     @property
     def causes(self) -> list[str]:
         """The mechanisms that the verdict names."""
-        return self.decided["causes"]
+        return list(self.decided.causes)
 
     @property
     def p(self) -> float:
