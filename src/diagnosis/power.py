@@ -10,6 +10,7 @@ from bisect import bisect_left
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -139,12 +140,13 @@ def _effects(block, catalogue):
 
 def _detect(bench, curves, told, right):
     """The rest of the row of an effect: its strengths are halved until POWER of data show it."""
-    share, names = bench.shown(curves[-1])
+    shown = cache(lambda k: bench.shown(curves[k]))
+    last = len(curves) - 1
+    share, _ = shown(last)
     if share < POWER:
         return {"detectable": None, "share": share, "right": None, "taken_for": {}}
-    weaker = range(len(curves) - 1)
-    least = bisect_left(weaker, True, key=lambda k: bench.shown(curves[k])[0] >= POWER)
-    share, names = bench.shown(curves[least])
+    least = bisect_left(range(last), True, key=lambda k: shown(k)[0] >= POWER)
+    share, names = shown(least)
     # a term is taken for its place, or by its key where it is no law
     terms = bench.block.terms
     wrong = [n for n in names if (terms[n].place if terms[n].kind == LAW else n) not in right]

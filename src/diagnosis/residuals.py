@@ -291,6 +291,8 @@ class _Residuals:
         table = np.array(list(kept.values())).reshape(len(kept), len(own)).T
         self.low, self.high = (table.min(0), table.max(0)) if kept else (np.zeros(0), np.zeros(0))
         self.x = self.scaled(table)
+        if kept:  # without a lever there is nothing that it could follow
+            self._fit()
 
     def scaled(self, levers):
         """Levers (k, d) over the plan's range, -1 to 1."""
@@ -301,22 +303,24 @@ class _Residuals:
         """The inverse of `scaled`."""
         return self.low * (self.high / self.low) ** (0.5 * (x + 1.0))
 
-    def process(self, x):
-        """Mean and standard deviation (k,) of the discrepancy at x (k, d)."""
+    def _fit(self):
+        """The processes that are tried, and how probable each is."""
         from sklearn.gaussian_process import GaussianProcessRegressor  # a second to import
         from sklearn.gaussian_process.kernels import RBF, ConstantKernel
 
-        means, sds, fits = [], [], []
+        self.processes = []
         for size, length in itertools.product(SIZES * np.median(self.error), LENGTHS):
             # of its level, for an experiment may be off as a whole, and of its shape
             kernel = ConstantKernel(size**2) + ConstantKernel(size**2) * RBF(length)
             process = GaussianProcessRegressor(kernel, alpha=self.error**2, optimizer=None)
-            process.fit(self.x, self.residual)
-            for own, value in zip((means, sds), process.predict(x, return_std=True), strict=True):
-                own.append(value)
-            fits.append(process.log_marginal_likelihood_value_)
-        weight = np.exp(np.array(fits) - max(fits))
-        weight /= weight.sum()
-        mean = weight @ means
-        second = weight @ (np.array(sds) ** 2 + np.array(means) ** 2)
+            self.processes.append(process.fit(self.x, self.residual))
+        fits = np.array([p.log_marginal_likelihood_value_ for p in self.processes])
+        weight = np.exp(fits - fits.max())
+        self.weight = weight / weight.sum()
+
+    def process(self, x):
+        """Mean and standard deviation (k,) of the discrepancy at x (k, d)."""
+        means, sds = zip(*(p.predict(x, return_std=True) for p in self.processes), strict=True)
+        mean = self.weight @ np.array(means)
+        second = self.weight @ (np.array(sds) ** 2 + np.array(means) ** 2)
         return mean, np.sqrt(np.maximum(second - mean**2, 0.0))

@@ -255,17 +255,24 @@ def test_a_study_screens_and_diagnoses_it_and_a_made_up_law_without_another_file
     assert verdict["calibration"]["wall_friction"]["value"] == pytest.approx(0.5, rel=0.05)
 
 
-OWN_LOAD = ROOT / "examples/extend/mechanism"
+SHIPPED = (ROOT / "src/diagnosis/catalogue/uncounted_load.py").read_text()
 
 
-def test_a_file_in_a_folder_joins_the_catalogue():
-    known = load_catalogue(folder=OWN_LOAD)
+@pytest.fixture
+def own_load(tmp_path):
+    """A folder with the file, its mechanism under another name than the catalogue's."""
+    (tmp_path / "my_load.py").write_text(SHIPPED.replace('"uncounted_load"', '"my_load"'))
+    return tmp_path
+
+
+def test_a_file_in_a_folder_joins_the_catalogue(own_load):
+    known = load_catalogue(folder=own_load)
     assert set(known) == set(load_catalogue()) | {"my_load"}
     assert isinstance(known["my_load"], Mechanism)
 
 
-def test_a_tenth_of_a_kilopascal_gives_the_intercept_that_the_page_says():
-    load = load_catalogue(folder=OWN_LOAD)["my_load"]
+def test_a_tenth_of_a_kilopascal_gives_the_intercept_that_the_page_says(own_load):
+    load = load_catalogue(folder=own_load)["my_load"]
     normal = np.array([1.0, 4.0, 8.0])
     read = [load.observe(0.845 * s, {"normal_stress_kPa": s}, 0.1) for s in normal]
     slope, intercept = np.polyfit(normal, read, 1)

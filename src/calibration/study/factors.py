@@ -55,14 +55,14 @@ def _check_names(factors, table):
         for k, v in enumerate(values):
             if v in values[:k]:
                 line = table.rows[k][0]
-                raise _fault(table, line, field, "stands twice", v)
+                raise table.fault(line, field, "stands twice", value=v)
     # codes and names are the columns of the design tables
     taken = {f.code for f in factors} | RESERVED
     for f, (line, _) in zip(factors, table.rows, strict=True):
         for field, used in (("code", RESERVED), ("name", taken)):
             if getattr(f, field) in used:
                 reason = "is the name of another column of the design tables"
-                raise _fault(table, line, field, reason, getattr(f, field))
+                raise table.fault(line, field, reason, value=getattr(f, field))
 
 
 def factor_of(factors: Sequence[Factor], key: str) -> Factor:
@@ -76,22 +76,18 @@ def factor_of(factors: Sequence[Factor], key: str) -> Factor:
 def _factor(table, line, row):
     for column in ("code", "name", "key"):
         if not row[column]:
-            raise _fault(table, line, column, "is empty")
+            raise table.fault(line, column, "is empty")
     for column in ("code", "name"):
         if not re.fullmatch(NAME, row[column]):
             allowed = "a letter, then letters, digits, blanks, _, -, . and brackets"
-            raise _fault(table, line, column, f"is no {column} of a factor", row[column], allowed)
+            reason = f"is no {column} of a factor"
+            raise table.fault(line, column, reason, value=row[column], allowed=allowed)
     given = row["code"], row["name"], row["key"]
     low, high = (plausible_number(table, line, c, row[c], row["key"]) for c in ("low", "high"))
     if low >= high:
-        raise _fault(table, line, "high", "must be above low", high, f"more than {low:g}")
+        allowed = f"more than {low:g}"
+        raise table.fault(line, "high", "must be above low", value=high, allowed=allowed)
     return Factor(*given, low, high, row.get("description", ""))
-
-
-def _fault(table, line, column, reason, value=None, allowed=None):
-    """The error of a cell."""
-    where = {"path": table.path, "line": line, "column": column}
-    return ConfigError(reason, **where, value=value, allowed=allowed)
 
 
 def physical_range(key: str, experiment: str) -> tuple[float, float]:

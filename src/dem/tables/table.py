@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 from dem.errors import InputError, refused
 from dem.io.files import rows_of
@@ -58,6 +59,10 @@ class Table:
             near = f"; did you mean {near[0]}?" if near else ""
             place = {"path": self.path, "line": self.header_line, "column": missing}
             raise refused("no column", **place, near=near, names=", ".join(self.header))
+
+    def fault(self, line: int, column: str, reason: str, **more: Any) -> InputError:
+        """The error of a cell; more: its `value`, and what is `allowed`."""
+        return InputError(reason, path=self.path, line=line, column=column, **more)
 
     def number(
         self,

@@ -12,6 +12,5 @@ MECHANISM = Mechanism(
     source="Wensrich, Katterfeld (2012), Powder Technol. 217:409",
     experiments=("heap",),
     strength=Strength("length over width", "1", 1.0, LONGEST, off=1.0),
-    # two bonded spheres with the volume of the stated one
     apply=lambda spec, s: overlay(spec, {"particles": {"elongation": s}}),
 )

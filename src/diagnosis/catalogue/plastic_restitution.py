@@ -9,7 +9,6 @@ MECHANISM = Mechanism(
     source="Thornton (1997), J. Appl. Mech. 64:383",
     experiments=("drop",),
     strength=Strength("yield speed", "m/s", 0.1, 4.0, log=True, off=4.0),
-    # the restitution of the base model holds below the yield speed
     apply=setting("damping", "plastic", "yield_velocity_m_s"),
     law=("restitution", ("speed",)),
 )

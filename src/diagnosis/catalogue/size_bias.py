@@ -10,6 +10,5 @@ MECHANISM = Mechanism(
     source="sieving passes grains by their second largest dimension",
     experiments=("heap",),
     strength=Strength("true over stated diameter", "1", 0.75, 1.3, off=1.0),
-    # the number of grains is kept
     apply=lambda spec, s: overlay(spec, {"particles": {"scale_factor": coarse(spec) * s}}),
 )

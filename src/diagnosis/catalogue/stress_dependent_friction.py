@@ -11,7 +11,6 @@ MECHANISM = Mechanism(
     source="Archard (1957), Proc. R. Soc. A 243:190",
     experiments=("tilt", "shear"),
     strength=Strength("exponent", "1", 0.0, 1 / 3),
-    # mu = mu0 (F / F0)^-n
     apply=setting(
         "friction", "stress_dependent", "friction_exponent", friction_reference_force_N=HEAVY
     ),

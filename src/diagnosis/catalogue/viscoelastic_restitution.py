@@ -8,7 +8,6 @@ MECHANISM = Mechanism(
     source="Brilliantov, Spahn, Hertzsch, Poeschel (1996), Phys. Rev. E 53:5382",
     experiments=("drop",),
     strength=Strength("dissipation time", "s", 2e-6, 4e-5, log=True),
-    # in place of a dashpot with a constant restitution
     apply=setting("damping", "viscoelastic", "viscoelastic_time_s"),
     law=("restitution", ("speed",)),
 )

@@ -9,7 +9,6 @@ MECHANISM = Mechanism(
     source="Johnson, Kendall, Roberts (1971), Proc. R. Soc. A 324:301",
     experiments=("tilt", "drop"),
     strength=Strength("wall surface energy", "J/m2", 0.0, 2e-4),
-    # grains do not attract each other
     apply=setting("cohesion", "jkr", "wall_surface_energy_J_m2"),
     law=("attraction", ("size",)),
 )

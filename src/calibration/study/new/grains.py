@@ -219,8 +219,8 @@ def _sieved(path):
     for (line, _), size in zip(table.rows, sizes, strict=True):
         # what passes no sieve may stand beside the pan, a sieve of 0
         if size < 0 or (size == 0 and not passing):
-            raise ConfigError("is no size", path=path, line=line, column=columns["diameter_mm"],
-                              value=size, allowed="more than 0 mm")  # fmt: skip
+            column, allowed = columns["diameter_mm"], "more than 0 mm"
+            raise table.fault(line, column, "is no size", value=size, allowed=allowed)
     shares = table.numbers(columns[share])
     if share == "retained":
         shares = _passing(table, columns[share], sizes, shares)
@@ -233,8 +233,7 @@ def _passing(table, heading, sieves, retained):
     total, unit = sum(retained), table.units[heading]
     for (line, row), mass in zip(table.rows, retained, strict=True):
         if mass < 0:
-            where = {"path": table.path, "line": line, "column": heading, "value": row[heading]}
-            raise ConfigError("is no mass", **where, allowed="0 or more")
+            raise table.fault(line, heading, "is no mass", value=row[heading], allowed="0 or more")
     if not total > 0 or (unit == "%" and abs(total - 100) > 1):
         hint = "; is it the sum over the coarser sieves?" if total > 101 and unit == "%" else ""
         raise ConfigError(

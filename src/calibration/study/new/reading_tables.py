@@ -44,8 +44,8 @@ def _pointed(table, line, row):
     for heading, comma in found.items():
         if comma and len(comma[2]) == 3:
             reason = f"can be read in two ways, {comma[1]}.{comma[2]} or {comma[1]}{comma[2]}"
-            where = {"path": table.path, "line": line, "column": heading, "value": row[heading]}
-            raise ConfigError(reason, **where, allowed="one of these, best as a number")
+            allowed = "one of these, best as a number"
+            raise table.fault(line, heading, reason, value=row[heading], allowed=allowed)
     return row | {h: f"{m[1]}.{m[2]}{m[3] or ''}" for h, m in found.items() if m}
 
 
@@ -109,8 +109,8 @@ def _columns(method: Method, table: Table) -> dict[str, Question]:
         q = next((q for q in method.asked if named in _names(q)), None)
         if q in columns.values():
             first = next(h for h, other in columns.items() if other == q)
-            where = {"path": table.path, "line": table.header_line, "column": heading}
-            raise ConfigError(f"means the same as {first}", **where, allowed="one of them")
+            reason = f"means the same as {first}"
+            raise table.fault(table.header_line, heading, reason, allowed="one of them")
         columns |= {heading: q} if q else {}
     if not columns and len(table.header) == 1:
         return {table.header[0]: method.readings[0]}
