@@ -259,6 +259,10 @@ def starts_code():
     """The page of what may start code that is not this project's own."""
     text = "# What may start code\n\n"
     text += "[How to allow it](../configuration.md#what-may-start-code).\n\n"
+    text += "A configuration starts nothing. snakemake reads it by YTE, which runs Python in a "
+    text += "file that asks for it (`__use_yte__`), before any rule or script of the project "
+    text += "begins. Only what a profile defines runs earlier. So the project's profiles put a "
+    text += "reader of plain data in the place of YTE's; a check in the workflow is too late.\n\n"
     text += "| what | what is run | who allows it |\n|---|---|---|\n"
     with open(ROOT / "docs/starts_code.csv", encoding="utf-8") as table:
         rows = list(csv.DictReader(table))
