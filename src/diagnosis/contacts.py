@@ -14,11 +14,10 @@ from calibration.statistics.numbers import NORMAL_95
 from calibration.study.factors import Factor
 from diagnosis import extend
 from diagnosis.catalogue import Mechanism
-from diagnosis.fit import data_of
 from diagnosis.laws.engine_gain import Engine, compared, gain_of, not_run
 from diagnosis.laws.known import COEFFICIENT, integrated, known_curves, with_coefficient
 from diagnosis.laws.readings import EXPONENT, FREE, from_log, readings_of
-from diagnosis.residuals import by_chance, calibrated, residual_rows, trends
+from diagnosis.residuals import calibrated, residual_rows
 from diagnosis.rig import Rig
 from diagnosis.rules import OF_CONTACTS, by_runs, without_names
 from diagnosis.settings import Settings, of_run
@@ -103,30 +102,14 @@ def defaults_of(settings: Settings, experiments: Iterable[str]) -> dict[str, dic
 def findings(
     measurements: list[Measurement], found: Found, settings: Settings, factors: Sequence[Factor]
 ) -> dict[str, Any]:
-    """The mapping of verdict.json from a `Found`, the engine's word left open."""
-    shown = base(measurements, settings, factors, found)
-    return shown | of_found(found, settings.alpha)
+    """The mapping of verdict.json from a `Found`, the engine's word left open.
 
-
-def base(
-    measurements: list[Measurement],
-    settings: Settings,
-    factors: Sequence[Factor],
-    found: Found,
-) -> dict[str, Any]:
-    """The constants fitted to the measurements: calibration, lack_of_fit, patterns and residuals.
-
-    found: the `Found` of the measurements, whose single rows do not count."""
-    aside = {r["setting"] for r in found.rows if r["setting"] is not None}
-    kept = [i for i in range(len(measurements)) if i not in aside]
-    levels = _levels([measurements[i] for i in kept])
-    stated = data_of(measurements).error[0]
-    drawn = by_chance(measurements, stated, stated)
-    rows = residual_rows(measurements, drawn, 0.0, **_by_constant(measurements, levels))
-    return {
+    The constants are fitted without the single rows that were found."""
+    aside = {r["setting"] for r in found.rows}
+    levels = _levels([m for i, m in enumerate(measurements) if i not in aside])
+    return of_found(found, settings.alpha) | {
         "calibration": _calibration(settings, factors, levels),
-        "patterns": trends([rows[i] for i in kept], drawn[:, kept]),
-        "residuals": rows,
+        "residuals": residual_rows(measurements, **_by_constant(measurements, levels)),
         "lack_of_fit": found.misfit,
     }
 

@@ -63,7 +63,7 @@ STAGES = (
         title="What the calibrated model gets wrong",
         place=6,
         plans=tuple(Plan(folder, batches=batches, kept=True) for folder in PLANS),
-        figures=tuple(map(Figure, ("gain", "predictions", "ranking", "residuals"))),
+        figures=tuple(map(Figure, ("gain", "ranking", "residuals"))),
         tables=(("residuals", "Residuals"),),
         made_by="diagnose",
         also_made_by=_rules,

@@ -30,11 +30,6 @@ def _panels(rows):
     return panels + ([(None, None, single)] if single else [])
 
 
-def _draw_axes(panels, height=3.2):
-    figure, axes = subplots(1, len(panels), size=(3.4 * len(panels), height), squeeze=False)
-    return figure, zip(axes[0], panels, strict=True)
-
-
 def _places(rows, lever):
     """Where rows stand along a lever; without one their names, in lines so short that neighbours do
     not meet."""
@@ -59,39 +54,27 @@ def _name_axis(axis, kind, lever):
     axis.xaxis.set_minor_formatter(ticker.NullFormatter())
 
 
-def residual_figure(rows: Sequence[Mapping[str, Any]]) -> Figure:
-    """Standardised residuals of the base model along every lever that varies."""
-    figure, drawn = _draw_axes(_panels(rows))
-    for axis, (kind, lever, own) in drawn:
+def residual_figure(
+    rows: Sequence[Mapping[str, Any]], extended: np.ndarray | None = None, name: str = ""
+) -> Figure:
+    """Standardised residuals along every lever that varies: of the base model and, where it
+    predicts the values `extended` (n,), of the model with `name`."""
+    after = np.full(len(rows), np.nan) if extended is None else extended
+    own_after = dict(zip(map(id, rows), after, strict=True))
+    panels = _panels(rows)
+    figure, axes = subplots(1, len(panels), size=(3.4 * len(panels), 3.2), squeeze=False)
+    for axis, (kind, lever, own) in zip(axes[0], panels, strict=True):
         axis.axhspan(-2, 2, color=GREY, alpha=0.15, linewidth=0)
         axis.axhline(0, color=GREY, linewidth=1)
+        x = _places(own, lever)
         y = [r["standardised"] for r in own]
-        axis.plot(_places(own, lever), y, "o", color=BLUE)
+        axis.plot(x, y, "o", color=BLUE, label="base model")
+        if extended is not None:
+            left = [(r["measured"] - own_after[id(r)]) / r["sd"] for r in own]
+            axis.plot(x, left, "s", color=ORANGE, mfc="none", label=f"with {label(name)}")
+            axis.legend(fontsize=8, frameon=False)
         _name_axis(axis, kind, lever)
         axis.set_ylabel("(measured - model) / sd")
-    return figure
-
-
-def prediction_figure(
-    rows: Sequence[Mapping[str, Any]], extended: np.ndarray | None, name: str
-) -> Figure:
-    """Measured values over the predictions of the base model (rows) and of the extended one
-    (values, or None)."""
-    predicted = {} if extended is None else dict(zip(map(id, rows), extended, strict=True))
-    figure, drawn = _draw_axes(_panels(rows), 3.6)
-    for axis, (kind, lever, own) in drawn:
-        x = _places(own, lever)
-        base = np.array([r["predicted"] for r in own])
-        ratio = np.array([r["measured"] for r in own]) / base
-        error = [2.0 * r["sd"] for r in own] / base
-        axis.axhline(1, color=GREY, linewidth=1)
-        axis.errorbar(x, ratio, error, fmt="o", color=BLUE, capsize=3, label="measured, ±2 sd")
-        if predicted:
-            after = np.array([predicted[id(r)] for r in own]) / base
-            axis.plot(x, after, "s", color=ORANGE, mfc="none", label=f"with {label(name)}")
-        _name_axis(axis, kind, lever)
-        axis.set_ylabel("value / prediction of the base model")
-        axis.legend(fontsize=8, frameon=False)
     return figure
 
 

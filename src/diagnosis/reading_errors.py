@@ -60,32 +60,14 @@ def stated_sd(measurements: Sequence[Measurement], own: np.ndarray | None = None
     return unit * out
 
 
-def redrawn_error(
-    measurements: Sequence[Measurement],
-    error: np.ndarray,
-    replicates: int,
-    rng: np.random.Generator,
-) -> np.ndarray:
-    """Standard errors (replicates, n) that laboratories would state of readings whose true ones are
-    `error` (n,): the spreads of their replicates drawn anew."""
-    n = np.array([m.n for m in measurements], float)
-    found = found_spread(n, replicates, rng)
-    return stated_sd(measurements, error * np.sqrt(n) * found) / np.sqrt(n)
-
-
-def found_spread(n: np.ndarray, replicates: int, rng: np.random.Generator) -> np.ndarray:
-    """Spreads (replicates, k) that n (k,) replicates find, over the true one."""
-    freedom = np.maximum(n - 1.0, 1.0)
-    draws = rng.chisquare(freedom, (replicates, len(n))) / freedom
-    return np.where(n > 1, np.sqrt(draws), 1.0)
-
-
 def redrawn_share(
     error: np.ndarray, n: np.ndarray, replicates: int, rng: np.random.Generator
 ) -> np.ndarray:
     """Errors (replicates, k) that laboratories would state over the true ones `error` (k,), of
     settings of one experiment with n (k,) replicates."""
-    found, some = found_spread(n, replicates, rng), n > 1
+    freedom, some = np.maximum(n - 1.0, 1.0), n > 1
+    draws = rng.chisquare(freedom, (replicates, len(n))) / freedom
+    found = np.where(some, np.sqrt(draws), 1.0)  # the spread of the replicates over the true one
     if some.any():
         true = error[some] * np.sqrt(n[some])
         found[:, some] = _with_doubt(true * found[:, some], n[some] - 1.0, {}) / true

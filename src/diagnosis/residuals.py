@@ -1,10 +1,5 @@
-"""What the calibrated base model gets wrong: residuals along each lever with a sentence for each
-pattern, and the discrepancy over the levers, which is shown where nothing that was tried explains
-it.
-
-Chances are simulated. A spread that few replicates give is an error itself, so a residual over it
-follows no normal law. What the fit takes up of a pattern is not simulated: where many parameters
-are calibrated the chances are upper bounds.
+"""What the calibrated base model gets wrong: residuals along each lever in words, and the
+discrepancy over the levers, which is shown where nothing that was tried explains it.
 
 The discrepancy of each experiment is a Gaussian process over the logarithms of its levers; its size
 and its smoothness are averaged over a grid by their likelihood (Kennedy and O'Hagan 2001, J. R.
@@ -23,58 +18,22 @@ from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import LEVERS, QUANTITIES
 from calibration.statistics.numbers import NORMAL_95
 from calibration.statistics.ties import first_largest
-from diagnosis.chance import share_above
 from diagnosis.design import WIDENED
 from diagnosis.fit import Fit
 from diagnosis.model import Model
 from diagnosis.next_measurement import DECIMALS
 from diagnosis.page.words import at as at_lever
 from diagnosis.page.words import told
-from diagnosis.reading_errors import redrawn_error
-
-P_TREND = 0.01
-DRAWS = 4000
-
-
-def by_chance(
-    measurements: Sequence[Measurement], error: np.ndarray, sd: np.ndarray, draws: int = DRAWS
-) -> np.ndarray:
-    """Residuals (draws, n) that chance makes where nothing is missing, in units of the sd that the
-    laboratory and the model would state.
-
-    error: (n,) standard errors of the readings; sd: (n,) with the model's own beside them."""
-    rng = np.random.default_rng(22)
-    model = np.sqrt(np.maximum(sd**2 - error**2, 0.0))
-    noise = error * rng.standard_normal((draws, len(error)))
-    noise += model * rng.standard_normal((draws, len(error)))
-    return noise / np.hypot(redrawn_error(measurements, error, draws, rng), model)
-
-
-def tails(measurements: Sequence[Measurement], drawn: np.ndarray, off: np.ndarray) -> np.ndarray:
-    """Two-sided tail probabilities (n,) of settings that are `off` (n,), among the residuals
-    `drawn` (r, n) of all settings of their experiment."""
-    kinds = np.array([m.experiment for m in measurements])
-    out = np.empty(len(kinds))
-    for kind in set(kinds):
-        own = kinds == kind
-        out[own] = share_above(np.abs(drawn[:, own]).ravel(), np.abs(off[own]))
-    return out
 
 
 def residual_rows(
-    measurements: Sequence[Measurement],
-    drawn: np.ndarray,
-    leverage: np.ndarray | float,
-    **values: np.ndarray,
+    measurements: Sequence[Measurement], **values: np.ndarray
 ) -> list[dict[str, Any]]:
-    """A mapping for each condition: its levers and what was recorded beside, measured, what is
-    `values` (n,) of all, and the tail probability of a setting that is left out.
+    """A mapping for each condition: its levers and what was recorded beside, measured, and what is
+    `values` (n,) of all.
 
-    drawn: see `by_chance`; leverage: (n,) of the fit. Values are `predicted` (with what its batch
-    and its instrument add), its `sd`, of emulated experiments that of the reading alone,
-    `reading_sd`, and the residual in sd, `standardised`."""
-    off = values["standardised"] / np.sqrt(1.0 - leverage)
-    values["predictive_p"] = tails(measurements, drawn, off)
+    Values are `predicted` (with what its batch and its instrument add), its `sd`, of emulated
+    experiments that of the reading alone, `reading_sd`, and the residual in sd, `standardised`."""
     return [
         {"experiment": m.experiment, "levers": m.levers | m.covariates, "measured": m.value}
         | {key: float(own[i]) for key, own in values.items()}
@@ -82,77 +41,36 @@ def residual_rows(
     ]
 
 
-def trends(rows: Sequence[dict[str, Any]], drawn: np.ndarray) -> list[dict[str, Any]]:
-    """Return what the residuals show beyond noise: slopes along a lever, experiments off as a
-    whole, single settings; drawn: see `by_chance`.
-
-    Each mapping: kind (trend, offset or setting), experiment, lever and slope (None but for a
-    trend), p, sentence."""
+def patterns(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """[{experiment, lever, sentence}]: how far the readings of the rows of `residuals` are from the
+    model at both ends of each lever that varies, or over all settings of an experiment of which no
+    lever shows it (lever None)."""
     out = []
     for kind in dict.fromkeys(r["experiment"] for r in rows):
-        at = [k for k, r in enumerate(rows) if r["experiment"] == kind]
-        own, noise = [rows[k] for k in at], drawn[:, at]
-        levers = dict.fromkeys(n for r in own for n in r["levers"])
-        found = [t for t in (_trend(kind, lever, own, noise) for lever in levers) if t]
-        out += found or [o for o in (_offset(kind, own, noise),) if o]
-    known = {p["experiment"] for p in out}
-    return out + [
-        _setting(r)
-        for r in rows
-        if r["experiment"] not in known and r["predictive_p"] < P_TREND / len(rows)
-    ]
+        own = [r for r in rows if r["experiment"] == kind]
+        head, found = f"The measured {QUANTITIES[kind].words}", []
+        for lever in dict.fromkeys(n for r in own for n in r["levers"]):
+            at = [r["levers"].get(lever, np.nan) for r in own]
+            ends = [[r for r, v in zip(own, at, strict=True) if v == end]
+                    for end in (np.nanmax(at), np.nanmin(at))]  # fmt: skip
+            told = [f"{_distance(e)} at {at_lever(lever, e[0]['levers'][lever])}" for e in ends]
+            if ends[0] != ends[1] and not all(map(_agrees, ends)):
+                found.append((lever, f"{head} {', and '.join(told)}."))
+        if not found and not _agrees(own):
+            where = f"over its {len(own)} settings" if len(own) > 1 else "at its one setting"
+            found = [(None, f"{head} {_distance(own)} {where}.")]
+        out += [{"experiment": kind, "lever": n, "sentence": text} for n, text in found]
+    return out
 
 
-def _trend(kind, lever, rows, drawn):
-    """The slope of the residuals along a lever, where it is more than noise (p below P_TREND)."""
-    at = [k for k, r in enumerate(rows) if lever in r["levers"]]
-    some = [rows[k] for k in at]
-    x = np.array([r["levers"][lever] for r in some])
-    if len(some) < 3 or len(set(x)) < 2:
-        return None
-    r = np.array([row["standardised"] for row in some])
-    shape = np.log(x) if (x > 0.0).all() else x
-    shape = shape - shape.mean()
-    slope = float((shape * r).sum() / (shape**2).sum())
-    p = share_above(np.abs(drawn[:, at] @ shape), abs(float(shape @ r)))
-    if p > P_TREND:
-        return None
-    parts = []
-    for end in (x.max(), x.min()):
-        own = [row for row, v in zip(some, x, strict=True) if v == end]
-        parts.append(f"{_distance(own)} at {at_lever(lever, end)}")
-    sentence = f"The measured {QUANTITIES[kind].words} {parts[0]}, and {parts[1]}."
-    return _pattern("trend", kind, p, sentence, lever, slope)
-
-
-def _offset(kind, rows, drawn):
-    """All settings of an experiment off to one side."""
-    r = np.array([row["standardised"] for row in rows])
-    p = share_above(np.abs(drawn.sum(1)), abs(float(r.sum())))
-    if p > P_TREND:
-        return None
-    where = f"over its {len(rows)} settings" if len(rows) > 1 else "at its one setting"
-    sentence = f"The measured {QUANTITIES[kind].words} {_distance(rows)} {where}."
-    return _pattern("offset", kind, p, sentence)
-
-
-def _setting(row):
-    """One setting at odds with what the others say; an experiment without levers has one."""
-    where = " and ".join(at_lever(lever, v) for lever, v in row["levers"].items())
-    place = f" at {where} alone" if where else ""
-    sentence = f"The measured {QUANTITIES[row['experiment']].words}{place} {_distance([row])}."
-    return _pattern("setting", row["experiment"], row["predictive_p"], sentence)
-
-
-def _pattern(kind, experiment, p, sentence, lever=None, slope=None):
-    found = {"kind": kind, "experiment": experiment, "lever": lever, "slope": slope}
-    return found | {"p": p, "sentence": sentence}
+def _agrees(rows):
+    """Return whether the mean of rows agrees with the model within one standard error."""
+    return abs(np.mean([r["standardised"] for r in rows])) * np.sqrt(len(rows)) < 1.0
 
 
 def _distance(rows):
-    """Mean distance of the measured values from the model in words; agreement within one standard
-    error."""
-    if abs(np.mean([r["standardised"] for r in rows])) * np.sqrt(len(rows)) < 1.0:
+    """Mean distance of the measured values from the model in words."""
+    if _agrees(rows):
         return "agrees with the model"
     share = np.mean([r["measured"] / r["predicted"] - 1.0 for r in rows])
     return f"{'exceeds' if share > 0 else 'falls short of'} the model by {100 * abs(share):.2g} %"

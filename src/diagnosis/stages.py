@@ -69,8 +69,7 @@ def name_causes(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     rows = told["residuals"]
     table = pd.DataFrame([r | r["levers"] for r in rows]).drop(columns="levers")
     write_table(table, output.table)
-    common.save(figures.residual_figure(rows), output.residuals)
-    common.save(figures.prediction_figure(rows, extended, name), output.predictions)
+    common.save(figures.residual_figure(rows, extended, name), output.residuals)
     common.save(figures.ranking_figure(told), output.ranking)
 
 
@@ -145,8 +144,7 @@ def conclude(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
         told["extended_with"] = extension["mechanisms"]
     if not setup.of_contacts:
         told = by_runs(told, OF_SIMULATED)
-    if told["verdict"] == "unexplained" and "discrepancy" not in told:
-        told |= verdict.unexplained(told["residuals"])
+    told = verdict.with_patterns(told, settings)
     told["first_lines"] = first_lines(told)
     verdict.validate(told)
     common.save(figures.gain_figure(told["gain"]), output.gain)

@@ -18,10 +18,10 @@ from diagnosis.measurements import Measured
 from diagnosis.model import Model
 from diagnosis.next_measurement import propose
 from diagnosis.page import words
-from diagnosis.residuals import by_chance, calibration, moved, residual_rows, trends
+from diagnosis.residuals import calibration, moved, residual_rows
 from diagnosis.rig import combine
 from diagnosis.rules import NAMED
-from diagnosis.settings import BASE
+from diagnosis.settings import BASE, Settings
 from diagnosis.table_model.found import Found, give_strengths
 from diagnosis.table_model.law import limits
 
@@ -31,7 +31,7 @@ RIVALS = 4
 
 
 def of_found(found: Found, alpha: float) -> dict[str, Any]:
-    """The keys of verdict.json that a `Found` gives, gain and limits left open; alpha: chance of a
+    """The keys of verdict.json that a `Found` gives, gain, limits and patterns left open; alpha: chance of a
     false alarm that was allowed."""
     return found.decided.keys() | {
         "misfit": found.misfit,
@@ -40,6 +40,7 @@ def of_found(found: Found, alpha: float) -> dict[str, Any]:
         "rows": found.rows,
         "next_measurement": found.next_setting,
         "gain": None,
+        "patterns": [],
         "family_p": found.p,
         "threshold_level": alpha,
         "null_threshold_best": found.selection.threshold,
@@ -48,13 +49,12 @@ def of_found(found: Found, alpha: float) -> dict[str, Any]:
 
 
 def base(bulk: Bulk, p: float) -> dict[str, Any]:
-    """The base model fitted to a table of simulated tests: calibration, lack_of_fit, patterns and
-    residuals. p: chance of its misfit."""
-    error, fitted = bulk.data.error[0], bulk.fitted
-    drawn = by_chance(bulk.measurements, error, fitted.sd[0])
+    """The base model fitted to a table of simulated tests: calibration, lack_of_fit and residuals.
+    p: chance of its misfit."""
+    fitted = bulk.fitted
     rows = residual_rows(
-        bulk.measurements, drawn, fitted.leverage[0], predicted=fitted.expected[0],
-        sd=fitted.sd[0], reading_sd=error, standardised=fitted.residual[0],
+        bulk.measurements, predicted=fitted.expected[0], sd=fitted.sd[0],
+        reading_sd=bulk.data.error[0], standardised=fitted.residual[0],
     )  # fmt: skip
     # the chi-square of the readings, and beside it the deviance of tests without a value
     out = {"chi_square": float(fitted.chi_square[0]), "freedom": float(fitted.freedom[0])}
@@ -63,14 +63,13 @@ def base(bulk: Bulk, p: float) -> dict[str, Any]:
     return {
         "calibration": calibration(bulk.base, fitted),
         "lack_of_fit": out | {"p": p},
-        "patterns": trends(rows, drawn),
         "residuals": rows,
     }
 
 
 def findings(bulk: Bulk, found: Found, alpha: float) -> dict[str, Any]:
     """The mapping without its gain, of a table of simulated tests."""
-    catalogue, settings = bulk.emulated.catalogue, bulk.emulated.settings
+    catalogue = bulk.emulated.catalogue
     out = of_found(found, alpha) | base(bulk, found.misfit["p"])
     out["misfit"] = out["lack_of_fit"]
     out["coefficients"] = {
@@ -79,13 +78,7 @@ def findings(bulk: Bulk, found: Found, alpha: float) -> dict[str, Any]:
     strong = give_strengths(found, catalogue)
     for row in found.laws:
         row["sentence"] = _told(row, strong[row["key"]], catalogue)
-    if out["verdict"] == "unexplained":
-        out |= unexplained(
-            out["residuals"],
-            {k: e.levers for k, e in settings.experiments.items()},  # type: ignore[misc]  # `setup` fills it in
-        )
-    else:
-        out["next_measurement"] = _next(bulk, found)
+    out["next_measurement"] = _next(bulk, found)
     names = extension(bulk, found)
     model, likeliest = bulk.fit(names)
     out["scatter"] = reading_errors.scatter(likeliest.shared_errors(bulk.data))
@@ -126,13 +119,19 @@ def _told(row, strong, catalogue):
     return "" if len(row["names"]) == 1 else words.told("acts.j2", row=row, law=law, s=s)
 
 
-def unexplained(
-    rows: Sequence[Mapping[str, Any]], ranges: Mapping[str, Mapping[str, Any]] | None = None
-) -> dict[str, Any]:
-    """Return what stands in a verdict that explains nothing: the discrepancy over the levers, and
-    the setting where it is least known."""
-    asked = residuals.least_known(rows, ranges)
-    return {"discrepancy": residuals.curves(rows)} | ({"next_measurement": asked} if asked else {})
+def with_patterns(told: Mapping[str, Any], settings: Settings) -> dict[str, Any]:
+    """The mapping with how far the readings are from the model, where something is wrong; where
+    nothing explains it also with the discrepancy over the levers, and the setting at which that is
+    least known."""
+    rows, aside = told["residuals"], {r.get("setting") for r in told["rows"]}
+    wrong = told["verdict"] not in words.WITHOUT
+    kept = [r for i, r in enumerate(rows) if wrong and i not in aside]
+    out = {**told, "patterns": residuals.patterns(kept)}
+    if out["verdict"] == "unexplained":
+        ranges = {k: e.levers for k, e in settings.experiments.items()}
+        out["discrepancy"] = residuals.curves(rows)
+        out["next_measurement"] = residuals.least_known(rows, ranges) or out["next_measurement"]  # type: ignore[arg-type]  # `setup` fills it in
+    return out
 
 
 def _next(bulk, found):

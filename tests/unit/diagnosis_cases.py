@@ -58,11 +58,10 @@ def trained(rig, known, kinds, answer=closed_form):
     return Emulated(emulators, rig.settings, rig.factors, known, failures)
 
 
-def residual(experiment, levers, measured, predicted, sd=1.0, p=0.5):
+def residual(experiment, levers, measured, predicted, sd=1.0):
     """A row of `residuals`."""
     return {"experiment": experiment, "levers": levers, "measured": measured, "sd": sd,
-            "predicted": predicted, "standardised": (measured - predicted) / sd,
-            "predictive_p": p}  # fmt: skip
+            "predicted": predicted, "standardised": (measured - predicted) / sd}  # fmt: skip
 
 
 def setup_of(measurements, settings):
@@ -83,8 +82,7 @@ def concluded(own, trained, folder):
     """verdict.json of the last two stages, whose files lie in a folder."""
     named = files(
         folder, findings="findings.json", extension="extension.json", plan="extension_plan.json",
-        predictions="predictions.svg", ranking="ranking.svg", table="residuals.csv",
-        residuals="residuals.svg",
+        ranking="ranking.svg", table="residuals.csv", residuals="residuals.svg",
     )  # fmt: skip
     stages.name_causes(own, trained, named)
     end = files(

@@ -11,73 +11,42 @@ from calibration.intake.measurements import Measurement
 from diagnosis import figures, residuals
 from diagnosis.bulk import Bulk
 from diagnosis.extend import gain, run_scatter
-from diagnosis.fit import data_of
 from diagnosis.page.markdown import page
-from diagnosis.residuals import by_chance, tails, trends
-from diagnosis.verdict import carried, findings, validate
+from diagnosis.residuals import patterns
+from diagnosis.verdict import carried, findings, validate, with_patterns
 from facts import tells
 
 
 def test_a_setting_without_a_lever_has_no_place():
-    """Of tests without levers the sentence has no `at ... alone`."""
-    off = residual("heap", {}, 35.0, 30.0, 1.0, p=1e-5)
-    drawn = np.random.default_rng(1).standard_normal((500, 2))
-    found = trends([off, residual("drop", {"drop_height_mm": 100.0}, 20.0, 20.0, 1.0)], drawn * 9.0)
-    [said] = [p["sentence"] for p in found]
-    assert said == "The measured angle of repose exceeds the model by 17 %."
+    rows = [
+        residual("heap", {}, 35.0, 30.0),
+        residual("drop", {"drop_height_mm": 100.0}, 20.0, 20.0),
+    ]
+    [said] = [p["sentence"] for p in patterns(rows)]
+    assert said == "The measured angle of repose exceeds the model by 17 % at its one setting."
 
 
-def told(rows):
-    """`trends` where the spreads are known."""
-    return trends(rows, np.random.default_rng(0).standard_normal((4000, len(rows))))
-
-
-def drops(measured, sd=1.0):
+def drops(measured):
     heights = (50.0, 100.0, 200.0, 300.0)
     return [
-        residual("drop", {"drop_height_mm": h}, m, 0.2 * h, sd)
+        residual("drop", {"drop_height_mm": h}, m, 0.2 * h)
         for h, m in zip(heights, measured, strict=True)
     ]
 
 
 def test_a_slope_along_a_lever_is_told_with_its_two_ends():
-    [found] = told(drops([10.1, 19.5, 36.0, 49.2]))
-    assert (found["kind"], found["lever"]) == ("trend", "drop_height_mm")
-    assert found["slope"] < 0
+    [found] = patterns(drops([10.1, 19.5, 36.0, 49.2]))
+    assert found["lever"] == "drop_height_mm"
     short, agrees = found["sentence"].split(" and ")
     assert tells(short, "rebound", "short", "18 %", "drop height", "300 mm")
     assert tells(agrees, "agrees", "drop height", "50 mm")
 
 
-def test_noise_is_no_pattern():
-    assert told(drops([10.8, 19.3, 40.9, 59.4])) == []
-
-
-@pytest.mark.slow
-def test_a_stated_chance_of_a_pattern_is_kept_where_spreads_are_of_two_replicates():
-    """By a normal law 3 % of data of the model showed a slope at 1 %."""
-    rng, tables, replicates, found, odd = np.random.default_rng(4), 1000, 2, 0, []
-    heights = np.repeat((50.0, 100.0, 200.0, 300.0), 2)
-    true = 0.2 * heights
-    for _ in range(tables):
-        read = true[:, None] * (1.0 + 0.02 * rng.standard_normal((len(true), replicates)))
-        value, sd = read.mean(1), read.std(1, ddof=1)
-        measured = [
-            Measurement("drop", v, s, replicates, {"drop_height_mm": h})
-            for v, s, h in zip(value, sd, heights, strict=True)
-        ]
-        error = data_of(measured).error[0]
-        drawn = by_chance(measured, error, error, draws=500)
-        rows = [
-            residual("drop", m.levers, m.value, t, e)
-            for m, t, e in zip(measured, true, error, strict=True)
-        ]
-        found += any(p["kind"] == "trend" for p in trends(rows, drawn))
-        off = np.array([r["standardised"] for r in rows])
-        odd += list(tails(measured, drawn, off) < 0.01)
-    # 10 are expected; 20 or more would come in one trial of 300, and 3 % of 1,000 are 30
-    assert 1 < found < 20
-    assert 0.005 < np.mean(odd) < 0.017
+def test_what_agrees_at_both_ends_is_told_of_all_settings_or_not_at_all():
+    assert patterns(drops([10.5, 19.8, 40.3, 59.6])) == []
+    [found] = patterns(drops([10.5, 25.0, 45.0, 60.5]))
+    assert found["lever"] is None
+    assert tells(found["sentence"], "rebound", "exceeds", "4 settings")
 
 
 CONDITIONS = [
@@ -177,7 +146,7 @@ def test_a_hump_that_no_mechanism_has_is_shown(emulated):
     bulk = Bulk(emulated, measured)
     found = bulk.judged()
     assert found.verdict == "unexplained"
-    verdict = findings(bulk, found, 0.05)
+    verdict = with_patterns(findings(bulk, found, 0.05), emulated.settings)
     [curve] = verdict["discrepancy"]
     assert max(curve["low"]) > 0.0
     assert min(curve["high"]) < 0.0

@@ -6,7 +6,7 @@ import pytest
 from calibration.intake.measurements import Measurement
 from diagnosis.fit import data_of
 from diagnosis.laws.readings import readings_of
-from diagnosis.reading_errors import redrawn_error, stated_sd
+from diagnosis.reading_errors import redrawn_share, stated_sd
 from diagnosis.table_model.block import Block
 from diagnosis.table_model.selection import misfit
 
@@ -66,8 +66,8 @@ def test_errors_that_are_drawn_anew_miss_as_the_stated_ones_do():
         rows = means("bulk_density", "particle_diameter_mm", SIZES, read)
         error = data_of(rows).error[0]
         seen = (((read.mean(1) - 600.0) / error) ** 2).sum()
-        drawn = redrawn_error(rows, error, 200, rng)
-        null = ((error * rng.standard_normal((200, 5)) / drawn) ** 2).sum(1)
+        share = redrawn_share(error, np.full(5, 5.0), 200, rng)
+        null = ((rng.standard_normal((200, 5)) / share) ** 2).sum(1)
         p.append((null >= seen).mean())
     alarms = int((np.array(p) < 0.05).sum())
     # 15 of 300 are expected

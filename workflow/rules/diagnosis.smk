@@ -60,9 +60,6 @@ checkpoint diagnosis_identify:
         extension=f"{STUDY}/diagnosis/extension.json",
         table=f"{STUDY}/diagnosis/residuals.csv",
         residuals=page("diagnosis/residuals.svg", "6 Diagnosis", "diagnosis_residuals"),
-        predictions=page(
-            "diagnosis/predictions.svg", "6 Diagnosis", "diagnosis_predictions"
-        ),
         ranking=page("diagnosis/ranking.svg", "6 Diagnosis", "diagnosis_ranking"),
     benchmark:
         f"{STUDY}/logs/diagnosis_identify.tsv"
