@@ -25,7 +25,13 @@ from diagnosis.catalogue import Mechanism
 from diagnosis.chance import CLOSE
 from diagnosis.emulator import outcomes_of
 from diagnosis.fit import Fit, data_of, fit
-from diagnosis.laws.readings import Readings, name_of, readings_of, to_log
+from diagnosis.laws.readings import (
+    Readings,
+    name_of,
+    readings_of,
+    shared_covariance,
+    to_log,
+)
 from diagnosis.model import Emulated, Model
 from diagnosis.next_measurement import words_of
 from diagnosis.settings import lever_values
@@ -48,8 +54,9 @@ LEAST = 1e-9  # value of a reading whose logarithm is taken
 
 class Bulk:
     """The model of a table of simulated tests. measurements: those with a value; data: `Data` of
-    them and of the tests without one; base, fitted: the base model and its fit; aside: rows of
-    readings that were set aside."""
+    them and of the tests without one; base, fitted: the base model and its fit; shared:
+    {(experiment, batch or instrument): standard deviation of the logarithm} of errors that readings
+    share; aside: rows of readings that were set aside."""
 
     def __init__(
         self,
@@ -66,6 +73,12 @@ class Bulk:
         self._parts = self._of_kinds()
         self._fits: dict[tuple[str, ...], tuple[Model, Fit]] = {}
         self.base, self.fitted = self.fit(())
+        self.shared = self._shared_errors()
+        if self.shared:
+            expected = np.maximum(self.fitted.predicted[0], LEAST)
+            covariance = shared_covariance(self.measurements, expected, self.shared)
+            self.data, self._fits = replace(self.data, shared=covariance), {}
+            self.base, self.fitted = self.fit(())
 
     def fit(self, names: Iterable[str]) -> tuple[Model, Fit]:
         """The model with mechanisms, and its fit."""
@@ -86,12 +99,22 @@ class Bulk:
 
     def block(self) -> dict[str, Block]:
         """{name: `Block`} of the table, its terms beside it."""
-        readings = self._readings()
+        bare, expected = self._bare()
+        found = [*self._laws(bare.readings, *expected), *_errors(bare.readings)]
+        return {bare.readings.experiment: replace(bare, terms={t.key: t for t in found})}
+
+    def _bare(self):
+        """The `Block` without a term, and what `_logs` expects at the base model's best point."""
         logs, slope, error = self._logs(self.base, self.fitted.theta[0])
         off = self.fitted.theta[0] - self.base.prior_mean
         ground = Ground(logs - slope @ off, slope * spread_of(self.base), error)
-        found = [*self._laws(readings, logs, slope, error), *_errors(readings)]
-        return {readings.experiment: Block(readings, {t.key: t for t in found}, {}, ground)}
+        return Block(self._readings(), {}, {}, ground), (logs, slope, error)
+
+    def _shared_errors(self):
+        """What `shared` is, as the model of the table tells it without a term."""
+        names = {(k, n): at[0] for k, (own, at) in self._parts.items() for n in own.groups}
+        block = self._bare()[0] if names else None
+        return {(k, n): float(block.sd_of(name_of(n, k))[at]) for (k, n), at in names.items()}
 
     def judged(self, alpha: float = 0.05, seed: int = 0, chance: Sequence[int] = CHANCE) -> Found:
         """`Found` of the table, no further setting proposed."""

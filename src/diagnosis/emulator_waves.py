@@ -24,6 +24,7 @@ from diagnosis.fit import Fit
 from diagnosis.model import Model
 from diagnosis.rig import Rig
 from diagnosis.settings import BASE, lever_values
+from diagnosis.table_model.found import catalogue_gains
 
 SHARE = 0.3
 """Error of an emulator over that of the measurement at which it is good enough."""
@@ -40,14 +41,15 @@ SEEDS = 10_000  # between the seeds of two waves
 def modes(bulk: Bulk) -> dict[str, tuple[Model, Fit]]:
     """{name: (`Model`, `Fit`)} of the base model and of the mechanisms still in play, best first.
 
-    One whose emulator is too rough to be judged by its score stays in play."""
+    One whose emulator is too rough to be judged stays in play."""
     fits = {name: bulk.fit((name,)) for name in bulk.emulated.applicable(bulk.conditions)}
-    score = {name: float(fitted.score[0]) for name, (_, fitted) in fits.items()}
-    best = max([float(bulk.fitted.score[0]), *score.values()])
-    near = sorted(score, key=lambda n: -score[n])
+    [block] = bulk.block().values()
+    gain = dict.fromkeys(fits, 0.0) | {s.name: v for _, s, v in catalogue_gains(block)}
+    near = sorted(fits, key=lambda n: -gain[n])
+    best = max([0.0, *gain.values()])
     error = {n: model.predict(fit.theta[:1])[1][0] for n, (model, fit) in fits.items()}
     rough = [n for n, e in error.items() if np.sqrt(np.mean((e / bulk.data.error[0]) ** 2)) > SHARE]
-    near = [n for n in near if best - score[n] < IN_PLAY or n in rough]
+    near = [n for n in near if best - gain[n] < IN_PLAY or n in rough]
     near = [n for n in near if any(_trained(bulk.emulated, kind, n) for kind in bulk.kinds)]
     return {BASE: bulk.fit(())} | {name: fits[name] for name in near[:MOST]}
 

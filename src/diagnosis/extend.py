@@ -21,8 +21,9 @@ from dem.errors import SpecError
 from dem.spec import parse_spec
 from diagnosis.catalogue import Mechanism
 from diagnosis.fit import Data, Fit, data_of, fit
+from diagnosis.laws.readings import shared_covariance
 from diagnosis.model import Model
-from diagnosis.reading_errors import covariance_of, doubt, spread_unit
+from diagnosis.reading_errors import doubt, spread_unit
 from diagnosis.rig import Rig
 from diagnosis.settings import Settings
 
@@ -59,8 +60,7 @@ def refit_errors(model: Model, data: Data, fits: Fit) -> np.ndarray:
         others = np.arange(len(out)) != i
         free = (theta > model.low) & (theta < model.high)
         own = np.diag(data.error[0] ** 2)
-        if data.shared is not None:
-            own = own + data.shared.covariance[fits.sizes[i].argmax()]
+        own = own if data.shared is None else own + data.shared
         alike = model.error_correlation(theta) if emulator[i].any() else 1.0
         fitted = (own + np.diag(emulator[i] ** 2))[np.ix_(others, others)]
         true = (own + np.outer(emulator[i], emulator[i]) * alike)[np.ix_(others, others)]
@@ -228,14 +228,14 @@ def gain(
 
     before, after: (n, r) values of r runs of the real engine. Errors are in standard errors of the
     measurement and of the mean of the runs together, and of what its batch and its instrument share
-    (`shared`: {(experiment, label): standard deviation}), which no run tells. The bootstrap
+    (`shared`, as `Bulk` has it), which no run tells. The bootstrap
     resamples settings, the same for both models. refit: (n,) of `refit_errors` of the extended
     model. `held_out_rmse_after_all_errors` counts them too, and that few runs tell their scatter
     poorly: one setting of a model that is right exceeds FIT in 0.3 % of data, several less often.
     """
     data = data_of(measurements)
-    common = covariance_of(measurements, spread_unit(measurements), shared or {})
-    errors = np.sqrt(data.error[0] ** 2 + np.diag(common))
+    common = np.diag(shared_covariance(measurements, data.value[0], shared or {}))
+    errors = np.sqrt(data.error[0] ** 2 + common)
     good = np.isfinite(before).any(1) & np.isfinite(after).any(1)
     if not good.any():
         return None

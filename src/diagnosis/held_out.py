@@ -8,8 +8,7 @@ import numpy as np
 from calibration.intake.measurements import Measurement
 from diagnosis.bulk import Bulk
 from diagnosis.fit import data_of
-from diagnosis.laws.readings import from_log, readings_of, unknown
-from diagnosis.reading_errors import covariance_of, spread_unit
+from diagnosis.laws.readings import from_log, readings_of, shared_covariance, unknown
 from diagnosis.table_model.block import ROW, Held
 from diagnosis.table_model.found import Found
 from diagnosis.table_model.selection import blocks_of, held_in_turn
@@ -22,28 +21,28 @@ def by_emulators(
 
     An experiment of which nothing was fitted has no prediction. What is known of the error of a
     row's batch and instrument counts."""
-    measurements, data = bulk.measurements, bulk.data
+    measurements = bulk.measurements
     place = [i for i, m in enumerate(held_out) if m.experiment in bulk.kinds]
     # the parameters of a model are those of all its experiments
-    together = [(m.experiment, m.levers) for m in measurements + [held_out[i] for i in place]]
+    rows = measurements + [held_out[i] for i in place]
+    together = [(m.experiment, m.levers) for m in rows]
     predicted = {}
     for label, names in models.items():
         _, fitted = bulk.fit(names)
         value, error = np.full(len(held_out), np.nan), np.zeros(len(held_out))
         found = bulk.emulated.model(together, names).predict(fitted.theta[:1])
         value[place], error[place] = (v[0, len(measurements) :] for v in found)
-        more, variance = _shared(measurements, [held_out[i] for i in place], fitted, data)
+        more, variance = _shared(shared_covariance(rows, found[0][0], bulk.shared), fitted)
         value[place] += more
         error[place] = np.hypot(error[place], np.sqrt(variance))
         predicted[label] = value, error
     return _rows(held_out, predicted) if held_out else []
 
 
-def _shared(measurements, held_out, fitted, data):
+def _shared(covariance, fitted):
     """Return what errors of batches and instruments are expected to add (k,) to rows that were held
-    out, and its variance."""
-    rows, n = measurements + held_out, len(measurements)
-    covariance = covariance_of(rows, spread_unit(rows), fitted.shared_errors(data))
+    out, and its variance. covariance: of these errors, the rows held out last."""
+    n = fitted.predicted.shape[1]
     cross = covariance[n:, :n]
     total = covariance[:n, :n] + np.diag(fitted.sd[0] ** 2)
     left = covariance[n:, n:] - cross @ np.linalg.solve(total, cross.T)

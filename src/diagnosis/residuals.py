@@ -48,7 +48,8 @@ def patterns(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     out = []
     for kind in dict.fromkeys(r["experiment"] for r in rows):
         own = [r for r in rows if r["experiment"] == kind]
-        head, found = f"The measured {QUANTITIES[kind].words}", []
+        head = f"The measured {QUANTITIES[kind].words}"
+        found: list[tuple[str | None, str]] = []
         for lever in dict.fromkeys(n for r in own for n in r["levers"]):
             at = [r["levers"].get(lever, np.nan) for r in own]
             ends = [[r for r, v in zip(own, at, strict=True) if v == end]

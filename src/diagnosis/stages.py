@@ -104,6 +104,7 @@ def _of_simulated(setup, source):
     steps, more = extend.time_step_plan(rig, bulk.base, bulk.fitted.theta[0], measurements)
     extended = bulk.fit(names)[1].expected[0] if names else None
     extension = {"mechanisms": list(names), "rows": rows, "steps": steps}
+    extension["shared"] = [[*label, sd] for label, sd in bulk.shared.items()]
     return told, extension, specs | more, extended, " + ".join(names)
 
 
@@ -138,9 +139,9 @@ def conclude(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
         left = {r["setting"]: r["refit"] for r in rows if r["label"] == "after"}
         own = sorted(left)
         pair = (values[label][own] for label in ("before", "after"))
-        sds = {(s["experiment"], s["of"]): s["sd"] for s in told["scatter"]}
+        shared = {(kind, label): sd for kind, label, sd in extension["shared"]}
         refit = np.array([left[i] for i in own])
-        told["gain"] = gain([measurements[i] for i in own], *pair, shared=sds, refit=refit)  # type: ignore[arg-type, misc]
+        told["gain"] = gain([measurements[i] for i in own], *pair, shared=shared, refit=refit)  # type: ignore[arg-type, misc]
         told["extended_with"] = extension["mechanisms"]
     if not setup.of_contacts:
         told = by_runs(told, OF_SIMULATED)

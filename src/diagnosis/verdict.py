@@ -11,7 +11,7 @@ import numpy as np
 from scipy.special import expit
 
 from calibration.intake.quantities import levers_of
-from diagnosis import reading_errors, residuals
+from diagnosis import residuals
 from diagnosis.bulk import Bulk, place_of
 from diagnosis.fit import Fit
 from diagnosis.measurements import Measured
@@ -31,8 +31,9 @@ RIVALS = 4
 
 
 def of_found(found: Found, alpha: float) -> dict[str, Any]:
-    """The keys of verdict.json that a `Found` gives, gain, limits and patterns left open; alpha: chance of a
-    false alarm that was allowed."""
+    """The keys of verdict.json that a `Found` gives, but for gain, limits and patterns.
+
+    alpha: chance of a false alarm that was allowed."""
     return found.decided.keys() | {
         "misfit": found.misfit,
         "laws": found.laws,
@@ -81,7 +82,6 @@ def findings(bulk: Bulk, found: Found, alpha: float) -> dict[str, Any]:
     out["next_measurement"] = _next(bulk, found)
     names = extension(bulk, found)
     model, likeliest = bulk.fit(names)
-    out["scatter"] = reading_errors.scatter(likeliest.shared_errors(bulk.data))
     out["exclusion"] = limits(found.selection.blocks, catalogue)
     if names:
         out["calibration_extended"] = calibration(model, likeliest)
@@ -146,9 +146,10 @@ def _next(bulk, found):
     names = (placed if refuted and len(placed) > 1 else names)[:RIVALS]
     names += [] if refuted else [BASE]
     fits = {() if n == BASE else (n,): bulk.fit(() if n == BASE else (n,))[1] for n in names}
-    score = np.array([float(f.score[0]) for f in fits.values()])
+    gains = {r["mechanism"]: r["gain"] for r in found.ranking} | {BASE: 0.0}
+    gain = np.array([gains[n] for n in names])
     # equal weights among causes that count as not told apart
-    weight = np.exp(np.clip(score - score.max(), -3.0, 0.0))
+    weight = np.exp(np.clip(gain - gain.max(), -3.0, 0.0))
     return propose(bulk.emulated, bulk.measurements, fits, dict(zip(fits, weight, strict=True)))
 
 

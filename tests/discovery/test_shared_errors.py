@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from linear_model import Linear
-from scipy.stats import multivariate_normal
 
 from benchmarks.rates.simulated import rate_settings
 from calibration.intake.measurements import Measurement
@@ -17,9 +16,9 @@ from diagnosis.catalogue import load_catalogue
 from diagnosis.design import inputs_of
 from diagnosis.extend import gain, held_out_fits
 from diagnosis.fit import data_of, fit
+from diagnosis.laws.readings import shared_covariance
 from diagnosis.model import Emulated
 from diagnosis.page.markdown import page
-from diagnosis.reading_errors import Shared, covariance_of, scatter
 from diagnosis.response import Response
 from diagnosis.settings import BASE, parameters_of
 from diagnosis.table_model.block import LAW
@@ -61,70 +60,39 @@ def linear_case():
     return model, own, data_of(own)
 
 
-def dense(model, data, place):
-    """Covariance of the readings with all parameters integrated out, and their mean."""
-    own = np.diag(data.error[0] ** 2) + data.shared.covariance[place]
+def test_the_fit_takes_what_readings_share_as_its_inverse_says(linear):
+    """Mode, residuals and left-out settings against solutions of the whole linear model."""
+    model, own, data = linear
+    shared = shared_covariance(own, np.full(12, 30.0), {("heap", "batch"): 0.07})
+    data = replace(data, shared=shared)
+    found = fit(model, data)
     by_theta = model.x @ np.diag(model.prior_sd**2) @ model.x.T
-    return own + by_theta, model.x @ model.prior_mean
-
-
-def test_the_size_of_a_shared_error_is_the_likeliest_with_the_parameters_integrated_out(linear):
-    model, _, data = linear
-    found = fit(model, data)
-    density = [
-        multivariate_normal(*reversed(dense(model, data, g))).logpdf(data.value[0]) + prior
-        for g, prior in enumerate(data.shared.prior)
-    ]
-    odds = np.exp(np.array(density) - max(density))
-    assert found.sizes[0] == pytest.approx(odds / odds.sum(), abs=1e-6)
-    assert int(found.sizes[0].argmax()) == int(np.argmax(density))
-    sizes = found.shared_errors(data)
-    assert set(sizes) == {("heap", "batch")}
-    [row] = scatter(sizes)
-    assert row["unit"] == "deg"
-    assert 0.5 < row["sd"] < 5.0
-
-
-def test_settings_are_left_out_of_a_covariance_as_its_inverse_says(linear):
-    """Mode, residuals and held-out densities against solutions of the whole linear model."""
-    model, _, data = linear
-    place = int(fit(model, data).sizes[0].argmax())
-    shared, one = data.shared, slice(place, place + 1)
-    sds = {k: v[one] for k, v in shared.sds.items()}
-    data = replace(data, shared=Shared(shared.covariance[one], shared.prior[one], sds))
-    found = fit(model, data)
-    total, mean = dense(model, data, 0)
+    total, mean = np.diag(data.error[0] ** 2) + shared + by_theta, model.x @ model.prior_mean
     inverse, off = np.linalg.inv(total), data.value[0] - mean
     theta = model.prior_mean + np.diag(model.prior_sd**2) @ model.x.T @ inverse @ off
     assert found.theta[0] == pytest.approx(theta, abs=1e-5)
-    left = found.residual[0] * found.sd[0] / (1.0 - found.leverage[0])
     for i in range(len(off)):
         others = np.delete(np.arange(len(off)), i)
-        part = np.linalg.solve(total[np.ix_(others, others)], total[others, i])
-        miss, variance = off[i] - part @ off[others], total[i, i] - part @ total[others, i]
-        assert left[i] == pytest.approx(miss, abs=1e-5)
-        own = found.sd[0, i] ** 2 / (1.0 - found.leverage[0, i])
-        assert own == pytest.approx(variance, rel=1e-6)
-        wide = variance * found.scale[0, i] ** 2
-        density = -0.5 * (miss**2 / wide + np.log(2.0 * np.pi * wide))
-        assert found.pointwise[0, i] == pytest.approx(density, abs=1e-5)
-        # a refit without the setting has the same parameters
         alone = model.prior_mean + model.prior_sd**2 * (
             model.x[others].T @ np.linalg.solve(total[np.ix_(others, others)], off[others])
         )
         assert held_out_fits(model, data).theta[i] == pytest.approx(alone, abs=1e-4)
     # what is expected of the batches is what the readings without noise of their own would be
-    common = data.shared.covariance[0] @ inverse @ off
-    assert found.common[0] == pytest.approx(common, abs=1e-5)
+    assert found.common[0] == pytest.approx(shared @ inverse @ off, abs=1e-5)
     assert found.expected[0] + found.residual[0] * found.sd[0] == pytest.approx(data.value[0])
 
 
 def test_rows_without_a_label_share_nothing():
-    own = heaps([30.0] * 4, ["A", "A", "", ""])
-    found = covariance_of(own, np.ones(4), {("heap", "batch"): 2.0})
+    own = heaps([20.0] * 4, ["A", "A", "", ""])
+    found = shared_covariance(own, np.full(4, 20.0), {("heap", "batch"): 0.1})
     assert found == pytest.approx(np.array([[4, 4, 0, 0], [4, 4, 0, 0], [0] * 4, [0] * 4]))
-    assert data_of(heaps([30.0] * 4)).shared is None
-    assert data_of(heaps([30.0] * 4, ["A"] * 4)).shared is None
+
+
+def test_an_error_of_a_logarithm_is_told_in_degrees_of_a_sliding_angle():
+    """At 45 degrees the tangent changes by 2 % for 1 % of a radian."""
+    rows = [Measurement("tilt", 45.0, 1.0, 5, {}, batch="A")]
+    [[found]] = shared_covariance(rows, np.array([45.0]), {("tilt", "batch"): 0.02})
+    assert np.sqrt(found) == pytest.approx(np.degrees(0.01))
 
 
 def test_a_row_held_out_knows_the_error_of_its_batch():
@@ -141,7 +109,9 @@ def test_a_row_held_out_knows_the_error_of_its_batch():
         for k, b in enumerate(list(off) * 12)
     ]
     known, new = (replace(free, value=level, batch=b) for b in ("lot 0", "lot 9"))
-    rows = held_out.by_emulators(Bulk(emulated, own), [known, new], {"before": ()})
+    bulk = Bulk(emulated, own)
+    assert bulk.shared == {("heap", "batch"): pytest.approx(3.0 / level, rel=0.4)}
+    rows = held_out.by_emulators(bulk, [known, new], {"before": ()})
     assert rows[0]["before"] - rows[1]["before"] == pytest.approx(3.0, abs=1.5)
     assert abs(rows[1]["miss_before"]) < 1.5
     assert abs(rows[0]["miss_before"]) > 3.0
@@ -150,9 +120,9 @@ def test_a_row_held_out_knows_the_error_of_its_batch():
 def test_the_gain_counts_what_a_batch_shares_as_an_error():
     own = heaps([30.0 + 0.5 * k for k in range(6)], ["A", "B"] * 3)
     runs = np.array([[m.value + 2.0] * 3 for m in own])
-    bare, wide = (gain(own, runs, runs, shared=s) for s in ({}, {("heap", "batch"): 2.0}))
+    bare, wide = (gain(own, runs, runs, shared=s) for s in ({}, {("heap", "batch"): 0.07}))
     error = bare["points"][0]["error"]
-    assert wide["points"][0]["error"] == pytest.approx(np.hypot(error, 2.0))
+    assert wide["points"][0]["error"] == pytest.approx(np.hypot(error, 0.07 * own[0].value))
     assert wide["held_out_rmse_before"] < 0.5 * bare["held_out_rmse_before"]
 
 
@@ -235,8 +205,8 @@ def test_a_mechanism_is_found_beside_batch_error(emulated):
         assert found.verdict == "identified"
         verdict = findings(bulk, found, 0.05)
         validate(verdict)
-        told = {(s["experiment"], s["of"]): s for s in verdict["scatter"]}
-        assert ("heap", "batch") in told or ("shear", "instrument") in told
+        told = {(e["experiment"], e["of"]) for e in verdict["errors"]}
+        assert told & {("heap", "batch"), ("shear", "instrument")}
         assert re.search(r"^## Errors beyond", page(verdict), re.M)
 
 

@@ -19,7 +19,6 @@ from diagnosis import emulator_waves, setup
 from diagnosis.bulk import Bulk
 from diagnosis.emulator import train_failures
 from diagnosis.extend import extension_plan
-from diagnosis.fit import Data, held_out
 from diagnosis.rig import Rig
 from diagnosis.settings import BASE, catalogue_of, parameters_of
 from diagnosis.verdict import findings
@@ -173,14 +172,6 @@ def test_a_clog_that_the_base_model_expects_is_no_cause(emulated):
         "heap", math.nan, math.nan, 4, {"particle_diameter_mm": 2.8}, outcome="clogged"
     )
     assert Bulk(emulated, [*heaps(1.0), large]).judged().verdict == "adequate"
-
-
-def test_the_held_out_probability_is_an_average_over_the_odds():
-    data = Data(None, None, np.array([[3.0, 0.0]]), np.array([4.0, 2.0]))
-    mean, sd = np.array([[0.4, -1.0]]), np.array([[1.5, 0.8]])
-    drawn = mean + sd * np.random.default_rng(1).standard_normal((200_000, 2))
-    exact = np.log(np.exp(log_likelihood(drawn, data.failed, data.tests)).mean(0))
-    assert held_out(mean, sd**2, data)[0] == pytest.approx(exact, abs=0.01)
 
 
 def test_waves_and_the_runs_of_the_gain_fit_the_outcomes_that_the_verdict_fits(emulated):

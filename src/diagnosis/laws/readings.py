@@ -241,3 +241,21 @@ def from_log(experiment: str, log: np.ndarray, levers: Mapping[str, np.ndarray])
     if experiment == "tilt":
         return np.degrees(np.arctan(np.exp(log)))
     return np.exp(log) * _shape(experiment, levers)
+
+
+def shared_covariance(
+    measurements: Sequence[Measurement],
+    values: np.ndarray,
+    sds: Mapping[tuple[str, str], float],
+) -> np.ndarray:
+    """(n, n) covariance of what measurements share that are expected to read values (n,), of errors
+    with the standard deviations sds {(experiment, column of the label): of the logarithm}. A row
+    without a label shares nothing."""
+    rows = list(zip(measurements, values, strict=True))
+    by_log = 1.0 / np.array([to_log(m.experiment, v, dict(m.levers))[1] for m, v in rows])
+    out = np.zeros((len(by_log), len(by_log)))
+    for (kind, name), sd in sds.items():
+        labels = [getattr(m, name) if m.experiment == kind else "" for m in measurements]
+        same = np.array([[a == b != "" for b in labels] for a in labels])
+        out += same * np.outer(sd * by_log, sd * by_log)
+    return out

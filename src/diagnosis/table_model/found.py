@@ -1,6 +1,6 @@
 """What the model of a whole table says: what is wrong, where, and by which cause."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -16,7 +16,17 @@ from diagnosis.next_measurement import propose_setting, words_of
 from diagnosis.page.words import capital, sentence, told
 from diagnosis.rules import OPEN, Evidence, Verdict, by_readings
 from diagnosis.table_model import selection as chosen
-from diagnosis.table_model.block import ERROR, LAW, ROW, Block, KnownCurves, judged, without_row
+from diagnosis.table_model.block import (
+    ERROR,
+    LAW,
+    ROW,
+    Block,
+    KnownCurves,
+    Shape,
+    Term,
+    judged,
+    without_row,
+)
 from diagnosis.table_model.law import BAND, UNIT, curve, named, strength_limits, unit_of
 from diagnosis.table_model.terms import rounded_off
 
@@ -399,18 +409,22 @@ def _settings(block, p):
 def _ranking(start, found):
     """[{mechanism, gain, p}] of the catalogue, each alone in the model, best first."""
     rows = []
-    for block in start.values():
-        y = block.readings.log[None]
-        base = block.base(y)
-        for term in block.terms.values():
-            for shape in term.shapes:
-                if shape.catalogue:
-                    own = replace(term, shapes=(replace(shape, weight=0.0),))
-                    gain = float(block.evidence(own, y, base)[0])
-                    row = {"mechanism": shape.name, "experiment": term.experiment}
-                    row |= {"gain": gain, "p": share_above(found.null, gain)}
-                    rows.append(row | {"null_threshold": found.threshold})
+    for term, shape, gain in (one for b in start.values() for one in catalogue_gains(b)):
+        row = {"mechanism": shape.name, "experiment": term.experiment, "gain": gain}
+        row |= {"p": share_above(found.null, gain), "null_threshold": found.threshold}
+        rows.append(row)
     return sorted(rows, key=lambda r: -r["gain"])
+
+
+def catalogue_gains(block: Block) -> Iterator[tuple[Term, Shape, float]]:
+    """Each mechanism of the catalogue in a block: its term, its shape, and the log evidence for it
+    alone."""
+    y = block.readings.log[None]
+    base = block.base(y)
+    for term in block.terms.values():
+        for shape in (s for s in term.shapes if s.catalogue):
+            own = replace(term, shapes=(replace(shape, weight=0.0),))
+            yield term, shape, float(block.evidence(own, y, base)[0])
 
 
 def judge(found: Found, bends: Callable[[], bool] = lambda: False) -> Found:
