@@ -34,11 +34,12 @@ from diagnosis.laws.readings import (
 )
 from diagnosis.model import Emulated, Model
 from diagnosis.next_measurement import words_of
+from diagnosis.residuals import smooth_terms
 from diagnosis.settings import lever_values
-from diagnosis.table_model.block import LAW, Block, Ground, Shape, Term, random_term
+from diagnosis.table_model.block import LAW, Block, Ground, Shape, Term
 from diagnosis.table_model.found import Found, judge, placed
 from diagnosis.table_model.selection import CHANCE, CLEAR, evidences
-from diagnosis.table_model.terms import all_terms, bend_root
+from diagnosis.table_model.terms import all_terms
 
 STRENGTHS = np.linspace(0.0, 1.0, 11)
 """Coded strengths at which a mechanism's curve is asked for."""
@@ -292,18 +293,11 @@ def _doubt_one_formula(found):
 def _bends(blocks):
     """Return whether a smooth curve along a lever explains more than an error of each setting."""
     for block in blocks.values():
-        y, n = block.readings.log[None], len(block.readings.log)
-        for own, at in block.readings.parts.values():
-            for lever, levels in own.folds.items():
-                if len(levels) < LEAST_CURVE or not (own.levers[lever] > 0.0).all():
-                    continue
-                x = np.log(own.levers[lever])
-                x = 2.0 * (x - x.min()) / np.ptp(x) - 1.0
-                root = np.zeros((n, 1 + bend_root(x).shape[1]))
-                root[at] = np.hstack([x[:, None], bend_root(x)])
-                term = Term(own.experiment, LAW, "", (random_term(root),))
-                if block.evidence(term, y)[0] > CLOSE:
-                    return True
+        for lever, term in smooth_terms(block):
+            own, _ = block.readings.of(term.experiment)
+            some = len(own.folds[lever]) >= LEAST_CURVE and (own.levers[lever] > 0.0).all()
+            if some and block.evidence(term, block.readings.log[None])[0] > CLOSE:
+                return True
     return False
 
 

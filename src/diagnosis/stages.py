@@ -145,7 +145,6 @@ def conclude(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
         told["extended_with"] = extension["mechanisms"]
     if not setup.of_contacts:
         told = by_runs(told, OF_SIMULATED)
-    told = verdict.with_patterns(told, settings)
     told["first_lines"] = first_lines(told)
     verdict.validate(told)
     common.save(figures.gain_figure(told["gain"]), output.gain)

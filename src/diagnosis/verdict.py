@@ -21,7 +21,7 @@ from diagnosis.page import words
 from diagnosis.residuals import calibration, moved, residual_rows
 from diagnosis.rig import combine
 from diagnosis.rules import NAMED
-from diagnosis.settings import BASE, Settings
+from diagnosis.settings import BASE
 from diagnosis.table_model.found import Found, give_strengths
 from diagnosis.table_model.law import limits
 
@@ -31,17 +31,18 @@ RIVALS = 4
 
 
 def of_found(found: Found, alpha: float) -> dict[str, Any]:
-    """The keys of verdict.json that a `Found` gives, but for gain, limits and patterns.
+    """The keys of verdict.json that a `Found` gives, but for gain and limits.
 
     alpha: chance of a false alarm that was allowed."""
-    return found.decided.keys() | {
+    decided, blocks = found.decided.keys(), found.selection.blocks
+    return decided | {
         "misfit": found.misfit,
         "laws": found.laws,
         "errors": found.errors,
         "rows": found.rows,
         "next_measurement": found.next_setting,
         "gain": None,
-        "patterns": [],
+        "discrepancy": [] if decided["verdict"] in words.WITHOUT else residuals.curves(blocks),
         "family_p": found.p,
         "threshold_level": alpha,
         "null_threshold_best": found.selection.threshold,
@@ -79,7 +80,7 @@ def findings(bulk: Bulk, found: Found, alpha: float) -> dict[str, Any]:
     strong = give_strengths(found, catalogue)
     for row in found.laws:
         row["sentence"] = _told(row, strong[row["key"]], catalogue)
-    out["next_measurement"] = _next(bulk, found)
+    out["next_measurement"] = None if out["verdict"] == "unexplained" else _next(bulk, found)
     names = extension(bulk, found)
     model, likeliest = bulk.fit(names)
     out["exclusion"] = limits(found.selection.blocks, catalogue)
@@ -117,21 +118,6 @@ def _told(row, strong, catalogue):
     free = [(catalogue[name], s) for name, s in strong.items() if catalogue[name].changes]
     law, s = free[0] if len(strong) == 1 and free else (None, None)
     return "" if len(row["names"]) == 1 else words.told("acts.j2", row=row, law=law, s=s)
-
-
-def with_patterns(told: Mapping[str, Any], settings: Settings) -> dict[str, Any]:
-    """The mapping with how far the readings are from the model, where something is wrong; where
-    nothing explains it also with the discrepancy over the levers, and the setting at which that is
-    least known."""
-    rows, aside = told["residuals"], {r.get("setting") for r in told["rows"]}
-    wrong = told["verdict"] not in words.WITHOUT
-    kept = [r for i, r in enumerate(rows) if wrong and i not in aside]
-    out = {**told, "patterns": residuals.patterns(kept)}
-    if out["verdict"] == "unexplained":
-        ranges = {k: e.levers for k, e in settings.experiments.items()}
-        out["discrepancy"] = residuals.curves(rows)
-        out["next_measurement"] = residuals.least_known(rows, ranges) or out["next_measurement"]  # type: ignore[arg-type]  # `setup` fills it in
-    return out
 
 
 def _next(bulk, found):

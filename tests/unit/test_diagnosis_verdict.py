@@ -92,8 +92,8 @@ def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypa
     verdict = concluded(own, trained, tmp_path)
     assert verdict["gain"]["settings"] == len(measured)
     assert verdict["gain"]["held_out_rmse_after"] < verdict["gain"]["held_out_rmse_before"]
-    told = [p["lever"] for p in verdict["patterns"] if p["experiment"] == "shear"]
-    assert told == ["normal_stress_kPa"]
+    told = {c["lever"]: c for c in verdict["discrepancy"] if c["experiment"] == "shear"}
+    assert told["normal_stress_kPa"]["value"][0] > told["normal_stress_kPa"]["value"][-1]
     assert verdict["extended_with"] == [verdict["ranking"][0]["mechanism"]]
     table = np.genfromtxt(at("residuals.csv"), delimiter=",", names=True, dtype=None)
     assert len(table) == len(measured)

@@ -159,18 +159,6 @@ def _costliest(experiments):
     )
 
 
-FACTS = {
-    f.__name__.lstrip("_"): f
-    for f in (
-        misfit, _found_errors, _ended, _scattered, _pointed, _missed, _named,
-        _description, _weighed, _rivals, _zeros, _costliest,
-    )
-} | {
-    "BASE": BASE, "CORES": CORES, "duration": duration,
-}  # fmt: skip
-"""What `first_lines.j2` asks of a verdict."""
-
-
 def page(verdict: Mapping[str, Any]) -> str:
     """The Markdown of a mapping of verdict.json."""
     text = environment().get_template("diagnosis.md.j2").render(
@@ -184,11 +172,26 @@ def page(verdict: Mapping[str, Any]) -> str:
 
 
 def _curves(verdict):
-    """[(curve of the discrepancy over a lever, its rows (at, value, low, high), that which leaves
-    its band most or None)]."""
+    """[(curve of the discrepancy, its lowest and its highest level)] of those that leave their
+    band, the farthest first; a level is {at, value, low, high}."""
     out = []
-    for c in verdict.get("discrepancy") or ():
-        rows = list(zip(*(c[k] for k in ("at", "value", "low", "high")), strict=True))
-        off = [row for row in rows if row[2] > 0.0 or row[3] < 0.0]
-        out.append((c, rows, max(off, key=lambda row: abs(row[1]), default=None)))
-    return out
+    for curve in verdict.get("discrepancy") or ():
+        names = ("at", "value", "low", "high")
+        rows = [dict(zip(names, r, strict=True)) for r in zip(*map(curve.get, names), strict=True)]
+        far = max(abs(r["value"]) / max(r["high"] - r["low"], 1e-12) for r in rows)
+        if any(r["low"] > 0.0 or r["high"] < 0.0 for r in rows):
+            rows.sort(key=lambda r: r["value"])
+            out.append((far, curve, rows[0], rows[-1]))
+    return [row[1:] for row in sorted(out, key=lambda row: -row[0])]
+
+
+FACTS = {
+    f.__name__.lstrip("_"): f
+    for f in (
+        misfit, _found_errors, _ended, _scattered, _pointed, _missed, _named,
+        _description, _weighed, _rivals, _zeros, _costliest, _curves,
+    )
+} | {
+    "BASE": BASE, "CORES": CORES, "duration": duration,
+}  # fmt: skip
+"""What `first_lines.j2` asks of a verdict."""

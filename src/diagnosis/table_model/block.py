@@ -233,6 +233,21 @@ class Block:
         pull = self.precision @ (self.y - self.mean)
         return h.mean + (h.root @ (h.root.T @ pull.T)) @ self.shares()
 
+    def part_of(self, key: str) -> tuple[np.ndarray, np.ndarray]:
+        """Means and standard deviations (n,) of what a held term without a curve adds beyond what
+        the coefficients, or the level, take up of it; over the sizes of errors."""
+        root, share = self.held[key].root, self.shares()
+        ground = self.ground
+        free = np.full((len(root), 1), LEVEL_SD) if ground is None else ground.root
+        weighed = free / self.readings.error[:, None] ** 2
+        taken = np.linalg.solve(weighed.T @ free + np.eye(free.shape[1]), weighed.T @ root)
+        shown = root - free @ taken
+        each = self.precision @ (self.y - self.mean) @ root @ shown.T
+        left = np.eye(root.shape[1]) - root.T @ self.precision @ root
+        variance = ((shown @ left) * shown).sum(-1)
+        mean = share @ each
+        return mean, np.sqrt(np.maximum(share @ (variance + each**2) - mean**2, 0.0))
+
     def strength(self, key: str) -> float:
         """The strength of a held curve, what its root adds to first order counted in."""
         h = self.held[key]
