@@ -59,7 +59,6 @@ VERDICT = {
     "verdict": "identified",
     "causes": ["liquid_bridge"],
     "reason": "it alone passes its null",
-    "patterns": [{"sentence": "Fine grains stand steeper than the model."}],
     "calibration": {"c_d": {"value": 0.24, "low": 0.21, "high": 0.27}},
     "next_measurement": {"experiment": "heap", "levers": {"moisture_percent": 2.0}},
 }
@@ -169,7 +168,7 @@ def test_every_part_is_there_with_its_numbers(page):
         assert key in keys
     text = text_of(page)
     for facts in (
-        ("p &lt; 0.05", "c d"), ("Fine grains",), ("next", "heap", "moisture percent 2"),
+        ("p &lt; 0.05", "c d"), ("next", "heap", "moisture percent 2"),
         ("3 runs", "3.0 minutes", engine_fingerprint()), ("run 2", "30.00°", "7 grains", "funnel"),
         ("2 in all", "1 agrees", "1 disagrees"), ("paper beside ours",), ("60 of 500",),
     ):  # fmt: skip
