@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 from scipy.stats import qmc
 
-from calibration.atlas.rigs import DENSITY, DIAMETER, RIGS, UNITS, Rig
+from calibration.atlas.rigs import ONE, RIGS, Rig, size_of_unit
 from calibration.files import write_table
 from calibration.inference.gaussian_process import GaussianProcess
 from calibration.intake.tables import read_written
@@ -61,8 +61,8 @@ def one(rig: Rig, at: dict[str, float], seed: int) -> dict[str, Any]:
         raise
     except DemError as error:
         return {"fault": str(error).partition(";")[0][:60]}
-    units = {m: UNITS[unit](DIAMETER, DENSITY) for m, unit in rig.readings.items()}
-    return {m: _rounded(metrics[m] / unit) for m, unit in units.items()} | {"fault": ""}
+    values = {m: _rounded(metrics[m] / size_of_unit(m, ONE)) for m in rig.readings}
+    return values | {"fault": ""}
 
 
 def make(name: str, part: int, out: Path) -> None:

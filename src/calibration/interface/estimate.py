@@ -18,7 +18,7 @@ from calibration.atlas.emulators import (
     AtlasEmulators,
     as_pair,
     cut_to_atlas,
-    diameter_mm,
+    grain_of,
     poured_as_atlas,
 )
 from calibration.atlas.rigs import RIGS, grains_of_cone
@@ -33,8 +33,8 @@ from calibration.study.config.joint import joint_targets, measured_of
 from calibration.study.config.tests import spec_of
 from calibration.study.factors import Factor, read_factors
 from calibration.study.new.answers import Entry
-from calibration.study.new.laboratory import Laboratory
-from calibration.study.new.study import reach
+from calibration.study.new.laboratory import Laboratory, laboratory_of
+from calibration.study.new.study import reach, write_study
 from calibration.study.simulated_tests import WITH_SIZE
 from dem.experiments import experiments
 from dem.units import behind, unit_of, without_unit
@@ -70,9 +70,8 @@ def estimate(config: Config) -> Estimate:
     the atlas, naming what lies outside it."""
     factors, said = cut_to_atlas(config, read_factors(config.factors))
     emulators = AtlasEmulators(config, factors)
-    measured = measured_of(config, joint_targets(config))
-    told = emulators.told(measured)
-    said += [*emulators.counted(), *emulators.left_out(measured)]
+    told, left_out = emulators.told(measured_of(config, joint_targets(config)))
+    said += [*emulators.counted(), *left_out]
     tests = {name: metrics_of(config, name, told) for name in emulators.tests}
     summary, tables = analysed(config, emulators, told, tests)  # type: ignore[arg-type]  # as Emulators
     if summary["agreement"]["contradicts"]:
@@ -114,7 +113,7 @@ def _expected(config, emulators, tables):
 
 def _in_words(config, test):
     """A test's rig: its grains, and what of its geometry has a unit."""
-    told = {"grains_mm": diameter_mm(spec_of(config, test))} | config.run_of(test)["geometry"]
+    told = {"grains_mm": grain_of(spec_of(config, test)).mm} | config.run_of(test)["geometry"]
     told = {without_unit(k).replace("_", " "): (v, unit_of(k)) for k, v in told.items()}
     return ", ".join(f"{k} {v:.3g}{behind(unit)}" for k, (v, unit) in told.items() if unit)
 
@@ -132,9 +131,6 @@ def _foretold(expected, made):
 def estimate_of(entries: Sequence[Entry]) -> Estimate:
     """The `Estimate` of what a laboratory told, with a usual rig for each test of the atlas that it
     did not make. Raises CalibrationError."""
-    from calibration.study.new.laboratory import laboratory_of
-    from calibration.study.new.study import write_study
-
     with tempfile.TemporaryDirectory() as work:
         folder = Path(work) / "estimate"
         lab = laboratory_of("estimate", folder, entries, GRAINS, single=True)
@@ -189,8 +185,7 @@ def ranges_by_atlas(
         config, first = poured_as_atlas(config)
         own, short = cut_to_atlas(config, factors)
         emulators = AtlasEmulators(config, own)
-        read = measured_of(config, joint_targets(config))
-        measured = emulators.told(read)
+        measured, left_out = emulators.told(measured_of(config, joint_targets(config)))
     except (CalibrationError, ConfigError) as error:
         return list(factors), [f"the ranges stay as they are: {error}"], []
     joint = joint_of(config, emulators, measured)  # type: ignore[arg-type]  # as Emulators
@@ -215,7 +210,7 @@ def ranges_by_atlas(
     ends = {f.name: (f, *pair) for f, *pair in zip(own, low, high, strict=True)}
     cut = [_narrowed(f, *ends[f.name]) if f.name in ends else f for f in factors]
     pairs = [(f, new) for f, new in zip(factors, cut, strict=True) if f != new]
-    said = [*said, *first, *emulators.left_out(read)]
+    said = [*said, *first, *left_out]
     said += [f"{f.name}: {f.levels} becomes {new.levels}" for f, new in pairs]
     if why:
         where = "are cut only to where tests have a value" if pairs else "stay as they are"

@@ -4,16 +4,17 @@ every rig: which test to make next, and which parameter each metric owes its spr
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 from scipy.spatial.distance import cdist
 
 from calibration.atlas.emulators import AtlasEmulators
 from calibration.errors import CalibrationError
 from calibration.inference.chance_of_no_value import Chance
-from calibration.inference.gaussian_process import GaussianProcess
+from calibration.inference.gaussian_process import GaussianProcess, Known
 from calibration.inference.joint import critique
 from calibration.inference.joint.likelihood import Cloud, Joint, Response
 from calibration.inference.joint.next_test import Candidate, pushed, rank, shares
@@ -30,15 +31,35 @@ LEAST_TESTS = 1
 """Tests of the laboratory behind a mean whose number of readings nobody states."""
 
 
+class Corrected(GaussianProcess):
+    """A response of the atlas and the process of what a study's runs differ by from it. Few runs
+    are enough, as this difference bends less than the response (Kennedy and O'Hagan 2000,
+    Biometrika 87:1). The atlas' own error is in it, and counts there."""
+
+    def __init__(self, atlas: Any) -> None:
+        self.atlas = atlas
+
+    def fit(self, x: ArrayLike, y: ArrayLike, known: Known | None = None) -> Self:
+        """As `GaussianProcess.fit`, by what responses y (n,) differ by."""
+        return super().fit(x, y - self.atlas.mean(x)[0], known)
+
+    def mean(self, x: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        """(mean, variance of that mean), (k,) each, at x (k, d)."""
+        mean, variance = super().mean(x)
+        return self.atlas.mean(x)[0] + mean, variance
+
+
 class Emulators:
     """Emulators of any metric of any rig over the free factors, trained by a design's runs.
 
     factors: the free ones (d); design: table of finished runs with the columns rig, run_id and one
-    for each factor.
+    for each factor; atlas: that these correct in the tests that it has.
     """
 
-    def __init__(self, factors: Sequence[Any], design: pd.DataFrame) -> None:
-        self.factors, self.design = factors, design
+    def __init__(
+        self, factors: Sequence[Any], design: pd.DataFrame, atlas: AtlasEmulators | None = None
+    ) -> None:
+        self.factors, self.design, self.atlas = factors, design, atlas
         self._kept: dict[tuple[str, str], GaussianProcess] = {}
 
     def inputs(self, rig: str) -> tuple[pd.DataFrame, np.ndarray]:
@@ -57,17 +78,15 @@ class Emulators:
         runs gave a value, or all the same."""
         if (rig, metric) not in self._kept:
             _, u = self.inputs(rig)
-            values = self.values(rig, metric)
+            values, process = self.values(rig, metric), GaussianProcess()
             has = np.isfinite(values)
+            if self.atlas and self.atlas.has(rig, metric):
+                process = Corrected(self.atlas.of(rig, metric))
             try:
-                self._kept[rig, metric] = self.trained(rig, metric, u[has], values[has])
+                self._kept[rig, metric] = process.fit(u[has], values[has])
             except CalibrationError as error:
                 raise CalibrationError(f"rig {rig}, {metric}: {error}") from None
         return self._kept[rig, metric]
-
-    def trained(self, rig: str, metric: str, u: np.ndarray, values: np.ndarray) -> GaussianProcess:
-        """The emulator of a rig's values (n,) at u (n, d)."""
-        return GaussianProcess().fit(u, values)
 
     def known(self, rig: str, metrics: Sequence[str]) -> dict[str, GaussianProcess]:
         """{metric: emulator} of those metrics that the rig's runs tell."""
@@ -84,39 +103,6 @@ class Emulators:
         _, u = self.inputs(rig)
         failed = ~np.isfinite(self.values(rig, metric))
         return Formed(Chance(u, failed, np.ones(len(u))), tests) if failed.any() else None  # type: ignore[arg-type]  # infinite where a mean is stated
-
-
-class Corrected:
-    """A response of the atlas and the process of what a study's runs differ by from it; as
-    `GaussianProcess`. Few runs are enough, as this difference bends less than the response (Kennedy
-    and O'Hagan 2000, Biometrika 87:1). The atlas' own error is in it, and counts there."""
-
-    def __init__(self, atlas: Any, difference: GaussianProcess) -> None:
-        self.atlas, self.difference = atlas, difference
-
-    def mean(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(mean, variance of that mean), (k,) each, at u (k, d)."""
-        mean, variance = self.difference.mean(u)
-        return self.atlas.mean(u)[0] + mean, variance
-
-    def sd_of_run(self, u: np.ndarray) -> np.ndarray:
-        """Standard deviation (k,) of a single run about the mean."""
-        return self.difference.sd_of_run(u)
-
-
-class CorrectedEmulators(Emulators):
-    """`Emulators` of a design's runs that begin from the atlas in the tests that it has."""
-
-    def __init__(self, config: Config, factors: Sequence[Any], design: pd.DataFrame) -> None:
-        super().__init__(factors, design)
-        self.atlas = AtlasEmulators(config, factors)
-
-    def trained(self, rig: str, metric: str, u: np.ndarray, values: np.ndarray) -> Any:
-        """The emulator of values (n,) at u (n, d)."""
-        if not self.atlas.has(rig, metric):
-            return super().trained(rig, metric, u, values)
-        own = self.atlas.of(rig, metric)
-        return Corrected(own, GaussianProcess().fit(u, values - own.mean(u)[0]))
 
 
 def joint_of(
