@@ -1,8 +1,8 @@
 """Emulators of a study's tests out of the atlas: in place of runs of its own, the runs of the atlas
 that are nearest to each of its rigs."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from types import SimpleNamespace
 
@@ -25,7 +25,7 @@ from calibration.inference.chance_of_no_value import Chance
 from calibration.inference.gaussian_process import GaussianProcess
 from calibration.inference.posterior_sampling import Formed
 from calibration.study.config import Config
-from calibration.study.config.joint import JointTarget, MeasuredMean
+from calibration.study.config.joint import JointTarget, MeasuredMean, joint_targets, measured_of
 from calibration.study.config.specs import overlay
 from calibration.study.config.tests import spec_of
 from calibration.study.factors import Factor
@@ -48,8 +48,9 @@ def grain_of(spec: RunSpec) -> Grain:
 def inputs_of(rig: Rig, spec: RunSpec) -> dict[str, float]:
     """{input: value} of a run spec, whether it lies in the atlas or not."""
     at: dict[str, float] = {}
+    grain = grain_of(spec)
     for own in rig.all_inputs:
-        at[own.name] = own.read(_level(spec, own.key), at, grain_of(spec))
+        at[own.name] = own.read(_level(spec, own.key), at, grain)
     if getattr(spec.geometry, "feed", None) == "opened":
         at["feed"] = 1.0
     return at
@@ -82,7 +83,8 @@ class Setting:
         test = config.tests[name]
         self.name, self.rig, self.spec = name, BY_EXPERIMENT[test.experiment], spec_of(config, name)
         self.grain, self.at = grain_of(self.spec), inputs_of(self.rig, self.spec)
-        self.base = [np.clip(i.coded(self.at[i.name]), 0.0, 1.0) for i in self.rig.all_inputs]
+        own = [i.coded(self.at[i.name]) for i in self.rig.all_inputs]
+        self.base = np.clip(own, 0.0, 1.0)
         self.moved = [
             (k, column, *(own.read(end, self.at, self.grain) for end in (f.low, f.high)))
             for k, f in enumerate(factors)
@@ -90,6 +92,7 @@ class Setting:
             if own.key == f.key and f.name not in test.fixed
         ]
         """[(factor's number, input's column, its value at the factor's low level, at its high)]."""
+        self.outside, self.counted = self._judged()
 
     def inputs(self, u: np.ndarray) -> np.ndarray:
         """Coded inputs (k, D) of the atlas at levels u (k, d) in [0, 1] of the factors."""
@@ -99,76 +102,62 @@ class Setting:
             x[:, column] = own.coded(np.clip(level, own.low, own.high))
         return x
 
-    def _beyond(self):
-        """(input, its value, the end that it lies beyond, low or high) of those that no factor
-        moves; factors have been cut to the atlas."""
-        moved = [column for _, column, *_ in self.moved]
-        for own in (i for k, i in enumerate(self.rig.all_inputs) if k not in moved):
-            x = own.coded(self.at[own.name])
-            if not -SLACK <= x <= 1.0 + SLACK:
-                yield own, self.at[own.name], "low" if x < 0.0 else "high"
-
-    def outside(self) -> Iterator[str]:
-        """Sentences on what lies outside the atlas, whose plates are bare."""
+    def _judged(self):
+        """(what lies outside the atlas, whose plates are bare; what counts as what the atlas has),
+        sentences: laws, but cohesion, which is an input; and inputs that no factor moves, but a
+        vessel, whose wall has its share taken off (`parts`). Factors have been cut to the atlas."""
+        outside, counted = [], []
         for key in ("plate_rim_height_mm", "plate_stl"):
             if found := getattr(self.spec.geometry, key, None):
-                yield f"tests.{self.name}: {key} is {found}; allowed: none, a plate without a rim"
-        for own, value, end in self._beyond():
-            if own.beyond != end:
-                allowed = f"{own.low:g} to {own.high:g}"
-                yield f"tests.{self.name}: {own.meaning} is {value:.3g}; allowed: {allowed}"
-
-    def counted(self) -> Iterator[str]:
-        """Sentences on laws that are not the atlas', but cohesion, which is an input; and on inputs
-        that count as the end that they lie beyond, but a vessel, whose wall has its share taken off
-        (`parts`)."""
+                outside.append(f"{key} is {found}; allowed: none, a plate without a rim")
         for slot in (s for s in DEFAULTS if s != "cohesion"):
             law, own = getattr(self.spec.laws, slot), DEFAULTS[slot]
             if law != own:
-                yield (
-                    f"{self.name}: the law of {slot} is {law}, and {own} in the atlas: what it "
-                    "tells may differ"
-                )
-        for own, value, end in self._beyond():
-            if own.name != "vessel":
-                yield (
-                    f"{self.name}: {own.meaning} is {value:.3g} and counts as "
-                    f"{getattr(own, end):g}: the atlas ends there; what is beyond may differ"
-                )
+                told = f"the law of {slot} is {law}, and {own} in the atlas"
+                counted.append(f"{self.name}: {told}: what it tells may differ")
+        moved = [column for _, column, *_ in self.moved]
+        for own in (i for k, i in enumerate(self.rig.all_inputs) if k not in moved):
+            value, x = self.at[own.name], own.coded(self.at[own.name])
+            end, told = "low" if x < 0.0 else "high", f"{own.meaning} is {value:.3g}"
+            if -SLACK <= x <= 1.0 + SLACK:
+                continue
+            if own.beyond != end:
+                outside.append(f"{told}; allowed: {own.low:g} to {own.high:g}")
+            elif own.name != "vessel":
+                told += f" and counts as {getattr(own, end):g}: the atlas ends there"
+                counted.append(f"{self.name}: {told}; what is beyond may differ")
+        return "; ".join(f"tests.{self.name}: {fault}" for fault in outside), counted
 
     def parts(self, metric: str) -> list[tuple[float, str]]:
-        """[(weight, metric of the atlas)]: a density in a vessel that is wider than the atlas'
-        widest, or than is simulated, lies between that in the narrow one and the core's, as the
-        share of the layer at the wall goes as one over the width
+        """[(weight in the metric's unit, metric of the atlas)]: a density in a vessel that is wider
+        than the atlas' widest, or than is simulated, lies between that in the narrow one and the
+        core's, as the share of the layer at the wall goes as one over the width
         (`dem.experiments.bulk_density`)."""
+        unit = size_of_unit(metric, self.grain)
         if metric != "poured_density_kg_m3":
-            return [(1.0, metric)]
+            return [(unit, metric)]
         length = relative_length(self.at["elongation"]) * self.grain.mm
         widest = min(self.at["vessel"], self.rig.input("vessel").high)
         share = widest * length / self.spec.geometry.vessel_diameter_mm
-        return [(share, metric)] + ([(1.0 - share, "poured_solid_fraction")] if share < 1.0 else [])
+        core = [(unit * (1.0 - share), "poured_solid_fraction")] if share < 1.0 else []
+        return [(unit * share, metric), *core]
 
 
+@dataclass(frozen=True)
 class Response:
     """A metric of a test over the study's free factors u (k, d) in [0, 1]; as `GaussianProcess`.
 
-    parts: [(weight, process of the atlas, how many times its errors are those that it states)];
-    inputs: u -> coded inputs (k, D) of these; unit: of the atlas in that of the metric.
+    parts: [(weight, process of the atlas, how many times its errors are those that it states)],
+    whose sum is the metric in its unit; inputs: u -> coded inputs (k, D) of these.
     """
 
-    def __init__(
-        self,
-        parts: Sequence[tuple[float, GaussianProcess, float]],
-        inputs: Callable[[np.ndarray], np.ndarray],
-        unit: float,
-    ) -> None:
-        self.parts, self.inputs, self.unit = parts, inputs, unit
+    parts: Sequence[tuple[float, GaussianProcess, float]]
+    inputs: Callable[[np.ndarray], np.ndarray]
 
     def mean(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(mean, variance of that mean), (k,) each."""
         x = self.inputs(np.atleast_2d(u))
-        weights = self.unit * np.array([w for w, _, _ in self.parts])
-        wider = np.array([times for _, _, times in self.parts])
+        weights, wider = np.array([(w, times) for w, _, times in self.parts]).T
         means, variances = zip(*(p.mean(x) for _, p, _ in self.parts), strict=True)
         return weights @ np.array(means), (weights * wider) ** 2 @ np.array(variances)
 
@@ -176,7 +165,7 @@ class Response:
         """Standard deviation (k,) of a single run about the mean."""
         x = self.inputs(np.atleast_2d(u))
         own = [w * p.sd_of_run(x) for w, p, _ in self.parts]
-        return np.asarray(self.unit * np.linalg.norm(own, axis=0))
+        return np.asarray(np.linalg.norm(own, axis=0))
 
 
 class AtlasEmulators:
@@ -189,23 +178,20 @@ class AtlasEmulators:
     def __init__(self, config: Config, factors: Sequence[Factor]) -> None:
         names = [n for n, t in config.tests.items() if t.experiment in BY_EXPERIMENT]
         settings = {name: Setting(config, name, factors) for name in names}
-        self.factors = factors
-        self._faults = {name: "; ".join(own.outside()) for name, own in settings.items()}
-        self._settings = {n: own for n, own in settings.items() if not self._faults[n]}
+        self.config, self.factors = config, factors
+        self._faults = {name: own.outside for name, own in settings.items()}
+        self._settings = {n: own for n, own in settings.items() if not own.outside}
         self.tests = list(self._settings)
         if not self.tests:
             told = "; ".join(self._faults.values()) or "no test of the study is in it"
             raise CalibrationError(f"outside the atlas: {told}")
         self._of: dict[tuple[str, str], Response] = {}
-        runs = [
-            pd.DataFrame({"rig": name}, index=kept(own.rig.name).index)
-            for name, own in self._settings.items()
-        ]
-        self.design = pd.concat(runs)
+        runs = [len(kept(own.rig.name)) for own in self._settings.values()]
+        self.design = pd.DataFrame({"rig": np.repeat(self.tests, runs)})
 
     def counted(self) -> list[str]:
         """Sentences on what of the tests counts as what the atlas has."""
-        return [sentence for own in self._settings.values() for sentence in own.counted()]
+        return [sentence for own in self._settings.values() for sentence in own.counted]
 
     def of(self, test: str, metric: str) -> Response:
         """The emulator of a metric. Raises CalibrationError where the atlas does not have it."""
@@ -215,25 +201,21 @@ class AtlasEmulators:
             own = self._settings[test]
             name, free = own.rig.name, [column for _, column, *_ in own.moved]
             near = [
-                (w, nearest(name, m, np.array(own.base), free), trained(name)[m]["wider"])
+                (w, nearest(name, m, own.base, free), trained(name)[m]["wider"])
                 for w, m in own.parts(metric)
             ]
-            self._of[test, metric] = Response(near, own.inputs, size_of_unit(metric, own.grain))
+            self._of[test, metric] = Response(near, own.inputs)
         return self._of[test, metric]
 
     def has(self, test: str, metric: str) -> bool:
         """Return whether the atlas has a metric of a test."""
         return test in self.tests and metric in self._settings[test].rig.readings
 
-    def known(self, test: str, metrics: Sequence[str]) -> dict[str, Response]:
-        """{metric: emulator} of those metrics that the atlas has."""
-        return {m: self.of(test, m) for m in metrics if self.has(test, m)}
-
-    def told(
-        self, measured: Mapping[JointTarget, MeasuredMean]
-    ) -> tuple[dict[JointTarget, MeasuredMean], list[str]]:
+    def told(self) -> tuple[dict[JointTarget, MeasuredMean], list[str]]:
         """(the targets that the atlas has of what was measured, sentences on the others, and why).
-        Raises CalibrationError where it has none."""
+        Raises CalibrationError where it has none, and ConfigError for a table that cannot be
+        read."""
+        measured = measured_of(self.config, joint_targets(self.config))
         found = {t: m for t, m in measured.items() if self.has(t.test, t.metric)}
         if not found:
             faults = "; ".join(filter(None, self._faults.values()))

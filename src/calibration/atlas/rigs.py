@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from calibration.study.config.specs import with_levels
-from calibration.study.new.grains import filling
+from calibration.study.new.grains import energy_of_weight, filling
 from calibration.study.new.laboratory import COHESION, WALL_COHESION
 from dem.constants import GRAVITY
 from dem.experiments.heap import solid_rate
@@ -104,12 +104,6 @@ def _bed(wide, depth):
     return filling(math.pi / 4.0 * wide**2 * depth, 1.0)
 
 
-def _energy(bond, at, grain):
-    """Surface energy [J/m2] g at which the pull-off force of two grains, 3 pi g R* with R* a
-    quarter of the diameter, is so many times the weight of one (Johnson, Kendall, Roberts 1971)."""
-    return bond * (grain.density * GRAVITY * (1e-3 * grain.mm) ** 2 / 4.5)
-
-
 def _feed(share, at, grain):
     """Grains per second of a share of what the orifice passes."""
     d = 1e-3 * grain.mm
@@ -125,7 +119,7 @@ def _rotation(froude, at, grain):
 
 _LEVELS: dict[str, Callable[[float, Mapping[str, float], Grain], float]] = {
     "number": lambda x, at, grain: x,
-    "bond": _energy,
+    "bond": lambda x, at, grain: x * energy_of_weight(*grain),
     "diameter": lambda x, at, grain: x * grain.mm,
     "length": lambda x, at, grain: x * relative_length(at["elongation"]) * grain.mm,
     "radius": lambda x, at, grain: x * 0.5 * at["plate"] * grain.mm,

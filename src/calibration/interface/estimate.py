@@ -29,7 +29,6 @@ from calibration.inference.joint.critique import ALPHA, POINTS, borders, misspec
 from calibration.stages.joint import atlas_against, sentences, write_posterior
 from calibration.statistics.design import screening_design
 from calibration.study.config import Config, overlay, parse_config
-from calibration.study.config.joint import joint_targets, measured_of
 from calibration.study.config.tests import spec_of
 from calibration.study.factors import Factor, read_factors
 from calibration.study.new.answers import Entry
@@ -70,7 +69,7 @@ def estimate(config: Config) -> Estimate:
     the atlas, naming what lies outside it."""
     factors, said = cut_to_atlas(config, read_factors(config.factors))
     emulators = AtlasEmulators(config, factors)
-    told, left_out = emulators.told(measured_of(config, joint_targets(config)))
+    told, left_out = emulators.told()
     said += [*emulators.counted(), *left_out]
     tests = {name: metrics_of(config, name, told) for name in emulators.tests}
     summary, tables = analysed(config, emulators, told, tests)  # type: ignore[arg-type]  # as Emulators
@@ -78,19 +77,17 @@ def estimate(config: Config) -> Estimate:
         own = {key: summary[key] for key in ("agreement", "targets", "misspecification_p")}
         said += atlas_against(own, None)
         return Estimate(own, {"targets": tables["targets"]}, said, factors)
-    expected = _expected(config, emulators, tables)
-    rigs = expected.loc[expected["told"], ["rig", "metric", "geometry"]]
+    expected = tables["predictions"] = _expected(config, emulators, tables)
+    rigs = expected.dropna(subset="mean")[["rig", "metric", "geometry"]]
     tables["next"] = tables["next"].merge(rigs)
     summary["next_test"] = tables["next"].to_dict("records")
-    tables["predictions"] = expected.drop(columns="told")
-    made = [(t.test, t.metric) for t in told]
-    said += [*sentences(summary, None), *_foretold(expected, made)]
+    said += [*sentences(summary, None), *_foretold(expected, [(t.test, t.metric) for t in told])]
     return Estimate(summary, tables, said, factors)
 
 
 def _expected(config, emulators, tables):
     """The predictions with their rigs in words, over those draws at which a test gives a value, and
-    one that is possible; `told`: whether these are more than half, without which there are none."""
+    one that is possible; nan where these are not more than half."""
     rng, draws, found = np.random.default_rng(config.seed), tables["draws"], []
     u = np.column_stack([(draws[f.name] - f.low) / (f.high - f.low) for f in emulators.factors])
     for row in tables["predictions"].to_dict("records"):
@@ -103,8 +100,8 @@ def _expected(config, emulators, tables):
         odds, *_ = emulators.formed(rig, metric, 1).chance.with_slope(u, [])
         has = (many >= least) & (many <= most) & (rng.random(len(u)) > expit(odds))
         runs = rng.normal(many, response.sd_of_run(u)).clip(least, most)
-        row |= {"geometry": _in_words(config, rig), "told": has.mean() > 0.5}
-        many, runs = (x[has] if row["told"] else np.nan * x for x in (many, runs))
+        row["geometry"] = _in_words(config, rig)
+        many, runs = (x[has] if has.mean() > 0.5 else np.nan * x for x in (many, runs))
         for name, values in (("", many), ("run_", runs)):
             row[f"{name}low"], row[f"{name}high"] = tails(values)
         found.append(row | {"mean": many.mean()})
@@ -125,7 +122,7 @@ def _foretold(expected, made):
         what = f"{row.rig}, {shown.name} ({row.geometry})"
         ends = f"(95 %: {shown.value(row.low)} to {shown.value(row.high)})"
         none = f"The atlas does not tell {what}: most draws give no value that is possible"
-        yield f"Expected of {what}: {shown.value(row.mean)} {ends}" if row.told else none
+        yield none if np.isnan(row.mean) else f"Expected of {what}: {shown.value(row.mean)} {ends}"
 
 
 def estimate_of(entries: Sequence[Entry]) -> Estimate:
@@ -185,7 +182,7 @@ def ranges_by_atlas(
         config, first = poured_as_atlas(config)
         own, short = cut_to_atlas(config, factors)
         emulators = AtlasEmulators(config, own)
-        measured, left_out = emulators.told(measured_of(config, joint_targets(config)))
+        measured, left_out = emulators.told()
     except (CalibrationError, ConfigError) as error:
         return list(factors), [f"the ranges stay as they are: {error}"], []
     joint = joint_of(config, emulators, measured)  # type: ignore[arg-type]  # as Emulators
@@ -226,8 +223,7 @@ def _reached(config, joint, measured):
     for response, target in zip(joint.responses, measured, strict=True):
         test, metric, y = target.test, target.metric, response.mean
         values, variance = response.predicted(u)
-        tails = 0.5 - 0.5 * KEPT, 0.5 + 0.5 * KEPT
-        low, high = np.quantile(rng.normal(values, np.sqrt(variance)), tails)
+        low, high = tails(rng.normal(values, np.sqrt(variance)), KEPT)
         error, shown = 2.0 * np.sqrt(response.variance), response_of(metric)
         side = int(y - error > high) - int(y + error < low)
         given = f"{shown.name} {shown.value(max(low, 0.0))} to {shown.value(high)}"

@@ -58,8 +58,7 @@ def _by_atlas(config, factors):
     from calibration.chain.joint.analysis import joint_of
 
     atlas = AtlasEmulators(config, factors)
-    told, _ = atlas.told(measured_of(config, joint_targets(config)))
-    draws = joint_of(config, atlas, told).posterior(config.seed).draws  # type: ignore[arg-type]  # as Emulators
+    draws = joint_of(config, atlas, atlas.told()[0]).posterior(config.seed).draws  # type: ignore[arg-type]  # as Emulators
     return atlas.tests, _spread(draws, config.joint.runs, config.seed)
 
 

@@ -88,16 +88,6 @@ class Emulators:
                 raise CalibrationError(f"rig {rig}, {metric}: {error}") from None
         return self._kept[rig, metric]
 
-    def known(self, rig: str, metrics: Sequence[str]) -> dict[str, GaussianProcess]:
-        """{metric: emulator} of those metrics that the rig's runs tell."""
-        found = {}
-        for metric in metrics:
-            try:
-                found[metric] = self.of(rig, metric)
-            except CalibrationError:
-                continue  # it does not vary, or few runs give it
-        return found
-
     def formed(self, rig: str, metric: str, tests: float) -> Formed | None:
         """`Formed` of `tests` of a rig that gave a metric; None where no run lacks it."""
         _, u = self.inputs(rig)
@@ -297,7 +287,7 @@ def next_tests(
     spread = _reading_sd(measured)
     wanted, candidates = None, []
     for rig, metrics in tests.items():
-        known = emulators.known(rig, metrics)
+        known = _known(emulators, rig, metrics)
         if rig == machine:
             wanted = next(iter(known.values()), None)
             continue
@@ -308,6 +298,17 @@ def next_tests(
         ]
     told = rank(candidates, draws, wanted, config.seed)
     return pd.DataFrame([_row(t, emulators.factors, spread) for t in told])
+
+
+def _known(emulators, rig, metrics):
+    """{metric: emulator} of those metrics that the rig's runs tell."""
+    found = {}
+    for metric in metrics:
+        try:
+            found[metric] = emulators.of(rig, metric)
+        except CalibrationError:
+            continue  # it does not vary, or few runs give it
+    return found
 
 
 def metrics_of(
@@ -355,7 +356,7 @@ def predictions(
     its spread. tests: {test: metrics}; draws: u (k, d)."""
     rows = []
     for rig, metrics in tests.items():
-        for metric, emulator in emulators.known(rig, metrics).items():
+        for metric, emulator in _known(emulators, rig, metrics).items():
             row = {"rig": rig, "metric": metric}
             rows.append(row | _prediction(emulator, emulators.factors, draws, config.seed))
     return pd.DataFrame(rows)
@@ -373,7 +374,7 @@ def _prediction(emulator, factors, draws, seed):
     return row | {f"{f.name} alone": float(x) for f, x in zip(factors, alone, strict=True)}
 
 
-def tails(values: np.ndarray) -> list[float]:
-    """Ends of the LEVEL's interval of values (k,)."""
-    tail = 0.5 * (1.0 - LEVEL)
+def tails(values: np.ndarray, level: float = LEVEL) -> list[float]:
+    """Ends of a level's interval of values (k,)."""
+    tail = 0.5 * (1.0 - level)
     return [float(x) for x in np.quantile(values, [tail, 1.0 - tail])]
