@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.stats import qmc
 
 from calibration.atlas.rigs import ONE, RIGS, Rig, size_of_unit
 from calibration.files import read_json, write_table
 from calibration.inference.gaussian_process import GaussianProcess
 from calibration.intake.tables import read_written
+from calibration.statistics.design import space_filling
 from calibration.study.new.study import one_run
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
@@ -32,12 +32,10 @@ KEPT = Path(__file__).with_name("kept")
 
 @cache
 def design(rig: Rig) -> list[dict[str, float]]:
-    """{input: value} of every run: a scrambled Sobol sequence over all inputs (Owen 1998), so that
-    each beginning of it fills the space."""
-    points = qmc.Sobol(len(rig.all_inputs), seed=1).random_base2(11)
+    """{input: value} of every run, of which each beginning fills the space of all inputs."""
     return [
         {i.name: _rounded(i.value(u)) for i, u in zip(rig.all_inputs, point, strict=True)}
-        for point in points
+        for point in space_filling(RUNS[rig.name], len(rig.all_inputs), 1)
     ]
 
 
@@ -79,8 +77,7 @@ def trained(name: str) -> dict[str, dict[str, Any]]:
     """{reading: what the kept runs of a test have trained}: `process`, what is known of it, and
     `wider`, how many times the errors that it states are those of runs which had no part in that
     (1 at least)."""
-    found: dict[str, dict[str, Any]] = read_json(KEPT / f"{name}.json")
-    return found
+    return read_json(KEPT / f"{name}.json")
 
 
 def coded(rig: Rig, table: pd.DataFrame) -> np.ndarray:

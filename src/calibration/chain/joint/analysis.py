@@ -4,17 +4,16 @@ every rig: which test to make next, and which parameter each metric owes its spr
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike
 from scipy.spatial.distance import cdist
 
 from calibration.atlas.emulators import AtlasEmulators
 from calibration.errors import CalibrationError
 from calibration.inference.chance_of_no_value import Chance
-from calibration.inference.gaussian_process import GaussianProcess, Known
+from calibration.inference.gaussian_process import GaussianProcess
 from calibration.inference.joint import critique
 from calibration.inference.joint.likelihood import Cloud, Joint, Response
 from calibration.inference.joint.next_test import Candidate, pushed, rank, shares
@@ -29,24 +28,6 @@ from dem.tables import read_table
 
 LEAST_TESTS = 1
 """Tests of the laboratory behind a mean whose number of readings nobody states."""
-
-
-class Corrected(GaussianProcess):
-    """A response of the atlas and the process of what a study's runs differ by from it. Few runs
-    are enough, as this difference bends less than the response (Kennedy and O'Hagan 2000,
-    Biometrika 87:1). The atlas' own error is in it, and counts there."""
-
-    def __init__(self, atlas: Any) -> None:
-        self.atlas = atlas
-
-    def fit(self, x: ArrayLike, y: ArrayLike, known: Known | None = None) -> Self:
-        """As `GaussianProcess.fit`, by what responses y (n,) differ by."""
-        return super().fit(x, y - self.atlas.mean(x)[0], known)
-
-    def mean(self, x: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-        """(mean, variance of that mean), (k,) each, at x (k, d)."""
-        mean, variance = super().mean(x)
-        return self.atlas.mean(x)[0] + mean, variance
 
 
 class Emulators:
@@ -78,12 +59,12 @@ class Emulators:
         runs gave a value, or all the same."""
         if (rig, metric) not in self._kept:
             _, u = self.inputs(rig)
-            values, process = self.values(rig, metric), GaussianProcess()
+            values = self.values(rig, metric)
             has = np.isfinite(values)
-            if self.atlas and self.atlas.has(rig, metric):
-                process = Corrected(self.atlas.of(rig, metric))
+            atlas = self.atlas
+            before = atlas.of(rig, metric) if atlas and atlas.has(rig, metric) else None
             try:
-                self._kept[rig, metric] = process.fit(u[has], values[has])
+                self._kept[rig, metric] = GaussianProcess(before).fit(u[has], values[has])
             except CalibrationError as error:
                 raise CalibrationError(f"rig {rig}, {metric}: {error}") from None
         return self._kept[rig, metric]
@@ -284,7 +265,7 @@ def next_tests(
     """Return what each metric of each test is expected to tell an hour, the best first; of the
     metrics of `machine` where it is named. tests: {test: metrics}; draws: u (k, d) of the
     posterior. Raises ConfigError for a table of hours that cannot be read."""
-    spread = _reading_sd(measured)
+    spread = {(t.test, t.metric): mean.reading_sd for t, mean in measured.items()}
     wanted, candidates = None, []
     for rig, metrics in tests.items():
         known = _known(emulators, rig, metrics)
@@ -331,11 +312,6 @@ def hours_of(config: Config, rig: str) -> float:
     rows = {row["experiment"]: (line, row["hours"]) for line, row in table.rows}
     line, hours = rows[config.tests[rig].experiment]
     return float(table.number(line, "hours", hours))
-
-
-def _reading_sd(measured):
-    """{(rig, metric): standard deviation of a reading} of what was measured."""
-    return {(t.test, t.metric): mean.reading_sd for t, mean in measured.items()}
 
 
 def _row(told, factors, measured):
