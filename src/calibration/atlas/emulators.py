@@ -8,17 +8,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
-from scipy.optimize import brentq
 
-from calibration.atlas.rigs import (
-    BY_EXPERIMENT,
-    GRAIN,
-    RIGS,
-    Grain,
-    Rig,
-    relative_length,
-    size_of_unit,
-)
+from calibration.atlas.rigs import BY_EXPERIMENT, GRAIN, RIGS, Grain, Rig, as_pair, size_of_unit
 from calibration.atlas.runs import coded, kept, trained
 from calibration.errors import CalibrationError
 from calibration.inference.chance_of_no_value import Chance
@@ -66,13 +57,6 @@ def _level(spec, key):
     for name in key.split("."):
         spec = getattr(spec, name, None)  # a law that a spec does not have has no parameter there
     return spec or 0.0
-
-
-def as_pair(reach: float) -> float:
-    """Length over width of two bonded spheres as long as a clump of the same volume; reach: its
-    length in diameters of the sphere of that volume."""
-    longest = min(max(reach, 1.0), relative_length(2.0))
-    return float(brentq(lambda e: relative_length(e) - longest, 1.0, 2.0))
 
 
 class Setting:
@@ -136,9 +120,9 @@ class Setting:
         unit = size_of_unit(metric, self.grain)
         if metric != "poured_density_kg_m3":
             return [(unit, metric)]
-        length = relative_length(self.at["elongation"]) * self.grain.mm
-        widest = min(self.at["vessel"], self.rig.input("vessel").high)
-        share = widest * length / self.spec.geometry.vessel_diameter_mm
+        own = self.rig.input("vessel")
+        narrow = own.level(min(self.at["vessel"], own.high), self.at, self.grain)
+        share = narrow / self.spec.geometry.vessel_diameter_mm
         core = [(unit * (1.0 - share), "poured_solid_fraction")] if share < 1.0 else []
         return [(unit * share, metric), *core]
 

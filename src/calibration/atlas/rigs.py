@@ -10,6 +10,7 @@ from importlib.resources import files
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 
 from calibration.study.config.specs import with_levels
 from calibration.study.new.grains import energy_of_weight, filling
@@ -92,6 +93,13 @@ def grains_of_cone(plate: float) -> float:
 def relative_length(elongation: float) -> float:
     """Length of a grain, in diameters of the sphere of its volume."""
     return float(elongation * sphere_radius(1.0, elongation))
+
+
+def as_pair(reach: float) -> float:
+    """Length over width of two bonded spheres as long as a clump of the same volume; reach: its
+    length in diameters of the sphere of that volume."""
+    longest = min(max(reach, 1.0), relative_length(2.0))
+    return float(brentq(lambda e: relative_length(e) - longest, 1.0, 2.0))
 
 
 def _wide(name, at):

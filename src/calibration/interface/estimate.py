@@ -14,14 +14,8 @@ import pandas as pd
 import yaml
 from scipy.special import expit
 
-from calibration.atlas.emulators import (
-    AtlasEmulators,
-    as_pair,
-    cut_to_atlas,
-    grain_of,
-    poured_as_atlas,
-)
-from calibration.atlas.rigs import RIGS, grains_of_cone
+from calibration.atlas.emulators import AtlasEmulators, cut_to_atlas, grain_of, poured_as_atlas
+from calibration.atlas.rigs import RIGS, as_pair, grains_of_cone
 from calibration.chain.joint.analysis import INSIDE, analysed, joint_of, metrics_of, tails
 from calibration.errors import CalibrationError, ConfigError
 from calibration.figures import response_of
