@@ -33,7 +33,7 @@ import pandas as pd
 import yaml
 
 from calibration import engines
-from calibration.atlas.emulators import KEYS, AtlasEmulators
+from calibration.atlas.emulators import AtlasEmulators
 from calibration.atlas.rigs import GRAIN, RIGS
 from calibration.atlas.runs import coded, kept, trained
 from calibration.errors import CalibrationError, ConfigError
@@ -56,10 +56,7 @@ READINGS = 4
 KINDS: dict[str, dict[str, Any]] = yaml.safe_load(Path(__file__).with_suffix(".yaml").read_text())
 FIRST = 20270101
 TRIES = 20  # materials that are drawn for one laboratory, at most
-KEY = {name: key for key, name in KEYS.items()}
-FACTORS = [
-    Factor(c, i.name, KEY[i.name], i.low, i.high) for c, i in zip("ABCDE", GRAIN[:5], strict=True)
-]
+FACTORS = [Factor(c, i.name, i.key, i.low, i.high) for c, i in zip("ABCDE", GRAIN[:5], strict=True)]
 
 
 def laboratories() -> list[tuple[str, int, tuple[str, ...]]]:

@@ -12,8 +12,8 @@ import pytest
 from new_studies import begun, read
 
 from calibration.atlas import runs
-from calibration.atlas.emulators import KEYS, AtlasEmulators, inputs_of, nearest
-from calibration.atlas.rigs import DIAMETER, GRAIN, RIGS
+from calibration.atlas.emulators import AtlasEmulators, inputs_of, nearest
+from calibration.atlas.rigs import GRAIN, ONE, RIGS
 from calibration.atlas.runs import compare, design, kept, trained
 from calibration.chain.joint.analysis import middle
 from calibration.chain.study import Study
@@ -41,8 +41,8 @@ def test_a_run_spec_tells_the_inputs_that_it_was_made_of(rig):
 def test_grains_of_another_size_in_a_rig_as_much_larger_are_the_same_run():
     rig = RIGS["heap"]
     at = design(rig)[3]
-    own, large = rig.spec(at, 1), rig.spec(at, 1) | rig.run(at, 1e4 * DIAMETER)
-    large["particles"] |= {"diameter_mm": 1e4 * DIAMETER, "elongation": at["elongation"]}
+    own, large = rig.spec(at, 1), rig.spec(at, 1) | rig.run(at, 10 * ONE.mm)
+    large["particles"] |= {"diameter_mm": 10 * ONE.mm, "elongation": at["elongation"]}
     assert large["geometry"]["plate_diameter_mm"] == 10 * own["geometry"]["plate_diameter_mm"]
     assert inputs_of(rig, parse_spec(large)) == pytest.approx(inputs_of(rig, parse_spec(own)))
 
@@ -51,8 +51,8 @@ def test_a_bond_number_is_the_pull_off_force_over_the_weight():
     rig = RIGS["density"]
     at = next(at for at in design(rig) if at["bond_number"] > 1.0)
     spec = parse_spec(rig.spec(at, 1))
-    pull = 3.0 * math.pi * spec.law_parameters.surface_energy_J_m2 * DIAMETER / 4.0
-    weight = spec.materials.particle.density_kg_m3 * 9.81 * math.pi / 6.0 * DIAMETER**3
+    pull = 3.0 * math.pi * spec.law_parameters.surface_energy_J_m2 * 1e-3 * ONE.mm / 4.0
+    weight = spec.materials.particle.density_kg_m3 * 9.81 * math.pi / 6.0 * (1e-3 * ONE.mm) ** 3
     assert pull / weight == pytest.approx(at["bond_number"])
 
 
@@ -217,7 +217,7 @@ def test_the_page_s_python_tells_the_parameters_of_a_study(monkeypatch):
     exec("\n".join(lines), names)
     table = eval(last, names)
     assert list(table["parameter"]) == [f.name for f in read_factors("examples/maize/factors.tsv")
-                                        if f.key in KEYS]  # fmt: skip
+                                        if f.key in {i.key for i in GRAIN}]  # fmt: skip
 
 
 def test_the_atlas_names_each_of_its_inputs_once():

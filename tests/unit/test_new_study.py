@@ -10,6 +10,7 @@ from new_studies import piloted, read
 
 from calibration.intake.measurements import read_measured
 from calibration.interface.commands import main
+from calibration.study.config import point_spec
 from calibration.study.config.joint import joint_targets
 from calibration.study.factors import read_factors
 from calibration.study.new.grains import mean_diameter, sieve_curve
@@ -261,4 +262,4 @@ def test_a_pilot_that_is_ended_ends(here, monkeypatch):
     monkeypatch.setattr(dem.run, "run", stopped)
     config = read("peas")
     with pytest.raises(StoppedError):
-        one_run(config, config.own_run, "heap", {})
+        one_run(point_spec(config.own_run, "heap", {}, 1))

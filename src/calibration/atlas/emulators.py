@@ -1,23 +1,22 @@
 """Emulators of a study's tests out of the atlas: in place of runs of its own, the runs of the atlas
 that are nearest to each of its rigs."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
-from scipy.optimize import brentq
 
-from calibration.atlas.rigs import GRAIN, RIGS, UNITS, Input, Rig, energy_of_weight, relative_length
+from calibration.atlas.rigs import BY_EXPERIMENT, GRAIN, RIGS, Grain, Rig, as_pair, size_of_unit
 from calibration.atlas.runs import coded, kept, trained
 from calibration.errors import CalibrationError
 from calibration.inference.chance_of_no_value import Chance
 from calibration.inference.gaussian_process import GaussianProcess
 from calibration.inference.posterior_sampling import Formed
 from calibration.study.config import Config
-from calibration.study.config.joint import JointTarget, MeasuredMean
+from calibration.study.config.joint import JointTarget, MeasuredMean, joint_targets, measured_of
 from calibration.study.config.specs import overlay
 from calibration.study.config.tests import spec_of
 from calibration.study.factors import Factor
@@ -30,88 +29,119 @@ NEAREST = 400
 the response bends (a local process: Gramacy and Apley 2015, Journal of Computational and Graphical
 Statistics 24:561)."""
 SLACK = 0.02  # of an input's range, by which a rig may lie beyond it
-KEYS = {
-    "contacts.particle_particle.static_friction": "grain_friction",
-    "contacts.particle_particle.rolling_friction": "grain_rolling",
-    "contacts.particle_wall.static_friction": "wall_friction",
-    "contacts.particle_wall.rolling_friction": "wall_rolling",
-    "contacts.particle_particle.restitution": "restitution",
-    "particles.elongation": "elongation",
-    "law_parameters.surface_energy_J_m2": "bond_number",
-}
-"""Keys of a run spec that are inputs of the atlas. No other key moves anything there: the wall's
-restitution is taken to be the grains', and Poisson's ratio to be nothing."""
 
 
-def rig_of(experiment: str) -> Rig | None:
-    """The atlas' test of an experiment, None where it has none."""
-    return next((r for r in RIGS.values() if r.experiment == experiment), None)
+def grain_of(spec: RunSpec) -> Grain:
+    """The mean grain of a run spec."""
+    return Grain(2e3 * mean_radius(spec), spec.materials.particle.density_kg_m3)
 
 
 def inputs_of(rig: Rig, spec: RunSpec) -> dict[str, float]:
     """{input: value} of a run spec, whether it lies in the atlas or not."""
-    grain = {name: _level(spec, key) / unit_of_level(name, spec) for key, name in KEYS.items()}
-    shape = clump_shape(spec)
-    longer = as_pair(shape.reach) if shape else spec.particles.elongation
-    own = rig.read(spec, diameter_mm(spec), relative_length(longer))
-    return grain | {"elongation": longer} | own
+    at: dict[str, float] = {}
+    grain = grain_of(spec)
+    for own in rig.all_inputs:
+        at[own.name] = own.read(_level(spec, own.key), at, grain)
+    if getattr(spec.geometry, "feed", None) == "opened":
+        at["feed"] = 1.0
+    return at
 
 
 def _level(spec, key):
+    """The level of a key as the atlas has it: of a clump as of a pair, of a vessel as simulated."""
+    shape = clump_shape(spec)
+    if shape and key == "particles.elongation":
+        return as_pair(shape.reach)
+    if key == "geometry.vessel_diameter_mm":
+        return spec.geometry.simulated_diameter_mm or spec.geometry.vessel_diameter_mm
     for name in key.split("."):
         spec = getattr(spec, name, None)  # a law that a spec does not have has no parameter there
     return spec or 0.0
 
 
-def unit_of_level(name: str, spec: RunSpec) -> float:
-    """An input of the grain of 1, as a level of a run spec."""
-    if name != "bond_number":
-        return 1.0
-    return energy_of_weight(1e-3 * diameter_mm(spec), spec.materials.particle.density_kg_m3)
+class Setting:
+    """A test of a study in the atlas: its rig, run spec and {input: value}, and which of these the
+    study's factors move."""
+
+    def __init__(self, config: Config, name: str, factors: Sequence[Factor]) -> None:
+        test = config.tests[name]
+        self.name, self.rig, self.spec = name, BY_EXPERIMENT[test.experiment], spec_of(config, name)
+        self.grain, self.at = grain_of(self.spec), inputs_of(self.rig, self.spec)
+        own = [i.coded(self.at[i.name]) for i in self.rig.all_inputs]
+        self.base = np.clip(own, 0.0, 1.0)
+        self.moved = [
+            (k, column, *(own.read(end, self.at, self.grain) for end in (f.low, f.high)))
+            for k, f in enumerate(factors)
+            for column, own in enumerate(GRAIN)
+            if own.key == f.key and f.name not in test.fixed
+        ]
+        """[(factor's number, input's column, its value at the factor's low level, at its high)]."""
+        self.outside, self.counted = self._judged()
+
+    def inputs(self, u: np.ndarray) -> np.ndarray:
+        """Coded inputs (k, D) of the atlas at levels u (k, d) in [0, 1] of the factors."""
+        x = np.tile(self.base, (len(u), 1))
+        for k, column, low, high in self.moved:
+            own, level = GRAIN[column], low + u[:, k] * (high - low)
+            x[:, column] = own.coded(np.clip(level, own.low, own.high))
+        return x
+
+    def _judged(self):
+        """(what lies outside the atlas, whose plates are bare; what counts as what the atlas has),
+        sentences: laws, but cohesion, which is an input; and inputs that no factor moves, but a
+        vessel, whose wall has its share taken off (`parts`). Factors have been cut to the atlas."""
+        outside, counted = [], []
+        for key in ("plate_rim_height_mm", "plate_stl"):
+            if found := getattr(self.spec.geometry, key, None):
+                outside.append(f"{key} is {found}; allowed: none, a plate without a rim")
+        for slot in (s for s in DEFAULTS if s != "cohesion"):
+            law, own = getattr(self.spec.laws, slot), DEFAULTS[slot]
+            if law != own:
+                told = f"the law of {slot} is {law}, and {own} in the atlas"
+                counted.append(f"{self.name}: {told}: what it tells may differ")
+        moved = [column for _, column, *_ in self.moved]
+        for own in (i for k, i in enumerate(self.rig.all_inputs) if k not in moved):
+            value, x = self.at[own.name], own.coded(self.at[own.name])
+            end, told = "low" if x < 0.0 else "high", f"{own.meaning} is {value:.3g}"
+            if -SLACK <= x <= 1.0 + SLACK:
+                continue
+            if own.beyond != end:
+                outside.append(f"{told}; allowed: {own.low:g} to {own.high:g}")
+            elif own.name != "vessel":
+                told += f" and counts as {getattr(own, end):g}: the atlas ends there"
+                counted.append(f"{self.name}: {told}; what is beyond may differ")
+        return "; ".join(f"tests.{self.name}: {fault}" for fault in outside), counted
+
+    def parts(self, metric: str) -> list[tuple[float, str]]:
+        """[(weight in the metric's unit, metric of the atlas)]: a density in a vessel that is wider
+        than the atlas' widest, or than is simulated, lies between that in the narrow one and the
+        core's, as the share of the layer at the wall goes as one over the width
+        (`dem.experiments.bulk_density`)."""
+        unit = size_of_unit(metric, self.grain)
+        if metric != "poured_density_kg_m3":
+            return [(unit, metric)]
+        own = self.rig.input("vessel")
+        narrow = own.level(min(self.at["vessel"], own.high), self.at, self.grain)
+        share = narrow / self.spec.geometry.vessel_diameter_mm
+        core = [(unit * (1.0 - share), "poured_solid_fraction")] if share < 1.0 else []
+        return [(unit * share, metric), *core]
 
 
-def diameter_mm(spec: RunSpec) -> float:
-    """Diameter of the grain of mean volume."""
-    return 2e3 * mean_radius(spec)
-
-
-def as_pair(reach: float) -> float:
-    """Length over width of two bonded spheres as long as a clump of the same volume; reach: its
-    length in diameters of the sphere of that volume."""
-    longest = min(max(reach, 1.0), relative_length(2.0))
-    return float(brentq(lambda e: relative_length(e) - longest, 1.0, 2.0))
-
-
+@dataclass(frozen=True)
 class Response:
     """A metric of a test over the study's free factors u (k, d) in [0, 1]; as `GaussianProcess`.
 
     parts: [(weight, process of the atlas, how many times its errors are those that it states)],
-    whose inputs (D,) are `base` but for those that a factor moves; unit: of the atlas in that of
-    the metric.
+    whose sum is the metric in its unit; inputs: u -> coded inputs (k, D) of these.
     """
 
-    def __init__(
-        self,
-        parts: Sequence[tuple[float, GaussianProcess, float]],
-        base: np.ndarray,
-        moved: Sequence[tuple[int, int, Input, float, float]],
-        unit: float,
-    ) -> None:
-        self.parts, self.base, self.moved, self.unit = parts, base, moved, unit
-
-    def inputs(self, u: np.ndarray) -> np.ndarray:
-        """Coded inputs (k, D) of the atlas."""
-        x = np.tile(self.base, (len(u), 1))
-        for k, column, own, low, high in self.moved:
-            level = low + u[:, k] * (high - low)
-            x[:, column] = own.coded(np.clip(level, own.low, own.high))
-        return x
+    parts: Sequence[tuple[float, GaussianProcess, float]]
+    inputs: Callable[[np.ndarray], np.ndarray]
 
     def mean(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(mean, variance of that mean), (k,) each."""
         x = self.inputs(np.atleast_2d(u))
-        weights = self.unit * np.array([w for w, _, _ in self.parts])
-        wider = np.array([times for _, _, times in self.parts])
+        weights, wider = np.array([(w, times) for w, _, times in self.parts]).T
         means, variances = zip(*(p.mean(x) for _, p, _ in self.parts), strict=True)
         return weights @ np.array(means), (weights * wider) ** 2 @ np.array(variances)
 
@@ -119,7 +149,7 @@ class Response:
         """Standard deviation (k,) of a single run about the mean."""
         x = self.inputs(np.atleast_2d(u))
         own = [w * p.sd_of_run(x) for w, p, _ in self.parts]
-        return np.asarray(self.unit * np.linalg.norm(own, axis=0))
+        return np.asarray(np.linalg.norm(own, axis=0))
 
 
 class AtlasEmulators:
@@ -130,125 +160,68 @@ class AtlasEmulators:
     """
 
     def __init__(self, config: Config, factors: Sequence[Factor]) -> None:
+        names = [n for n, t in config.tests.items() if t.experiment in BY_EXPERIMENT]
+        settings = {name: Setting(config, name, factors) for name in names}
         self.config, self.factors = config, factors
-        names = [n for n, t in config.tests.items() if rig_of(t.experiment)]
-        self._specs = {name: spec_of(config, name) for name in names}
-        self._faults = {name: "; ".join(self._outside(name)) for name in names}
-        self.tests = [name for name, faults in self._faults.items() if not faults]
+        self._faults = {name: own.outside for name, own in settings.items()}
+        self._settings = {n: own for n, own in settings.items() if not own.outside}
+        self.tests = list(self._settings)
         if not self.tests:
             told = "; ".join(self._faults.values()) or "no test of the study is in it"
             raise CalibrationError(f"outside the atlas: {told}")
         self._of: dict[tuple[str, str], Response] = {}
-        runs = [pd.DataFrame({"rig": n}, index=kept(self._rig(n).name).index) for n in self.tests]
-        self.design = pd.concat(runs)
+        runs = [len(kept(own.rig.name)) for own in self._settings.values()]
+        self.design = pd.DataFrame({"rig": np.repeat(self.tests, runs)})
 
-    def _rig(self, test):
-        return rig_of(self.config.tests[test].experiment)
-
-    def _moved(self, test):
-        """[(factor's number, input's column, input, low, high)] of the inputs that factors move."""
-        rig, spec = self._rig(test), self._specs[test]
-        names = [i.name for i in rig.all_inputs]
-        for k, f in enumerate(self.factors):
-            if KEYS.get(f.key) and f.name not in self.config.tests[test].fixed:
-                column = names.index(KEYS[f.key])
-                unit = unit_of_level(KEYS[f.key], spec)
-                yield k, column, rig.all_inputs[column], f.low / unit, f.high / unit
-
-    def _beyond(self, test):
-        """(input, its value, the end that it lies beyond, low or high) of a test; those that
-        factors move have been cut to the atlas."""
-        rig = self._rig(test)
-        moved = {own.name for _, _, own, _, _ in self._moved(test)}
-        at = inputs_of(rig, self._specs[test])
-        for own in (i for i in rig.all_inputs if i.name not in moved):
-            x = own.coded(at[own.name])
-            if not -SLACK <= x <= 1.0 + SLACK:
-                yield own, at[own.name], "low" if x < 0.0 else "high"
-
-    def _outside(self, test):
-        """Sentences on inputs of a test that lie outside the atlas, whose plates are bare."""
-        for key in ("plate_rim_height_mm", "plate_stl"):
-            if found := getattr(self._specs[test].geometry, key, None):
-                yield f"tests.{test}: {key} is {found}; allowed: none, a plate without a rim"
-        for own, value, end in self._beyond(test):
-            if own.beyond != end:
-                allowed = f"{own.low:g} to {own.high:g}"
-                yield f"tests.{test}: {own.meaning} is {value:.3g}; allowed: {allowed}"
-
-    def counted(self) -> Iterator[str]:
-        """Sentences on inputs that count as the end that they lie beyond, but for a vessel, whose
-        wall has its share taken off (`_parts`); and on laws that are not the atlas'."""
-        for test in self.tests:
-            for slot, own in DEFAULTS.items():
-                law = getattr(self._specs[test].laws, slot)
-                if law != own and slot != "cohesion":  # which is an input
-                    yield (
-                        f"{test}: the law of {slot} is {law}, and {own} in the atlas: what it "
-                        "tells may differ"
-                    )
-            for own, value, end in self._beyond(test):
-                if own.name != "vessel":
-                    yield (
-                        f"{test}: {own.meaning} is {value:.3g} and counts as "
-                        f"{getattr(own, end):g}: the atlas ends there; what is beyond may differ"
-                    )
+    def counted(self) -> list[str]:
+        """Sentences on what of the tests counts as what the atlas has."""
+        return [sentence for own in self._settings.values() for sentence in own.counted]
 
     def of(self, test: str, metric: str) -> Response:
         """The emulator of a metric. Raises CalibrationError where the atlas does not have it."""
-        if (test, metric) not in self._of:
-            self._of[test, metric] = self._made(test, metric)
-        return self._of[test, metric]
-
-    def _made(self, test, metric):
         if not self.has(test, metric):
             raise CalibrationError(f"tests.{test}: the atlas has no {metric} of it")
-        rig, spec = self._rig(test), self._specs[test]
-        at = inputs_of(rig, spec)
-        base = np.array([np.clip(i.coded(at[i.name]), 0.0, 1.0) for i in rig.all_inputs])
-        moved = list(self._moved(test))
-        diameter, density = 1e-3 * diameter_mm(spec), spec.materials.particle.density_kg_m3
-        near = [
-            (w, nearest(rig.name, m, base, [k[1] for k in moved]), trained(rig.name)[m]["wider"])
-            for w, m in _parts(rig, spec, at, metric)
-        ]
-        return Response(near, base, moved, UNITS[rig.readings[metric]](diameter, density))
+        if (test, metric) not in self._of:
+            own = self._settings[test]
+            name, free = own.rig.name, [column for _, column, *_ in own.moved]
+            near = [
+                (w, nearest(name, m, own.base, free), trained(name)[m]["wider"])
+                for w, m in own.parts(metric)
+            ]
+            self._of[test, metric] = Response(near, own.inputs)
+        return self._of[test, metric]
 
     def has(self, test: str, metric: str) -> bool:
         """Return whether the atlas has a metric of a test."""
-        return test in self.tests and metric in self._rig(test).readings
+        return test in self.tests and metric in self._settings[test].rig.readings
 
-    def known(self, test: str, metrics: Sequence[str]) -> dict[str, Response]:
-        """{metric: emulator} of those metrics that the atlas has."""
-        return {m: self.of(test, m) for m in metrics if self.has(test, m)}
-
-    def told(self, measured: Mapping[JointTarget, MeasuredMean]) -> dict[JointTarget, MeasuredMean]:
-        """Of what was measured the targets that the atlas has. Raises CalibrationError for none."""
+    def told(self) -> tuple[dict[JointTarget, MeasuredMean], list[str]]:
+        """(the targets that the atlas has of what was measured, sentences on the others, and why).
+        Raises CalibrationError where it has none, and ConfigError for a table that cannot be
+        read."""
+        measured = measured_of(self.config, joint_targets(self.config))
         found = {t: m for t, m in measured.items() if self.has(t.test, t.metric)}
         if not found:
             faults = "; ".join(filter(None, self._faults.values()))
             titles = ", ".join(rig.title for rig in RIGS.values())
             known = f"nothing was measured that it has; allowed: {titles}"
             raise CalibrationError(f"outside the atlas: {faults or known}")
-        return found
-
-    def left_out(self, measured: Mapping[JointTarget, MeasuredMean]) -> list[str]:
-        """Sentences on the targets that are not `told`, and why."""
-        told = self.told(measured)
-        return [
+        rest = [
             f"the atlas tells nothing of {t.name}: {self._faults.get(t.test) or 'it has none'}"
-            for t in measured if t not in told
+            for t in measured if t not in found
         ]  # fmt: skip
+        return found, rest
 
     def values(self, test: str, metric: str) -> np.ndarray:
         """(n,) values of a metric of the atlas' runs, nan where a run gave none."""
-        return kept(self._rig(test).name)[metric].to_numpy(float)
+        return kept(self._settings[test].rig.name)[metric].to_numpy(float)
 
     def formed(self, test: str, metric: str, tests: float) -> Formed:
         """`Formed` of `tests` of a rig that gave a metric: over the study's free factors, without
         slopes."""
-        own, response = chance(self._rig(test).name), self.of(test, metric)
-        odds = SimpleNamespace(with_slope=lambda u, _: own.with_slope(response.inputs(u), []))
+        setting = self._settings[test]
+        own = chance(setting.rig.name)
+        odds = SimpleNamespace(with_slope=lambda u, _: own.with_slope(setting.inputs(u), []))
         return Formed(odds, tests)  # type: ignore[arg-type]
 
 
@@ -266,22 +239,10 @@ def nearest(name: str, metric: str, at: np.ndarray, free: Sequence[int]) -> Gaus
     known = trained(name)[metric]["process"]
     has = np.isfinite(y)
     x, y = x[has], y[has]
-    rest = [k for k in range(x.shape[1]) if k not in free]
     smooth = np.exp(known[0][1 : 1 + x.shape[1]])  # behind the smooth part's share
-    apart = (((x - at) / smooth)[:, rest] ** 2).sum(axis=1)
+    apart = np.delete(((x - at) / smooth) ** 2, free, axis=1).sum(axis=1)
     near = np.argsort(apart, kind="stable")[:NEAREST]
     return GaussianProcess().fit(x[near], y[near], known)
-
-
-def _parts(rig, spec, at, metric):
-    """[(weight, metric of the atlas)]: a density in a vessel that is wider than the atlas' widest,
-    or than is simulated, lies between that in the narrow one and the core's, as the share of the
-    layer at the wall goes as one over the width (`dem.experiments.bulk_density`)."""
-    if metric != "poured_density_kg_m3":
-        return [(1.0, metric)]
-    length = relative_length(at["elongation"]) * diameter_mm(spec)
-    share = min(at["vessel"], rig.input("vessel").high) * length / spec.geometry.vessel_diameter_mm
-    return [(share, metric)] + ([(1.0 - share, "poured_solid_fraction")] if share < 1.0 else [])
 
 
 def poured_as_atlas(config: Config) -> tuple[Config, list[str]]:
@@ -304,22 +265,16 @@ def poured_as_atlas(config: Config) -> tuple[Config, list[str]]:
 def cut_to_atlas(config: Config, factors: Sequence[Factor]) -> tuple[list[Factor], list[str]]:
     """(factors whose levels lie in the atlas, sentences on those that were cut). Raises
     CalibrationError for one whose levels all lie outside."""
-    found, said = [], []
-    grain = {i.name: i for i in GRAIN}
-    spec = spec_of(config, config.own)
-    for f in factors:
-        name = KEYS.get(f.key)
-        if name is None:
-            continue
-        unit = unit_of_level(name, spec)
-        low, high = (unit * end for end in (grain[name].low, grain[name].high))
+    found, said, grain = [], [], grain_of(spec_of(config, config.own))
+    for f, own in ((f, i) for f in factors for i in GRAIN if i.key == f.key):
+        low, high = (own.level(end, {}, grain) for end in (own.low, own.high))
         if f.high <= low or f.low >= high:
             raise CalibrationError(
                 f"{f.name}: {f.low:g} to {f.high:g} lies outside the atlas; allowed: {low:.3g} to "
                 f"{high:.3g}"
             )
         cut = replace(f, low=max(f.low, low), high=min(f.high, high))
-        if (cut.low, cut.high) != (f.low, f.high):
+        if cut != f:
             said.append(f"{f.name} is taken from {cut.low:.3g} to {cut.high:.3g}: the atlas ends "
                         f"there (its range: {f.low:g} to {f.high:g})")  # fmt: skip
         found.append(cut)

@@ -7,18 +7,30 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 
-from calibration.study.new.grains import filling
+from calibration.study.config.specs import with_levels
+from calibration.study.new.grains import energy_of_weight, filling
+from calibration.study.new.laboratory import COHESION, WALL_COHESION
 from dem.constants import GRAVITY
 from dem.experiments.heap import solid_rate
 from dem.grains.dumbbell import sphere_radius
-from dem.spec import RunSpec
 from dem.tables import table_of
+from dem.units import unit_of
 
-DIAMETER, DENSITY = 2e-3, 1500.0  # of the one grain [m], [kg/m3]
+
+class Grain(NamedTuple):
+    """Diameter [mm] of the sphere of a grain's volume, and its density [kg/m3]."""
+
+    mm: float
+    density: float
+
+
+ONE = Grain(2.0, 1500.0)
+"""The one grain of all runs."""
 SOFTNESS = 5e4
 """Shear modulus over rho g d. A modulus of 3 MPa, which studies take, is 1e5 for grains of 2 mm and
 5e4 for grains of 4 mm."""
@@ -31,6 +43,8 @@ class Input:
     fields are."""
 
     name: str
+    key: str
+    of: str
     low: float
     high: float
     scale: str
@@ -52,6 +66,15 @@ class Input:
         low = forward(self.low)
         return (forward(value) - low) / (forward(self.high) - low)
 
+    def level(self, value: float, at: Mapping[str, float], grain: Grain) -> float:
+        """The level of a run spec at a value; at: {name: value} of the inputs before it."""
+        return _LEVELS[self.of](value, at, grain)
+
+    def read(self, level: float, at: Mapping[str, float], grain: Grain) -> float:
+        """The way back: a level goes with the value, and a rotation's with the root of it."""
+        share = level / self.level(1.0, at, grain)
+        return share**2 if self.of == "froude" else share
+
 
 _SCALES: dict[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
     "linear": (np.asarray, np.asarray),
@@ -60,6 +83,64 @@ _SCALES: dict[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
     "root": (np.sqrt, np.square),
 }
 """How an input is spread, and the way back."""
+
+
+def grains_of_cone(plate: float) -> float:
+    """Grains of a cone of 35° on a plate, which is in diameters."""
+    return filling(math.pi / 24.0 * CONE_SLOPE * plate**3, 1.0)
+
+
+def relative_length(elongation: float) -> float:
+    """Length of a grain, in diameters of the sphere of its volume."""
+    return float(elongation * sphere_radius(1.0, elongation))
+
+
+def as_pair(reach: float) -> float:
+    """Length over width of two bonded spheres as long as a clump of the same volume; reach: its
+    length in diameters of the sphere of that volume."""
+    longest = min(max(reach, 1.0), relative_length(2.0))
+    return float(brentq(lambda e: relative_length(e) - longest, 1.0, 2.0))
+
+
+def _wide(name, at):
+    """A width, which is over the grain's length, in diameters."""
+    return at[name] * relative_length(at["elongation"])
+
+
+def _bed(wide, depth):
+    """Grains of a round bed, which is in diameters."""
+    return filling(math.pi / 4.0 * wide**2 * depth, 1.0)
+
+
+def _feed(share, at, grain):
+    """Grains per second of a share of what the orifice passes."""
+    d = 1e-3 * grain.mm
+    rate = solid_rate(_wide("orifice", at) * d, relative_length(at["elongation"]) * d)
+    return share * rate / (math.pi / 6.0 * d**3)
+
+
+def _rotation(froude, at, grain):
+    """Degrees per second of a drum."""
+    radius = 0.5e-3 * _wide("drum", at) * grain.mm
+    return math.degrees(math.sqrt(froude * GRAVITY / radius))
+
+
+_LEVELS: dict[str, Callable[[float, Mapping[str, float], Grain], float]] = {
+    "number": lambda x, at, grain: x,
+    "bond": lambda x, at, grain: x * energy_of_weight(*grain),
+    "diameter": lambda x, at, grain: x * grain.mm,
+    "length": lambda x, at, grain: x * relative_length(at["elongation"]) * grain.mm,
+    "radius": lambda x, at, grain: x * 0.5 * at["plate"] * grain.mm,
+    "orifice": lambda x, at, grain: x * _wide("orifice", at) * grain.mm,
+    "cone": lambda x, at, grain: x * grains_of_cone(at["plate"]),
+    "cylinder": lambda x, at, grain: x * _bed(_wide("cylinder", at), _wide("cylinder", at)),
+    "vessel": lambda x, at, grain: x * _bed(_wide("vessel", at), _wide("vessel", at)),
+    "drum": lambda x, at, grain: x * _bed(_wide("drum", at), _wide("width", at)),
+    "feed": _feed,
+    "speed": lambda x, at, grain: 1e3 * x * math.sqrt(1e-3 * GRAVITY * grain.mm),
+    "froude": _rotation,
+}
+"""{what an input is a number of: its level in a run spec}."""
 
 
 def _inputs():
@@ -74,35 +155,28 @@ def _inputs():
 
 _INPUTS = _inputs()
 GRAIN = tuple(_INPUTS["all"])
+"""Inputs of every test. No other key of a grain moves anything there: the wall's restitution is
+taken to be the grains', and Poisson's ratio to be nothing."""
 
 
-UNITS: dict[str, Callable[[float, float], float]] = {
-    "angle or share": lambda diameter, density: 1.0,
-    "length": lambda diameter, density: 1e3 * diameter,  # [mm]
-    "density": lambda diameter, density: density,
-    "mass flow": lambda diameter, density: (
-        1e3 * density * math.sqrt(GRAVITY) * diameter**2.5
-    ),  # [g]
-}
-"""Size of a unit of the atlas in that of the metric, for grains of a diameter [m] and a density
-[kg/m3]."""
+def size_of_unit(metric: str, grain: Grain) -> float:
+    """A metric of 1 without a unit, in its own."""
+    flow = 1e3 * grain.density * math.sqrt(GRAVITY) * (1e-3 * grain.mm) ** 2.5  # [g/s]
+    sizes = {"mm": grain.mm, "kg/m³": grain.density, "g/s": flow}
+    return sizes.get(unit_of(metric) or "", 1.0)  # an angle and a share have none
 
 
 @dataclass(frozen=True, eq=False)
 class Rig:
-    """A test of the atlas.
-
-    run: ({name: value} of all inputs, diameter of the grain [mm]) -> the geometry, the number of
-    grains, and numerics of its run. read: the way back, (run spec, diameter [mm], length over
-    diameter) -> {name: value} of the rig's inputs. readings: {metric: its unit, a key of UNITS}.
-    """
+    """A test of the atlas: its name, experiment, title, the metrics that are kept of its runs, and
+    what its run has beside the levels of its inputs: of {name: value} and these levels {key: level}
+    and the diameter [mm]."""
 
     name: str
     experiment: str
     title: str
-    run: Callable[[Mapping[str, float], float], dict[str, Any]]
-    read: Callable[[RunSpec, float, float], dict[str, float]]
-    readings: Mapping[str, str]
+    readings: tuple[str, ...]
+    beside: Callable[[Mapping[str, float], Mapping[str, float], float], dict[str, float]]
 
     @property
     def inputs(self) -> tuple[Input, ...]:
@@ -118,187 +192,58 @@ class Rig:
         """Of the grain and of the rig."""
         return (*GRAIN, *self.inputs)
 
+    def run(self, at: Mapping[str, float], mm: float) -> dict[str, Any]:
+        """Geometry, number of grains and numerics of a run at {name: value} of all inputs, for
+        grains of a diameter [mm]."""
+        levels = {i.key: i.level(at[i.name], at, Grain(mm, ONE.density)) for i in self.inputs}
+        levels |= self.beside(at, levels, mm)
+        return with_levels({}, levels | {"particles.count": round(levels["particles.count"])})
+
     def spec(self, at: Mapping[str, float], seed: int) -> dict[str, Any]:
         """Run spec of the one grain at {input: value}."""
-        grain = {k: at[f"grain_{s}"] for k, s in _FRICTIONS.items()}
-        wall = {k: at[f"wall_{s}"] for k, s in _FRICTIONS.items()}
-        both = {"restitution": at["restitution"]}
-        spec = {
-            "experiment": self.experiment,
-            "seed": seed,
-            "materials": {"particle": _MATERIAL},
-            "contacts": {"particle_particle": grain | both, "particle_wall": wall | both},
-            **self.run(at, 1e3 * DIAMETER),
-        }
-        spec["particles"] |= {"diameter_mm": 1e3 * DIAMETER, "elongation": at["elongation"]}
-        if at["bond_number"]:
-            energy = at["bond_number"] * energy_of_weight(DIAMETER, DENSITY)
-            keys = "surface_energy_J_m2", "wall_surface_energy_J_m2"
-            spec |= {"laws": {"cohesion": "jkr"}, "law_parameters": dict.fromkeys(keys, energy)}
-        return spec
+        levels: dict[str, float | str] = {i.key: i.level(at[i.name], at, ONE) for i in GRAIN}
+        levels["contacts.particle_wall.restitution"] = at["restitution"]
+        levels["particles.diameter_mm"] = ONE.mm
+        if energy := levels.pop(COHESION):
+            levels |= {"laws.cohesion": "jkr", COHESION: energy, WALL_COHESION: energy}
+        softness = SOFTNESS * ONE.density * GRAVITY * (1e-3 * ONE.mm)
+        grain = {"density_kg_m3": ONE.density, "shear_modulus_Pa": softness}
+        about = {"experiment": self.experiment, "seed": seed, "materials": {"particle": grain}}
+        return with_levels(about | self.run(at, ONE.mm), levels)
 
 
-_FRICTIONS = {"static_friction": "friction", "rolling_friction": "rolling"}
-_MATERIAL = {
-    "density_kg_m3": DENSITY, "shear_modulus_Pa": SOFTNESS * DENSITY * GRAVITY * DIAMETER
-}  # fmt: skip
-
-
-def energy_of_weight(diameter: float, density: float) -> float:
-    """Surface energy [J/m2] g at which the pull-off force of two grains of a diameter [m] and a
-    density [kg/m3], 3 pi g R* with R* a quarter of the diameter, is the weight of one (Johnson,
-    Kendall, Roberts 1971)."""
-    return density * GRAVITY * diameter**2 / 4.5
-
-
-def _grains(volume):
-    """Grains in a volume of the bed, in diameters."""
-    return round(filling(volume, 1.0))
-
-
-def grains_of_cone(plate: float) -> float:
-    """Grains of a cone of 35° on a plate, which is in diameters."""
-    return filling(math.pi / 24.0 * CONE_SLOPE * plate**3, 1.0)
-
-
-def relative_length(elongation: float) -> float:
-    """Length of a grain, in diameters of the sphere of its volume."""
-    return float(elongation * sphere_radius(1.0, elongation))
-
-
-def _length(at):
-    return relative_length(at["elongation"])
-
-
-def _depth(count, wide):
-    """Depth of grains over the width of their cylinder, which is in diameters."""
-    return count / filling(math.pi / 4.0 * wide**3, 1.0)
-
-
-def _heap(at, mm):
-    plate = at["plate"]
-    orifice = at["orifice"] * _length(at)
-    count = round(at["filling"] * grains_of_cone(plate))
-    d = 1e-3 * mm
-    rate = at["feed"] * solid_rate(orifice * d, _length(at) * d) / (math.pi / 6.0 * d**3)
-    geometry = {
-        "orifice_diameter_mm": orifice * mm,
-        "funnel_top_diameter_mm": (orifice + 20.0) * mm,
-        "plate_diameter_mm": plate * mm,
-        "discharge_height_mm": at["height"] * 0.5 * plate * mm,
-        "generation_rate_per_s": rate,
-        "injection_speed_m_s": 2.0 * math.sqrt(GRAVITY * d),
-    }
+def _beside_heap(at, levels, mm):
+    """A funnel, grains that fall out of it, and the time for all of them to come to rest."""
+    fed = round(levels["particles.count"]) / levels["geometry.generation_rate_per_s"]
     return {
-        "particles": {"count": count},
-        "geometry": geometry,
-        "numerics": {"max_time_s": count / rate + 6.0 * math.sqrt(d / DIAMETER)},
+        "geometry.funnel_top_diameter_mm": levels["geometry.orifice_diameter_mm"] + 20.0 * mm,
+        "geometry.injection_speed_m_s": 2.0 * math.sqrt(GRAVITY * (1e-3 * mm)),
+        "numerics.max_time_s": fed + 6.0 * math.sqrt(mm / ONE.mm),
     }
 
 
-def _read_heap(spec, d, length):
-    g, plate = spec.geometry, spec.geometry.plate_diameter_mm / d
-    passes = solid_rate(1e-3 * g.orifice_diameter_mm, 1e-3 * length * d)
-    rate = g.generation_rate_per_s * math.pi / 6.0 * (1e-3 * d) ** 3
-    return {
-        "plate": plate,
-        "filling": spec.particles.count / grains_of_cone(plate),
-        "height": g.discharge_height_mm / (0.5 * g.plate_diameter_mm),
-        "orifice": g.orifice_diameter_mm / (length * d),
-        "feed": 1.0 if g.feed == "opened" else rate / passes,
-    }
+def _beside_cylinder(at, levels, mm):
+    return {"geometry.plate_diameter_mm": 6.0 * levels["geometry.cylinder_diameter_mm"]}
 
 
-def _cylinder(at, mm):
-    wide = at["cylinder"] * _length(at)
-    geometry = {
-        "cylinder_diameter_mm": wide * mm,
-        "plate_diameter_mm": 6.0 * wide * mm,
-        "lift_speed_mm_s": 1e3 * at["lift_speed"] * math.sqrt(1e-3 * GRAVITY * mm),
-    }
-    count = _grains(math.pi / 4.0 * wide**3 * at["depth"])
-    return {"particles": {"count": count}, "geometry": geometry}
+def _beside_silo(at, levels, mm):
+    orifice = _wide("orifice", at)
+    return {"particles.count": _bed(at["silo"] * orifice, 1.9 * orifice)}
 
 
-def _read_cylinder(spec, d, length):
-    wide = spec.geometry.cylinder_diameter_mm / d
-    return {
-        "cylinder": wide / length,
-        "depth": _depth(spec.particles.count, wide),
-        "lift_speed": 1e-3 * spec.geometry.lift_speed_mm_s / math.sqrt(GRAVITY * 1e-3 * d),
-    }
-
-
-def _vessel(at, mm):
-    wide = at["vessel"] * _length(at)
-    count = _grains(math.pi / 4.0 * wide**3 * at["depth"])
-    return {"particles": {"count": count}, "geometry": {"vessel_diameter_mm": wide * mm, "taps": 0}}
-
-
-def _read_vessel(spec, d, length):
-    wide = (spec.geometry.simulated_diameter_mm or spec.geometry.vessel_diameter_mm) / d
-    return {"vessel": wide / length, "depth": _depth(spec.particles.count, wide)}
-
-
-def _silo(at, mm):
-    orifice = at["orifice"] * _length(at)
-    wide = at["silo"] * orifice
-    geometry = {
-        "silo_diameter_mm": wide * mm,
-        "orifice_diameter_mm": orifice * mm,
-        "hopper_half_angle_deg": at["half_angle_deg"],
-    }
-    count = _grains(math.pi / 4.0 * wide**2 * 1.9 * orifice)
-    return {"particles": {"count": count}, "geometry": geometry}
-
-
-def _read_silo(spec, d, length):
-    g = spec.geometry
-    return {
-        "orifice": g.orifice_diameter_mm / (length * d),
-        "silo": g.silo_diameter_mm / g.orifice_diameter_mm,
-        "half_angle_deg": g.hopper_half_angle_deg,
-    }
-
-
-def _drum(at, mm):
-    wide, width = at["drum"] * _length(at), at["width"] * _length(at)
-    speed = math.sqrt(at["froude"] * GRAVITY / (0.5e-3 * wide * mm))
-    geometry = {
-        "drum_diameter_mm": wide * mm,
-        "drum_width_mm": width * mm,
-        "rotation_rate_deg_s": math.degrees(speed),
-        "start_turns": 0.3,
-        "turns": 0.25,
-    }
-    count = _grains(at["filling"] * math.pi / 4.0 * wide**2 * width)
-    return {"particles": {"count": count}, "geometry": geometry}
-
-
-def _read_drum(spec, d, length):
-    g, radius = spec.geometry, 0.5e-3 * spec.geometry.drum_diameter_mm
-    room = math.pi / 4.0 * (g.drum_diameter_mm / d) ** 2 * g.drum_width_mm / d
-    return {
-        "drum": g.drum_diameter_mm / (length * d),
-        "width": g.drum_width_mm / (length * d),
-        "filling": spec.particles.count / filling(room, 1.0),
-        "froude": math.radians(g.rotation_rate_deg_s) ** 2 * radius / GRAVITY,
-    }
-
-
-_HEAP = dict.fromkeys(("angle_of_repose_deg", "radial_angle_deg"), "angle or share")
-_HEAP |= {"height_mm": "length"}
+_HEAP = "angle_of_repose_deg", "radial_angle_deg", "height_mm"
 RIGS = {
     rig.name: rig
     for rig in (
-        Rig("heap", "heap", "heap of a funnel", _heap, _read_heap, _HEAP),
-        Rig("cylinder", "lifted_cylinder", "heap of a lifted cylinder", _cylinder, _read_cylinder,
-            _HEAP | {"base_radius_mm": "length"}),
-        Rig("density", "bulk_density", "poured density", _vessel, _read_vessel,
-            {"poured_density_kg_m3": "density", "poured_solid_fraction": "angle or share"}),
-        Rig("silo", "discharge", "discharge of a silo", _silo, _read_silo,
-            {"mass_flow_g_s": "mass flow", "bulk_density_kg_m3": "density"}),
-        Rig("drum", "drum", "turning drum", _drum, _read_drum,
-            {"dynamic_angle_deg": "angle or share"}),
+        Rig("heap", "heap", "heap of a funnel", _HEAP, _beside_heap),
+        Rig("cylinder", "lifted_cylinder", "heap of a lifted cylinder",
+            (*_HEAP, "base_radius_mm"), _beside_cylinder),
+        Rig("density", "bulk_density", "poured density",
+            ("poured_density_kg_m3", "poured_solid_fraction"), lambda *_: {"geometry.taps": 0}),
+        Rig("silo", "discharge", "discharge of a silo",
+            ("mass_flow_g_s", "bulk_density_kg_m3"), _beside_silo),
+        Rig("drum", "drum", "turning drum", ("dynamic_angle_deg",),
+            lambda *_: {"geometry.start_turns": 0.3, "geometry.turns": 0.25}),
     )
 }  # fmt: skip
+BY_EXPERIMENT = {rig.experiment: rig for rig in RIGS.values()}

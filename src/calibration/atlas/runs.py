@@ -1,27 +1,23 @@
 """The runs of the atlas: a space-filling design a test, made part by part, and the tables that are
 kept of them."""
 
-import json
 import sys
-import tempfile
 from collections.abc import Sequence
 from functools import cache
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.stats import qmc
 
-from calibration.atlas.rigs import DENSITY, DIAMETER, RIGS, UNITS, Rig
-from calibration.files import write_table
+from calibration.atlas.rigs import ONE, RIGS, Rig, size_of_unit
+from calibration.files import read_json, write_table
 from calibration.inference.gaussian_process import GaussianProcess
 from calibration.intake.tables import read_written
-from dem.errors import DemError, StoppedError
+from calibration.statistics.design import space_filling
+from calibration.study.new.study import one_run
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
-from dem.spec import parse_spec
 
 PART = 25
 RUNS = {"heap": 2000, "cylinder": 1500, "density": 1500, "drum": 1500, "silo": 400}
@@ -31,17 +27,15 @@ TRAINED = 300, 0.75
 """Runs at most, evenly out of those that have a value, and share of them, by which lengths are
 trained: the likelihood takes the cube of their number, and the others tell what the trained process
 is worth."""
-KEPT = files("calibration.atlas") / "kept"
+KEPT = Path(__file__).with_name("kept")
 
 
 @cache
 def design(rig: Rig) -> list[dict[str, float]]:
-    """{input: value} of every run: a scrambled Sobol sequence over all inputs (Owen 1998), so that
-    each beginning of it fills the space."""
-    points = qmc.Sobol(len(rig.all_inputs), seed=1).random_base2(11)
+    """{input: value} of every run, of which each beginning fills the space of all inputs."""
     return [
         {i.name: _rounded(i.value(u)) for i, u in zip(rig.all_inputs, point, strict=True)}
-        for point in points
+        for point in space_filling(RUNS[rig.name], len(rig.all_inputs), 1)
     ]
 
 
@@ -51,42 +45,31 @@ def _rounded(value):
 
 def one(rig: Rig, at: dict[str, float], seed: int) -> dict[str, Any]:
     """{reading: value without a unit} of a run, and `fault`, why it has none."""
-    from dem.run import run  # loads the engine
-
-    try:
-        spec = parse_spec(rig.spec(at, seed))
-        with tempfile.TemporaryDirectory() as work:
-            metrics = run(spec, Path(work) / "run")["metrics"]
-    except StoppedError:
-        raise
-    except DemError as error:
-        return {"fault": str(error).partition(";")[0][:60]}
-    units = {m: UNITS[unit](DIAMETER, DENSITY) for m, unit in rig.readings.items()}
-    return {m: _rounded(metrics[m] / unit) for m, unit in units.items()} | {"fault": ""}
+    trial = one_run(rig.spec(at, seed))
+    if not trial.metrics:
+        return dict.fromkeys(rig.readings) | {"fault": trial.fault.partition(";")[0][:60]}
+    values = {m: _rounded(trial.metrics[m] / size_of_unit(m, ONE)) for m in rig.readings}
+    return values | {"fault": ""}
 
 
 def make(name: str, part: int, out: Path) -> None:
     """Make the runs of a part of a test, at the inputs that are kept of them or else the design's,
     and write them as a table with the engine's fingerprint."""
-    rig, numbers = RIGS[name], range(part * PART, (part + 1) * PART)
-    points = {k: at for k, at in enumerate(design(rig)) if k in numbers}
-    table = kept(name).set_index("run")[[i.name for i in rig.all_inputs]]
-    points |= table[table.index.isin(numbers)].to_dict("index")
-    rows = [{"run": k} | at | one(rig, at, k + 1) for k, at in points.items()]
-    table = pd.DataFrame(rows).assign(engine=engine_fingerprint())
-    write_table(table.reindex(columns=columns(rig)), out)
-
-
-def columns(rig: Rig) -> list[str]:
-    """Columns of a test's table."""
-    return ["run", *(i.name for i in rig.all_inputs), *rig.readings, "fault", "engine"]
+    rig = RIGS[name]
+    before = kept(name).set_index("run")[[i.name for i in rig.all_inputs]]
+    points = dict(enumerate(design(rig))) | before.to_dict("index")
+    numbers = range(part * PART, (part + 1) * PART)
+    rows = [{"run": k} | points[k] | one(rig, points[k], k + 1) for k in numbers]
+    write_table(pd.DataFrame(rows).assign(engine=engine_fingerprint()), out)
 
 
 @cache
 def kept(name: str) -> pd.DataFrame:
     """The kept table of a test: inputs and readings, a row a run; without rows where none is."""
-    path = Path(str(KEPT / f"{name}.csv"))
-    return read_parts([path]) if path.is_file() else pd.DataFrame(columns=columns(RIGS[name]))
+    path, inputs = KEPT / f"{name}.csv", [i.name for i in RIGS[name].all_inputs]
+    return (
+        read_parts([path]) if path.is_file() else pd.DataFrame(columns=["run", *inputs, "engine"])
+    )
 
 
 @cache
@@ -94,8 +77,7 @@ def trained(name: str) -> dict[str, dict[str, Any]]:
     """{reading: what the kept runs of a test have trained}: `process`, what is known of it, and
     `wider`, how many times the errors that it states are those of runs which had no part in that
     (1 at least)."""
-    found: dict[str, dict[str, Any]] = json.loads((KEPT / f"{name}.json").read_text("utf-8"))
-    return found
+    return read_json(KEPT / f"{name}.json")
 
 
 def coded(rig: Rig, table: pd.DataFrame) -> np.ndarray:
@@ -118,7 +100,7 @@ def keep(name: str, parts: Sequence[Path], out: Path) -> None:
     table = pd.concat([before[own], table]).sort_values("run")
     x = coded(rig, table)
     found = {metric: _trained(x, table[metric].to_numpy(float)) for metric in rig.readings}
-    write_table(table[columns(rig)], out / f"{name}.csv")
+    write_table(table, out / f"{name}.csv")
     write_json(out / f"{name}.json", found)
 
 

@@ -41,6 +41,16 @@ class GaussianProcess:
     together, by maximum likelihood.
     """
 
+    def __init__(self, before: Any = None) -> None:
+        """before: an emulator that this one corrects, by what responses differ from its mean. Few
+        runs are enough, as this difference bends less than the response (Kennedy and O'Hagan 2000,
+        Biometrika 87:1); the error of `before` is in it, and counts there."""
+        self.before = before
+
+    def _expected(self, x):
+        """What is expected before any response is seen."""
+        return self.before.mean(x)[0] if self.before else 0.0
+
     def fit(self, x: ArrayLike, y: ArrayLike, known: Known | None = None) -> Self:
         """Train by responses y (n,) of single runs at inputs x (n, d) in [0, 1]. Returns the
         process. known: `known` of a process that was trained by more runs of the response, whose
@@ -52,7 +62,7 @@ class GaussianProcess:
         fifth, and the errors of the mean would be wrong with it. Raises CalibrationError for runs
         that are too few, or all alike.
         """
-        self.x, y = np.asarray(x, float), np.asarray(y, float)
+        self.x, y = np.asarray(x, float), np.asarray(y, float) - self._expected(x)
         self._log_variance = _log_variance(self.x, y)
         local = self._variance_of_run(self.x)
         self._usual = float(local.mean())
@@ -91,7 +101,8 @@ class GaussianProcess:
         known = cross @ self._root
         own = self._variances.sum() + self._offset + self._linear * (x**2).sum(axis=1)
         left = np.maximum(own - (known * known).sum(axis=1), 0.0)
-        return self.middle + self.spread * (cross @ self.alpha), self.spread**2 * left
+        expected = self.middle + self.spread * (cross @ self.alpha)
+        return self._expected(x) + expected, self.spread**2 * left
 
     def sd_of_run(self, x: ArrayLike) -> np.ndarray:
         """Standard deviation (k,) of a single run about the mean at x (k, d)."""

@@ -14,14 +14,8 @@ import pandas as pd
 import yaml
 from scipy.special import expit
 
-from calibration.atlas.emulators import (
-    AtlasEmulators,
-    as_pair,
-    cut_to_atlas,
-    diameter_mm,
-    poured_as_atlas,
-)
-from calibration.atlas.rigs import RIGS, grains_of_cone
+from calibration.atlas.emulators import AtlasEmulators, cut_to_atlas, grain_of, poured_as_atlas
+from calibration.atlas.rigs import RIGS, as_pair, grains_of_cone
 from calibration.chain.joint.analysis import INSIDE, analysed, joint_of, metrics_of, tails
 from calibration.errors import CalibrationError, ConfigError
 from calibration.figures import response_of
@@ -29,12 +23,11 @@ from calibration.inference.joint.critique import ALPHA, POINTS, borders, misspec
 from calibration.stages.joint import atlas_against, sentences, write_posterior
 from calibration.statistics.design import screening_design
 from calibration.study.config import Config, overlay, parse_config
-from calibration.study.config.joint import joint_targets, measured_of
 from calibration.study.config.tests import spec_of
 from calibration.study.factors import Factor, read_factors
 from calibration.study.new.answers import Entry
-from calibration.study.new.laboratory import Laboratory
-from calibration.study.new.study import reach
+from calibration.study.new.laboratory import Laboratory, laboratory_of
+from calibration.study.new.study import reach, write_study
 from calibration.study.simulated_tests import WITH_SIZE
 from dem.experiments import experiments
 from dem.units import behind, unit_of, without_unit
@@ -70,28 +63,25 @@ def estimate(config: Config) -> Estimate:
     the atlas, naming what lies outside it."""
     factors, said = cut_to_atlas(config, read_factors(config.factors))
     emulators = AtlasEmulators(config, factors)
-    measured = measured_of(config, joint_targets(config))
-    told = emulators.told(measured)
-    said += [*emulators.counted(), *emulators.left_out(measured)]
+    told, left_out = emulators.told()
+    said += [*emulators.counted(), *left_out]
     tests = {name: metrics_of(config, name, told) for name in emulators.tests}
     summary, tables = analysed(config, emulators, told, tests)  # type: ignore[arg-type]  # as Emulators
     if summary["agreement"]["contradicts"]:
         own = {key: summary[key] for key in ("agreement", "targets", "misspecification_p")}
         said += atlas_against(own, None)
         return Estimate(own, {"targets": tables["targets"]}, said, factors)
-    expected = _expected(config, emulators, tables)
-    rigs = expected.loc[expected["told"], ["rig", "metric", "geometry"]]
+    expected = tables["predictions"] = _expected(config, emulators, tables)
+    rigs = expected.dropna(subset="mean")[["rig", "metric", "geometry"]]
     tables["next"] = tables["next"].merge(rigs)
     summary["next_test"] = tables["next"].to_dict("records")
-    tables["predictions"] = expected.drop(columns="told")
-    made = [(t.test, t.metric) for t in told]
-    said += [*sentences(summary, None), *_foretold(expected, made)]
+    said += [*sentences(summary, None), *_foretold(expected, [(t.test, t.metric) for t in told])]
     return Estimate(summary, tables, said, factors)
 
 
 def _expected(config, emulators, tables):
     """The predictions with their rigs in words, over those draws at which a test gives a value, and
-    one that is possible; `told`: whether these are more than half, without which there are none."""
+    one that is possible; nan where these are not more than half."""
     rng, draws, found = np.random.default_rng(config.seed), tables["draws"], []
     u = np.column_stack([(draws[f.name] - f.low) / (f.high - f.low) for f in emulators.factors])
     for row in tables["predictions"].to_dict("records"):
@@ -104,8 +94,8 @@ def _expected(config, emulators, tables):
         odds, *_ = emulators.formed(rig, metric, 1).chance.with_slope(u, [])
         has = (many >= least) & (many <= most) & (rng.random(len(u)) > expit(odds))
         runs = rng.normal(many, response.sd_of_run(u)).clip(least, most)
-        row |= {"geometry": _in_words(config, rig), "told": has.mean() > 0.5}
-        many, runs = (x[has] if row["told"] else np.nan * x for x in (many, runs))
+        row["geometry"] = _in_words(config, rig)
+        many, runs = (x[has] if has.mean() > 0.5 else np.nan * x for x in (many, runs))
         for name, values in (("", many), ("run_", runs)):
             row[f"{name}low"], row[f"{name}high"] = tails(values)
         found.append(row | {"mean": many.mean()})
@@ -114,7 +104,7 @@ def _expected(config, emulators, tables):
 
 def _in_words(config, test):
     """A test's rig: its grains, and what of its geometry has a unit."""
-    told = {"grains_mm": diameter_mm(spec_of(config, test))} | config.run_of(test)["geometry"]
+    told = {"grains_mm": grain_of(spec_of(config, test)).mm} | config.run_of(test)["geometry"]
     told = {without_unit(k).replace("_", " "): (v, unit_of(k)) for k, v in told.items()}
     return ", ".join(f"{k} {v:.3g}{behind(unit)}" for k, (v, unit) in told.items() if unit)
 
@@ -126,15 +116,12 @@ def _foretold(expected, made):
         what = f"{row.rig}, {shown.name} ({row.geometry})"
         ends = f"(95 %: {shown.value(row.low)} to {shown.value(row.high)})"
         none = f"The atlas does not tell {what}: most draws give no value that is possible"
-        yield f"Expected of {what}: {shown.value(row.mean)} {ends}" if row.told else none
+        yield none if np.isnan(row.mean) else f"Expected of {what}: {shown.value(row.mean)} {ends}"
 
 
 def estimate_of(entries: Sequence[Entry]) -> Estimate:
     """The `Estimate` of what a laboratory told, with a usual rig for each test of the atlas that it
     did not make. Raises CalibrationError."""
-    from calibration.study.new.laboratory import laboratory_of
-    from calibration.study.new.study import write_study
-
     with tempfile.TemporaryDirectory() as work:
         folder = Path(work) / "estimate"
         lab = laboratory_of("estimate", folder, entries, GRAINS, single=True)
@@ -189,8 +176,7 @@ def ranges_by_atlas(
         config, first = poured_as_atlas(config)
         own, short = cut_to_atlas(config, factors)
         emulators = AtlasEmulators(config, own)
-        read = measured_of(config, joint_targets(config))
-        measured = emulators.told(read)
+        measured, left_out = emulators.told()
     except (CalibrationError, ConfigError) as error:
         return list(factors), [f"the ranges stay as they are: {error}"], []
     joint = joint_of(config, emulators, measured)  # type: ignore[arg-type]  # as Emulators
@@ -215,7 +201,7 @@ def ranges_by_atlas(
     ends = {f.name: (f, *pair) for f, *pair in zip(own, low, high, strict=True)}
     cut = [_narrowed(f, *ends[f.name]) if f.name in ends else f for f in factors]
     pairs = [(f, new) for f, new in zip(factors, cut, strict=True) if f != new]
-    said = [*said, *first, *emulators.left_out(read)]
+    said = [*said, *first, *left_out]
     said += [f"{f.name}: {f.levels} becomes {new.levels}" for f, new in pairs]
     if why:
         where = "are cut only to where tests have a value" if pairs else "stay as they are"
@@ -231,8 +217,7 @@ def _reached(config, joint, measured):
     for response, target in zip(joint.responses, measured, strict=True):
         test, metric, y = target.test, target.metric, response.mean
         values, variance = response.predicted(u)
-        tails = 0.5 - 0.5 * KEPT, 0.5 + 0.5 * KEPT
-        low, high = np.quantile(rng.normal(values, np.sqrt(variance)), tails)
+        low, high = tails(rng.normal(values, np.sqrt(variance)), KEPT)
         error, shown = 2.0 * np.sqrt(response.variance), response_of(metric)
         side = int(y - error > high) - int(y + error < low)
         given = f"{shown.name} {shown.value(max(low, 0.0))} to {shown.value(high)}"

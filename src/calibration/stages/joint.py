@@ -58,18 +58,16 @@ def _by_atlas(config, factors):
     from calibration.chain.joint.analysis import joint_of
 
     atlas = AtlasEmulators(config, factors)
-    told = atlas.told(measured_of(config, joint_targets(config)))
-    draws = joint_of(config, atlas, told).posterior(config.seed).draws  # type: ignore[arg-type]  # as Emulators
+    draws = joint_of(config, atlas, atlas.told()[0]).posterior(config.seed).draws  # type: ignore[arg-type]  # as Emulators
     return atlas.tests, _spread(draws, config.joint.runs, config.seed)
 
 
 def _emulators(config, factors, design):
     """Emulators of a design's runs; by the atlas they correct it."""
-    from calibration.chain.joint.analysis import CorrectedEmulators, Emulators
+    from calibration.atlas.emulators import AtlasEmulators
+    from calibration.chain.joint.analysis import Emulators
 
-    if config.by_atlas:
-        return CorrectedEmulators(config, factors, design)
-    return Emulators(factors, design)
+    return Emulators(factors, design, AtlasEmulators(config, factors) if config.by_atlas else None)
 
 
 def plan_joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:

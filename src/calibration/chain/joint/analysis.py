@@ -34,11 +34,13 @@ class Emulators:
     """Emulators of any metric of any rig over the free factors, trained by a design's runs.
 
     factors: the free ones (d); design: table of finished runs with the columns rig, run_id and one
-    for each factor.
+    for each factor; atlas: that these correct in the tests that it has.
     """
 
-    def __init__(self, factors: Sequence[Any], design: pd.DataFrame) -> None:
-        self.factors, self.design = factors, design
+    def __init__(
+        self, factors: Sequence[Any], design: pd.DataFrame, atlas: AtlasEmulators | None = None
+    ) -> None:
+        self.factors, self.design, self.atlas = factors, design, atlas
         self._kept: dict[tuple[str, str], GaussianProcess] = {}
 
     def inputs(self, rig: str) -> tuple[pd.DataFrame, np.ndarray]:
@@ -59,64 +61,19 @@ class Emulators:
             _, u = self.inputs(rig)
             values = self.values(rig, metric)
             has = np.isfinite(values)
+            atlas = self.atlas
+            before = atlas.of(rig, metric) if atlas and atlas.has(rig, metric) else None
             try:
-                self._kept[rig, metric] = self.trained(rig, metric, u[has], values[has])
+                self._kept[rig, metric] = GaussianProcess(before).fit(u[has], values[has])
             except CalibrationError as error:
                 raise CalibrationError(f"rig {rig}, {metric}: {error}") from None
         return self._kept[rig, metric]
-
-    def trained(self, rig: str, metric: str, u: np.ndarray, values: np.ndarray) -> GaussianProcess:
-        """The emulator of a rig's values (n,) at u (n, d)."""
-        return GaussianProcess().fit(u, values)
-
-    def known(self, rig: str, metrics: Sequence[str]) -> dict[str, GaussianProcess]:
-        """{metric: emulator} of those metrics that the rig's runs tell."""
-        found = {}
-        for metric in metrics:
-            try:
-                found[metric] = self.of(rig, metric)
-            except CalibrationError:
-                continue  # it does not vary, or few runs give it
-        return found
 
     def formed(self, rig: str, metric: str, tests: float) -> Formed | None:
         """`Formed` of `tests` of a rig that gave a metric; None where no run lacks it."""
         _, u = self.inputs(rig)
         failed = ~np.isfinite(self.values(rig, metric))
         return Formed(Chance(u, failed, np.ones(len(u))), tests) if failed.any() else None  # type: ignore[arg-type]  # infinite where a mean is stated
-
-
-class Corrected:
-    """A response of the atlas and the process of what a study's runs differ by from it; as
-    `GaussianProcess`. Few runs are enough, as this difference bends less than the response (Kennedy
-    and O'Hagan 2000, Biometrika 87:1). The atlas' own error is in it, and counts there."""
-
-    def __init__(self, atlas: Any, difference: GaussianProcess) -> None:
-        self.atlas, self.difference = atlas, difference
-
-    def mean(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(mean, variance of that mean), (k,) each, at u (k, d)."""
-        mean, variance = self.difference.mean(u)
-        return self.atlas.mean(u)[0] + mean, variance
-
-    def sd_of_run(self, u: np.ndarray) -> np.ndarray:
-        """Standard deviation (k,) of a single run about the mean."""
-        return self.difference.sd_of_run(u)
-
-
-class CorrectedEmulators(Emulators):
-    """`Emulators` of a design's runs that begin from the atlas in the tests that it has."""
-
-    def __init__(self, config: Config, factors: Sequence[Any], design: pd.DataFrame) -> None:
-        super().__init__(factors, design)
-        self.atlas = AtlasEmulators(config, factors)
-
-    def trained(self, rig: str, metric: str, u: np.ndarray, values: np.ndarray) -> Any:
-        """The emulator of values (n,) at u (n, d)."""
-        if not self.atlas.has(rig, metric):
-            return super().trained(rig, metric, u, values)
-        own = self.atlas.of(rig, metric)
-        return Corrected(own, GaussianProcess().fit(u, values - own.mean(u)[0]))
 
 
 def joint_of(
@@ -308,10 +265,10 @@ def next_tests(
     """Return what each metric of each test is expected to tell an hour, the best first; of the
     metrics of `machine` where it is named. tests: {test: metrics}; draws: u (k, d) of the
     posterior. Raises ConfigError for a table of hours that cannot be read."""
-    spread = _reading_sd(measured)
+    spread = {(t.test, t.metric): mean.reading_sd for t, mean in measured.items()}
     wanted, candidates = None, []
     for rig, metrics in tests.items():
-        known = emulators.known(rig, metrics)
+        known = _known(emulators, rig, metrics)
         if rig == machine:
             wanted = next(iter(known.values()), None)
             continue
@@ -322,6 +279,17 @@ def next_tests(
         ]
     told = rank(candidates, draws, wanted, config.seed)
     return pd.DataFrame([_row(t, emulators.factors, spread) for t in told])
+
+
+def _known(emulators, rig, metrics):
+    """{metric: emulator} of those metrics that the rig's runs tell."""
+    found = {}
+    for metric in metrics:
+        try:
+            found[metric] = emulators.of(rig, metric)
+        except CalibrationError:
+            continue  # it does not vary, or few runs give it
+    return found
 
 
 def metrics_of(
@@ -346,11 +314,6 @@ def hours_of(config: Config, rig: str) -> float:
     return float(table.number(line, "hours", hours))
 
 
-def _reading_sd(measured):
-    """{(rig, metric): standard deviation of a reading} of what was measured."""
-    return {(t.test, t.metric): mean.reading_sd for t, mean in measured.items()}
-
-
 def _row(told, factors, measured):
     c = told.candidate
     row = {"rig": c.rig, "metric": c.metric, "measured": (c.rig, c.metric) in measured}
@@ -369,7 +332,7 @@ def predictions(
     its spread. tests: {test: metrics}; draws: u (k, d)."""
     rows = []
     for rig, metrics in tests.items():
-        for metric, emulator in emulators.known(rig, metrics).items():
+        for metric, emulator in _known(emulators, rig, metrics).items():
             row = {"rig": rig, "metric": metric}
             rows.append(row | _prediction(emulator, emulators.factors, draws, config.seed))
     return pd.DataFrame(rows)
@@ -387,7 +350,7 @@ def _prediction(emulator, factors, draws, seed):
     return row | {f"{f.name} alone": float(x) for f, x in zip(factors, alone, strict=True)}
 
 
-def tails(values: np.ndarray) -> list[float]:
-    """Ends of the LEVEL's interval of values (k,)."""
-    tail = 0.5 * (1.0 - LEVEL)
+def tails(values: np.ndarray, level: float = LEVEL) -> list[float]:
+    """Ends of a level's interval of values (k,)."""
+    tail = 0.5 * (1.0 - level)
     return [float(x) for x in np.quantile(values, [tail, 1.0 - tail])]

@@ -16,6 +16,7 @@ from calibration.intake.tables import plausible_number
 from calibration.study.new.assumed import ASSUMED
 from calibration.study.new.methods.declare import refusal
 from calibration.study.new.reading_tables import with_points
+from dem.constants import GRAVITY
 from dem.grains.clump import MAX_SPHERES, shape_of
 from dem.tables import read_table
 
@@ -103,6 +104,12 @@ def volume_mm3(diameter_mm: float) -> float:
 def filling(volume: float, diameter_mm: float, packing: float = 0.6) -> float:
     """Grains that fill a volume [mm3]."""
     return packing * volume / volume_mm3(diameter_mm)
+
+
+def energy_of_weight(diameter_mm: float, density: float) -> float:
+    """Surface energy [J/m2] g at which the pull-off force of two grains, 3 pi g R* with R* a
+    quarter of the diameter, is the weight of one (Johnson, Kendall, Roberts 1971)."""
+    return density * GRAVITY * (1e-3 * diameter_mm) ** 2 / 4.5
 
 
 def clump_of_axes(length: float, width: float, thickness: float) -> tuple | None:

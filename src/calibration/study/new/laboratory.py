@@ -17,10 +17,10 @@ from calibration.study.new.assumed import ASSUMED
 from calibration.study.new.grains import (
     Grains,
     clump_of_axes,
+    energy_of_weight,
     mean_diameter,
     sieve_curve,
     size_distribution,
-    volume_mm3,
 )
 from calibration.study.new.methods import Entry, LaboratoryTest, function_of
 from calibration.study.new.methods.contacts import EXPERIMENT as SLID_ON_A_WALL
@@ -339,13 +339,12 @@ def _ranged(factor, measured, grains):
 
 def _cohesion(grains, tests):
     """Factors of a sticky material: surface energies at which two simulated grains hold `bonds`
-    times their weight. JKR's pull-off is 3 pi g R*, with R* = R / 2."""
+    times their weight."""
     if not grains.sticky:
         return []
-    radius = 0.5e-3 * grains.common_mm
-    weight = 1e-9 * volume_mm3(grains.common_mm) * grains.density_kg_m3 * GRAVITY
+    weight = energy_of_weight(grains.common_mm, grains.density_kg_m3)
     bonds = ASSUMED.bonds[0], min(FORMS.get(t.experiment, ASSUMED.bonds[1]) for t in tests)
-    low, high = (float(f"{b * weight / (1.5 * math.pi * radius):.3g}") for b in bonds)
+    low, high = (float(f"{b * weight:.3g}") for b in bonds)
     source = (
         f"wide: two grains of {grains.common_mm:.3g} mm pull by {bonds[0]:g} to {bonds[1]:g} of "
         "their weight" + (", as stickier ones form no heap" if bonds != ASSUMED.bonds else "")

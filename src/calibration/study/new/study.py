@@ -10,7 +10,7 @@ import re
 import shutil
 import tempfile
 import unicodedata
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -215,14 +215,14 @@ def config_of(lab: Laboratory, resolution: str = "full") -> Config:
     return parse_config(data, files=[lab.folder / "config.yaml"])
 
 
-def one_run(config: Config, run_spec: dict, experiment: str, levels: dict) -> Trial:
-    """`Trial` of a run spec at levels {key: level}. Raises StoppedError: whoever ends the pilot
-    does not ask about this run."""
+def one_run(data: Mapping[str, Any]) -> Trial:
+    """`Trial` of a run spec as a mapping. Raises StoppedError: whoever ends the pilot does not ask
+    about this run."""
     from dem.run import run  # loads the engine
 
     metrics, fault, restless = {}, "", False
     try:
-        spec = parse_spec(point_spec(run_spec, experiment, levels, config.seed))
+        spec = parse_spec(data)
         with tempfile.TemporaryDirectory() as work:
             metrics = run(spec, Path(work) / "run")["metrics"]
     except StoppedError:
@@ -249,7 +249,7 @@ def _tried(lab, k, show, told):
         for turn in range(ASSUMED.calmer + 1):
             config = config_of(lab, resolution)
             kind, levels = config.tests[rig].experiment, _levels(config, lab, rig, end)
-            trial = one_run(config, config.run_of(rig), kind, levels)
+            trial = one_run(point_spec(config.run_of(rig), kind, levels, config.seed))
             if not trial.restless or turn == ASSUMED.calmer:
                 break
             lab = _calmer(lab, k, turn, show)
