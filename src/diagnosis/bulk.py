@@ -177,7 +177,8 @@ class Bulk:
         covariance (n, n) of the emulators' errors."""
         parts = self._parts
         order = np.concatenate([own.rows for own, _ in parts.values()])
-        value, error, slope = (v[0][order] for v in model.with_slope(theta[None]))
+        told = *model.predict(theta[None]), model.slope(theta[None])
+        value, error, slope = (v[0][order] for v in told)
         logs, by_value = np.empty(len(value)), np.empty(len(value))
         for kind, (own, at) in parts.items():
             logs[at], by_value[at] = to_log(kind, np.maximum(value[at], LEAST), own.levers)

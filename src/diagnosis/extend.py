@@ -53,7 +53,7 @@ def refit_errors(model: Model, data: Data, fits: Fit) -> np.ndarray:
     of these errors, T the information of tests without a value and P the prior's covariance, the
     parameters scatter by H^-1 (J'WSWJ + T + P^-1) H^-1 with H = J'WJ + T + P^-1 (Huber 1967, Proc.
     Fifth Berkeley Symp. 1:221). A misfit widens nothing: a wrong law would else excuse itself."""
-    _, emulator, slope = model.with_slope(fits.theta)
+    (_, emulator), slope = model.predict(fits.theta), model.slope(fits.theta)
     known = information(model, data, fits.theta) + np.diag(1.0 / model.prior_sd**2)
     out = np.zeros(len(fits.theta))
     for i, theta in enumerate(fits.theta):

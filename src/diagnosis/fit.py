@@ -148,7 +148,7 @@ def _descend(model, data, theta):
     """Modes (b, p) from starts (b, p), the spread held; a data set that has settled is left
     alone."""
     theta = theta.copy()
-    value, emulator, slope = model.with_slope(theta)
+    (value, emulator), slope = model.predict(theta), model.slope(theta)
     spread = _spread(data, emulator)
     damping = np.full(len(theta), 1e-2)
     cost = _cost(model, data, theta, value, spread)
@@ -158,13 +158,13 @@ def _descend(model, data, theta):
         trial = _step(
             model, own, theta[moving], value[moving], slope[moving], near, damping[moving]
         )
-        there, _, slope_there = model.with_slope(trial, errors=False)
+        there, _ = model.predict(trial, errors=False)
         after = _cost(model, own, trial, there, near)
         fall = cost[moving] - after
         better = fall > 0.0
         rows = moving[better]
         theta[rows], cost[rows] = trial[better], after[better]
-        value[rows], slope[rows] = there[better], slope_there[better]
+        value[rows], slope[rows] = there[better], model.slope(trial[better])
         damping[moving] *= np.where(better, 0.2, 8.0)
         moving = moving[np.where(better, fall > SETTLED, damping[moving] < STUCK)]
         if not len(moving):
@@ -216,7 +216,7 @@ def _step(model, data, theta, value, slope, spread, damping):
 
 
 def _summary(model, data, theta):
-    value, emulator, slope = model.with_slope(theta)
+    (value, emulator), slope = model.predict(theta), model.slope(theta)
     n, off = value.shape[1], data.value - value
     spread = _spread(data, emulator)
     j, r = _with_tests(model, data, theta, spread.scaled(slope), spread.scaled(off))

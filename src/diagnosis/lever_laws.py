@@ -44,32 +44,17 @@ class AlongLever:
     start: float
     slope: float
 
-    def _place_and_change(self, x):
-        return self.start + self.slope * x[:, self.lever], (2.0 * x[:, -1] - 1.0) / WIDENED
-
     def moved(self, x: np.ndarray) -> np.ndarray:
         """Inputs (k, d) of the base model."""
         out = x[:, :-1].copy()
-        place, change = self._place_and_change(x)
-        out[:, self.column] += change * place
+        place = self.start + self.slope * x[:, self.lever]
+        out[:, self.column] += (2.0 * x[:, -1] - 1.0) / WIDENED * place
         return out
 
-    def with_slope(
-        self, x: np.ndarray, columns: Sequence[int], error: bool = True
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-        """As `Response.with_slope`."""
-        last = x.shape[1] - 1
-        own = [c for c in columns if c != last]
-        z, found, variance = self.base.with_slope(self.moved(x), [*own, self.column], error)
-        place, change = self._place_and_change(x)
-        by = {last: 2.0 * place / WIDENED, self.lever: change * self.slope}
-        slope = np.zeros((len(x), len(columns)))
-        for k, c in enumerate(columns):
-            if c in own:
-                slope[:, k] = found[:, own.index(c)]
-            if c in by:
-                slope[:, k] += found[:, -1] * by[c]
-        return z, slope, variance
+    def predict(self, x: np.ndarray, error: bool = True) -> tuple[np.ndarray, np.ndarray | None]:
+        """As `Response.predict`."""
+        found: tuple[np.ndarray, np.ndarray | None] = self.base.predict(self.moved(x), error)
+        return found
 
     def correlation(self, x: np.ndarray) -> np.ndarray:
         """As `Response.correlation`."""

@@ -14,8 +14,8 @@ from diagnosis.design import WIDENED, factor_share, inputs_of
 from diagnosis.emulator import scale_of
 from diagnosis.settings import BASE, Settings, lever_values
 
-STEP = 1e-3  # of a coded strength and, relative, of a value: for derivatives of readings
-SHARE_BY_CODED = 0.5 / WIDENED  # derivative of `factor_share`
+STEP = 1e-3  # of a coded parameter, for derivatives
+TINY = 1e-12  # in place of the distance of two bounds that are one
 
 
 @dataclass
@@ -80,24 +80,31 @@ class Model:
             for e in dict.fromkeys(e for e, _ in tests)
         ]
 
-    def predict(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Values (b, n) in their units and emulator errors (b, n) at theta (b, p)."""
-        value, error, _ = self.with_slope(theta)
+    def predict(self, theta: np.ndarray, errors: bool = True) -> tuple[np.ndarray, np.ndarray]:
+        """Values (b, n) in their units and, where `errors`, emulator errors (b, n) at theta (b,
+        p)."""
+        value, error = (np.zeros((len(theta), len(self.conditions))) for _ in range(2))
+        for part in self._parts:
+            value[:, part.rows], own = part.predict(theta, errors)
+            if errors:
+                error[:, part.rows] = own
         return value, error
 
-    def with_slope(
-        self, theta: np.ndarray, errors: bool = True
-    ) -> tuple[np.ndarray, Any, np.ndarray]:
-        """Values (b, n), emulator errors (b, n), None unless asked for, and the values' derivatives
-        by theta (b, n, p)."""
-        shape = (len(theta), len(self.conditions))
-        value, error = np.empty(shape), np.empty(shape) if errors else None
-        by_theta = np.zeros((*shape, theta.shape[1]))
-        for part in self._parts:
-            value[:, part.rows], uncertain, by_theta[:, part.rows] = part.predict(theta, errors)
-            if error is not None:
-                error[:, part.rows] = uncertain
-        return value, error, by_theta
+    def slope(self, theta: np.ndarray) -> np.ndarray:
+        """Derivatives (b, n, p) of the values by theta (b, p)."""
+        return self._by_differences(lambda at: self.predict(at, errors=False)[0], theta)
+
+    def _by_differences(self, told, theta):
+        """Derivatives (b, n, p) of told(theta) (b, n), within the bounds: beyond them is nothing,
+        and an effect may start there with any slope."""
+        out = []
+        for k in range(theta.shape[1]):
+            ends = theta.copy(), theta.copy()
+            ends[0][:, k] = np.maximum(theta[:, k] - STEP, self.low[k])
+            ends[1][:, k] = np.minimum(theta[:, k] + STEP, self.high[k])
+            apart = np.maximum(ends[1][:, k] - ends[0][:, k], TINY)[:, None]
+            out.append((told(ends[1]) - told(ends[0])) / apart)
+        return np.stack(out, axis=-1)
 
     def scatter(self, theta: np.ndarray) -> np.ndarray:
         """Standard deviations (n,) of single runs in the unit of the value, at theta (p,)."""
@@ -109,11 +116,13 @@ class Model:
     def odds(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Logarithms of the odds (b, c) that the tests end without a value, and their derivatives
         (b, c, p) by theta (b, p)."""
-        shape = (len(theta), len(self.tests))
-        odds, by_theta = np.empty(shape), np.zeros((*shape, theta.shape[1]))
+        return self._odds(theta), self._by_differences(self._odds, theta)
+
+    def _odds(self, theta):
+        out = np.empty((len(theta), len(self.tests)))
         for part in self._failing:
-            odds[:, part.rows], by_theta[:, part.rows], _ = part.transformed(theta, errors=False)
-        return odds, by_theta
+            out[:, part.rows] = part.transformed(theta, errors=False)[0]
+        return out
 
     def error_correlation(self, theta: np.ndarray) -> np.ndarray:
         """Correlation (n, n) of the emulators' errors between the conditions, at theta (p,)."""
@@ -153,21 +162,28 @@ class _Part:
                 self.laws.append((k, trained[experiment, m.name]))
 
     def predict(self, theta, errors):
-        """Values (b, n) of this experiment, their errors (b, n) where `errors`, derivatives (b, n,
-        p)."""
-        z, by_theta, variance = self.transformed(theta, errors)
+        """Values (b, n) of this experiment, their errors (b, n) where `errors`."""
+        z, variance = self.transformed(theta, errors)
         value, by_z = self.scale.inverse(z, self.levers)
         error = np.abs(by_z) * np.sqrt(variance) if errors else None
-        by_theta = by_theta * by_z[:, :, None]
-        for k, m in self.readings:
-            self._read(m, k, theta, value, by_theta)
-        return value, error, by_theta
+        for k, mechanism in self.readings:
+            strength = mechanism.strength.natural(theta[:, k])
+            for i, condition in enumerate(self.given):
+                value[:, i] = mechanism.observe(value[:, i], condition, strength)
+        return value, error
 
     def transformed(self, theta, errors):
-        """Return what the emulators give: (b, n), derivatives (b, n, p), variances (b, n)."""
-        b, n = len(theta), len(self.rows)
-        z, by_theta, variance = self._sum_of_laws(theta, self._inputs(theta), n, errors)
-        return z.reshape(b, n), by_theta.reshape(b, n, -1), variance.reshape(b, n)
+        """Return what the emulators give (b, n), each law adding what it alone changes, and their
+        variances (b, n), None without `errors`; one law alone needs no base."""
+        x, alone = self._inputs(theta), 1 - len(self.laws)
+        z, variance = np.zeros(len(x)), np.zeros(len(x)) if errors else None
+        for k, law in [(None, self.base)] * (alone != 0) + self.laws:
+            own = x if k is None else np.column_stack([x, np.repeat(theta[:, k], len(self.rows))])
+            change, uncertain = law.predict(own, errors)
+            z = z + (alone if k is None else 1) * change
+            variance = variance + uncertain if errors else None
+        shape = len(theta), len(self.rows)
+        return z.reshape(shape), variance.reshape(shape) if errors else None
 
     def _inputs(self, theta):
         """Inputs (b n, d) of the base model's emulator at theta (b, p)."""
@@ -188,40 +204,3 @@ class _Part:
             return self.base.correlation(x)
         k, law = self.laws[0]
         return law.correlation(np.column_stack([x, np.full(len(x), theta[k])]))
-
-    def _sum_of_laws(self, theta, x, n, errors):
-        """Transformed response (b n,), derivatives (b n, p), variance (b n,): each law adds what it
-        alone changes."""
-        factors = list(range(len(self.columns)))
-        by_theta = np.zeros((len(x), theta.shape[1]))
-        alone = 1 - len(self.laws)
-        z, variance = np.zeros(len(x)), np.zeros(len(x))
-        # one law alone needs no base
-        for k, law in [(None, self.base)] * (alone != 0) + self.laws:
-            weight = alone if k is None else 1
-            inputs = x if k is None else np.column_stack([x, np.repeat(theta[:, k], n)])
-            columns = factors + [x.shape[1]] * (k is not None)
-            change, by_input, uncertain = law.with_slope(inputs, columns, errors)
-            z = z + weight * change
-            if errors:
-                variance += uncertain
-            by_theta[:, self.columns] += weight * SHARE_BY_CODED * by_input[:, : len(factors)]
-            if k is not None:
-                by_theta[:, k] += by_input[:, -1]
-        return z, by_theta, variance
-
-    def _read(self, mechanism, k, theta, value, by_theta):
-        """Replace true values by what the mechanism of measurement number k reads, and carry the
-        derivatives along."""
-        strength = mechanism.strength.natural(theta[:, k])
-        # away from the bound: an effect may start there with any slope
-        step = np.where(theta[:, k] + STEP > 1.0, -STEP, STEP)
-        moved = mechanism.strength.natural(theta[:, k] + step)
-        for i, condition in enumerate(self.given):
-            true = value[:, i].copy()
-            value[:, i] = mechanism.observe(true, condition, strength)
-            rise = STEP * np.maximum(np.abs(true), STEP)
-            higher = mechanism.observe(true + rise, condition, strength)
-            by_theta[:, i] *= ((higher - value[:, i]) / rise)[:, None]
-            stronger = mechanism.observe(true, condition, moved)
-            by_theta[:, i, k] += (stronger - value[:, i]) / step

@@ -71,7 +71,7 @@ class Response:
         self.sites, self.reach = _sites(x[:, self.levers])
         self.middle, self.spread = float(z.mean()), float(z.std()) or 1.0
         y, kinds = (z - self.middle) / self.spread, self._kinds(inputs)
-        features, near = self._features(x), self._near(x)[0]
+        features, near = self._features(x), self._near(x)
         sizes, noise = _likeliest(features, kinds, near, y)
         self.noise = noise  # logarithms (1 + s,) of the variance: of all runs, and of each site
         self.own_level = float(sizes[-1])
@@ -101,60 +101,38 @@ class Response:
         return np.concatenate([one, slope, np.where(i == j, 3, 2), cube, level])
 
     def _near(self, x):
-        """How near (k, s) inputs are to each site, and the derivatives (k, s, levers)."""
+        """How near (k, s) inputs are to each site."""
         apart = (x[:, None, self.levers] - self.sites) / self.reach
-        near = np.exp(-0.5 * (apart**2).sum(2))
-        return near, -near[:, :, None] * apart / self.reach
+        return np.exp(-0.5 * (apart**2).sum(2))
 
     def _features(self, x):
         """Features (k, q) at x (k, d): their sum times the weights is the response."""
-        return np.hstack([_monomials(x, [])[0], self._near(x)[0]])
-
-    def _response(self, x, columns):
-        """Responses (k,) in `spread` about `middle`, and their derivatives (k, c)."""
-        return self._sum(x, columns, self.mean)
-
-    def _sum(self, x, columns, weights):
-        """Features times weights (q,): (k,), and their derivatives (k, c)."""
-        whole, *by_input = _monomials(x, columns)
-        near, by_lever = self._near(x)
-        shared, levels = np.split(weights, [whole.shape[1]])
-        slope = np.empty((len(x), len(columns)))
-        for place, column in enumerate(columns):
-            slope[:, place] = by_input[place] @ shared
-            if column in self.levers:
-                slope[:, place] += by_lever[:, :, self.levers.index(column)] @ levels
-        return whole @ shared + near @ levels, slope
+        return np.hstack([_monomials(x), self._near(x)])
 
     def _variance_of_runs(self, x):
         """Variance (k,) of single runs at x (k, d), in that of the responses."""
-        return np.exp(np.maximum(self.noise[0] + self._near(x)[0] @ self.noise[1:], LEAST))
+        return np.exp(np.maximum(self.noise[0] + self._near(x) @ self.noise[1:], LEAST))
 
     def sd_of_run(self, x: np.ndarray) -> np.ndarray:
         """Standard deviation (k,) of single runs at inputs x (k, d)."""
         sd: np.ndarray = self.spread * np.sqrt(self._variance_of_runs(x))
         return sd
 
-    def with_slope(
-        self, x: np.ndarray, columns: Sequence[int], error: bool = True
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-        """Responses (k,), their derivatives (k, c) by the inputs in `columns`, and where `error`
-        their variances (k,): those of the weights, the degrees of freedom that were spent paid for,
-        and beside the settings that were run that of a setting's own level."""
-        value, slope = self._response(x, columns)
-        variance = None
+    def predict(self, x: np.ndarray, error: bool = True) -> tuple[np.ndarray, np.ndarray | None]:
+        """Responses (k,) at inputs x (k, d) and, where `error`, their variances (k,): those of the
+        weights, the degrees of freedom that were spent paid for, and beside the settings that were
+        run that of a setting's own level."""
+        features, variance = self._features(x), None
         if error:
-            features = self._features(x)
             left = ((features @ self.covariance) * features).sum(1) + self._unknown(x)
-            left = np.maximum(left, 0.0)
-            variance = self.paid * self.spread**2 * left
-        return self.middle + self.spread * value, self.spread * slope, variance
+            variance = self.paid * self.spread**2 * np.maximum(left, 0.0)
+        return self.middle + self.spread * (features @ self.mean), variance
 
     def _unknown(self, x):
         """Variance (k,) of levels beside the sites."""
         if not len(self.sites):
             return np.zeros(len(x))
-        return self.own_level * np.maximum(1.0 - (self._near(x)[0] ** 2).sum(1), 0.0)
+        return self.own_level * np.maximum(1.0 - (self._near(x) ** 2).sum(1), 0.0)
 
     def correlation(self, x: np.ndarray) -> np.ndarray:
         """Correlation (k, k) of the errors at k inputs."""
@@ -206,36 +184,11 @@ class WithMechanism(Response):
 
     def _features(self, x):
         base, t = super()._features(x[:, :-1]), self._distance(x)[:, None]
-        bumps, linear = self._bumps(x)[0], base[:, : x.shape[1]]
+        bumps = np.exp(-0.5 * ((x[:, -1:] - CENTRES) / WIDTH) ** 2)
+        linear = base[:, : x.shape[1]]
         bent = (bumps[:, :, None] * linear[:, None, :]).reshape(len(x), -1)  # all products
         constant = np.ones((len(x), int(not np.isfinite(self.off))))
         return np.hstack([base, t * base, t * bent, constant])
-
-    def _bumps(self, x):
-        """The bumps (k, c) at the coded strengths, and their derivatives."""
-        apart = (x[:, -1:] - CENTRES) / WIDTH
-        bump = np.exp(-0.5 * apart**2)
-        return bump, -bump * apart / WIDTH
-
-    def _response(self, x, columns):
-        inputs, known = x.shape[1] - 1, len(self._kinds(x.shape[1] - 1))
-        of_base, of_t, bent, constant = np.split(
-            self.mean, np.cumsum([known, known, len(CENTRES) * (1 + inputs)])
-        )
-        bent = bent.reshape(len(CENTRES), 1 + inputs)
-        inner, t = [c for c in columns if c != inputs], self._distance(x)
-        value, by_input = self._sum(x[:, :-1], inner, of_base)
-        rise, rise_by = self._sum(x[:, :-1], inner, of_t)  # what t is times
-        bump, by_strength = self._bumps(x)
-        linear = np.hstack([np.ones((len(x), 1)), 2.0 * x[:, :-1] - 1.0])
-        rise += (linear * (bump @ bent)).sum(1)
-        rise_by += 2.0 * (bump @ bent)[:, [1 + c for c in inner]]
-        slope = np.empty((len(x), len(columns)))
-        own = [place for place, c in enumerate(columns) if c != inputs]
-        slope[:, own] = by_input + t[:, None] * rise_by
-        for place in set(range(len(columns))) - set(own):
-            slope[:, place] = rise + t * (linear * (by_strength @ bent)).sum(1)
-        return value + constant.sum() + t * rise, slope
 
     def _unknown(self, x):
         return super()._unknown(x[:, :-1]) + (self.miss * self._distance(x)) ** 2
@@ -252,18 +205,11 @@ def _sites(at):
     return sites, SHORT * np.array(gaps)
 
 
-def _monomials(x, columns):
-    """1, u, u_i u_j and u^3 (k, q) of u = 2 x - 1 at x (k, d), and behind them their derivatives by
-    x in each of `columns`."""
-    one, u = np.ones((len(x), 1)), 2.0 * x - 1.0
+def _monomials(x):
+    """1, u, u_i u_j and u^3 (k, q) of u = 2 x - 1 at x (k, d)."""
+    u = 2.0 * x - 1.0
     i, j = np.triu_indices(x.shape[1])
-    out = [np.hstack([one, u, u[:, i] * u[:, j], u**3])]
-    for column in columns:
-        by = np.zeros_like(u)
-        by[:, column] = 2.0
-        pairs = by[:, i] * u[:, j] + u[:, i] * by[:, j]
-        out.append(np.hstack([0.0 * one, by, pairs, 3.0 * u**2 * by]))
-    return out
+    return np.hstack([np.ones((len(x), 1)), u, u[:, i] * u[:, j], u**3])
 
 
 def _likeliest(features, kinds, near, y):

@@ -13,10 +13,9 @@ class Linear:
         self.low, self.high = np.full(p, -1e3), np.full(p, 1e3)
         self.prior_mean, self.prior_sd = np.full(p, 0.5), np.full(p, 2.0)
 
-    def with_slope(self, theta, errors=True):
+    def predict(self, theta, errors=True):
         value = theta @ self.x.T
-        by_theta = np.tile(self.x, (len(theta), 1, 1))
-        return value, np.zeros_like(value) if errors else None, by_theta
+        return value, np.zeros_like(value)
 
-    def predict(self, theta):
-        return self.with_slope(theta)[:2]
+    def slope(self, theta):
+        return np.tile(self.x, (len(theta), 1, 1))

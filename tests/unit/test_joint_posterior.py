@@ -254,7 +254,7 @@ def test_tests_that_gave_a_value_speak_against_parameters_at_which_runs_give_non
     found = sample([Formed(chance, 10)], uniform(2), steps=1000).draws[:, 1]
     # the first input decides nothing: its weight is small, and the density is that of the second
     grid = np.linspace(0.0, 1.0, 201)
-    odds = chance.with_slope(np.column_stack([np.full(201, 0.5), grid]), [])[0]
+    odds = chance.predict(np.column_stack([np.full(201, 0.5), grid]))[0]
     density = (1.0 - expit(odds)) ** 10
     assert found.mean() == pytest.approx((grid * density).sum() / density.sum(), abs=0.02)
     assert np.quantile(found, 0.975) < 0.6

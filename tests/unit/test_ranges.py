@@ -36,7 +36,7 @@ def standing(config, before, factors):
         (f.natural(table[f.code].to_numpy(float)) - o.low) / (o.high - o.low)
         for o in own for f in factors if f.name == o.name
     ]  # fmt: skip
-    return chance.with_slope(np.column_stack(levels), [])[0].mean()
+    return chance.predict(np.column_stack(levels))[0].mean()
 
 
 @pytest.mark.parametrize(

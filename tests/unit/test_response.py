@@ -37,7 +37,7 @@ def test_the_error_that_is_stated_is_the_error_that_is_made():
     for seed in range(30):
         own, _, rng = trained(seed)
         at = points(40, rng)
-        value, _, variance = own.with_slope(at, [])
+        value, variance = own.predict(at)
         ratio.append(np.mean((value - truth(at)) ** 2 / variance))
         scatters.append(own.scatter)
     assert 0.5 < np.mean(ratio) < 2.0
@@ -55,10 +55,10 @@ def test_scatter_is_never_nothing():
 def test_a_level_is_known_by_its_runs_and_the_steps_between_levels_are_no_scatter():
     own, _, _ = trained(1, runs=60, scatter=0.3)
     at = np.column_stack([np.full((5, 2), 0.5), LEVELS])
-    value, _, variance = own.with_slope(at, [])
+    value, variance = own.predict(at)
     assert value == pytest.approx(truth(at), abs=0.8)
     between = np.column_stack([np.full((1, 2), 0.5), [0.7]])
-    assert own.with_slope(between, [])[2] > 2.0 * variance.max()
+    assert own.predict(between)[1] > 2.0 * variance.max()
 
 
 def test_runs_scatter_at_each_level_as_they_do_there():
@@ -70,7 +70,7 @@ def test_runs_scatter_at_each_level_as_they_do_there():
         x = points(150, rng)
         own = Response(x, truth(x) + (1.0 + 2.0 * x[:, 2]) * rng.standard_normal(150), [2])
         scatter.append(own.sd_of_run(at))
-        error.append(own.with_slope(at, [])[2])
+        error.append(own.predict(at)[1])
     assert np.mean(scatter, axis=0) == pytest.approx(1.0 + 2.0 * LEVELS, rel=0.25)
     first, *_, last = np.mean(error, axis=0)
     assert last > 2.0 * first
@@ -82,7 +82,7 @@ def test_many_runs_at_one_point_are_their_mean():
     x = points(24, rng)
     here = np.tile([0.3, 0.6, LEVELS[1]], (400, 1))
     z = np.concatenate([truth(x), truth(here)]) + 1.5 * rng.standard_normal(424)
-    value, _, variance = Response(np.vstack([x, here]), z, [2]).with_slope(here[:1], [])
+    value, variance = Response(np.vstack([x, here]), z, [2]).predict(here[:1])
     assert value == pytest.approx(z[24:].mean(), abs=0.02)
     assert np.sqrt(variance) == pytest.approx(1.5 / np.sqrt(400), rel=0.2)
 
@@ -91,7 +91,7 @@ def test_a_level_beside_those_that_were_run_is_as_uncertain_as_these_differ():
     """Steps of two or so from level to level: between two of them one more of that size."""
     x = points(100, np.random.default_rng(5))
     own = Response(x, truth(x) + 0.1 * np.random.default_rng(6).standard_normal(100), [2])
-    between = own.with_slope(np.array([[0.5, 0.5, 0.42]]), [])[2]
+    between = own.predict(np.array([[0.5, 0.5, 0.42]]))[1]
     assert np.sqrt(between) == pytest.approx(STEPS.std(), rel=0.5)
 
 
@@ -109,7 +109,7 @@ def test_what_a_mechanism_adds_is_learned_from_six_runs_as_well_as_they_tell(off
 
         law = WithMechanism(own, more, both(more) + 0.5 * rng.standard_normal(6), off)
         at = np.column_stack([points(20, rng), rng.random(20)])
-        value, _, variance = law.with_slope(at, [])
+        value, variance = law.predict(at)
         ratio.append(np.mean((value - both(at)) ** 2 / variance))
     assert 0.2 < np.mean(ratio) < 1.5
 
@@ -119,10 +119,10 @@ def test_a_mechanism_is_the_base_model_where_it_is_off():
     more = np.column_stack([points(6, rng), 0.5 + 0.5 * rng.random(6)])
     law = WithMechanism(own, more, truth(more[:, :3]), 0.0)
     at = points(5, rng)
-    value = law.with_slope(np.column_stack([at, np.zeros(5)]), [])[0]
+    value = law.predict(np.column_stack([at, np.zeros(5)]))[0]
     assert value == pytest.approx(
-        own.with_slope(at, [])[0], abs=1.0
+        own.predict(at)[0], abs=1.0
     )  # its own runs tell of the base model as well
     # and of one that does nothing they say so
-    strong = law.with_slope(np.column_stack([at, np.ones(5)]), [])
-    assert np.abs(strong[0] - truth(at)).max() < 4.0 * np.sqrt(strong[2].max())
+    strong = law.predict(np.column_stack([at, np.ones(5)]))
+    assert np.abs(strong[0] - truth(at)).max() < 4.0 * np.sqrt(strong[1].max())

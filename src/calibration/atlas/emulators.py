@@ -221,7 +221,7 @@ class AtlasEmulators:
         slopes."""
         setting = self._settings[test]
         own = chance(setting.rig.name)
-        odds = SimpleNamespace(with_slope=lambda u, _: own.with_slope(setting.inputs(u), []))
+        odds = SimpleNamespace(predict=lambda u: own.predict(setting.inputs(u)))
         return Formed(odds, tests)  # type: ignore[arg-type]
 
 

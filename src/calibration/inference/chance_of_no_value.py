@@ -6,8 +6,6 @@ approximation). What is not known of the weights draws the probability towards o
 (1992), Neural Computation 4:720.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 import numpy.typing as npt
 from numpy.typing import ArrayLike
@@ -32,18 +30,12 @@ class Chance:
         self.weights, self.covariance, self.evidence = max(tried, key=lambda t: t[2])
         self.failed, self.runs = int(failed.sum()), int(runs.sum())
 
-    def with_slope(
-        self, x: np.ndarray, columns: Sequence[int], error: bool = True
-    ) -> tuple[np.ndarray, np.ndarray, None]:
-        """Logarithms of the odds (k,) and their derivatives (k, c) by the inputs in `columns`; None
-        in the place of a variance, which is in the odds already."""
+    def predict(self, x: np.ndarray, error: bool = False) -> tuple[np.ndarray, None]:
+        """Logarithms of the odds (k,) at x (k, d); None in the place of a variance, which is in the
+        odds already."""
         x = _with_one(x)
-        mean, spread = x @ self.weights, x @ self.covariance
-        variance = (spread * x).sum(1)
-        shrunk = 1.0 / np.sqrt(1.0 + np.pi * variance / 8.0)
-        by_variance = -np.pi / 8.0 * mean * shrunk**3
-        slope = shrunk[:, None] * self.weights[columns] + by_variance[:, None] * spread[:, columns]
-        return mean * shrunk, slope, None
+        variance = ((x @ self.covariance) * x).sum(1)
+        return x @ self.weights / np.sqrt(1.0 + np.pi * variance / 8.0), None
 
 
 def _with_one(x):

@@ -40,7 +40,7 @@ class Formed:
 
     def log_likelihood(self, u: np.ndarray) -> np.ndarray:
         """(k,) log probability that all tests give a value at u (k, d)."""
-        odds, _, _ = self.chance.with_slope(np.atleast_2d(u), [])
+        odds, _ = self.chance.predict(np.atleast_2d(u))
         return log_likelihood(odds, 0, self.tests)
 
 

@@ -91,7 +91,7 @@ def _expected(config, emulators, tables):
         response = emulators.of(rig, metric)
         mean, variance = response.mean(u)
         many = rng.normal(mean, np.sqrt(variance))
-        odds, *_ = emulators.formed(rig, metric, 1).chance.with_slope(u, [])
+        odds, _ = emulators.formed(rig, metric, 1).chance.predict(u)
         has = (many >= least) & (many <= most) & (rng.random(len(u)) > expit(odds))
         runs = rng.normal(many, response.sd_of_run(u)).clip(least, most)
         row["geometry"] = _in_words(config, rig)
@@ -239,10 +239,10 @@ def _standing(config, factors, emulators, low, high, inner):
     design = screening_design(factors, config.screening)[[f.code for f in emulators.factors]]
     corners = 0.5 + 0.5 * design.drop_duplicates().to_numpy(float)
     tops = np.eye(len(low))
-    rises = chance.with_slope(tops, [])[0] - chance.with_slope(0.0 * tops, [])[0]
+    rises = chance.predict(tops)[0] - chance.predict(0.0 * tops)[0]
     sticky = [k for k, f in enumerate(emulators.factors) if f.key in WITH_SIZE]
     for k in (k for k in np.argsort(-np.abs(rises)) if k not in sticky):
-        if (chance.with_slope(low + corners * (high - low), [])[0] <= 0.0).all():
+        if (chance.predict(low + corners * (high - low))[0] <= 0.0).all():
             break
         if rises[k] > 0.0:
             high[k] = min(high[k], inner[1][k])
