@@ -25,7 +25,7 @@ from diagnosis.catalogue import Mechanism
 from diagnosis.chance import CLOSE
 from diagnosis.emulator import outcomes_of
 from diagnosis.fit import Fit, data_of, fit
-from diagnosis.laws.readings import Readings, name_of, readings_of, to_log
+from diagnosis.laws.readings import Readings, readings_of, to_log
 from diagnosis.model import Emulated, Model
 from diagnosis.next_measurement import words_of
 from diagnosis.settings import lever_values
@@ -121,8 +121,8 @@ class Bulk:
         groups = {}
         for kind, (own, at) in parts.items():
             for name, code in own.groups.items():
-                groups[name_of(name, kind)] = np.full(n, -1)
-                groups[name_of(name, kind)][at] = code
+                groups[f"{name} of {kind}"] = np.full(n, -1)
+                groups[f"{name} of {kind}"][at] = code
         return Readings(
             experiment=self.kinds[0] if len(self.kinds) == 1 else "bulk",
             rows=together("rows", -more.astype(int)),

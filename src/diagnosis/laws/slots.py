@@ -33,11 +33,10 @@ from diagnosis.laws.readings import EXPONENT, Readings
 class FreeLaw:
     """One slot with one state in one experiment.
 
-    coordinate: levers -> positive state (n,), None for a constant; weight:
-    readings -> (n,) of an added term, None where the law multiplies; sign: of the added term, 0 for
-    either.
-    same: other (slot, state) that are the same function of the levers of this experiment. odds: log
-    prior odds against a law that needs one cause alone.
+    coordinate: levers -> positive state (n,), None for a constant; weight: readings -> (n,) of an
+    added term, None where the law multiplies; sign: of the added term, 0 for either; same: other
+    (slot, state) that are the same function of the levers of this experiment; odds: log prior odds
+    against a law that needs one cause alone.
     """
 
     experiment: str
@@ -159,16 +158,10 @@ FAMILY = tuple(_law(kind, **row) for kind, rows in GIVEN["laws"].items() for row
 
 def applicable(readings: Readings) -> list[FreeLaw]:
     """The free laws whose levers vary in these readings, and one of each covariate."""
-    known = [
-        law
-        for law in FAMILY
-        if law.experiment == readings.experiment
-        and all(name in readings.folds for name in law.needs)
-    ]
-    found = known + [of_covariate(readings.experiment, name) for name in readings.covariates]
-    if SIZE in readings.folds:
-        found += [with_size(readings.experiment, name) for name in readings.covariates]
-    return found
+    kind, columns, vary = readings.experiment, readings.covariates, readings.folds.keys()
+    found = [law for law in FAMILY if law.experiment == kind and vary >= set(law.needs)]
+    found += [of_covariate(kind, name) for name in columns]
+    return found + [with_size(kind, name) for name in columns if SIZE in vary]
 
 
 def of_covariate(experiment: str, name: str) -> FreeLaw:
@@ -211,8 +204,8 @@ def _positive(value):
 def natural(law: FreeLaw, readings: Readings, log: np.ndarray) -> np.ndarray:
     """The state of a law (k,) at logarithms of its coordinate (k,): a column that holds zero or
     less as it was recorded."""
-    own = coordinates(readings).get(law.state[0]) if len(law.state) == 1 else None
-    if own is None or (own > 0.0).all():
+    own = coordinates(readings).get(" x ".join(law.state), np.ones(1))
+    if (own > 0.0).all():
         return np.exp(log)
     return own.mean() + 0.5 * np.ptp(own) * log
 
@@ -298,7 +291,7 @@ def forms_of(law: FreeLaw, readings: Readings) -> Forms:
     return out
 
 
-STEP = "step at "
+STEP, OF_STEP = "step at ", "{c} below, and exp({k:.3g}) times that above"
 STEPS = 12  # places of a step that are tried, evenly among those that there are
 
 
@@ -359,10 +352,3 @@ def _added(law, readings):
         ks = ks[(ks[:, None] * term > -0.95).all(1)]
         out[name] = ks, added(law, ks[:, None] * term, readings)
     return out
-
-
-def text_of(name: str) -> str:
-    """Formula of a form of a law that multiplies, to be filled in (see FORMS)."""
-    if name.startswith(STEP):
-        return "{c} below, and exp({k:.3g}) times that above"
-    return FORMS[name][1]

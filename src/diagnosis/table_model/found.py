@@ -10,7 +10,7 @@ from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import LEVERS, QUANTITIES
 from diagnosis.catalogue import Mechanism
 from diagnosis.chance import share_above
-from diagnosis.laws.readings import FREE, from_log, name_of, readings_of
+from diagnosis.laws.readings import FREE, from_log, readings_of
 from diagnosis.measurements import LEAST_SETTINGS
 from diagnosis.next_measurement import propose_setting, words_of
 from diagnosis.page.words import capital, sentence, told
@@ -97,10 +97,10 @@ def discover(
 def placed(
     start: dict[str, Block],
     measurements: Sequence[Measurement],
-    aside: Sequence[dict[str, Any]] = (),
-    alpha: float = 0.05,
-    seed: int = 0,
-    chance: Sequence[int] = chosen.CHANCE,
+    aside: Sequence[dict[str, Any]],
+    alpha: float,
+    seed: int,
+    chance: Sequence[int],
 ) -> Found:
     """`Found` of blocks {name: Block} without a term held, its verdict left open and no further
     setting proposed; aside: rows of readings that were set aside."""
@@ -137,20 +137,25 @@ def _replicated(blocks):
 
 def _add(out, measurements, block, key):
     """The row of a held term, in its list."""
-    term = block.terms[key]
-    evidence = chosen.strength_of(block, key)
-    near = [] if term.kind == ROW else chosen.rivals(block, key)
-    p = next((s.p for s in out.selection.steps if s.key == key), out.selection.steps[-1].p)
-    row = {"experiment": term.experiment, "key": key, "evidence": evidence, "p": p}
-    row["rivals"] = [_rival(measurements, block, r) for r in near]
-    row["set_anew"] = _set_anew(measurements, block, key, near)
+    term, steps = block.terms[key], out.selection.steps
+    if term.kind == ROW:
+        out.rows.append(_row(measurements, block, key))
+        return
+    near = chosen.rivals(block, key)
+    p = next((s.p for s in steps if s.key == key), steps[-1].p)
+    own = chosen.strength_of(block, key), p, [_rival(measurements, block, r) for r in near]
+    row = _head(block, key, *own) | {"set_anew": _set_anew(measurements, block, key, near)}
     if term.kind == LAW:
         out.laws.append(row | _law(block, key, out))
-    elif term.kind == ERROR:
+    else:
         out.errors.append(_told(row | _error(block, key)))
         _instead(out, measurements, block, key, near)
-    else:
-        out.rows.append(_row(measurements, block, key))
+
+
+def _head(block, key, evidence, p, rivals, **more):
+    """What the rows of laws and errors begin with."""
+    row = {"experiment": block.terms[key].experiment, "key": key, **more}
+    return row | {"evidence": evidence, "p": p, "rivals": rivals}
 
 
 def _instead(out, measurements, block, key, near):
@@ -159,21 +164,17 @@ def _instead(out, measurements, block, key, near):
     if best is None or any(row["key"] == best.key for row in out.laws):
         return
     law = best.key
-    turns = (law, best.beside, law) if best.beside else (law,)
-    other = chosen.held_in_turn(block.without(key), turns)
+    # a level that was set wrongly beside it, where there is one
+    other = chosen.held_in_turn(
+        block.without(key), (law, best.beside, law)[: 3 if best.beside else 1]
+    )
     others = [chosen.Rival(key, 0.0), *(r for r in near if r.key != law)]
     known = chosen.strength_of(other, law), out.selection.p
-    row = _own(out, other, law, key, *known, [_rival(measurements, block, r) for r in others])
+    known = *known, [_rival(measurements, block, r) for r in others]
+    row = _head(other, law, *known, instead_of=key) | _law(other, law, out)
     if best.beside:
         row["sentence"] += f" {capital(_wrong_level(block, best))} would then be set wrongly."
-
-
-def _own(out, block, key, of, evidence, p, rivals):
-    """The row of a law that may be in place of something else, in its list."""
-    row = {"experiment": block.terms[key].experiment, "key": key, "instead_of": of}
-    row |= {"evidence": evidence, "p": p, "rivals": rivals} | _law(block, key, out)
     out.laws.append(row)
-    return row
 
 
 def _wrong_level(block, rival):
@@ -193,13 +194,13 @@ def _in_question(out, measurements):
     least = chosen.LEAST if _is_of_few(block, stopped.key) else chosen.ODDS
     if block.terms[stopped.key].kind != LAW or stopped.evidence < least:
         return
-    held = chosen.with_terms(out.selection.blocks, stopped.experiment, [stopped.key])[
-        stopped.experiment
-    ]
-    kind = block.terms[stopped.key].experiment
+    key, held = stopped.key, block.holding(stopped.key)
+    kind = block.terms[key].experiment
     rivals = [SCATTER | {"experiment": kind, "behind": -stopped.evidence}]
-    rivals += [_rival(measurements, held, r) for r in chosen.rivals(held, stopped.key)]
-    _own(out, held, stopped.key, f"{kind}:settings", stopped.evidence, stopped.p, rivals)
+    rivals += [_rival(measurements, held, r) for r in chosen.rivals(held, key)]
+    known = stopped.evidence, stopped.p, rivals
+    row = _head(held, key, *known, instead_of=f"{kind}:settings")
+    out.laws.append(row | _law(held, key, out))
 
 
 def _first_suspect(out, measurements, seed, count):
@@ -207,16 +208,14 @@ def _first_suspect(out, measurements, seed, count):
     misfit, where nothing else is placed: few settings do not tell the two apart."""
     if out.laws or out.rows or any(e["what"] not in ("declared", "settings") for e in out.errors):
         return
-    blocks, best = out.selection.blocks, (0.0, None, None)
+    blocks, best = out.selection.blocks, (0.0, "", "")
     for name, block in blocks.items():
-        values = chosen.evidences(block, block.readings.log[None])
+        values = chosen.evidences(block, block.y[None])
         rows = [(float(v[0]), name, k) for k, v in values.items() if block.terms[k].kind == ROW]
         best = max([best, *rows], key=lambda row: row[0])
-    _, name, key = best
-    if key is None:
-        return
-    held = chosen.with_terms(blocks, name, [key])
-    if chosen.misfit(held, seed, count)["p"] >= MISFIT:
+    evidence, name, key = best
+    held = blocks | {name: blocks[name].holding(key)} if evidence > 0.0 else {}
+    if held and chosen.misfit(held, seed, count)["p"] >= MISFIT:
         out.rows.append(_row(measurements, held[name], key))
 
 
@@ -236,13 +235,12 @@ def _rival(measurements, block, rival):
         return out | {"slot": term.place[0], "state": list(term.place[1])}
     if term.kind == ERROR:
         return out | {"of": term.of, "what": term.what}
-    m = measurements[block.readings.rows[term.rows[0]]]
-    return out | {"line": m.line}
+    return out | {"line": measurements[block.readings.rows[term.rows[0]]].line}
 
 
 def _set_anew(measurements, block, key, near):
     """Return what the evidence alone tells from a held term, with a sentence, or None."""
-    other = None if block.terms[key].kind == ROW else chosen.set_anew(block, key)
+    other = chosen.set_anew(block, key)
     if other is None or any(r.key == other.key for r in near):
         return None
     lever = LEVERS[next(t.of for t in (block.terms[key], block.terms[other.key]) if t.of)]
@@ -317,10 +315,8 @@ def _rounded(block, p):
     for kind in (k for k in block.readings.experiments if k not in held):
         own, _ = block.readings.of(kind)
         if own.coarse:
-            sd = np.median(rounded_off(own))
-            yield _of_readings(
-                kind, "resolution", "digits", sd, p, -float(np.log(p)), step=own.step
-            )
+            known = np.median(rounded_off(own)), p, -float(np.log(p))
+            yield _of_readings(kind, "resolution", "digits", *known, step=own.step)
 
 
 def _row(measurements, block, key):
@@ -361,12 +357,11 @@ def _looks_like(readings, here, at):
 def _declared(measurements, block):
     """Errors of declared batches and instruments that are there almost surely, with how much each
     of them reads too high or too low, as a share of the mean of all."""
-    share = block.shares()
     for kind in block.readings.experiments:
         readings, at = block.readings.of(kind)
         for name, code in readings.groups.items():
-            key = name_of(name, kind if block.readings.parts else "")
-            there = float(share @ np.array([key in c for c in block.sds]))
+            key = block.readings.name_of(name, kind)
+            there = block.chance_of(key)
             if there <= SURE:
                 continue
             labels = sorted({getattr(measurements[i], name) for i in readings.rows})
@@ -389,8 +384,8 @@ def _offsets(block, code, at):
 def _settings(block, p):
     """Rows of the errors from setting to setting that are likelier than not."""
     for kind in block.readings.experiments:
-        name = name_of("settings", kind if block.readings.parts else "")
-        share = float(block.shares() @ np.array([name in c for c in block.sds]))
+        name = block.readings.name_of("settings", kind)
+        share = block.chance_of(name)
         if share >= 0.5:
             sd = block.sd_of(name)[block.readings.of(kind)[1][0]]
             yield _of_readings(kind, "settings", "settings", sd, p, _odds(share))
@@ -400,16 +395,13 @@ def _ranking(start, found):
     """[{mechanism, gain, p}] of the catalogue, each alone in the model, best first."""
     rows = []
     for block in start.values():
-        y = block.readings.log[None]
-        base = block.base(y)
-        for term in block.terms.values():
-            for shape in term.shapes:
-                if shape.catalogue:
-                    own = replace(term, shapes=(replace(shape, weight=0.0),))
-                    gain = float(block.evidence(own, y, base)[0])
-                    row = {"mechanism": shape.name, "experiment": term.experiment}
-                    row |= {"gain": gain, "p": share_above(found.null, gain)}
-                    rows.append(row | {"null_threshold": found.threshold})
+        terms = block.terms.values()
+        for term, shape in ((t, s) for t in terms for s in t.shapes if s.catalogue):
+            own = replace(term, shapes=(replace(shape, weight=0.0),))
+            gain = float(block.evidence(own, block.y[None], block.here)[0])
+            row = {"mechanism": shape.name, "experiment": term.experiment, "gain": gain}
+            row |= {"p": share_above(found.null, gain), "null_threshold": found.threshold}
+            rows.append(row)
     return sorted(rows, key=lambda r: -r["gain"])
 
 
@@ -421,17 +413,10 @@ def judge(found: Found, bends: Callable[[], bool] = lambda: False) -> Found:
         if not any(r.get("of") == "settings" for r in law["rivals"]):
             rival = SCATTER | {"experiment": law["experiment"], "behind": law["evidence"]}
             law["rivals"] = [*law["rivals"], rival]
-    found.decided = by_readings(
-        Evidence(
-            found.laws,
-            found.errors,
-            found.rows,
-            constant=found.misfit["p"] >= MISFIT,
-            scattered=found.scattered is None or found.scattered["p"] >= MISFIT,
-            few=bool(few),
-            bends=bends,
-        )
-    )
+    constant = found.misfit["p"] >= MISFIT
+    scattered = found.scattered is None or found.scattered["p"] >= MISFIT
+    said = found.laws, found.errors, found.rows
+    found.decided = by_readings(Evidence(*said, constant, scattered, bool(few), bends))
     return found
 
 
