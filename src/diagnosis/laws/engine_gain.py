@@ -50,9 +50,9 @@ def has_curve(law: FreeLaw | None) -> bool:
 
     The rate of a tilt is no speed of sliding, and the load of a shear cell is not that of a
     contact."""
-    if law is None or law.experiment not in CONTACTS or law.slot not in CURVES or not law.state:
+    if law is None or law.experiment not in CONTACTS or not law.state:
         return False
-    return set(law.state) <= set(CURVES[law.slot][1])
+    return set(law.state) <= set(CURVES.get(law.slot, ("", ()))[1])
 
 
 def not_run(law: Mapping[str, Any]) -> str:

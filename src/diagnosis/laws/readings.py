@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import LEVERS
-from diagnosis.reading_errors import stated_sd
+from diagnosis.reading_errors import LABELS, stated_sd
 
 FREE = ("drop", "tilt", "shear")
 """Experiments whose model is one contact, or one ratio of stresses."""
@@ -64,6 +64,11 @@ class Readings:
     def experiments(self) -> list[str]:
         """The experiments of which readings there are."""
         return list(self.parts) or [self.experiment]
+
+    @property
+    def columns(self) -> dict[str, np.ndarray]:
+        """{name: (n,)} of levers and covariates, of which laws take their states."""
+        return self.levers | self.covariates
 
     @property
     def usual(self) -> np.ndarray:
@@ -152,11 +157,9 @@ def readings_of(
     error = np.maximum(replicated, FLOOR * digits)
     coarse = (error > replicated).any() or np.mean([m.sd <= digits for m in own]) >= COARSE
     log, slope = to_log(experiment, value, levers)
-    groups = {}
-    for name in ("batch", "instrument"):
-        labels = [getattr(m, name) for m in own]
-        if len(set(labels)) > 1:
-            groups[name] = np.unique(labels, return_inverse=True)[1]
+    labels = {name: [getattr(m, name) for m in own] for name in LABELS}
+    groups = {name: np.unique(each, return_inverse=True)[1]
+              for name, each in labels.items() if len(set(each)) > 1}  # fmt: skip
     return Readings(
         experiment, rows, levers, _covariates(own), log, error * slope, replicated * slope, groups,
         folds_of(levers), np.array([m.n for m in own], float), value, step, slope * value,
@@ -223,16 +226,12 @@ def to_log(
     if experiment == "tilt":
         angle = np.radians(value)
         return np.log(np.tan(angle)), np.radians(2.0 / np.sin(2.0 * angle))
-    return np.log(value / _shape(experiment, levers)), 1.0 / value
-
-
-def _shape(experiment, levers):
-    """Return what a reading is taken over: a lever, or nothing."""
-    return levers[SHAPE[experiment]] if experiment in SHAPE else 1.0
+    return np.log(value / levers.get(SHAPE.get(experiment, ""), 1.0)), 1.0 / value
 
 
 def from_log(experiment: str, log: np.ndarray, levers: Mapping[str, np.ndarray]) -> np.ndarray:
     """The reading in its unit, of its logarithm over its shape. log and levers: (n,)."""
     if experiment == "tilt":
         return np.degrees(np.arctan(np.exp(log)))
-    return np.exp(log) * _shape(experiment, levers)
+    told: np.ndarray = np.exp(log) * levers.get(SHAPE.get(experiment, ""), 1.0)
+    return told

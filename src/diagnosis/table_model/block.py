@@ -152,8 +152,9 @@ class Block:
         # at most two kinds of error at once
         self.shared = self.readings.scatters | self.readings.groups
         self.sds = sizes_of(self.shared, TIMES, 2 if len(self.shared) <= MOST_NAMES else 1)
-        weight = [np.prod([_weight(c.get(name, 0.0)) for name in self.shared]) for c in self.sds]
-        self.prior = np.log(np.array(weight) / np.sum(weight))
+        self.times = {k: np.array([c.get(k, 0.0) for c in self.sds]) for k in self.shared}
+        weight = np.prod([*map(_weight, self.times.values())], axis=0)
+        self.prior = np.log(weight / weight.sum())
         over = np.outer(self.unit, self.unit)
         alike = {k: over * ((v[:, None] == v) & (v >= 0)) for k, v in self.shared.items()}
         noise = np.diag(self.readings.error**2) + JITTER * np.eye(n)
@@ -281,7 +282,7 @@ class Block:
 
     def chance_of(self, name: str) -> float:
         """Probability that an error of readings is there."""
-        return float(self.shares() @ np.array([name in c for c in self.sds]))
+        return float(self.shares() @ (self.times[name] > 0.0))
 
     def draw(
         self, count: int, rng: np.random.Generator, sizes: np.ndarray | None = None
@@ -317,8 +318,8 @@ class Block:
     def sd_of(self, name: str) -> np.ndarray:
         """Root mean square standard deviations (n,) of an error, over what the readings say of its
         size."""
-        times = np.array([c.get(name, 0.0) for c in self.sds])
-        return self.unit * np.sqrt(self.shares() @ times**2) * (self.shared[name] >= 0)
+        size = np.sqrt(self.shares() @ self.times[name] ** 2)
+        return self.unit * size * (self.shared[name] >= 0)
 
     def freedom(self) -> float:
         """Readings less the directions of what is free that they tell."""
@@ -328,7 +329,7 @@ class Block:
 
 
 def _weight(times):
-    return times / (1.0 + (times / USUAL) ** 2) if times else NONE
+    return np.where(times > 0.0, times / (1.0 + (times / USUAL) ** 2), NONE)
 
 
 def _density(precision, logdet, z):

@@ -11,13 +11,14 @@ from calibration.intake.quantities import LEVERS, QUANTITIES
 from diagnosis.catalogue import Mechanism
 from diagnosis.chance import share_above
 from diagnosis.laws.readings import FREE, from_log, readings_of
+from diagnosis.laws.slots import GIVEN
 from diagnosis.measurements import LEAST_SETTINGS
 from diagnosis.next_measurement import propose_setting, words_of
 from diagnosis.page.words import capital, sentence, told
 from diagnosis.rules import OPEN, Evidence, Verdict, by_readings
 from diagnosis.table_model import selection as chosen
 from diagnosis.table_model.block import ERROR, LAW, ROW, Block, KnownCurves, judged, without_row
-from diagnosis.table_model.law import BAND, UNIT, curve, named, strength_limits, unit_of
+from diagnosis.table_model.law import BAND, curve, named, strength_limits, unit_of
 from diagnosis.table_model.terms import rounded_off
 
 MISFIT = 0.01
@@ -112,14 +113,11 @@ def placed(
     for block in found.blocks.values():
         for key in block.held:
             _add(out, measurements, block, key)
-        out.errors += _declared(measurements, block)
+        out.errors += _not_held(measurements, block, misfit["p"], left["p"])
     if left["p"] < MISFIT:
-        out.errors += [e for b in found.blocks.values() for e in _settings(b, left["p"])]
         out.scattered = chosen.misfit(found.blocks, seed, chance[-1], scatter=True)
         _in_question(out, measurements)
         _first_suspect(out, measurements, seed, chance[-1])
-    else:
-        out.errors += [e for b in found.blocks.values() for e in _rounded(b, misfit["p"])]
     for rows in (out.laws, out.errors):
         rows.sort(key=lambda r: -abs(r["evidence"]))
     out.rows.sort(key=lambda r: -abs(r["standard_deviations"]))
@@ -164,13 +162,10 @@ def _instead(out, measurements, block, key, near):
     if best is None or any(row["key"] == best.key for row in out.laws):
         return
     law = best.key
-    # a level that was set wrongly beside it, where there is one
-    other = chosen.held_in_turn(
-        block.without(key), (law, best.beside, law)[: 3 if best.beside else 1]
-    )
+    other = chosen.held_in_turn(block.without(key), (law, best.beside, law))
     others = [chosen.Rival(key, 0.0), *(r for r in near if r.key != law)]
-    known = chosen.strength_of(other, law), out.selection.p
-    known = *known, [_rival(measurements, block, r) for r in others]
+    near = [_rival(measurements, block, r) for r in others]
+    known = chosen.strength_of(other, law), out.p, near
     row = _head(other, law, *known, instead_of=key) | _law(other, law, out)
     if best.beside:
         row["sentence"] += f" {capital(_wrong_level(block, best))} would then be set wrongly."
@@ -190,7 +185,7 @@ def _in_question(out, measurements):
     stopped, said = out.selection.stopped, [e for e in out.errors if e["what"] != "declared"]
     if stopped is None or out.laws or out.rows or any(e["what"] != "settings" for e in said):
         return
-    block = out.selection.blocks[stopped.experiment]
+    block = out.block_of(stopped.key)
     least = chosen.LEAST if _is_of_few(block, stopped.key) else chosen.ODDS
     if block.terms[stopped.key].kind != LAW or stopped.evidence < least:
         return
@@ -257,11 +252,10 @@ def _law(block, key, out):
     row = {"slot": slot, "state": list(state), **own, "single": single}
     row |= {"band": BAND, "values": [], "gain": None, "unit": "1"}
     row["same"] = [{"slot": s, "state": list(t)} for s, t in (law.same if law else ())]
-    row["held_out"] = judged(block, key)
+    row |= {"held_out": judged(block, key), "sentence": ""}
     if law is not None and term.free:
-        row["unit"] = unit_of(law)
-        row["values"] = curve(block, key)
-    row["sentence"] = sentence(told("law.j2", law=row, units=UNIT) if row["values"] else "")
+        row |= {"unit": unit_of(law), "values": curve(block, key)}
+        row["sentence"] = sentence(told("law.j2", law=row, units=GIVEN["units"]))
     if row["held_out"]["beyond_band"] > DOES_NOT_FIT:
         row |= {"names": [], "single": None, "forms": [], "formulas": {}}
     return row
@@ -309,16 +303,6 @@ def _odds(share):
     return float(np.log(share / max(1.0 - share, 1e-9)))
 
 
-def _rounded(block, p):
-    """Rows of the resolution where it is coarser than the errors of the readings."""
-    held = {h.term.experiment for h in block.held.values() if h.term.of == "resolution"}
-    for kind in (k for k in block.readings.experiments if k not in held):
-        own, _ = block.readings.of(kind)
-        if own.coarse:
-            known = np.median(rounded_off(own)), p, -float(np.log(p))
-            yield _of_readings(kind, "resolution", "digits", *known, step=own.step)
-
-
 def _row(measurements, block, key):
     [place] = block.terms[key].rows
     m = measurements[block.readings.rows[place]]
@@ -354,41 +338,39 @@ def _looks_like(readings, here, at):
     return {"lever": lever, "value": float(values[best])} if like else None
 
 
-def _declared(measurements, block):
-    """Errors of declared batches and instruments that are there almost surely, with how much each
-    of them reads too high or too low, as a share of the mean of all."""
+def _not_held(measurements, block, misfit, left):
+    """Rows of errors that readings have though no term was held for them; misfit, left: chances of
+    constant coefficients, and of what was found.
+
+    Of batches and instruments that are there almost surely, with how much each of them reads too
+    high or too low, as a share of the mean of all; where a misfit is left, of settings where these
+    are likelier than not; else of a step that is coarser than the errors of the readings."""
+    held = {h.term.experiment for h in block.held.values() if h.term.of == "resolution"}
     for kind in block.readings.experiments:
         readings, at = block.readings.of(kind)
-        for name, code in readings.groups.items():
+        for name, code in (readings.groups | {"settings": None}).items():
             key = block.readings.name_of(name, kind)
-            there = block.chance_of(key)
-            if there <= SURE:
-                continue
-            labels = sorted({getattr(measurements[i], name) for i in readings.rows})
-            offsets = dict(zip(labels, _offsets(block, code, at), strict=True))
-            own = block.sd_of(key)[at[0]], 1.0 - there, _odds(there)
-            yield _of_readings(kind, name, "declared", *own, offsets=offsets)
+            there, sd = block.chance_of(key), block.sd_of(key)[at[0]]
+            if code is not None and there > SURE:
+                labels = sorted({getattr(measurements[i], name) for i in readings.rows})
+                offsets = dict(zip(labels, _offsets(block, code, at), strict=True))
+                known = sd, 1.0 - there, _odds(there)
+                yield _of_readings(kind, name, "declared", *known, offsets=offsets)
+            elif code is None and there >= 0.5 and left < MISFIT:
+                yield _of_readings(kind, name, name, sd, left, _odds(there))
+        if readings.coarse and kind not in held and left >= MISFIT:
+            known = np.median(rounded_off(readings)), misfit, -float(np.log(misfit))
+            yield _of_readings(kind, "resolution", "digits", *known, step=readings.step)
 
 
 def _offsets(block, code, at):
     """Shares (g,) by which the readings of each of g batches or instruments are off their mean, by
     least squares beside what is held; code: (k,) of the readings at places (k,)."""
-    y, weight = block.readings.log, 1.0 / block.readings.error[at] ** 2
-    left = (y - sum(block.part(key) for key in block.held))[at]
+    weight = 1.0 / block.readings.error[at] ** 2
+    left = (block.y - sum(block.part(key) for key in block.held))[at]
     left = left if block.ground is None else left - block.expected()[0][at]
-    means = np.array([np.average(left[code == g], weights=weight[code == g])
-                      for g in range(code.max() + 1)])  # fmt: skip
-    return [float(v) for v in np.expm1(means - means.mean())]
-
-
-def _settings(block, p):
-    """Rows of the errors from setting to setting that are likelier than not."""
-    for kind in block.readings.experiments:
-        name = block.readings.name_of("settings", kind)
-        share = block.chance_of(name)
-        if share >= 0.5:
-            sd = block.sd_of(name)[block.readings.of(kind)[1][0]]
-            yield _of_readings(kind, "settings", "settings", sd, p, _odds(share))
+    means = np.bincount(code, weight * left) / np.bincount(code, weight)
+    return np.expm1(means - means.mean()).tolist()
 
 
 def _ranking(start, found):
@@ -411,8 +393,8 @@ def judge(found: Found, bends: Callable[[], bool] = lambda: False) -> Found:
     few = [law for law in found.laws if _is_of_few(found.block_of(law["key"]), law["key"])]
     for law in few:
         if not any(r.get("of") == "settings" for r in law["rivals"]):
-            rival = SCATTER | {"experiment": law["experiment"], "behind": law["evidence"]}
-            law["rivals"] = [*law["rivals"], rival]
+            own = {"experiment": law["experiment"], "behind": law["evidence"]}
+            law["rivals"].append(SCATTER | own)
     constant = found.misfit["p"] >= MISFIT
     scattered = found.scattered is None or found.scattered["p"] >= MISFIT
     said = found.laws, found.errors, found.rows
@@ -461,8 +443,8 @@ def give_strengths(
             ends = strength_limits(block, term, shape, 0.5 + 0.5 * BAND)
             low, high = sorted(float(own.natural(open_end if end is None else end))
                                for end, open_end in zip(ends, (0.0, 1.0), strict=True))  # fmt: skip
-            strong[shape.name] = {"name": own.name, "unit": own.unit, "low": low, "high": high}
-            strong[shape.name]["value"] = float(own.natural(coded[shape.name]))
+            row = {"name": own.name, "unit": own.unit, "low": low, "high": high}
+            strong[shape.name] = row | {"value": float(own.natural(coded[shape.name]))}
         law["strengths"] = {name: s["value"] for name, s in strong.items()}
         for row in found.ranking:
             if row["mechanism"] in strong and row["experiment"] == law["experiment"]:

@@ -28,17 +28,8 @@ from calibration.statistics.numbers import NORMAL_95
 from diagnosis.catalogue import Mechanism
 from diagnosis.chance import log_sum
 from diagnosis.laws.readings import EXPONENT, SHAPE, Readings, level_of
-from diagnosis.laws.slots import (
-    FORMS,
-    LADDER,
-    OF_STEP,
-    FreeLaw,
-    coordinates,
-    factors_of,
-    natural,
-    scaled,
-)
-from diagnosis.table_model.block import LAW, LEAST_LEVELS, LEVEL_SD, Block, Shape, Term, curve_shape
+from diagnosis.laws.slots import GIVEN, LADDER, FreeLaw, factors_of, natural, scaled
+from diagnosis.table_model.block import LEAST_LEVELS, LEVEL_SD, Block, Shape, Term, curve_shape
 from diagnosis.table_model.selection import ODDS
 from diagnosis.table_model.terms import BENDS, FREE, FREE_SIZES, bend
 
@@ -129,15 +120,14 @@ def _added(rest, term, t):
     """(median, low, high) of a law that adds, in its space, at logarithms of the state over the
     middle one (m,): over its named forms and their strengths."""
     named = [s for s in term.shapes if not s.catalogue and s.name != FREE]
-    places = [(s, k) for s in named for k in range(len(s.label))]
     values = np.concatenate([rest.by_strength(s) for s in named])
-    share = np.exp(values - log_sum(values))
-    rng, factors, curves = np.random.default_rng(5), factors_of(term.law), []
-    for i in rng.choice(len(share), DRAWS, p=share):
-        shape, k = places[i]
-        step = np.gradient(shape.label)[k] if len(shape.label) > 1 else 0.0
-        strength = shape.label[k] + step * rng.uniform(-0.5, 0.5)
-        curves.append(strength * factors[shape.name](t))
+    rng, factors = np.random.default_rng(5), factors_of(term.law)
+    drawn = rng.choice(len(values), DRAWS, p=np.exp(values - log_sum(values)))
+    label = np.concatenate([s.label for s in named])
+    steps = [np.gradient(s.label) if len(s.label) > 1 else np.zeros(1) for s in named]
+    strength = label[drawn] + np.concatenate(steps)[drawn] * rng.uniform(-0.5, 0.5, DRAWS)
+    one = np.array([factors[s.name](t) for s in named for _ in s.label])
+    curves = strength[:, None] * one[drawn]
     ends = np.quantile(curves, [0.5 - BAND / 2, 0.5 + BAND / 2], 0)
     return np.median(curves, 0), *ends
 
@@ -145,7 +135,7 @@ def _added(rest, term, t):
 def told_in(law: FreeLaw, readings: Readings, state: np.ndarray) -> np.ndarray:
     """(m,) what one in the law's space adds in the reading's unit, at states (m,). What air takes
     depends on more than its state: it is told of the middle."""
-    levers = coordinates(readings)
+    levers = readings.columns
     assert law.weight is not None  # a term is added
     one = law.weight(readings) * levers.get(SHAPE.get(readings.experiment, ""), 1.0)
     middle = np.exp(readings.centre[0])
@@ -162,16 +152,6 @@ def told_in(law: FreeLaw, readings: Readings, state: np.ndarray) -> np.ndarray:
 
 SAME = 0.5
 """Standard errors of a reading; curves that stay closer are one."""
-
-UNIT = {
-    "speed": "m/s",
-    "size": "mm",
-    "rate": "°/s",
-    "load": "kPa",
-    "interval": "s",
-    "size over root of load": "mm/kPa^(1/2)",
-}
-"""Units of states; others are numbers."""
 
 
 def named(block: Block, key: str) -> tuple[dict[str, Any], str]:
@@ -191,8 +171,12 @@ def named(block: Block, key: str) -> tuple[dict[str, Any], str]:
     left = [n for n in order if evidence[order[0]] - evidence[n] < ODDS]
     curves = {n: held[n].part(key) for n in left}
     names = [n for n in left if n in known]
-    forms = [n for n in left if n not in known and not any(
-        _alike(curves[n], curves[k], block.readings.error) for k in names)]  # fmt: skip
+
+    def alike(one, other):
+        apart = curves[one] - curves[other]
+        return np.abs((apart - apart.mean()) / block.readings.error).max() < SAME
+
+    forms = [n for n in left if n not in known and not any(alike(n, k) for k in names)]
     formulas = {n: written(held[n], key, n) for n in forms if n != FREE and term.law}
     # a free curve follows every form: it is told only where nothing else is left
     forms = [n for n in forms if n != FREE] if len(left) > 1 and left[0] != FREE else forms
@@ -202,18 +186,13 @@ def named(block: Block, key: str) -> tuple[dict[str, Any], str]:
     return {"names": names, "forms": forms, "formulas": formulas, "coded": coded}, order[0]
 
 
-def _alike(one, other, error):
-    apart = one - other
-    return np.abs((apart - apart.mean()) / error).max() < SAME
-
-
 def written(block: Block, key: str, name: str) -> str:
     """A named form with its coefficients, as fitted to the readings."""
     law, k = block.terms[key].law, block.strength(key)
     state = " x ".join(law.state)
-    units = " ".join(UNIT.get(s, "") for s in law.state)
+    units = " ".join(GIVEN["units"].get(s, "") for s in law.state)
     at = " ".join(f"{np.exp(scaled(law, block.readings)[1]):.3g} {units}".split())
-    column = coordinates(block.readings).get(state, np.ones(1))
+    column = block.readings.columns.get(state, np.ones(1))
     if (column <= 0.0).any():  # its coordinate is an exponential
         state = f"exp(({state} - {column.mean():.3g}) / {0.5 * np.ptp(column):.3g})"
     if law.weight:
@@ -224,7 +203,7 @@ def written(block: Block, key: str, name: str) -> str:
     assert shape.mean is not None  # a named form is a curve
     level = block.y - sum(block.part(o) for o in block.held if o != key) - shape.mean[number]
     c = np.exp(block.readings.level(level) / EXPONENT[law.experiment])
-    text = FORMS[name][1] if name in FORMS else OF_STEP
+    text = GIVEN["formulas"].get(name, GIVEN["formulas"]["step"])
     return f"{name}: {law.slot} = {text.format(c=f'{c:.3g}', k=k, s=state, m=at)}"
 
 
@@ -330,9 +309,8 @@ def _quantiles(rest, shape, at, probability):
 def limits(blocks: Mapping[str, Block], catalogue: Mapping[str, Mechanism]) -> list[dict[str, Any]]:
     """[{mechanism or slot and state, of, unit, below, above}]: what the data exclude, at 95 % each
     way."""
-    out = []
-    terms = [(block, term) for block in blocks.values() for term in block.terms.values()]
-    for block, term in terms:
+    out, slopes = [], []
+    for block, term in ((b, t) for b in blocks.values() for t in b.terms.values()):
         for shape in (s for s in term.shapes if s.name in catalogue):
             strength, ends = catalogue[shape.name].strength, strength_limits(block, term, shape)
             # on the side of no effect nothing can be excluded that the data do not show
@@ -341,11 +319,10 @@ def limits(blocks: Mapping[str, Block], catalogue: Mapping[str, Mechanism]) -> l
                             for end, there in zip(ends, shows, strict=True))  # fmt: skip
             row = {"mechanism": shape.name, "of": strength.name, "unit": strength.unit}
             out.append(row | {"below": below, "above": above})
-    for block, term in terms:
         law = term.law
-        if term.kind == LAW and law is not None and term.free and law.weight is None:
+        if law is not None and term.free and law.weight is None:
             low, high = slope_limits(block, law)
             row = {"experiment": law.experiment, "slot": law.slot, "state": list(law.state)}
             row |= {"of": "change over the plan's states", "unit": "share"}
-            out.append(row | {"below": low, "above": high})
-    return out
+            slopes.append(row | {"below": low, "above": high})
+    return out + slopes

@@ -45,7 +45,6 @@ CHUNK = 250  # data sets at once
 class Step:
     """A term that was added: its evidence and chance."""
 
-    experiment: str
     key: str
     evidence: float
     p: float
@@ -86,13 +85,12 @@ def select(blocks: dict[str, Block], alpha: float, seed: int, chance: Sequence[i
         null = of_chance(blocks, count, [seed, 1, number])
         here = share_above(null, value)
         level = alpha * SPENT[min(number, len(SPENT) - 1)]
-        step = Step(kind, keys[0], value, here)
         if not number:
             p, threshold, first = here, float(np.quantile(null, 1.0 - level)), null
         if here >= level:
-            stopped = step
+            stopped = Step(keys[0], value, here)
             break
-        steps += [replace(step, key=k) for k in keys]
+        steps += [Step(key, value, here) for key in keys]
         blocks = blocks | {kind: exchanged(held_in_turn(blocks[kind], keys))}
     return Selection(blocks, steps, stopped, p, threshold, first)
 

@@ -1,6 +1,6 @@
 """The kinds of terms of one experiment: laws, errors of the set-up, and single rows."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
 
@@ -50,7 +50,8 @@ def all_terms(readings: Readings, known: Sequence[tuple[tuple, Shape]]) -> list[
     """[`Term`] of every kind for the `Readings` of one experiment; known: [(place, `Shape`)] of the
     catalogue's mechanisms."""
     out = exchanged(readings) + laws(readings, known)
-    return out + [term for kind in ERRORS for term in kind(readings)]
+    errors = level_offsets, one_level, order, resolution, rows, zero
+    return out + [term for kind in errors for term in kind(readings)]
 
 
 def laws(readings: Readings, known: Sequence[tuple[tuple, Shape]]) -> list[Term]:
@@ -61,13 +62,13 @@ def laws(readings: Readings, known: Sequence[tuple[tuple, Shape]]) -> list[Term]
     family = {(law.slot, law.state): law for law in FAMILY if law.experiment == kind} | free_laws
     out = []
     for place in dict.fromkeys([*free_laws, *(place for place, _ in known)]):
-        law, applies = family.get(place), place in free_laws
-        shapes = _shapes(forms_of(law, readings)) if applies else []
+        law, own = family.get(place), free_laws.get(place)
+        shapes = _shapes(forms_of(own, readings)) if own else []
         shapes += [shape for where, shape in known if where == place]
-        steps = steps_of(law, readings) if applies else {}
-        free = applies and not law.sign and law.coordinate is not None
+        steps = steps_of(own, readings) if own else {}
+        free = own is not None and not own.sign and own.coordinate is not None
         # all places of a step together are one form
-        each = (1.0 - SHARE_OF_FREE * free) / (len(shapes) + bool(steps))
+        each = (1.0 - SHARE_OF_FREE * free) / max(len(shapes) + bool(steps), 1)
         shapes = [replace(s, weight=float(np.log(each))) for s in shapes]
         shapes += _shapes(steps, float(np.log(each / max(len(steps), 1))))
         shapes += [_free_curve(law, readings)] if free else []
@@ -225,11 +226,6 @@ def zero(readings: Readings) -> list[Term]:
     own = BOTH[BOTH > -0.95] * value.min()
     shapes = _shapes({"zero": (own, np.log1p(own[:, None] / value))}, -np.log(2.0))
     return [_error(readings, "zero", lever, shapes)]
-
-
-ERRORS: tuple[Callable[[Readings], list[Term]], ...] = (
-    level_offsets, one_level, order, resolution, rows, zero,
-)  # fmt: skip
 
 
 def _error(readings, what, of, shapes, weight=0.0, name="", **more):
