@@ -149,18 +149,17 @@ class Block:
     def __post_init__(self):
         self.y, self.unit = self.readings.log, self.readings.usual
         n = len(self.y)
-        # at most two kinds of error at once
         self.shared = self.readings.scatters | self.readings.groups
         self.sds = sizes_of(self.shared, TIMES, 2 if len(self.shared) <= MOST_NAMES else 1)
         self.times = {k: np.array([c.get(k, 0.0) for c in self.sds]) for k in self.shared}
-        weight = np.prod([*map(_weight, self.times.values())], axis=0)
+        times = np.array([*self.times.values()])
+        weight = np.where(times > 0.0, times / (1.0 + (times / USUAL) ** 2), NONE).prod(0)
         self.prior = np.log(weight / weight.sum())
         over = np.outer(self.unit, self.unit)
         alike = {k: over * ((v[:, None] == v) & (v >= 0)) for k, v in self.shared.items()}
         noise = np.diag(self.readings.error**2) + JITTER * np.eye(n)
-        self.errors = np.array(
-            [noise + sum(t**2 * alike[k] for k, t in c.items()) for c in self.sds]
-        )
+        own = [noise + sum(t**2 * alike[k] for k, t in c.items()) for c in self.sds]
+        self.errors = np.array(own)
         level = Ground(self.readings.centre, np.full((n, 1), LEVEL_SD), np.zeros((n, n)))
         self.start = self.ground or level
         self.mean = sum((h.mean for h in self.held.values()), self.start.mean)
@@ -326,10 +325,6 @@ class Block:
         free = self.start.root @ self.start.root.T
         told = np.trace(free @ self.precision[self.bare()[0]])
         return len(self.mean) - round(float(told), 1)
-
-
-def _weight(times):
-    return np.where(times > 0.0, times / (1.0 + (times / USUAL) ** 2), NONE)
 
 
 def _density(precision, logdet, z):

@@ -298,11 +298,6 @@ def _of_readings(kind, of, what, sd, p, evidence, **more):
     return _told(row | {"p": p, "evidence": evidence, "rivals": []} | more)
 
 
-def _odds(share):
-    """Logarithm of the odds for what is there with a probability."""
-    return float(np.log(share / max(1.0 - share, 1e-9)))
-
-
 def _row(measurements, block, key):
     [place] = block.terms[key].rows
     m = measurements[block.readings.rows[place]]
@@ -351,13 +346,13 @@ def _not_held(measurements, block, misfit, left):
         for name, code in (readings.groups | {"settings": None}).items():
             key = block.readings.name_of(name, kind)
             there, sd = block.chance_of(key), block.sd_of(key)[at[0]]
+            odds = float(np.log(there / max(1.0 - there, 1e-9))) if there >= 0.5 else -np.inf
             if code is not None and there > SURE:
                 labels = sorted({getattr(measurements[i], name) for i in readings.rows})
-                offsets = dict(zip(labels, _offsets(block, code, at), strict=True))
-                known = sd, 1.0 - there, _odds(there)
-                yield _of_readings(kind, name, "declared", *known, offsets=offsets)
+                more = {"offsets": dict(zip(labels, _offsets(block, code, at), strict=True))}
+                yield _of_readings(kind, name, "declared", sd, 1.0 - there, odds, **more)
             elif code is None and there >= 0.5 and left < MISFIT:
-                yield _of_readings(kind, name, name, sd, left, _odds(there))
+                yield _of_readings(kind, name, name, sd, left, odds)
         if readings.coarse and kind not in held and left >= MISFIT:
             known = np.median(rounded_off(readings)), misfit, -float(np.log(misfit))
             yield _of_readings(kind, "resolution", "digits", *known, step=readings.step)
