@@ -25,13 +25,7 @@ from diagnosis.catalogue import Mechanism
 from diagnosis.chance import CLOSE
 from diagnosis.emulator import outcomes_of
 from diagnosis.fit import Fit, data_of, fit
-from diagnosis.laws.readings import (
-    Readings,
-    name_of,
-    readings_of,
-    shared_covariance,
-    to_log,
-)
+from diagnosis.laws.readings import Readings, readings_of, shared_covariance, to_log
 from diagnosis.model import Emulated, Model
 from diagnosis.next_measurement import words_of
 from diagnosis.residuals import smooth_terms
@@ -114,8 +108,11 @@ class Bulk:
     def _shared_errors(self):
         """What `shared` is, as the model of the table tells it without a term."""
         names = {(k, n): at[0] for k, (own, at) in self._parts.items() for n in own.groups}
-        block = self._bare()[0] if names else None
-        return {(k, n): float(block.sd_of(name_of(n, k))[at]) for (k, n), at in names.items()}
+        if not names:
+            return {}
+        block, _ = self._bare()
+        name = block.readings.name_of
+        return {(k, n): float(block.sd_of(name(n, k))[at]) for (k, n), at in names.items()}
 
     def judged(self, alpha: float = 0.05, seed: int = 0, chance: Sequence[int] = CHANCE) -> Found:
         """`Found` of the table, no further setting proposed."""
@@ -145,8 +142,8 @@ class Bulk:
         groups = {}
         for kind, (own, at) in parts.items():
             for name, code in own.groups.items():
-                groups[name_of(name, kind)] = np.full(n, -1)
-                groups[name_of(name, kind)][at] = code
+                groups[f"{name} of {kind}"] = np.full(n, -1)
+                groups[f"{name} of {kind}"][at] = code
         return Readings(
             experiment=self.kinds[0] if len(self.kinds) == 1 else "bulk",
             rows=together("rows", -more.astype(int)),

@@ -121,8 +121,7 @@ def _effects(block, catalogue):
                 weight = law.weight(readings)
                 good = (ladder[:, None] * weight > -0.95).all(1)
                 curves = added(law, ladder[good, None] * weight, readings)
-                amount = told_in(law, readings, np.exp([middle]))
-                told = np.array([amount(0, z) for z in ladder[good]])
+                told = told_in(law, readings, np.exp([middle])) * ladder[good]
                 of, unit = "what it adds in the middle of the plan", unit_of(law)
             yield row(own, term.key, term.place, of, unit), curves, told, {term.place, *law.same}
     for term in block.terms.values():

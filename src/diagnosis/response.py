@@ -186,7 +186,8 @@ class WithMechanism(Response):
         base, t = super()._features(x[:, :-1]), self._distance(x)[:, None]
         bumps = np.exp(-0.5 * ((x[:, -1:] - CENTRES) / WIDTH) ** 2)
         linear = base[:, : x.shape[1]]
-        bent = (bumps[:, :, None] * linear[:, None, :]).reshape(len(x), -1)  # all products
+        products = bumps[:, :, None] * linear[:, None, :]
+        bent = products.reshape(len(x), bumps.shape[1] * linear.shape[1])
         constant = np.ones((len(x), int(not np.isfinite(self.off))))
         return np.hstack([base, t * base, t * bent, constant])
 

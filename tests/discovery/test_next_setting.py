@@ -5,7 +5,7 @@ import pytest
 from calibration.intake.measurements import Measurement
 from diagnosis.laws.readings import readings_of
 from diagnosis.next_measurement import propose_setting
-from diagnosis.table_model.selection import blocks_of, with_terms
+from diagnosis.table_model.selection import blocks_of
 
 HEIGHTS, SIZES = (50.0, 75.0, 110.0, 165.0, 250.0), (1.5, 2.0, 3.0)
 POWER = -0.15
@@ -22,7 +22,8 @@ def rebound(height, size):
 @pytest.fixture(scope="module")
 def block():
     measured = [rebound(h, d) for h in HEIGHTS for d in SIZES]
-    return with_terms(blocks_of([readings_of(measured, "drop")], None), "drop", [LAW])["drop"]
+    [bare] = blocks_of([readings_of(measured, "drop")], None).values()
+    return bare.holding(LAW)
 
 
 def test_a_law_and_an_error_of_each_level_ask_for_a_level_that_is_new(block):

@@ -15,7 +15,7 @@ from diagnosis.rules import OF_CONTACTS, by_runs, without_names
 from diagnosis.table_model import found as found_module
 from diagnosis.table_model.block import LEVEL_SD, curve_shape
 from diagnosis.table_model.found import discover
-from diagnosis.table_model.selection import blocks_of, with_terms
+from diagnosis.table_model.selection import blocks_of
 from facts import tells
 
 ERROR, N = 0.02, 5  # of one reading, and readings of a setting
@@ -195,8 +195,7 @@ def test_the_judge_tells_a_law_that_fits_from_one_that_does_not():
         [block] = blocks_of([readings_of(drops(curve, FINER), "drop")], None).values()
         power = tuple(s for s in block.terms[key].shapes if s.name == "power")
         block.terms[key] = replace(block.terms[key], shapes=power)
-        held = with_terms({"drop": block}, "drop", [key])["drop"]
-        judged = found_module.judged(held, key)
+        judged = found_module.judged(block.holding(key), key)
         assert (judged["after"] < 2.0) == fits
         assert (judged["after"] < 0.5 * judged["before"]) == fits
 

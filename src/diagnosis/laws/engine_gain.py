@@ -8,7 +8,7 @@ engine has no law for is taken from the fitted curve.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,6 @@ from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import Condition
 from dem.contact.curve import POINTS
 from dem.errors import SpecError
-from dem.spec import parse_spec
 from diagnosis.catalogue import set_law
 from diagnosis.extend import gain
 from diagnosis.laws.known import (
@@ -32,7 +31,7 @@ from diagnosis.laws.slots import FAMILY, FreeLaw
 from diagnosis.measurements import CONTACTS
 from diagnosis.page.words import told
 from diagnosis.rig import Rig
-from diagnosis.table_model.block import LAW, Block, Term, levels_of, refitted
+from diagnosis.table_model.block import LAW, Block, levels_of, refitted
 from diagnosis.table_model.law import curve
 
 DIGITS = 9  # decimals of what is written into a run spec
@@ -51,9 +50,9 @@ def has_curve(law: FreeLaw | None) -> bool:
 
     The rate of a tilt is no speed of sliding, and the load of a shear cell is not that of a
     contact."""
-    if law is None or law.experiment not in CONTACTS or law.slot not in CURVES or not law.state:
+    if law is None or law.experiment not in CONTACTS or not law.state:
         return False
-    return set(law.state) <= set(CURVES[law.slot][1])
+    return set(law.state) <= set(CURVES.get(law.slot, ("", ()))[1])
 
 
 def not_run(law: Mapping[str, Any]) -> str:
@@ -117,27 +116,22 @@ class Engine:
         return self.rig.spec(Condition(experiment, dict(levers)), self.rig.settings.seed)
 
     def logs(self, switch: Switch, coefficient: float, readings: Readings) -> np.ndarray:
-        """(n,) logarithms of the readings with a switch."""
-        return contact_logs(lambda spec: switch(spec, coefficient), readings, self.spec_of)
-
-    def can(self, switch: Switch, coefficient: float, readings: Readings) -> bool:
-        """Return whether the engine takes the switch beside the study's own laws."""
-        levers = {k: float(v[0]) for k, v in readings.levers.items() if np.isfinite(v[0])}
+        """(n,) logarithms of the readings with a switch, NaN where the engine does not take it
+        beside the study's own laws."""
         try:
-            parse_spec(switch(self.spec_of(readings.experiment, levers), coefficient))
+            return contact_logs(lambda spec: switch(spec, coefficient), readings, self.spec_of)
         except SpecError:
-            return False
-        return True
+            return np.full(len(readings.log), np.nan)
 
 
 def shift(block: Block, key: str, name: str | None, engine: Engine) -> tuple[np.ndarray, bool]:
     """(n,) what a law adds to the logarithms of all readings of a block, and whether the engine
     said so. name: the mechanism that it stands for, or None for the curve."""
     term, readings = block.terms[key], block.readings
-    coefficient, low, high = COEFFICIENT.get(readings.experiment, (None, 0.0, 0.0))
     fitted = block.part(key)
-    if coefficient is None:
+    if readings.experiment not in COEFFICIENT:
         return fitted, False
+    coefficient, low, high = COEFFICIENT[readings.experiment]
     start = float(np.clip(np.exp(readings.centre[0] / EXPONENT[readings.experiment]), low, high))
 
     def constant(spec, value):
@@ -145,12 +139,10 @@ def shift(block: Block, key: str, name: str | None, engine: Engine) -> tuple[np.
 
     plain = engine.logs(constant, start, readings)
     if name:
-        own = [s for s in term.shapes if s.name == name]
-        only = Term(term.experiment, LAW, key, tuple(own), law=term.law, place=term.place)
-        held = block.without(key).holding(key, only)
+        own = tuple(s for s in term.shapes if s.name == name)
+        held = block.without(key).holding(key, replace(term, shapes=own))
         mechanism = engine.catalogue[name]
-        label = float(np.clip(held.strength(key), own[0].label.min(), own[0].label.max()))
-        strength = float(mechanism.strength.natural(label))
+        strength = float(mechanism.strength.natural(held.strength(key)))
         if mechanism.observe is not None:
             return observed_log(mechanism, strength, plain, readings) - plain, True
 
@@ -164,10 +156,8 @@ def shift(block: Block, key: str, name: str | None, engine: Engine) -> tuple[np.
         start = float(np.clip(start, low, high))
     else:
         return fitted, False
-    if not engine.can(switch, start, readings):
-        return fitted, False
-    with_law = engine.logs(switch, start, readings)
-    return (with_law - plain, True) if np.isfinite(with_law).all() else (fitted, False)
+    change = engine.logs(switch, start, readings) - plain
+    return (change, True) if np.isfinite(change).all() else (fitted, False)
 
 
 @dataclass(frozen=True)
@@ -208,14 +198,12 @@ def compared(
 
 def _one(measurements, block, laws, tested, names, engine):
     """`Compared` of some of the laws."""
-    readings = block.readings
-    lever, levels = levels_of(block, block.terms[tested[0]].law)
+    readings, term = block.readings, block.terms[tested[0]]
+    lever, levels = levels_of(block, term.law)
+    pairs = [(index, run) for index, run in zip(levels, some_of(levels), strict=True) if len(run)]
     before, after, left = (np.full(len(readings.log), np.nan) for _ in range(3))
-    ran, chosen = [], 0
-    for index, run in zip(levels, some_of(levels), strict=True):
-        if not len(run):
-            continue
-        chosen += 1
+    ran = []
+    for index, run in pairs:
         held = refitted(block, index)
         shifts = {k: shift(held, k, names.get(k), engine) for k in laws}
         ran += [shifts[k][1] for k in tested]
@@ -231,13 +219,11 @@ def _one(measurements, block, laws, tested, names, engine):
         for v in (before, after, after + left)
     )
     rows = [measurements[i] for i in readings.rows[own]]
-    done = {"left_out": lever, "levels": chosen, "run": len(own), "of": len(readings.log)}
-    if any(ran):  # the keys of a run spec that switch the law on
-        term = block.terms[tested[0]]
-        done["keys"] = None
-        if term.free and has_curve(term.law):
-            switch, middle = switched_on(term.law, curve(block, term.key))
-            done["keys"] = switch({}, middle)
+    done = {"left_out": lever, "levels": len(pairs), "run": len(own), "of": len(readings.log)}
+    done["keys"] = None
+    if any(ran) and term.free and has_curve(term.law):
+        switch, middle = switched_on(term.law, curve(block, term.key))
+        done["keys"] = switch({}, middle)  # of a run spec, that switch the law on
     shared = {(readings.experiment, n): float(block.sd_of(n)[0]) for n in readings.groups}
     refit = np.abs(wider - after)[:, 0]
     return Compared(rows, before, after, shared, refit, done if any(ran) else None)

@@ -35,7 +35,7 @@ from dem.spec import RunSpec, parse_spec
 from dem.timescales import hertz_contact_time
 from dem.walls.builder import WallSet
 from diagnosis.catalogue import Mechanism
-from diagnosis.laws.readings import EXPONENT, Readings, from_log, to_log
+from diagnosis.laws.readings import EXPONENT, Readings, from_log, level_of, to_log
 from diagnosis.table_model.block import KnownCurves, curve_shape
 
 FINE, COARSE = 0.01, 0.2
@@ -144,10 +144,8 @@ def _rise(spec, radius, speed, air):
     energy = 0.5 * speed**2
     if air is None:
         return energy / GRAVITY
-    share = (np.arange(FLIGHT_STEPS) + 0.5) / FLIGHT_STEPS
-    height = np.zeros(len(speed))
-    slowed = _deceleration(spec, radius, len(speed), air)
-    for s in share:
+    height, slowed = np.zeros(len(speed)), _deceleration(spec, radius, len(speed), air)
+    for s in (np.arange(FLIGHT_STEPS) + 0.5) / FLIGHT_STEPS:
         height += energy / FLIGHT_STEPS / (GRAVITY + slowed(np.sqrt(2.0 * s * energy)))
     return height
 
@@ -208,9 +206,9 @@ def known_curves(
     """
 
     def make(readings):
-        own = (m for m in catalogue.values() if readings.experiment in m.experiments and m.law)
-        there = readings.experiment in COEFFICIENT
-        found = [(m.law, _known(m, readings, spec_of)) for m in own if there]
+        kind = readings.experiment
+        own = [m for m in catalogue.values() if m.law and kind in m.experiments]
+        found = [(m.law, _known(m, readings, spec_of)) for m in own if kind in COEFFICIENT]
         return [((slot, tuple(state)), s) for (slot, state), s in found if s is not None]
 
     return make
@@ -302,22 +300,17 @@ def contact_logs(
     """(n,) logarithms of what the engine's one contact reads at each setting.
 
     switched: run spec (a mapping) -> the one with the laws to be run."""
-    levers = readings.levers
-    sizes = levers.get("particle_diameter_mm", np.full(len(readings.log), np.nan))
-    out = np.empty(len(sizes))
-    for size in np.unique(sizes):
-        rows = np.flatnonzero((sizes == size) | (np.isnan(sizes) & np.isnan(size)))
-        lever, _ = READ[readings.experiment]
-        along = levers.get(lever, np.full(len(sizes), 5.0))[rows]
-        given = {} if np.isnan(size) else {"particle_diameter_mm": float(size)}
-        spec = switched(spec_of(readings.experiment, given | {lever: float(along[0])}))
+    kind, levers, out = readings.experiment, readings.levers, np.empty(len(readings.log))
+    lever, _ = READ[kind]
+    sizes = levers.get("particle_diameter_mm", np.full(len(out), np.nan))
+    for rows in (level_of(sizes) == k for k in range(len(np.unique(sizes)))):
+        along, size = levers.get(lever, np.full(len(out), 5.0))[rows], float(sizes[rows][0])
+        given = {} if np.isnan(size) else {"particle_diameter_mm": size}
+        spec = switched(spec_of(kind, given | {lever: float(along[0])}))
         values, place = np.unique(along, return_inverse=True)
-        text = json.dumps(spec, sort_keys=True)
-        read = np.array(_asked(readings.experiment, text, tuple(values)))[place]
-        with np.errstate(divide="ignore"):
-            part = {k: v[rows] for k, v in levers.items()}
-            out[rows] = to_log(readings.experiment, read, part)[0]
-    return out
+        out[rows] = np.array(_asked(kind, json.dumps(spec, sort_keys=True), tuple(values)))[place]
+    with np.errstate(divide="ignore"):
+        return to_log(kind, out, levers)[0]
 
 
 @lru_cache(maxsize=20000)

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import LEVERS
-from diagnosis.reading_errors import stated_sd
+from diagnosis.reading_errors import LABELS, stated_sd
 
 FREE = ("drop", "tilt", "shear")
 """Experiments whose model is one contact, or one ratio of stresses."""
@@ -66,9 +66,14 @@ class Readings:
         return list(self.parts) or [self.experiment]
 
     @property
+    def columns(self) -> dict[str, np.ndarray]:
+        """{name: (n,)} of levers and covariates, of which laws take their states."""
+        return self.levers | self.covariates
+
+    @property
     def usual(self) -> np.ndarray:
-        """(n,) median error of a reading of its experiment."""
-        out = np.empty(len(self.log))
+        """(n,) median error of a reading of its experiment, 0 of tests that ended without one."""
+        out = np.zeros(len(self.log))
         for kind in self.experiments:
             own, at = self.of(kind)
             out[at] = np.median(own.error[own.error < 10.0])
@@ -76,12 +81,16 @@ class Readings:
 
     @property
     def scatters(self) -> dict[str, np.ndarray]:
-        """{name: (n,) whether a reading has it} of the errors from setting to setting."""
+        """{name: (n,) codes} of the errors from setting to setting, -1 where a reading has none."""
         out = {}
         for kind in self.experiments:
-            name = name_of("settings", kind if self.parts else "")
-            out[name] = np.isin(np.arange(len(self.log)), self.of(kind)[1])
+            code = out[self.name_of("settings", kind)] = np.full(len(self.log), -1)
+            code[self.of(kind)[1]] = self.of(kind)[1]
         return out
+
+    def name_of(self, error: str, experiment: str) -> str:
+        """Name of an error that readings of an experiment share: of several each has its own."""
+        return f"{error} of {experiment}" if self.parts else error
 
     @property
     def centre(self) -> np.ndarray:
@@ -92,11 +101,6 @@ class Readings:
         """Mean of logarithms (n,), weighted by the readings' errors."""
         weight = 1.0 / self.error**2
         return float((weight * log).sum() / weight.sum())
-
-
-def name_of(error: str, experiment: str) -> str:
-    """Name of an error that the readings of an experiment share among those of several."""
-    return f"{error} of {experiment}" if experiment else error
 
 
 UNKNOWN = 30.0
@@ -113,25 +117,20 @@ def unknown(readings: Readings, index: np.ndarray | Sequence[int]) -> Readings:
 
 
 def with_setting(
-    readings: Readings, levers: Mapping[str, float], covariates: Mapping[str, float] | None = None
+    readings: Readings, levers: Mapping[str, float], covariates: Mapping[str, float]
 ) -> Readings:
     """The readings with one more at {lever: value}, which weighs nothing; covariates stand at their
     medians unless given."""
     wider = {n: np.append(v, levers.get(n, np.nan)) for n, v in readings.levers.items()}
-    given = covariates or {}
-    more = {n: np.append(v, given.get(n, np.median(v))) for n, v in readings.covariates.items()}
+    beside = readings.covariates.items()
+    more = {n: np.append(v, covariates.get(n, np.median(v))) for n, v in beside}
     # a batch or an instrument of its own
     groups = {n: np.append(v, v.max() + 1) for n, v in readings.groups.items()}
-    ones = ("error", "own", "replicates")
-    own: dict[str, Any] = {n: np.append(getattr(readings, n), 1.0) for n in ones}
-    for name in ("log", "values", "relative"):
-        value = getattr(readings, name)
-        own[name] = np.append(value, np.median(value))
-    own["rows"] = np.append(readings.rows, readings.rows.max() + 1)
-    out = replace(
-        readings, levers=wider, covariates=more, groups=groups, folds=folds_of(wider), **own
-    )
-    return unknown(out, [len(own["log"]) - 1])
+    last = {"rows": readings.rows.max() + 1, "error": 1.0, "own": 1.0, "replicates": 1.0}
+    last |= {n: np.median(getattr(readings, n)) for n in ("log", "values", "relative")}
+    own: dict[str, Any] = {n: np.append(getattr(readings, n), v) for n, v in last.items()}
+    own |= {"levers": wider, "covariates": more, "groups": groups, "folds": folds_of(wider)}
+    return unknown(replace(readings, **own), [len(readings.log)])
 
 
 def readings_of(
@@ -143,11 +142,10 @@ def readings_of(
     lever empty."""
     rows = np.array([i for i, m in enumerate(measurements) if m.experiment == experiment])
     own = [measurements[i] for i in rows]
-    set_ = dict.fromkeys(name for m in own for name in m.levers)
     empty = defaults or {}
     levers = {
         name: np.array([m.levers.get(name, empty.get(name, np.nan)) for m in own], float)
-        for name in (*set_, *(n for n in empty if n not in set_))
+        for name in dict.fromkeys([*(n for m in own for n in m.levers), *empty])
         if name in LEVERS
     }
     value = np.array([m.value for m in own])
@@ -159,11 +157,9 @@ def readings_of(
     error = np.maximum(replicated, FLOOR * digits)
     coarse = (error > replicated).any() or np.mean([m.sd <= digits for m in own]) >= COARSE
     log, slope = to_log(experiment, value, levers)
-    groups = {}
-    for name in ("batch", "instrument"):
-        labels = [getattr(m, name) for m in own]
-        if len(set(labels)) > 1:
-            groups[name] = np.unique(labels, return_inverse=True)[1]
+    labels = {name: [getattr(m, name) for m in own] for name in LABELS}
+    groups = {name: np.unique(each, return_inverse=True)[1]
+              for name, each in labels.items() if len(set(each)) > 1}  # fmt: skip
     return Readings(
         experiment, rows, levers, _covariates(own), log, error * slope, replicated * slope, groups,
         folds_of(levers), np.array([m.n for m in own], float), value, step, slope * value,
@@ -185,17 +181,16 @@ def step_of(own: Sequence[Measurement]) -> float | None:
     """The largest of STEPS that all readings of `Measurement`s are multiples of, or None.
 
     A mean is one of n readings: n times it is a multiple, and half of the means are themselves."""
-    values = np.array([v for m in own for v in (m.readings or (m.value,))], float)
-    count = np.array([1 if m.readings else m.n for m in own for _ in (m.readings or (0,))], float)
-    if len(values) < LEAST_ROWS:
+    each = [(v, 1 if m.readings else m.n) for m in own for v in (m.readings or (m.value,))]
+    if len(each) < LEAST_ROWS:
         return None
-    for step in STEPS:
-        whole, own = (
-            np.abs(v / step - np.round(v / step)) < 1e-6 for v in (count * values, values)
-        )
-        if whole.all() and own.mean() >= 0.5:
-            return step
-    return None
+    values, count = np.array(each, float).T
+
+    def whole(value, step):
+        return np.abs(value / step - np.round(value / step)) < 1e-6
+
+    fit = (s for s in STEPS if whole(count * values, s).all() and whole(values, s).mean() >= 0.5)
+    return next(fit, None)
 
 
 def _covariates(own):
@@ -211,12 +206,15 @@ def _covariates(own):
 
 def folds_of(levers: Mapping[str, np.ndarray]) -> dict[str, list[np.ndarray]]:
     """{lever: [indices (k,) of a level]} of the levers that vary."""
-    folds = {}
-    for name, value in levers.items():
-        level = np.unique(np.where(np.isnan(value), -1.0, value), return_inverse=True)[1]
-        if level.max() > 0:
-            folds[name] = [np.flatnonzero(level == k) for k in range(level.max() + 1)]
-    return folds
+    codes = {name: level_of(value) for name, value in levers.items()}
+    return {name: [np.flatnonzero(code == k) for k in range(code.max() + 1)]
+            for name, code in codes.items() if code.max() > 0}  # fmt: skip
+
+
+def level_of(value: np.ndarray) -> np.ndarray:
+    """Numbers (n,) of the levels of a lever that is set to values (n,); not set is a level."""
+    code: np.ndarray = np.unique(np.where(np.isnan(value), -1.0, value), return_inverse=True)[1]
+    return code
 
 
 def to_log(
@@ -228,19 +226,15 @@ def to_log(
     if experiment == "tilt":
         angle = np.radians(value)
         return np.log(np.tan(angle)), np.radians(2.0 / np.sin(2.0 * angle))
-    return np.log(value / _shape(experiment, levers)), 1.0 / value
-
-
-def _shape(experiment, levers):
-    """Return what a reading is taken over: a lever, or nothing."""
-    return levers[SHAPE[experiment]] if experiment in SHAPE else 1.0
+    return np.log(value / levers.get(SHAPE.get(experiment, ""), 1.0)), 1.0 / value
 
 
 def from_log(experiment: str, log: np.ndarray, levers: Mapping[str, np.ndarray]) -> np.ndarray:
     """The reading in its unit, of its logarithm over its shape. log and levers: (n,)."""
     if experiment == "tilt":
         return np.degrees(np.arctan(np.exp(log)))
-    return np.exp(log) * _shape(experiment, levers)
+    told: np.ndarray = np.exp(log) * levers.get(SHAPE.get(experiment, ""), 1.0)
+    return told
 
 
 def shared_covariance(

@@ -33,11 +33,10 @@ from diagnosis.laws.readings import EXPONENT, Readings
 class FreeLaw:
     """One slot with one state in one experiment.
 
-    coordinate: levers -> positive state (n,), None for a constant; weight:
-    readings -> (n,) of an added term, None where the law multiplies; sign: of the added term, 0 for
-    either.
-    same: other (slot, state) that are the same function of the levers of this experiment. odds: log
-    prior odds against a law that needs one cause alone.
+    coordinate: levers -> positive state (n,), None for a constant; weight: readings -> (n,) of an
+    added term, None where the law multiplies; sign: of the added term, 0 for either; same: other
+    (slot, state) that are the same function of the levers of this experiment; odds: log prior odds
+    against a law that needs one cause alone.
     """
 
     experiment: str
@@ -52,68 +51,46 @@ class FreeLaw:
     odds: float = 0.0
 
 
-def _speed(levers):
-    """Impact speed [m/s] of a fall without air."""
-    return np.sqrt(2e-3 * GRAVITY * levers["drop_height_mm"])
-
-
-def _size(levers):
-    return levers["particle_diameter_mm"]
-
-
-def _over_height(levers, centre):
-    """A length over the height that comes back."""
-    height = levers["drop_height_mm"] * np.exp(centre)
-    return height.mean() / height
-
-
-def _over_stress(levers, centre):
-    stress = levers["normal_stress_kPa"]
-    return stress.mean() / stress
+HEIGHT, SIZE, RATE, STRESS = (
+    "drop_height_mm", "particle_diameter_mm", "tilt_rate_deg_s", "normal_stress_kPa",
+)  # fmt: skip
 
 
 def _froude(levers):
     """Rate squared times diameter over gravity: the tilt while a grain falls by its own size."""
-    return 1e-3 * _size(levers) * np.radians(levers[RATE]) ** 2 / GRAVITY
+    return 1e-3 * levers[SIZE] * np.radians(levers[RATE]) ** 2 / GRAVITY
 
 
-def _inertial(levers):
-    """Size over the root of the stress, to which the inertial number of a cell at one rate of shear
-    is proportional (GDR MiDi 2004, Eur. Phys. J. E 14:341)."""
-    return _size(levers) / np.sqrt(levers[STRESS])
-
-
-def _film(levers):
+def _interval(levers):
     return np.nan_to_num(levers["output_interval_s"], nan=0.0)
 
 
-def _frames(levers, centre):
-    square = _film(levers) ** 2
-    return square / max(square.max(), 1e-30) * _over_height(levers, centre)
+def _frames(levers):
+    """The interval of frames squared, over a height that comes back."""
+    square = _interval(levers) ** 2
+    return square / max(square.max(), 1e-30) * levers[HEIGHT].mean() / levers[HEIGHT]
 
 
-def _air(levers, centre):
-    share = levers["drop_height_mm"] / _size(levers)
-    return share / share.mean() * (1.0 + np.exp(centre)) / (1.0 + np.exp(centre)).mean()
+WEIGHTS = {
+    "over_height": lambda x: x[HEIGHT].mean() / x[HEIGHT],
+    "over_stress": lambda x: x[STRESS].mean() / x[STRESS],
+    "frames": _frames,
+    "air": lambda x: x[HEIGHT] / x[SIZE] / (x[HEIGHT] / x[SIZE]).mean(),
+    "root_of_froude": lambda x: np.cbrt(_froude(x) / _froude(x).mean()),
+}
+"""What the simplest kind of a law that adds acts by, about 1, of the levers."""
 
-
-def _root_of_froude(levers, centre):
-    """Cube root of the Froude number."""
-    return np.cbrt(_froude(levers) / _froude(levers).mean())
-
-
-WEIGHTS = {f.__name__[1:]: f for f in (_over_height, _over_stress, _frames, _air, _root_of_froude)}
-HEIGHT, SIZE, RATE, STRESS = (
-    "drop_height_mm", "particle_diameter_mm", "tilt_rate_deg_s", "normal_stress_kPa",
-)  # fmt: skip
 STATES = {
-    "speed": ((HEIGHT,), _speed),
-    "size": ((SIZE,), _size),
-    "interval": (("output_interval_s",), _film),
+    # of a fall without air [m/s]
+    "speed": ((HEIGHT,), lambda x: np.sqrt(2e-3 * GRAVITY * x[HEIGHT])),
+    "size": ((SIZE,), lambda x: x[SIZE]),
+    "interval": (("output_interval_s",), _interval),
     "rate": ((RATE,), lambda x: x[RATE]),
     "load": ((STRESS,), lambda x: x[STRESS]),
     "Froude number": ((RATE, SIZE), _froude),
-    "size over root of load": ((SIZE, STRESS), _inertial),
+    # the inertial number of a cell at one rate of shear goes with it (GDR MiDi 2004, Eur. Phys. J.
+    # E 14:341)
+    "size over root of load": ((SIZE, STRESS), lambda x: x[SIZE] / np.sqrt(x[STRESS])),
 }
 """{state: (levers that it takes, what it is of them)}."""
 
@@ -132,7 +109,7 @@ def _law(experiment, slot, state=(), weight=(), needs=(), same=(), **rest):
 def _weight(part, readings):
     """A function of WEIGHTS, or a power of a lever, 1 in the middle of the plan."""
     if isinstance(part, str):
-        return WEIGHTS[part](readings.levers, readings.centre)
+        return WEIGHTS[part](readings.levers)
     [(lever, power)] = part.items()
     value = readings.levers[lever] ** float(power)
     return value / np.nanmean(value)
@@ -148,7 +125,11 @@ was not counted, a wrong zero of the gauge, the friction of the ring on its own 
 prior odds against a law that needs two causes at once: a pull, and a mass that is carried along.
 
 forms: by slot, and experiment or last state, those of laws that add: the power of the state that
-stands beside the weight; of a mass, the share of a middle grain's that each grain carries."""
+stands beside the weight; of a mass, the share of a middle grain's that each grain carries.
+
+formulas: of forms that multiply (`FORMS`, and any step), with {c} (the coefficient in the middle of
+the plan), {k}, {s} (the state) and {m} (its middle) to fill in; units: of states, others being
+numbers."""
 
 COEFFICIENT = {"drop": "restitution", "tilt": "friction", "shear": "friction"}
 """Slot of the coefficient of each experiment."""
@@ -159,16 +140,10 @@ FAMILY = tuple(_law(kind, **row) for kind, rows in GIVEN["laws"].items() for row
 
 def applicable(readings: Readings) -> list[FreeLaw]:
     """The free laws whose levers vary in these readings, and one of each covariate."""
-    known = [
-        law
-        for law in FAMILY
-        if law.experiment == readings.experiment
-        and all(name in readings.folds for name in law.needs)
-    ]
-    found = known + [of_covariate(readings.experiment, name) for name in readings.covariates]
-    if SIZE in readings.folds:
-        found += [with_size(readings.experiment, name) for name in readings.covariates]
-    return found
+    kind, columns, vary = readings.experiment, readings.covariates, readings.folds.keys()
+    found = [law for law in FAMILY if law.experiment == kind and vary >= set(law.needs)]
+    found += [of_covariate(kind, name) for name in columns]
+    return found + [with_size(kind, name) for name in columns if SIZE in vary]
 
 
 def of_covariate(experiment: str, name: str) -> FreeLaw:
@@ -189,7 +164,7 @@ def with_size(experiment: str, name: str) -> FreeLaw:
     """The free law of a covariate whose effect on the coefficient changes with the grains' size: a
     share of the covariate (`share_of`) times a curve of the size."""
     return FreeLaw(
-        experiment, COEFFICIENT[experiment], (name, "size"), (name, SIZE), "log", _size,
+        experiment, COEFFICIENT[experiment], (name, "size"), (name, SIZE), "log", lambda x: x[SIZE],
         lambda readings: share_of(readings.covariates[name]), odds=TOGETHER,
     )  # fmt: skip
 
@@ -211,15 +186,10 @@ def _positive(value):
 def natural(law: FreeLaw, readings: Readings, log: np.ndarray) -> np.ndarray:
     """The state of a law (k,) at logarithms of its coordinate (k,): a column that holds zero or
     less as it was recorded."""
-    own = coordinates(readings).get(law.state[0]) if len(law.state) == 1 else None
-    if own is None or (own > 0.0).all():
+    own = readings.columns.get(" x ".join(law.state), np.ones(1))
+    if (own > 0.0).all():
         return np.exp(log)
     return own.mean() + 0.5 * np.ptp(own) * log
-
-
-def coordinates(readings: Readings) -> dict[str, np.ndarray]:
-    """{name: (n,)} of levers and covariates, of which laws take their states."""
-    return readings.levers | readings.covariates
 
 
 def scaled(law: FreeLaw, readings: Readings) -> tuple[np.ndarray, float, float]:
@@ -227,7 +197,7 @@ def scaled(law: FreeLaw, readings: Readings) -> tuple[np.ndarray, float, float]:
     half range; all zero for a constant."""
     if law.coordinate is None:
         return np.zeros(len(readings.log)), 0.0, 0.0
-    value = np.log(np.maximum(law.coordinate(coordinates(readings)), 1e-12))
+    value = np.log(np.maximum(law.coordinate(readings.columns), 1e-12))
     low, high = value.min(), value.max()
     share = 2.0 * (value - low) / max(high - low, 1e-12) - 1.0
     return share, 0.5 * (low + high), 0.5 * (high - low)
@@ -254,25 +224,18 @@ LEAST = 0.02  # of a factor; below it a form has no meaning any more
 
 ONSETS = np.geomspace(0.4, 2.5, 12)
 THRESHOLD = "threshold, then -1/4"
-FORMS: dict[str, tuple[Callable[..., Any], str]] = {
-    "constant slope": (lambda u, k: 1.0 + k * (u - 1.0), "{c} (1 {k:+.3g} ({s}/{m} - 1))"),
-    "power": (lambda u, k: u**k, "{c} ({s}/{m})^{k:.3g}"),
-    "exponential": (lambda u, k: np.exp(k * (u - 1.0)), "{c} exp({k:.3g} ({s}/{m} - 1))"),
-    "logarithm": (lambda u, k: 1.0 + k * np.log(u), "{c} (1 {k:+.3g} ln({s}/{m}))"),
-    "fifth root": (lambda u, k: 1.0 + k * (u**0.2 - 1.0), "{c} (1 {k:+.3g} (({s}/{m})^0.2 - 1))"),
-    "inverse": (lambda u, k: 1.0 + k * (1.0 / u - 1.0), "{c} (1 {k:+.3g} ({m}/{s} - 1))"),
-    "fixed loss of energy": (
-        lambda u, k: np.sqrt(np.maximum(1.0 + k * (u**-2.0 - 1.0), 0.0)),
-        "{c} sqrt(1 {k:+.3g} (({m}/{s})^2 - 1))",
-    ),
-    "power 3/2": (lambda u, k: 1.0 + k * (u**1.5 - 1.0), "{c} (1 {k:+.3g} (({s}/{m})^1.5 - 1))"),
-    THRESHOLD: (
-        lambda u, k: np.minimum(1.0, (u / k) ** -0.25) / min(1.0, k**0.25),
-        "{c} constant up to {k:.3g} x {m}, then falling as {s}^(-1/4)",
-    ),
+FORMS: dict[str, Callable[..., Any]] = {
+    "constant slope": lambda u, k: 1.0 + k * (u - 1.0),
+    "power": lambda u, k: u**k,
+    "exponential": lambda u, k: np.exp(k * (u - 1.0)),
+    "logarithm": lambda u, k: 1.0 + k * np.log(u),
+    "fifth root": lambda u, k: 1.0 + k * (u**0.2 - 1.0),
+    "inverse": lambda u, k: 1.0 + k * (1.0 / u - 1.0),
+    "fixed loss of energy": lambda u, k: np.sqrt(np.maximum(1.0 + k * (u**-2.0 - 1.0), 0.0)),
+    "power 3/2": lambda u, k: 1.0 + k * (u**1.5 - 1.0),
+    THRESHOLD: lambda u, k: np.minimum(1.0, (u / k) ** -0.25) / min(1.0, k**0.25),
 }
-"""Of laws that multiply: the factor of u and k on the coefficient, and its text with {c} (the
-coefficient in the middle of the plan), {k}, {s} (the state) and {m} (its middle) to fill in."""
+"""Of laws that multiply: the factor of u and k on the coefficient."""
 
 
 Forms = dict[str, tuple[np.ndarray, np.ndarray]]
@@ -285,7 +248,7 @@ def forms_of(law: FreeLaw, readings: Readings) -> Forms:
         return _added(law, readings)
     x, _, half = scaled(law, readings)
     u, out = np.exp(x * half), {}
-    for name, (factor, _) in FORMS.items():
+    for name, factor in FORMS.items():
         if name == THRESHOLD and law.slot != "restitution":
             continue
         ks = ONSETS if name == THRESHOLD else _strengths(factor, u)
@@ -359,10 +322,3 @@ def _added(law, readings):
         ks = ks[(ks[:, None] * term > -0.95).all(1)]
         out[name] = ks, added(law, ks[:, None] * term, readings)
     return out
-
-
-def text_of(name: str) -> str:
-    """Formula of a form of a law that multiplies, to be filled in (see FORMS)."""
-    if name.startswith(STEP):
-        return "{c} below, and exp({k:.3g}) times that above"
-    return FORMS[name][1]

@@ -147,32 +147,31 @@ class Block:
     ground: Ground | None = None
 
     def __post_init__(self):
-        self.sds, self.prior = _grid(self.readings)
-        self.y = self.readings.log
+        self.y, self.unit = self.readings.log, self.readings.usual
         n = len(self.y)
-        self.unit = self.readings.usual
-        shared = {k: np.diag(v.astype(float)) for k, v in self.readings.scatters.items()} | {
-            name: ((code[:, None] == code[None, :]) & (code >= 0)).astype(float)
-            for name, code in self.readings.groups.items()
-        }
-        noise = np.diag(self.readings.error**2) + JITTER * np.eye(n)
+        self.shared = self.readings.scatters | self.readings.groups
+        self.sds = sizes_of(self.shared, TIMES, 2 if len(self.shared) <= MOST_NAMES else 1)
+        self.times = {k: np.array([c.get(k, 0.0) for c in self.sds]) for k in self.shared}
+        times = np.array([*self.times.values()])
+        weight = np.where(times > 0.0, times / (1.0 + (times / USUAL) ** 2), NONE).prod(0)
+        self.prior = np.log(weight / weight.sum())
         over = np.outer(self.unit, self.unit)
-        self.errors = np.array(
-            [noise + sum(t**2 * over * shared[k] for k, t in c.items()) for c in self.sds]
-        )
-        free = self.ground
-        self.mean = (self.readings.centre if free is None else free.mean).copy()
-        own = np.zeros((n, n))
-        for h in self.held.values():
-            self.mean = self.mean + h.mean
-            own += h.root @ h.root.T
-        level = LEVEL_SD**2 if free is None else free.root @ free.root.T + free.error
-        self.smooth = own + level
+        alike = {k: over * ((v[:, None] == v) & (v >= 0)) for k, v in self.shared.items()}
+        noise = np.diag(self.readings.error**2) + JITTER * np.eye(n)
+        own = [noise + sum(t**2 * alike[k] for k, t in c.items()) for c in self.sds]
+        self.errors = np.array(own)
+        level = Ground(self.readings.centre, np.full((n, 1), LEVEL_SD), np.zeros((n, n)))
+        self.start = self.ground or level
+        self.mean = sum((h.mean for h in self.held.values()), self.start.mean)
+        self.own = sum((h.root @ h.root.T for h in self.held.values()), np.zeros((n, n)))
+        self.smooth = self.own + (self.start.root @ self.start.root.T + self.start.error)
         total = self.errors + self.smooth
         self.precision, self.logdet = np.linalg.inv(total), np.linalg.slogdet(total)[1]
 
     def without(self, key: str) -> "Block":
-        """The same without a term that is held."""
+        """The same without a term, if it is held."""
+        if key not in self.held:
+            return self
         return replace(self, held={k: h for k, h in self.held.items() if k != key})
 
     def holding(self, key: str, term: Term | None = None) -> "Block":
@@ -207,20 +206,25 @@ class Block:
             return change[:, None] + _gains(shape, precision, z)
         return base[:, None] + _gains(shape, self.precision, z)
 
+    @cached_property
+    def here(self) -> np.ndarray:
+        """`base` (g, 1) of the readings."""
+        return self.base(self.y[None])
+
+    def by_strength(self, shape: Shape) -> np.ndarray:
+        """Log probabilities (k,) of the readings with a shape at each of its strengths."""
+        values: np.ndarray = log_sum(self.gains(shape, self.y[None], self.here)[:, :, 0], axis=0)
+        return values
+
     def score(self) -> float:
         """Log probability of the readings and of what is held, up to a constant."""
-        return float(log_sum(self.base(self.y[None]))) + sum(h.prior for h in self.held.values())
+        return float(log_sum(self.here)) + sum(h.prior for h in self.held.values())
 
     def hold(self, term: Term) -> Held:
         """`Held` of a term at the likeliest of its shapes and strengths."""
-        y = self.y[None]
-        base = self.base(y)
-        best, shape, k = -np.inf, term.shapes[0], 0
-        for tried in term.shapes:
-            value = log_sum(self.gains(tried, y, base)[:, :, 0], axis=0)
-            value = value + tried.weight - np.log(len(value))
-            if value.max() > best:
-                best, shape, k = value.max(), tried, int(np.argmax(value))
+        tried = [(self.by_strength(s) + s.weight - np.log(len(s.label)), s) for s in term.shapes]
+        value, shape = max(tried, key=lambda one: one[0].max())
+        k = int(np.argmax(value))
         prior = term.weight + shape.weight - float(np.log(len(shape.label)))
         mean = np.zeros(len(self.y)) if shape.mean is None else shape.mean[k]
         if not shape.own_level and self.ground is None:
@@ -236,9 +240,7 @@ class Block:
     def part_of(self, key: str) -> tuple[np.ndarray, np.ndarray]:
         """Means and standard deviations (n,) of what a held term without a curve adds beyond what
         the coefficients, or the level, take up of it; over the sizes of errors."""
-        root, share = self.held[key].root, self.shares()
-        ground = self.ground
-        free = np.full((len(root), 1), LEVEL_SD) if ground is None else ground.root
+        root, share, free = self.held[key].root, self.shares(), self.start.root
         weighed = free / self.readings.error[:, None] ** 2
         taken = np.linalg.solve(weighed.T @ free + np.eye(free.shape[1]), weighed.T @ root)
         shown = root - free @ taken
@@ -287,8 +289,12 @@ class Block:
 
     def shares(self) -> np.ndarray:
         """Probabilities (g,) of the sizes of the errors."""
-        value = self.base(self.y[None])[:, 0]
+        value = self.here[:, 0]
         return np.exp(value - log_sum(value))
+
+    def chance_of(self, name: str) -> float:
+        """Probability that an error of readings is there."""
+        return float(self.shares() @ (self.times[name] > 0.0))
 
     def draw(
         self, count: int, rng: np.random.Generator, sizes: np.ndarray | None = None
@@ -302,8 +308,7 @@ class Block:
         place = rng.choice(len(share), count, p=share)
         if self.ground is None:
             return self.fitted()[place] + self.noise(place, rng)
-        own = sum((h.root @ h.root.T for h in self.held.values()), np.zeros((len(self.y),) * 2))
-        told = self.mean + (own @ self.precision @ (self.y - self.mean)[:, None])[..., 0]
+        told = self.mean + (self.own @ self.precision @ (self.y - self.mean)[:, None])[..., 0]
         free = rng.standard_normal((count, self.ground.root.shape[1])) @ self.ground.root.T
         return told[place] + free + self.noise(place, rng)
 
@@ -311,10 +316,9 @@ class Block:
         """Errors (count, n) of readings and of a simulation, the shared ones of the sizes at places
         (count,) of the grid; over a spread that the replicates find."""
         error = self.readings.error
-        ground = 0.0 if self.ground is None else self.ground.error
         out = rng.standard_normal((len(place), len(error)))
         for g in np.unique(place):
-            size, direction = np.linalg.eigh(self.errors[g] - np.diag(error**2) + ground)
+            size, direction = np.linalg.eigh(self.errors[g] - np.diag(error**2) + self.start.error)
             root = direction * np.sqrt(np.maximum(size, 0.0))
             out[place == g] = out[place == g] @ root.T
         own = error * rng.standard_normal(out.shape)
@@ -326,28 +330,14 @@ class Block:
     def sd_of(self, name: str) -> np.ndarray:
         """Root mean square standard deviations (n,) of an error, over what the readings say of its
         size."""
-        times = np.array([c.get(name, 0.0) for c in self.sds])
-        there = self.readings.scatters.get(name, self.readings.groups.get(name, 0) >= 0)
-        return self.unit * np.sqrt(self.shares() @ times**2) * there
+        size = np.sqrt(self.shares() @ self.times[name] ** 2)
+        return self.unit * size * (self.shared[name] >= 0)
 
     def freedom(self) -> float:
         """Readings less the directions of what is free that they tell."""
-        free = LEVEL_SD**2 if self.ground is None else self.ground.root @ self.ground.root.T
-        told = np.trace(free * np.ones(2 * self.mean.shape) @ self.precision[self.bare()[0]])
+        free = self.start.root @ self.start.root.T
+        told = np.trace(free @ self.precision[self.bare()[0]])
         return len(self.mean) - round(float(told), 1)
-
-
-def _grid(readings):
-    """[{name: times}] of the sizes that are tried, at most two kinds of error at once, and their
-    log prior (g,)."""
-    names = (*readings.scatters, *readings.groups)
-    choices = sizes_of(names, TIMES, 2 if len(names) <= MOST_NAMES else 1)
-    weight = [np.prod([_weight(c.get(name, 0.0)) for name in names]) for c in choices]
-    return choices, np.log(np.array(weight) / np.sum(weight))
-
-
-def _weight(times):
-    return times / (1.0 + (times / USUAL) ** 2) if times else NONE
 
 
 def _density(precision, logdet, z):
@@ -376,7 +366,7 @@ def _gains(shape, precision, z):
     return out
 
 
-LEAST_LEVELS = 3  # of a lever, to leave one out
+LEAST_LEVELS = 3  # of a lever, to leave one out or to tell a scatter
 
 
 def refitted(block: Block, index: np.ndarray) -> Block:
@@ -385,10 +375,8 @@ def refitted(block: Block, index: np.ndarray) -> Block:
     readings."""
     out = replace(block, readings=unknown(block.readings, index))
     for key in block.held:
-        rest = out.without(key)
         form = replace(block.terms[key], shapes=(block.held[key].shape,))
-        held = replace(rest.hold(form), term=block.terms[key])
-        out = replace(rest, held=rest.held | {key: held})
+        out = out.without(key).holding(key, form)
     return out
 
 
@@ -414,32 +402,30 @@ def judged(block: Block, key: str) -> dict[str, Any]:
     # nothing but its own readings tells a level that was set wrongly
     wrong = [h.root.any(1) for h in block.held.values() if h.term.what == "one level"]
     inner = [index for index in inner if not any(w[index].any() for w in wrong)]
-    misses: dict[str, list[tuple[float, float]]] = {"before": [], "after": []}
+    rows = [np.zeros((3, 0))]
     for index in inner:
-        held = refitted(block, index)
-        for label, b in (("after", held), ("before", held.without(key))):
-            mean, variance = b.expected()
-            off = readings.log[index] - mean[index]
-            error = readings.error[index]
-            names = (*readings.scatters, *readings.groups)
-            shared = sum(b.sd_of(n)[index] ** 2 for n in names)
-            whole = np.sqrt(error**2 + variance[index] + shared)
-            misses[label] += zip(off / error, off / whole, strict=True)
-    count = len(misses["after"])
-    if not count:
-        return {"settings": 0, "before": 0.0, "after": 0.0, "beyond_band": 0.0}
-    (before, _), (after, beyond) = (
-        np.sqrt(np.mean(np.square([*zip(*own, strict=True)]), axis=1)).tolist()
-        for own in misses.values()
-    )
-    return {"settings": count, "before": before, "after": after, "beyond_band": beyond}
+        held, error = refitted(block, index), readings.error[index]
+        (_, bare, _), (_, off, sd) = (
+            _missed(b, readings, index, block.shared) for b in (held.without(key), held)
+        )
+        rows.append(np.array([bare / error, off / error, off / sd]))
+    misses = np.hstack(rows)
+    count = misses.shape[1]
+    sizes = np.sqrt((misses**2).sum(1) / max(count, 1)).tolist()
+    return {"settings": count} | dict(zip(("before", "after", "beyond_band"), sizes, strict=True))
+
+
+def _missed(block, known, index, names):
+    """(expected logarithms, how far readings are off, standard deviations of that), of those at
+    `index`, which a block does not know; known: `Readings` with their errors; names: of the errors
+    that count beside."""
+    mean, variance = (v[index] for v in block.expected())
+    shared = sum(block.sd_of(name)[index] ** 2 for name in names)
+    return mean, known.log[index] - mean, np.sqrt(known.error[index] ** 2 + variance + shared)
 
 
 def without_row(block: Block, key: str, place: int) -> tuple[float, float]:
     """(distance [sd], expected logarithm) of a row from what all others say."""
-    rest = refitted(block.without(key) if key in block.held else block, np.array([place]))
-    y = block.readings.log
-    mean, variance = rest.expected()
-    shared = sum(rest.sd_of(name)[place] ** 2 for name in block.readings.scatters)
-    sd = np.sqrt(block.readings.error[place] ** 2 + variance[place] + shared)
-    return float((y[place] - mean[place]) / sd), float(mean[place])
+    rest = refitted(block.without(key), np.array([place]))
+    mean, off, sd = _missed(rest, block.readings, place, block.readings.scatters)
+    return float(off / sd), float(mean)

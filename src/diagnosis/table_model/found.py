@@ -10,7 +10,8 @@ from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import LEVERS, QUANTITIES
 from diagnosis.catalogue import Mechanism
 from diagnosis.chance import share_above
-from diagnosis.laws.readings import FREE, from_log, name_of, readings_of
+from diagnosis.laws.readings import FREE, from_log, readings_of
+from diagnosis.laws.slots import GIVEN
 from diagnosis.measurements import LEAST_SETTINGS
 from diagnosis.next_measurement import propose_setting, words_of
 from diagnosis.page.words import capital, sentence, told
@@ -27,7 +28,7 @@ from diagnosis.table_model.block import (
     judged,
     without_row,
 )
-from diagnosis.table_model.law import BAND, UNIT, curve, named, strength_limits, unit_of
+from diagnosis.table_model.law import BAND, curve, named, strength_limits, unit_of
 from diagnosis.table_model.terms import rounded_off
 
 MISFIT = 0.01
@@ -107,10 +108,10 @@ def discover(
 def placed(
     start: dict[str, Block],
     measurements: Sequence[Measurement],
-    aside: Sequence[dict[str, Any]] = (),
-    alpha: float = 0.05,
-    seed: int = 0,
-    chance: Sequence[int] = chosen.CHANCE,
+    aside: Sequence[dict[str, Any]],
+    alpha: float,
+    seed: int,
+    chance: Sequence[int],
 ) -> Found:
     """`Found` of blocks {name: Block} without a term held, its verdict left open and no further
     setting proposed; aside: rows of readings that were set aside."""
@@ -122,14 +123,11 @@ def placed(
     for block in found.blocks.values():
         for key in block.held:
             _add(out, measurements, block, key)
-        out.errors += _declared(measurements, block)
+        out.errors += _not_held(measurements, block, misfit["p"], left["p"])
     if left["p"] < MISFIT:
-        out.errors += [e for b in found.blocks.values() for e in _settings(b, left["p"])]
         out.scattered = chosen.misfit(found.blocks, seed, chance[-1], scatter=True)
         _in_question(out, measurements)
         _first_suspect(out, measurements, seed, chance[-1])
-    else:
-        out.errors += [e for b in found.blocks.values() for e in _rounded(b, misfit["p"])]
     for rows in (out.laws, out.errors):
         rows.sort(key=lambda r: -abs(r["evidence"]))
     out.rows.sort(key=lambda r: -abs(r["standard_deviations"]))
@@ -147,20 +145,25 @@ def _replicated(blocks):
 
 def _add(out, measurements, block, key):
     """The row of a held term, in its list."""
-    term = block.terms[key]
-    evidence = chosen.strength_of(block, key)
-    near = [] if term.kind == ROW else chosen.rivals(block, key)
-    p = next((s.p for s in out.selection.steps if s.key == key), out.selection.steps[-1].p)
-    row = {"experiment": term.experiment, "key": key, "evidence": evidence, "p": p}
-    row["rivals"] = [_rival(measurements, block, r) for r in near]
-    row["set_anew"] = _set_anew(measurements, block, key, near)
+    term, steps = block.terms[key], out.selection.steps
+    if term.kind == ROW:
+        out.rows.append(_row(measurements, block, key))
+        return
+    near = chosen.rivals(block, key)
+    p = next((s.p for s in steps if s.key == key), steps[-1].p)
+    own = chosen.strength_of(block, key), p, [_rival(measurements, block, r) for r in near]
+    row = _head(block, key, *own) | {"set_anew": _set_anew(measurements, block, key, near)}
     if term.kind == LAW:
         out.laws.append(row | _law(block, key, out))
-    elif term.kind == ERROR:
+    else:
         out.errors.append(_told(row | _error(block, key)))
         _instead(out, measurements, block, key, near)
-    else:
-        out.rows.append(_row(measurements, block, key))
+
+
+def _head(block, key, evidence, p, rivals, **more):
+    """What the rows of laws and errors begin with."""
+    row = {"experiment": block.terms[key].experiment, "key": key, **more}
+    return row | {"evidence": evidence, "p": p, "rivals": rivals}
 
 
 def _instead(out, measurements, block, key, near):
@@ -169,21 +172,14 @@ def _instead(out, measurements, block, key, near):
     if best is None or any(row["key"] == best.key for row in out.laws):
         return
     law = best.key
-    turns = (law, best.beside, law) if best.beside else (law,)
-    other = chosen.held_in_turn(block.without(key), turns)
+    other = chosen.held_in_turn(block.without(key), (law, best.beside, law))
     others = [chosen.Rival(key, 0.0), *(r for r in near if r.key != law)]
-    known = chosen.strength_of(other, law), out.selection.p
-    row = _own(out, other, law, key, *known, [_rival(measurements, block, r) for r in others])
+    near = [_rival(measurements, block, r) for r in others]
+    known = chosen.strength_of(other, law), out.p, near
+    row = _head(other, law, *known, instead_of=key) | _law(other, law, out)
     if best.beside:
         row["sentence"] += f" {capital(_wrong_level(block, best))} would then be set wrongly."
-
-
-def _own(out, block, key, of, evidence, p, rivals):
-    """The row of a law that may be in place of something else, in its list."""
-    row = {"experiment": block.terms[key].experiment, "key": key, "instead_of": of}
-    row |= {"evidence": evidence, "p": p, "rivals": rivals} | _law(block, key, out)
     out.laws.append(row)
-    return row
 
 
 def _wrong_level(block, rival):
@@ -199,17 +195,17 @@ def _in_question(out, measurements):
     stopped, said = out.selection.stopped, [e for e in out.errors if e["what"] != "declared"]
     if stopped is None or out.laws or out.rows or any(e["what"] != "settings" for e in said):
         return
-    block = out.selection.blocks[stopped.experiment]
+    block = out.block_of(stopped.key)
     least = chosen.LEAST if _is_of_few(block, stopped.key) else chosen.ODDS
     if block.terms[stopped.key].kind != LAW or stopped.evidence < least:
         return
-    held = chosen.with_terms(out.selection.blocks, stopped.experiment, [stopped.key])[
-        stopped.experiment
-    ]
-    kind = block.terms[stopped.key].experiment
+    key, held = stopped.key, block.holding(stopped.key)
+    kind = block.terms[key].experiment
     rivals = [SCATTER | {"experiment": kind, "behind": -stopped.evidence}]
-    rivals += [_rival(measurements, held, r) for r in chosen.rivals(held, stopped.key)]
-    _own(out, held, stopped.key, f"{kind}:settings", stopped.evidence, stopped.p, rivals)
+    rivals += [_rival(measurements, held, r) for r in chosen.rivals(held, key)]
+    known = stopped.evidence, stopped.p, rivals
+    row = _head(held, key, *known, instead_of=f"{kind}:settings")
+    out.laws.append(row | _law(held, key, out))
 
 
 def _first_suspect(out, measurements, seed, count):
@@ -217,16 +213,14 @@ def _first_suspect(out, measurements, seed, count):
     misfit, where nothing else is placed: few settings do not tell the two apart."""
     if out.laws or out.rows or any(e["what"] not in ("declared", "settings") for e in out.errors):
         return
-    blocks, best = out.selection.blocks, (0.0, None, None)
+    blocks, best = out.selection.blocks, (0.0, "", "")
     for name, block in blocks.items():
-        values = chosen.evidences(block, block.readings.log[None])
+        values = chosen.evidences(block, block.y[None])
         rows = [(float(v[0]), name, k) for k, v in values.items() if block.terms[k].kind == ROW]
         best = max([best, *rows], key=lambda row: row[0])
-    _, name, key = best
-    if key is None:
-        return
-    held = chosen.with_terms(blocks, name, [key])
-    if chosen.misfit(held, seed, count)["p"] >= MISFIT:
+    evidence, name, key = best
+    held = blocks | {name: blocks[name].holding(key)} if evidence > 0.0 else {}
+    if held and chosen.misfit(held, seed, count)["p"] >= MISFIT:
         out.rows.append(_row(measurements, held[name], key))
 
 
@@ -246,13 +240,12 @@ def _rival(measurements, block, rival):
         return out | {"slot": term.place[0], "state": list(term.place[1])}
     if term.kind == ERROR:
         return out | {"of": term.of, "what": term.what}
-    m = measurements[block.readings.rows[term.rows[0]]]
-    return out | {"line": m.line}
+    return out | {"line": measurements[block.readings.rows[term.rows[0]]].line}
 
 
 def _set_anew(measurements, block, key, near):
     """Return what the evidence alone tells from a held term, with a sentence, or None."""
-    other = None if block.terms[key].kind == ROW else chosen.set_anew(block, key)
+    other = chosen.set_anew(block, key)
     if other is None or any(r.key == other.key for r in near):
         return None
     lever = LEVERS[next(t.of for t in (block.terms[key], block.terms[other.key]) if t.of)]
@@ -269,11 +262,10 @@ def _law(block, key, out):
     row = {"slot": slot, "state": list(state), **own, "single": single}
     row |= {"band": BAND, "values": [], "gain": None, "unit": "1"}
     row["same"] = [{"slot": s, "state": list(t)} for s, t in (law.same if law else ())]
-    row["held_out"] = judged(block, key)
+    row |= {"held_out": judged(block, key), "sentence": ""}
     if law is not None and term.free:
-        row["unit"] = unit_of(law)
-        row["values"] = curve(block, key)
-    row["sentence"] = sentence(told("law.j2", law=row, units=UNIT) if row["values"] else "")
+        row |= {"unit": unit_of(law), "values": curve(block, key)}
+        row["sentence"] = sentence(told("law.j2", law=row, units=GIVEN["units"]))
     if row["held_out"]["beyond_band"] > DOES_NOT_FIT:
         row |= {"names": [], "single": None, "forms": [], "formulas": {}}
     return row
@@ -316,23 +308,6 @@ def _of_readings(kind, of, what, sd, p, evidence, **more):
     return _told(row | {"p": p, "evidence": evidence, "rivals": []} | more)
 
 
-def _odds(share):
-    """Logarithm of the odds for what is there with a probability."""
-    return float(np.log(share / max(1.0 - share, 1e-9)))
-
-
-def _rounded(block, p):
-    """Rows of the resolution where it is coarser than the errors of the readings."""
-    held = {h.term.experiment for h in block.held.values() if h.term.of == "resolution"}
-    for kind in (k for k in block.readings.experiments if k not in held):
-        own, _ = block.readings.of(kind)
-        if own.coarse:
-            sd = np.median(rounded_off(own))
-            yield _of_readings(
-                kind, "resolution", "digits", sd, p, -float(np.log(p)), step=own.step
-            )
-
-
 def _row(measurements, block, key):
     [place] = block.terms[key].rows
     m = measurements[block.readings.rows[place]]
@@ -368,42 +343,39 @@ def _looks_like(readings, here, at):
     return {"lever": lever, "value": float(values[best])} if like else None
 
 
-def _declared(measurements, block):
-    """Errors of declared batches and instruments that are there almost surely, with how much each
-    of them reads too high or too low, as a share of the mean of all."""
-    share = block.shares()
+def _not_held(measurements, block, misfit, left):
+    """Rows of errors that readings have though no term was held for them; misfit, left: chances of
+    constant coefficients, and of what was found.
+
+    Of batches and instruments that are there almost surely, with how much each of them reads too
+    high or too low, as a share of the mean of all; where a misfit is left, of settings where these
+    are likelier than not; else of a step that is coarser than the errors of the readings."""
+    held = {h.term.experiment for h in block.held.values() if h.term.of == "resolution"}
     for kind in block.readings.experiments:
         readings, at = block.readings.of(kind)
-        for name, code in readings.groups.items():
-            key = name_of(name, kind if block.readings.parts else "")
-            there = float(share @ np.array([key in c for c in block.sds]))
-            if there <= SURE:
-                continue
-            labels = sorted({getattr(measurements[i], name) for i in readings.rows})
-            offsets = dict(zip(labels, _offsets(block, code, at), strict=True))
-            own = block.sd_of(key)[at[0]], 1.0 - there, _odds(there)
-            yield _of_readings(kind, name, "declared", *own, offsets=offsets)
+        for name, code in (readings.groups | {"settings": None}).items():
+            key = block.readings.name_of(name, kind)
+            there, sd = block.chance_of(key), block.sd_of(key)[at[0]]
+            odds = float(np.log(there / max(1.0 - there, 1e-9))) if there >= 0.5 else -np.inf
+            if code is not None and there > SURE:
+                labels = sorted({getattr(measurements[i], name) for i in readings.rows})
+                more = {"offsets": dict(zip(labels, _offsets(block, code, at), strict=True))}
+                yield _of_readings(kind, name, "declared", sd, 1.0 - there, odds, **more)
+            elif code is None and there >= 0.5 and left < MISFIT:
+                yield _of_readings(kind, name, name, sd, left, odds)
+        if readings.coarse and kind not in held and left >= MISFIT:
+            known = np.median(rounded_off(readings)), misfit, -float(np.log(misfit))
+            yield _of_readings(kind, "resolution", "digits", *known, step=readings.step)
 
 
 def _offsets(block, code, at):
     """Shares (g,) by which the readings of each of g batches or instruments are off their mean, by
     least squares beside what is held; code: (k,) of the readings at places (k,)."""
-    y, weight = block.readings.log, 1.0 / block.readings.error[at] ** 2
-    left = (y - sum(block.part(key) for key in block.held))[at]
+    weight = 1.0 / block.readings.error[at] ** 2
+    left = (block.y - sum(block.part(key) for key in block.held))[at]
     left = left if block.ground is None else left - block.expected()[0][at]
-    means = np.array([np.average(left[code == g], weights=weight[code == g])
-                      for g in range(code.max() + 1)])  # fmt: skip
-    return [float(v) for v in np.expm1(means - means.mean())]
-
-
-def _settings(block, p):
-    """Rows of the errors from setting to setting that are likelier than not."""
-    for kind in block.readings.experiments:
-        name = name_of("settings", kind if block.readings.parts else "")
-        share = float(block.shares() @ np.array([name in c for c in block.sds]))
-        if share >= 0.5:
-            sd = block.sd_of(name)[block.readings.of(kind)[1][0]]
-            yield _of_readings(kind, "settings", "settings", sd, p, _odds(share))
+    means = np.bincount(code, weight * left) / np.bincount(code, weight)
+    return np.expm1(means - means.mean()).tolist()
 
 
 def _ranking(start, found):
@@ -419,12 +391,10 @@ def _ranking(start, found):
 def catalogue_gains(block: Block) -> Iterator[tuple[Term, Shape, float]]:
     """Each mechanism of the catalogue in a block: its term, its shape, and the log evidence for it
     alone."""
-    y = block.readings.log[None]
-    base = block.base(y)
-    for term in block.terms.values():
-        for shape in (s for s in term.shapes if s.catalogue):
-            own = replace(term, shapes=(replace(shape, weight=0.0),))
-            yield term, shape, float(block.evidence(own, y, base)[0])
+    terms = block.terms.values()
+    for term, shape in ((t, s) for t in terms for s in t.shapes if s.catalogue):
+        own = replace(term, shapes=(replace(shape, weight=0.0),))
+        yield term, shape, float(block.evidence(own, block.y[None], block.here)[0])
 
 
 def judge(found: Found, bends: Callable[[], bool] = lambda: False) -> Found:
@@ -433,19 +403,12 @@ def judge(found: Found, bends: Callable[[], bool] = lambda: False) -> Found:
     few = [law for law in found.laws if _is_of_few(found.block_of(law["key"]), law["key"])]
     for law in few:
         if not any(r.get("of") == "settings" for r in law["rivals"]):
-            rival = SCATTER | {"experiment": law["experiment"], "behind": law["evidence"]}
-            law["rivals"] = [*law["rivals"], rival]
-    found.decided = by_readings(
-        Evidence(
-            found.laws,
-            found.errors,
-            found.rows,
-            constant=found.misfit["p"] >= MISFIT,
-            scattered=found.scattered is None or found.scattered["p"] >= MISFIT,
-            few=bool(few),
-            bends=bends,
-        )
-    )
+            own = {"experiment": law["experiment"], "behind": law["evidence"]}
+            law["rivals"].append(SCATTER | own)
+    constant = found.misfit["p"] >= MISFIT
+    scattered = found.scattered is None or found.scattered["p"] >= MISFIT
+    said = found.laws, found.errors, found.rows
+    found.decided = by_readings(Evidence(*said, constant, scattered, bool(few), bends))
     return found
 
 
@@ -490,8 +453,8 @@ def give_strengths(
             ends = strength_limits(block, term, shape, 0.5 + 0.5 * BAND)
             low, high = sorted(float(own.natural(open_end if end is None else end))
                                for end, open_end in zip(ends, (0.0, 1.0), strict=True))  # fmt: skip
-            strong[shape.name] = {"name": own.name, "unit": own.unit, "low": low, "high": high}
-            strong[shape.name]["value"] = float(own.natural(coded[shape.name]))
+            row = {"name": own.name, "unit": own.unit, "low": low, "high": high}
+            strong[shape.name] = row | {"value": float(own.natural(coded[shape.name]))}
         law["strengths"] = {name: s["value"] for name, s in strong.items()}
         for row in found.ranking:
             if row["mechanism"] in strong and row["experiment"] == law["experiment"]:

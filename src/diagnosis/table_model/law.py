@@ -16,8 +16,9 @@ levers Satterthwaite 1946, Biometrics Bulletin 2:110). Of two levels nothing is 
 that scatter, so nothing is excluded.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -26,9 +27,9 @@ from scipy import stats
 from calibration.statistics.numbers import NORMAL_95
 from diagnosis.catalogue import Mechanism
 from diagnosis.chance import log_sum
-from diagnosis.laws.readings import EXPONENT, SHAPE, Readings
-from diagnosis.laws.slots import LADDER, FreeLaw, coordinates, factors_of, natural, scaled, text_of
-from diagnosis.table_model.block import LAW, LEVEL_SD, Block, Shape, Term, curve_shape
+from diagnosis.laws.readings import EXPONENT, SHAPE, Readings, level_of
+from diagnosis.laws.slots import GIVEN, LADDER, FreeLaw, factors_of, natural, scaled
+from diagnosis.table_model.block import LEAST_LEVELS, LEVEL_SD, Block, Shape, Term, curve_shape
 from diagnosis.table_model.selection import ODDS
 from diagnosis.table_model.terms import BENDS, FREE, FREE_SIZES, bend
 
@@ -39,16 +40,9 @@ LEAST_SHARE = 2e-3  # probability of a place of the grid below which it takes no
 
 def paid(block: Block, levers: Iterable[str]) -> Block:
     """The block with an error of its own for each level of these levers."""
-    readings = block.readings
-    codes = {}
-    for name in levers:
-        levels = readings.folds.get(name, ())
-        if 1 < len(levels) < len(readings.log):
-            code = np.empty(len(readings.log), int)
-            for k, index in enumerate(levels):
-                code[index] = k
-            codes[name] = code
-    return replace(block, readings=replace(readings, groups=readings.groups | codes))
+    own, n = block.readings, len(block.y)
+    codes = {k: level_of(own.levers[k]) for k in levers if len(own.folds.get(k, own.log)) < n}
+    return replace(block, readings=replace(own, groups=own.groups | codes))
 
 
 def unit_of(law: FreeLaw) -> str:
@@ -61,30 +55,30 @@ def unit_of(law: FreeLaw) -> str:
 
 
 def curve(block: Block, key: str) -> list[dict[str, float]]:
-    """[{state, value, low, high}] along the state of a held law, over what the settings cover. The
-    band holds the whole curve in 95 % of cases. Of a column that acts with the size: the share by
-    which it changes the coefficient where it is largest, along the size."""
-    law = block.terms[key].law
-    rest = paid(block.without(key), law.needs if law else ())
+    """[{state, value, low, high}] along the state of a held free law, over what the settings cover.
+    The band holds the whole curve in 95 % of cases. Of a column that acts with the size: the share
+    by which it changes the coefficient where it is largest, along the size."""
+    term = block.terms[key]
+    law, rest = term.law, paid(block.without(key), term.law.needs)
+    _, middle, half = scaled(law, rest.readings)
+    at = np.linspace(-1.0, 1.0, POINTS) if law.coordinate else np.zeros(1)
+    state = natural(law, rest.readings, middle + half * at)
     if law.weight is None or unit_of(law) == "share":
-        return _multiplied(rest, law)
-    return _added(rest, block.terms[key], law)
+        curves = _multiplied(rest, law, at)
+    else:
+        one = told_in(law, rest.readings, state)
+        curves = tuple(one * v for v in _added(rest, term, half * at))
+    value, *ends = curves
+    columns = zip(state, value, np.minimum(*ends), np.maximum(*ends), strict=True)
+    names = ("state", "value", "low", "high")
+    return [dict(zip(names, map(float, row), strict=True)) for row in columns]
 
 
-def _rows(state, told, mean, low, high):
-    out = []
-    for k, s in enumerate(state):
-        value, *ends = (float(told(k, v[k])) for v in (mean, low, high))
-        out.append({"state": float(s), "value": value, "low": min(ends), "high": max(ends)})
-    return out
-
-
-def _multiplied(rest, law):
-    """Of the free curve of a law of a coefficient, over its sizes and those of the errors."""
-    readings, y = rest.readings, rest.readings.log
-    x, middle, half = scaled(law, readings)
-    at = np.linspace(-1.0, 1.0, POINTS)
-    z = y - rest.mean
+def _multiplied(rest, law, at):
+    """(mean, low, high) of the free curve of a law of a coefficient at scaled states (m,), over its
+    sizes and those of the errors."""
+    readings, z = rest.readings, rest.y - rest.mean
+    x = scaled(law, readings)[0]
     share = law.weight(readings) if law.weight else np.ones(len(x))
     level = 0.0 if law.weight else LEVEL_SD**2
 
@@ -93,131 +87,96 @@ def _multiplied(rest, law):
         return s**2 * (line + b**2 * bend(one, other))
 
     values, means, covers = [], [], []
-    for b in BENDS:
-        for s in FREE_SIZES:
-            own = spread(s, b, x, x) * np.outer(share, share)
-            cross = spread(s, b, at, x) * share + level
-            here = spread(s, b, at, at) + level
-            inverse = np.linalg.inv(rest.errors + rest.smooth + own)
-            logdet = np.linalg.slogdet(rest.errors + rest.smooth + own)[1]
-            pull = inverse @ z
-            values.append(-0.5 * ((z * pull).sum(-1) + logdet) + rest.prior)
-            means.append(pull @ cross.T)
-            covers.append(here - cross @ inverse @ cross.T)
-    values = np.concatenate(values)
+    for b, s in product(BENDS, FREE_SIZES):
+        total = rest.errors + rest.smooth + spread(s, b, x, x) * np.outer(share, share)
+        cross = spread(s, b, at, x) * share + level
+        inverse = np.linalg.inv(total)
+        pull = inverse @ z
+        values.append(-0.5 * ((z * pull).sum(-1) + np.linalg.slogdet(total)[1]) + rest.prior)
+        means.append(pull @ cross.T)
+        covers.append(spread(s, b, at, at) + level - cross @ inverse @ cross.T)
+    values, means, covers = map(np.concatenate, (values, means, covers))
     odds = np.exp(values - log_sum(values))
-    means, covers = np.concatenate(means), np.concatenate(covers)
     kept = np.flatnonzero(odds > LEAST_SHARE)
-    rng = np.random.default_rng(5)
-    counts = rng.multinomial(DRAWS, odds[kept] / odds[kept].sum())
-    drawn = []
-    for i, count in zip(kept, counts, strict=True):
+    share = odds[kept] / odds[kept].sum()
+    rng, drawn = np.random.default_rng(5), []
+    for i, count in zip(kept, rng.multinomial(DRAWS, share), strict=True):
         size, direction = np.linalg.eigh(covers[i])
         root = direction * np.sqrt(np.maximum(size, 0.0))
-        drawn.append(means[i] + rng.standard_normal((count, POINTS)) @ root.T)
-    drawn = np.concatenate(drawn)
-    mean = odds[kept] @ means[kept] / odds[kept].sum()
-    power = 1.0 / EXPONENT[law.experiment]
+        drawn.append(means[i] + rng.standard_normal((count, len(at))) @ root.T)
+    centre = 0.0 if law.weight else readings.centre[0]
+    mean, drawn = share @ means[kept] + centre, np.concatenate(drawn) + centre
+    # a band as wide everywhere in standard deviations, that holds whole draws
+    sd = np.maximum(drawn.std(0), 1e-12)
+    reach = np.quantile(np.abs((drawn - mean) / sd).max(1), BAND)
+    reach = max(float(reach), NORMAL_95) * sd
+    logs = np.array([mean, mean - reach, mean + reach]) / EXPONENT[law.experiment]
     if law.weight:
-        low, high = _band(drawn, mean)
-        state = np.exp(middle + half * at)
-        return _rows(state, lambda k, v: np.expm1(power * v), mean, low, high)
-    drawn, mean = drawn + readings.centre[0], mean + readings.centre[0]
-    low, high = _band(drawn, mean)
-    most = 1.0 if law.slot == "restitution" else np.inf
-    state = natural(law, readings, middle + half * at)
-    return _rows(state, lambda k, v: min(np.exp(power * v), most), mean, low, high)
+        return np.expm1(logs)
+    return np.minimum(np.exp(logs), 1.0 if law.slot == "restitution" else np.inf)
 
 
-def _band(drawn, mean):
-    """Ends (m,) of a band as wide everywhere in standard deviations that holds whole draws."""
-    spread = np.maximum(drawn.std(0), 1e-12)
-    reach = np.quantile(np.abs((drawn - mean) / spread).max(1), BAND)
-    reach = max(float(reach), NORMAL_95) * spread
-    return mean - reach, mean + reach
-
-
-def _added(rest, term, law):
-    """Of a law that adds: over its named forms and their strengths."""
-    y = rest.readings.log[None]
-    base = rest.base(y)
-    places, values = [], []
-    for shape in term.shapes:
-        if shape.catalogue or shape.name == FREE:
-            continue
-        own = log_sum(rest.gains(shape, y, base)[:, :, 0], axis=0)
-        places += [(shape, k) for k in range(len(own))]
-        values += list(own)
-    share = np.exp(np.array(values) - log_sum(values))
-    _, middle, half = scaled(law, rest.readings)
-    at = np.linspace(-1.0, 1.0, POINTS) if law.coordinate else np.zeros(1)
-    state = natural(law, rest.readings, middle + half * at)
-    rng, factors = np.random.default_rng(5), factors_of(law)
-    curves = []
-    for i in rng.choice(len(share), DRAWS, p=share):
-        shape, k = places[i]
-        step = np.gradient(shape.label)[k] if len(shape.label) > 1 else 0.0
-        strength = shape.label[k] + step * rng.uniform(-0.5, 0.5)
-        curves.append(strength * factors[shape.name](half * at))
-    curves = np.array(curves)
-    told = told_in(law, rest.readings, state)
+def _added(rest, term, t):
+    """(median, low, high) of a law that adds, in its space, at logarithms of the state over the
+    middle one (m,): over its named forms and their strengths."""
+    named = [s for s in term.shapes if not s.catalogue and s.name != FREE]
+    values = np.concatenate([rest.by_strength(s) for s in named])
+    rng, factors = np.random.default_rng(5), factors_of(term.law)
+    drawn = rng.choice(len(values), DRAWS, p=np.exp(values - log_sum(values)))
+    label = np.concatenate([s.label for s in named])
+    steps = [np.gradient(s.label) if len(s.label) > 1 else np.zeros(1) for s in named]
+    strength = label[drawn] + np.concatenate(steps)[drawn] * rng.uniform(-0.5, 0.5, DRAWS)
+    one = np.array([factors[s.name](t) for s in named for _ in s.label])
+    curves = strength[:, None] * one[drawn]
     ends = np.quantile(curves, [0.5 - BAND / 2, 0.5 + BAND / 2], 0)
-    return _rows(state, told, np.median(curves, 0), *ends)
+    return np.median(curves, 0), *ends
 
 
-def told_in(law: FreeLaw, readings: Readings, state: np.ndarray) -> Callable[[int, Any], Any]:
-    """A function of place and value that turns a term in the law's space into the reading's unit,
-    at the states (m,). What air takes depends on more than its state: it is told of the middle."""
-    levers = coordinates(readings)
+def told_in(law: FreeLaw, readings: Readings, state: np.ndarray) -> np.ndarray:
+    """(m,) what one in the law's space adds in the reading's unit, at states (m,). What air takes
+    depends on more than its state: it is told of the middle."""
+    levers = readings.columns
     assert law.weight is not None  # a term is added
     one = law.weight(readings) * levers.get(SHAPE.get(readings.experiment, ""), 1.0)
     middle = np.exp(readings.centre[0])
     one = one * (np.degrees(np.arctan(middle)) if law.space == "angle" else middle)
     if law.coordinate is None or law.slot == "drag":
-        return lambda k, z: float(np.median(one)) * z
+        return np.full(len(state), np.median(one))
     here = law.coordinate(levers)
     least, most = np.argmin(np.where(one > 0.0, here, np.inf)), np.argmax(here)
     # a law of the simplest kind adds a power of its state
     power = np.log(one[most] / one[least]) / np.log(here[most] / here[least])
-    return lambda k, z: float(one[most] * (state[k] / here[most]) ** power) * z
+    told: np.ndarray = one[most] * (state / here[most]) ** power
+    return told
 
 
 SAME = 0.5
 """Standard errors of a reading; curves that stay closer are one."""
-
-UNIT = {
-    "speed": "m/s",
-    "size": "mm",
-    "rate": "°/s",
-    "load": "kPa",
-    "interval": "s",
-    "size over root of load": "mm/kPa^(1/2)",
-}
-"""Units of states; others are numbers."""
 
 
 def named(block: Block, key: str) -> tuple[dict[str, Any], str]:
     """({names, forms, formulas, coded}, likeliest of all) of a law that is held in a block. names:
     mechanisms that fit as well as the best form; forms: forms that do and are another curve, the
     best first; formulas: {form: text}; coded: {mechanism: its coded strength}."""
-    rest, term, y = block.without(key), block.terms[key], block.readings.log
-    base = rest.base(y[None])
+    rest, term = block.without(key), block.terms[key]
     evidence: dict[str, float] = {}
     held = {}
     for shape in term.shapes:
-        value = float(log_sum(rest.gains(shape, y[None], base)) - np.log(len(shape.label)))
-        value -= float(log_sum(base))
+        value = float(log_sum(rest.by_strength(shape)) - np.log(len(shape.label)))
         if value > evidence.get(shape.name, -np.inf):
             evidence[shape.name] = value
-            own = Term(term.experiment, term.kind, key, (shape,), law=term.law, place=term.place)
-            held[shape.name] = rest.holding(key, own)
+            held[shape.name] = rest.holding(key, replace(term, shapes=(shape,)))
     known = {s.name for s in term.shapes if s.catalogue}
     order = sorted(evidence, key=lambda n: -evidence[n])
     left = [n for n in order if evidence[order[0]] - evidence[n] < ODDS]
     curves = {n: held[n].part(key) for n in left}
     names = [n for n in left if n in known]
-    forms = [n for n in left if n not in known and not any(
-        _alike(curves[n], curves[k], block.readings.error) for k in names)]  # fmt: skip
+
+    def alike(one, other):
+        apart = curves[one] - curves[other]
+        return np.abs((apart - apart.mean()) / block.readings.error).max() < SAME
+
+    forms = [n for n in left if n not in known and not any(alike(n, k) for k in names)]
     formulas = {n: written(held[n], key, n) for n in forms if n != FREE and term.law}
     # a free curve follows every form: it is told only where nothing else is left
     forms = [n for n in forms if n != FREE] if len(left) > 1 and left[0] != FREE else forms
@@ -227,34 +186,25 @@ def named(block: Block, key: str) -> tuple[dict[str, Any], str]:
     return {"names": names, "forms": forms, "formulas": formulas, "coded": coded}, order[0]
 
 
-def _alike(one, other, error):
-    apart = one - other
-    return np.abs((apart - apart.mean()) / error).max() < SAME
-
-
 def written(block: Block, key: str, name: str) -> str:
     """A named form with its coefficients, as fitted to the readings."""
-    term, y = block.held[key].term, block.readings.log
-    law, k = block.terms[key].law or term.law, block.strength(key)
-    levers = coordinates(block.readings)
-    _, middle, _ = scaled(law, block.readings)
+    law, k = block.terms[key].law, block.strength(key)
     state = " x ".join(law.state)
-    own = " ".join(UNIT.get(s, "") for s in law.state).strip()
-    at = f"{np.exp(middle):.3g} {own}".rstrip()
-    column = levers.get(state, np.ones(1))
+    units = " ".join(GIVEN["units"].get(s, "") for s in law.state)
+    at = " ".join(f"{np.exp(scaled(law, block.readings)[1]):.3g} {units}".split())
+    column = block.readings.columns.get(state, np.ones(1))
     if (column <= 0.0).any():  # its coordinate is an exponential
         state = f"exp(({state} - {column.mean():.3g}) / {0.5 * np.ptp(column):.3g})"
     if law.weight:
-        return name + (
-            f" (at a {state} of {at}: {100 * k:+.3g} %)" if state else f": {100 * k:+.3g} %"
-        )
+        share = f"{100 * k:+.3g} %"
+        return f"{name} (at a {state} of {at}: {share})" if state else f"{name}: {share}"
     shape = block.held[key].shape
     number = int(np.argmin(np.abs(shape.label - k)))
     assert shape.mean is not None  # a named form is a curve
-    level = y - sum(block.part(o) for o in block.held if o != key) - shape.mean[number]
+    level = block.y - sum(block.part(o) for o in block.held if o != key) - shape.mean[number]
     c = np.exp(block.readings.level(level) / EXPONENT[law.experiment])
-    text = text_of(name).format(c=f"{c:.3g}", k=k, s=state, m=at)
-    return f"{name}: {law.slot} = {text}"
+    text = GIVEN["formulas"].get(name, GIVEN["formulas"]["step"])
+    return f"{name}: {law.slot} = {text.format(c=f'{c:.3g}', k=k, s=state, m=at)}"
 
 
 LIMIT = 0.95
@@ -265,7 +215,6 @@ where no errors are shared, 87 % where each level of the lever has an error of o
 a setting, and 96 % where those of another lever have."""
 
 SLOPES = 161
-LEAST_LEVELS = 3
 
 
 def slope_limits(block: Block, law: FreeLaw) -> tuple[float | None, float | None]:
@@ -273,8 +222,7 @@ def slope_limits(block: Block, law: FreeLaw) -> tuple[float | None, float | None
     excluded, as shares, of a straight line over the logarithm of the state; None for an end that
     the slopes that are tried do not hold, and where a lever has two levels."""
     x = scaled(law, block.readings)[0]
-    key = next((k for k, h in block.held.items() if h.term.law is law), None)
-    rest = block.without(key) if key else block
+    rest = replace(block, held={k: h for k, h in block.held.items() if h.term.law is not law})
     by_levels = _by_levels(rest, law, x)
     if by_levels is None:
         return None, None
@@ -333,25 +281,21 @@ def _near(rest, x, most):
     weight = 1.0 / rest.readings.error**2
     own = x - rest.readings.level(x)
     size = (weight * own**2).sum()
-    best = (weight * own * (rest.readings.log - rest.mean)).sum() / size
-    step = np.concatenate([np.linspace(-6.0, 6.0, 61), np.linspace(-40.0, 40.0, 81)]) / np.sqrt(
-        size
-    )
-    return np.clip(best + step, -most, most)
+    best = (weight * own * (rest.y - rest.mean)).sum() / size
+    steps = np.concatenate([np.linspace(-6.0, 6.0, 61), np.linspace(-40.0, 40.0, 81)])
+    return np.clip(best + steps / np.sqrt(size), -most, most)
 
 
 def strength_limits(
     block: Block, term: Term, shape: Shape, probability: float = LIMIT
 ) -> tuple[float | None, float | None]:
     """(low, high) of a mechanism's coded strength, with an error of its own for each level."""
-    rest = block.without(term.key) if term.key in block.held else block
-    rest = paid(rest, term.law.needs if term.law else ())
+    rest = paid(block.without(term.key), term.law.needs if term.law else ())
     return _quantiles(rest, shape, np.asarray(shape.label), probability)
 
 
 def _quantiles(rest, shape, at, probability):
-    y = rest.readings.log[None]
-    value = log_sum(rest.gains(shape, y, rest.base(y))[:, :, 0], axis=0)
+    value = rest.by_strength(shape)
     density = np.exp(value - value.max())
     mass = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(at))])
     mass /= mass[-1]
@@ -365,22 +309,20 @@ def _quantiles(rest, shape, at, probability):
 def limits(blocks: Mapping[str, Block], catalogue: Mapping[str, Mechanism]) -> list[dict[str, Any]]:
     """[{mechanism or slot and state, of, unit, below, above}]: what the data exclude, at 95 % each
     way."""
-    out = []
-    terms = [(block, term) for block in blocks.values() for term in block.terms.values()]
-    for block, term, shape in ((b, t, s) for b, t in terms for s in t.shapes):
-        if shape.name in catalogue:
+    out, slopes = [], []
+    for block, term in ((b, t) for b in blocks.values() for t in b.terms.values()):
+        for shape in (s for s in term.shapes if s.name in catalogue):
             strength, ends = catalogue[shape.name].strength, strength_limits(block, term, shape)
             # on the side of no effect nothing can be excluded that the data do not show
             shows = strength.weakest > shape.label[0], strength.weakest < shape.label[-1]
+            below, above = (float(strength.natural(end)) if there and end is not None else None
+                            for end, there in zip(ends, shows, strict=True))  # fmt: skip
             row = {"mechanism": shape.name, "of": strength.name, "unit": strength.unit}
-            for side, end, there in zip(("below", "above"), ends, shows, strict=True):
-                row[side] = float(strength.natural(end)) if there and end is not None else None
-            out.append(row)
-    for block, term in terms:
+            out.append(row | {"below": below, "above": above})
         law = term.law
-        if term.kind == LAW and law is not None and term.free and law.weight is None:
+        if law is not None and term.free and law.weight is None:
             low, high = slope_limits(block, law)
             row = {"experiment": law.experiment, "slot": law.slot, "state": list(law.state)}
             row |= {"of": "change over the plan's states", "unit": "share"}
-            out.append(row | {"below": low, "above": high})
-    return out
+            slopes.append(row | {"below": low, "above": high})
+    return out + slopes

@@ -9,7 +9,6 @@ that hides the first.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
 
 import numpy as np
 from scipy.special import gammaln
@@ -32,7 +31,7 @@ likelihood ratio)."""
 
 LEAST = 1.0  # log evidence below which a term that is held is dropped
 BETTER = 0.2  # log evidence by which an exchange must be better
-SWEEPS = 4
+MOST_STEPS, SWEEPS = 8, 4
 MOST_ROWS = 0.15  # share of an experiment's rows that may be set aside together
 CLEAR = 6.0
 """Log evidence by which two laws or errors, or several rows, together must lead; a law and a row
@@ -46,7 +45,6 @@ CHUNK = 250  # data sets at once
 class Step:
     """A term that was added: its evidence and chance."""
 
-    experiment: str
     key: str
     evidence: float
     p: float
@@ -75,16 +73,10 @@ def blocks_of(parts: Iterable[Readings], known: KnownCurves | None) -> dict[str,
     }
 
 
-def select(
-    blocks: dict[str, Block],
-    alpha: float = 0.05,
-    seed: int = 0,
-    chance: Sequence[int] = CHANCE,
-    most: int = 8,
-) -> Selection:
+def select(blocks: dict[str, Block], alpha: float, seed: int, chance: Sequence[int]) -> Selection:
     """`Selection` of the terms of blocks {experiment: Block}."""
     steps, p, stopped, threshold, first = [], 1.0, None, 0.0, np.zeros(1)
-    for number in range(most):
+    for number in range(MOST_STEPS):
         found = _best(blocks)
         if found is None:
             break
@@ -93,15 +85,13 @@ def select(
         null = of_chance(blocks, count, [seed, 1, number])
         here = share_above(null, value)
         level = alpha * SPENT[min(number, len(SPENT) - 1)]
-        step = Step(kind, keys[0], value, here)
         if not number:
             p, threshold, first = here, float(np.quantile(null, 1.0 - level)), null
         if here >= level:
-            stopped = step
+            stopped = Step(keys[0], value, here)
             break
-        steps += [replace(step, key=k) for k in keys]
-        blocks = with_terms(blocks, kind, keys)
-        blocks = blocks | {kind: exchanged(blocks[kind])}
+        steps += [Step(key, value, here) for key in keys]
+        blocks = blocks | {kind: exchanged(held_in_turn(blocks[kind], keys))}
     return Selection(blocks, steps, stopped, p, threshold, first)
 
 
@@ -115,9 +105,9 @@ def misfit(
     for place, block in enumerate(blocks.values()):
         places = np.arange(len(block.sds)) if scatter else block.bare()
         chi += float(block.chi_square(block.y[None], places)[0])
-        share = block.shares() * np.isin(np.arange(len(block.sds)), places)
-        if not share.sum() > 0.0:
-            share = np.isin(np.arange(len(block.sds)), places).astype(float)
+        among = np.isin(np.arange(len(block.sds)), places)
+        share = block.shares() * among
+        share = share if share.sum() > 0.0 else 1.0 * among
         rng = np.random.default_rng([seed, 21, place])
         made = block.draw(count, rng, share / share.sum())
         null += block.chi_square(made, places)
@@ -127,20 +117,17 @@ def misfit(
 
 def _best(blocks):
     """(experiment, keys, evidence) of the best next term, or of two or several rows together."""
-    found = None
+    found = []
     for kind, block in blocks.items():
         free = _of_free(block)
         if not free:
             continue
         key = max(free, key=free.get)
-        own = (kind, [key], free[key])
-        together = _rows_together(block)
-        if together and together[1] > own[2] + CLEAR:
-            own = (kind, *together)
-        own = (kind, *(_pair(block, key, own[2]) or own[1:]))
-        if found is None or own[2] > found[2]:
-            found = own
-    return found
+        best, together = ([key], free[key]), _rows_together(block)
+        if together and together[1] > free[key] + CLEAR:
+            best = together
+        found.append((kind, *(_pair(block, key, best[1]) or best)))
+    return max(found, key=lambda own: own[2], default=None)
 
 
 def evidences(block: Block, y: np.ndarray) -> dict[str, np.ndarray]:
@@ -172,28 +159,17 @@ def of_chance(blocks: Mapping[str, Block], count: int, seed: Sequence[int]) -> n
     return np.max(out, axis=0)
 
 
-def with_terms(blocks: dict[str, Block], kind: str, keys: Iterable[str]) -> dict[str, Block]:
-    """The blocks {experiment: Block} with further terms held in one, each at its likeliest."""
-    block = blocks[kind]
-    for key in keys:
-        block = block.holding(key)
-    return blocks | {kind: block}
-
-
 def exchanged(block: Block) -> Block:
     """The block with each held term at its best beside the others, exchanged for a better one or
     dropped where little is left for it; two terms may also be exchanged at once."""
     block = _swept(block)
     terms = [k for k, t in block.terms.items() if t.kind != ROW]
-    if sum(k in terms for k in block.held) < 2:
-        return block
-    for key in [k for k in block.held if k in terms]:
+    held = [k for k in block.held if k in terms]
+    for key in held if len(held) > 1 else ():
         if key not in block.held:
             continue
         rest = block.without(key)
-        for other in terms:
-            if other in block.held or other not in rest.terms:
-                continue
+        for other in (k for k in terms if k not in block.held):
             tried = _swept(rest.holding(other))
             if len(tried.held) <= len(block.held) and tried.score() > block.score() + BETTER:
                 block = tried
@@ -256,16 +232,9 @@ def set_anew(block: Block, key: str) -> Rival | None:
     tell the two apart: beside an error of each level the best law of that lever, beside a law of
     one lever that error."""
     own, values = _in_place_of(block, key)
-    held = block.terms[key]
-    if held.kind == LAW and held.law and len(held.law.needs) == 1:
-        [lever] = held.law.needs
-        own_levels = {t.key for t in block.terms.values() if (t.what, t.of) == ("levels", lever)}
-        near = [k for k in values if k in own_levels]
-    elif held.what == "levels":
-        near = [k for k in values if _is_law_of(block.terms[k], held.of)]
-    else:
-        return None
-    return min((Rival(k, own - values[k]) for k in near), key=lambda r: r.behind, default=None)
+    near = [Rival(k, own - v) for k, v in values.items()
+            if _of_one_lever(block.terms[key], block.terms[k])]  # fmt: skip
+    return min(near, key=lambda r: r.behind, default=None)
 
 
 def _in_place_of(block, key):
@@ -274,9 +243,10 @@ def _in_place_of(block, key):
     return values.pop(key), values
 
 
-def _is_law_of(term, lever):
-    """Return whether a term is a law of one lever alone."""
-    return term.kind == LAW and term.law is not None and term.law.needs == (lever,)
+def _of_one_lever(one, other):
+    """Return whether two terms are a law of one lever alone and an error of each of its levels."""
+    law, error = sorted((one, other), key=lambda t: t.kind != LAW)
+    return bool(law.law) and error.what == "levels" and law.law.needs == (error.of,)
 
 
 LEAST_BESIDE = 5
@@ -287,16 +257,16 @@ curve meets."""
 def _beside_one_level(block, key, own):
     """`Rival`s of an error of each level: a law of the lever with one level set wrongly."""
     held = block.terms[key]
-    lever, kind = held.of, held.experiment
-    wrong = next((t for t in block.terms.values()
-                  if (t.experiment, t.what, t.of) == (kind, "one level", lever)), None)  # fmt: skip
+    asked = held.experiment, "one level", held.of
+    wrong = next((t for t in block.terms.values() if (t.experiment, t.what, t.of) == asked), None)
     if held.what != "levels" or wrong is None or wrong.key in block.held:
         return
-    if len(block.readings.of(kind)[0].folds[lever]) < LEAST_BESIDE:
+    if _levels(block, held) < LEAST_BESIDE:
         return
     rest = block.without(key)
     start = rest.score()
-    for law in [t for t in rest.terms.values() if _is_law_of(t, lever) and t.key not in rest.held]:
+    free = [t for k, t in rest.terms.items() if k not in rest.held]
+    for law in (t for t in free if _of_one_lever(t, held)):
         both = held_in_turn(rest, (law.key, wrong.key, law.key, wrong.key))
         level = both.held[wrong.key].shape.name
         yield Rival(law.key, float(own - (both.score() - start)), wrong.key, level)
@@ -306,18 +276,20 @@ def held_in_turn(block: Block, keys: Iterable[str]) -> Block:
     """The block with those of the terms held that it has, each in turn at its likeliest beside
     those that are."""
     for key in (k for k in keys if k in block.terms):
-        rest = block.without(key) if key in block.held else block
-        block = rest.holding(key)
+        block = block.without(key).holding(key)
     return block
 
 
 def _one_by_plan(block, key, other):
     """Return whether a law of one lever with two levels and an error of these levels are
     compared."""
-    law, error = sorted((block.terms[key], block.terms[other]), key=lambda t: t.kind != LAW)
-    own = law.law.needs if law.kind == LAW and law.law else ()
-    levels = block.readings.of(error.experiment)[0].folds.get(error.of, ())
-    return error.what == "levels" and own == (error.of,) and len(levels) == 2
+    terms = block.terms[key], block.terms[other]
+    return _of_one_lever(*terms) and 2 in (_levels(block, term) for term in terms)
+
+
+def _levels(block, error):
+    """Number of levels of the lever that an error of the set-up is of."""
+    return len(block.readings.of(error.experiment)[0].folds.get(error.of, ()))
 
 
 # --- several terms at once ---------------------------------------------------------------------
@@ -366,20 +338,18 @@ def _rows_together(block):
     most = max(int(MOST_ROWS * n), 1)
     bare = next(g for g, c in enumerate(block.sds) if not c)
     now, chosen, best = block, [], None
-    start = log_sum(block.base(y[None])[:, 0])
+    start = log_sum(block.here)
     for _ in range(most):
         z = y - now.mean
         p = now.precision[bare]
         gain = (p @ z) ** 2 / np.diag(p)
-        order = sorted((k for k in keys if k not in chosen),
-                       key=lambda k: -gain[block.terms[k].rows[0]])  # fmt: skip
-        [key] = islice(order, 1)
+        key = max((k for k in keys if k not in chosen), key=lambda k: gain[block.terms[k].rows[0]])
         chosen.append(key)
         now = now.holding(key)
         count = len(chosen)
         choose = gammaln(n + 1) - gammaln(count + 1) - gammaln(n - count + 1)
         occam = count * np.log(len(block.terms[key].shapes[0].label))
-        value = log_sum(now.base(y[None])[:, 0]) - start - choose - occam
+        value = log_sum(now.here) - start - choose - occam
         if count > 1 and (best is None or value > best[1]):
             best = list(chosen), float(value)
     return best

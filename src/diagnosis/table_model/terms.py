@@ -1,13 +1,13 @@
 """The kinds of terms of one experiment: laws, errors of the set-up, and single rows."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 
-from diagnosis.laws.readings import SHAPE, Readings
-from diagnosis.laws.slots import FAMILY, LADDER, applicable, forms_of, scaled, steps_of
+from diagnosis.laws.readings import SHAPE, Readings, level_of
+from diagnosis.laws.slots import BOTH, FAMILY, applicable, forms_of, scaled, steps_of
 from diagnosis.table_model.block import (
     ERROR,
     LAW,
@@ -50,50 +50,42 @@ def all_terms(readings: Readings, known: Sequence[tuple[tuple, Shape]]) -> list[
     """[`Term`] of every kind for the `Readings` of one experiment; known: [(place, `Shape`)] of the
     catalogue's mechanisms."""
     out = exchanged(readings) + laws(readings, known)
-    return out + [term for kind in ERRORS for term in kind(readings)]
+    errors = level_offsets, one_level, order, resolution, rows, zero
+    return out + [term for kind in errors for term in kind(readings)]
 
 
 def laws(readings: Readings, known: Sequence[tuple[tuple, Shape]]) -> list[Term]:
     """A term for each place: of the free laws whose levers vary, and of the catalogue's entries.
     Its shapes are named forms, a free curve, and the catalogue's mechanisms."""
+    kind = readings.experiment
     free_laws = {(law.slot, law.state): law for law in applicable(readings)}
-    places = dict.fromkeys([*free_laws, *(place for place, _ in known)])
+    family = {(law.slot, law.state): law for law in FAMILY if law.experiment == kind} | free_laws
     out = []
-    for place in places:
-        law, shapes, steps = free_laws.get(place), [], {}
-        if law is not None:
-            shapes = _shapes(forms_of(law, readings))
-            steps = steps_of(law, readings)
-        own = [shape for where, shape in known if where == place]
+    for place in dict.fromkeys([*free_laws, *(place for place, _ in known)]):
+        law, own = family.get(place), free_laws.get(place)
+        shapes = _shapes(forms_of(own, readings)) if own else []
+        shapes += [shape for where, shape in known if where == place]
+        steps = steps_of(own, readings) if own else {}
+        free = own is not None and not own.sign and own.coordinate is not None
         # all places of a step together are one form
-        named = len(shapes) + len(own) + bool(steps)
-        free = law is not None and not law.sign and law.coordinate is not None
-        share = 1.0 - SHARE_OF_FREE * free
-        shapes = [_weighted(s, np.log(share / named)) for s in (*shapes, *own)]
-        shapes += [_weighted(s, np.log(share / named / len(steps))) for s in _shapes(steps)]
-        if free:
-            shapes.append(_weighted(_free_curve(law, readings), np.log(SHARE_OF_FREE)))
-        slot, state = place
-        key = f"{readings.experiment}:{slot}({', '.join(state)})"
-        at = (readings.experiment, slot, state)
-        law = law or next((f for f in FAMILY if (f.experiment, f.slot, f.state) == at), None)
+        each = (1.0 - SHARE_OF_FREE * free) / max(len(shapes) + bool(steps), 1)
+        shapes = [replace(s, weight=float(np.log(each))) for s in shapes]
+        shapes += _shapes(steps, float(np.log(each / max(len(steps), 1))))
+        shapes += [_free_curve(law, readings)] if free else []
+        key = f"{kind}:{place[0]}({', '.join(place[1])})"
         odds = law.odds if law else 0.0
-        out.append(Term(readings.experiment, LAW, key, tuple(shapes), odds, law=law, place=place))
+        out.append(Term(kind, LAW, key, tuple(shapes), odds, law=law, place=place))
     return out
 
 
-def _weighted(shape, weight):
-    return replace(shape, weight=float(weight))
-
-
-def _shapes(forms):
-    out = []
-    for name, (label, curves) in forms.items():
-        # both signs of a strength are curves of their own
-        for side in (label < 0.0, label > 0.0):
-            if side.any():
-                out.append(curve_shape(name, label[side], curves[side]))
-    return out
+def _shapes(forms, weight=0.0):
+    """`Shape`s of `slots.Forms`: both signs of a strength are curves of their own."""
+    return [
+        curve_shape(name, label[side], curves[side], weight=weight)
+        for name, (label, curves) in forms.items()
+        for side in (label < 0.0, label > 0.0)
+        if side.any()
+    ]
 
 
 def _free_curve(law, readings):
@@ -102,14 +94,18 @@ def _free_curve(law, readings):
     To first order in its size, where the law adds to the reading."""
     x = scaled(law, readings)[0]
     slope = law.weight(readings) if law.weight else np.ones(len(x))
-    line = np.ones((len(x), 1)) if law.weight else x[:, None]
+    line = np.ones(len(x)) if law.weight else x
+    return _bent(FREE, line, x, slope, (FREE_SIZES, BENDS), float(np.log(SHARE_OF_FREE)))
+
+
+def _bent(name, line, x, slope, tried, weight):
+    """`Shape` of a line (n,) with a bend over scaled states (n,), both times a slope (n,), at each
+    of the sizes and bends that are tried."""
+    sizes, bends = tried
     bend = bend_root(x)
-    roots, labels = [], []
-    for b in BENDS:
-        own = np.hstack([line, b * bend]) * slope[:, None]
-        roots += [s * own for s in FREE_SIZES]
-        labels += list(FREE_SIZES)
-    return Shape(FREE, np.array(labels), np.array(roots))
+    own = [np.hstack([line[:, None], b * bend]) * slope[:, None] for b in bends]
+    roots = np.array([s * root for root in own for s in sizes])
+    return Shape(name, np.tile(sizes, len(bends)), roots, weight=weight)
 
 
 def bend_root(x: np.ndarray) -> np.ndarray:
@@ -134,30 +130,24 @@ def exchanged(readings: Readings) -> list[Term]:
     if len(levels) < 3:
         return []
     value, n, shapes = readings.levers[lever], len(readings.log), []
-    pairs = list(combinations(range(len(levels)), 2))
+    pairs = list(combinations(levels, 2))
     for one, other in pairs:
-        low, high = value[levels[one][0]], value[levels[other][0]]
+        low, high = value[one[0]], value[other[0]]
         curve = np.zeros(n)
-        curve[levels[one]], curve[levels[other]] = np.log(high / low), np.log(low / high)
+        curve[one], curve[other] = np.log(high / low), np.log(low / high)
         name, weight = f"{low:g} and {high:g}", -float(np.log(len(pairs)))
         shapes.append(Shape(name, np.ones(1), np.zeros((1, n, 1)), curve[None], weight))
-    return [_error(readings, f"exchanged {lever}", tuple(shapes), of=lever, what="exchanged")]
+    return [_error(readings, "exchanged", lever, shapes, name=f"exchanged {lever}")]
 
 
 def level_offsets(readings: Readings) -> list[Term]:
     """One term for each lever with two levels or more, each set up with an error of its own: a
     camera that is set anew for each height, a lot of grains for each size. A level of its own for
     each reading is excepted: that is the error from setting to setting."""
-    out = []
-    for lever, levels in readings.folds.items():
-        if len(levels) == len(readings.log):
-            continue
-        root = np.zeros((len(readings.log), len(levels)))
-        for k, index in enumerate(levels):
-            root[index, k] = 1.0
-        shapes = (random_term(root),)
-        out.append(_error(readings, f"levels of {lever}", shapes, of=lever, what="levels"))
-    return out
+    roots = {lever: np.eye(len(levels))[level_of(readings.levers[lever])]
+             for lever, levels in readings.folds.items()
+             if len(levels) < len(readings.log)}  # fmt: skip
+    return [_error(readings, "levels", lever, [random_term(r)]) for lever, r in roots.items()]
 
 
 def one_level(readings: Readings) -> list[Term]:
@@ -165,20 +155,14 @@ def one_level(readings: Readings) -> list[Term]:
     were 132 mm. Its shapes are its levels."""
     out = []
     for lever, levels in readings.folds.items():
-        several = [k for k, index in enumerate(levels) if len(index) > 1]
+        several = [index for index in levels if len(index) > 1]
         if len(levels) < 3 or not several:
             continue
-        value, shapes = readings.levers[lever], []
-        for k in several:
-            root = _of_rows(readings, levels[k])
-            name = f"{value[levels[k][0]]:g}"
-            shapes.append(random_term(root, name, weight=-np.log(len(several))))
-        weight = 0.0 if SHAPE.get(readings.experiment) == lever else UNLIKELY_LEVEL
-        out.append(
-            _error(
-                readings, f"one level of {lever}", tuple(shapes), weight, of=lever, what="one level"
-            )
-        )
+        value, share = readings.levers[lever], -np.log(len(several))
+        shapes = [random_term(_of_rows(readings, i), f"{value[i[0]]:g}", weight=share)
+                  for i in several]  # fmt: skip
+        odds = 0.0 if SHAPE.get(readings.experiment) == lever else UNLIKELY_LEVEL
+        out.append(_error(readings, "one level", lever, shapes, odds))
     return out
 
 
@@ -191,11 +175,9 @@ def order(readings: Readings) -> list[Term]:
     shapes = []
     for name, at in (("even", number), ("at first", np.log1p(number))):
         x = 2.0 * (at - at.min()) / np.ptp(at) - 1.0
-        bend = bend_root(x)
-        roots = [s * np.hstack([x[:, None], b * bend]) for b in BENDS_OF_ORDER for s in SIZES]
-        label = np.tile(SIZES, len(BENDS_OF_ORDER))
-        shapes.append(Shape(name, label, np.array(roots), weight=-np.log(2.0)))
-    return [_error(readings, "order", tuple(shapes), UNLIKELY_ORDER, of="order")]
+        tried = SIZES, BENDS_OF_ORDER
+        shapes.append(_bent(name, x, x, np.ones(len(x)), tried, -np.log(2.0)))
+    return [_error(readings, "", "order", shapes, UNLIKELY_ORDER)]
 
 
 def resolution(readings: Readings) -> list[Term]:
@@ -214,8 +196,8 @@ def resolution(readings: Readings) -> list[Term]:
     shared = [share[:, None] * (v[:, None] == np.unique(v)) for v in (readings.values, lever)]
     roots = [single, *shared, *(np.sqrt(0.5) * np.hstack([single, r]) for r in shared)]
     weight = -np.log(len(roots))
-    shapes = tuple(Shape("rounded", np.array([step]), r[None], weight=weight) for r in roots)
-    return [_error(readings, "resolution", shapes, LIKELY, of="resolution", more={"step": step})]
+    shapes = [Shape("rounded", np.array([step]), r[None], weight=weight) for r in roots]
+    return [_error(readings, "", "resolution", shapes, LIKELY, more={"step": step})]
 
 
 def rounded_off(readings: Readings) -> np.ndarray:
@@ -226,14 +208,11 @@ def rounded_off(readings: Readings) -> np.ndarray:
 def rows(readings: Readings) -> list[Term]:
     """One term for each single row that contradicts all others, all together as probable as a
     law."""
-    n, kind = len(readings.log), readings.experiment
-    if n < LEAST_ROWS:
-        return []
-    shapes = [(random_term(_of_rows(readings, i), "row", SIZES_OF_ROW),) for i in range(n)]
-    return [
-        Term(kind, ROW, f"{kind}:row {i}", own, -np.log(n), rows=(i,))
-        for i, own in enumerate(shapes)
-    ]
+    n, kind, out = len(readings.log), readings.experiment, []
+    for i in range(n) if n >= LEAST_ROWS else ():
+        own = (random_term(_of_rows(readings, i), "row", SIZES_OF_ROW),)
+        out.append(Term(kind, ROW, f"{kind}:row {i}", own, -np.log(n), rows=(i,)))
+    return out
 
 
 def zero(readings: Readings) -> list[Term]:
@@ -244,23 +223,16 @@ def zero(readings: Readings) -> list[Term]:
     if lever not in readings.folds:
         return []
     value = readings.levers[lever]
-    shapes = []
-    for shift in (-LADDER[LADDER < 0.95], LADDER):
-        own = shift * value.min()
-        curves = np.log1p(own[:, None] / value)
-        shapes.append(curve_shape("zero", own, curves, weight=-np.log(2.0)))
-    return [_error(readings, f"zero of {lever}", tuple(shapes), of=lever, what="zero")]
+    own = BOTH[BOTH > -0.95] * value.min()
+    shapes = _shapes({"zero": (own, np.log1p(own[:, None] / value))}, -np.log(2.0))
+    return [_error(readings, "zero", lever, shapes)]
 
 
-ERRORS: tuple[Callable[[Readings], list[Term]], ...] = (
-    level_offsets, one_level, order, resolution, rows, zero,
-)  # fmt: skip
-
-
-def _error(readings, name, shapes, weight=0.0, **more):
-    """`Term` of an error of the set-up, by its name in its experiment."""
-    kind = readings.experiment
-    return Term(kind, ERROR, f"{kind}:{name}", shapes, weight, **more)
+def _error(readings, what, of, shapes, weight=0.0, name="", **more):
+    """`Term` of an error of the set-up, with a name of its own in its experiment."""
+    key = f"{readings.experiment}:{name or (f'{what} of {of}' if what else of)}"
+    own = readings.experiment, ERROR, key, tuple(shapes), weight
+    return Term(*own, of=of, what=what, **more)
 
 
 def _of_rows(readings, index):
