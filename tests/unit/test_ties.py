@@ -8,7 +8,6 @@ import pytest
 from calibration.chain.joint.analysis import middle
 from calibration.statistics.screening import screen, significant
 from calibration.statistics.ties import first_largest, first_least, largest_first
-from diagnosis.residuals import least_known
 
 
 def moved(values, seed):
@@ -55,24 +54,3 @@ def test_factors_of_equal_effect_go_on_in_their_order():
         return (*significant(found, 0.05), bool(scores[0] < scores[1]))
 
     assert always_the_same(chosen) == ("A", "B", "C", True)
-
-
-def test_the_least_known_of_mirrored_settings_is_the_first():
-    rows = [
-        {
-            "experiment": "drum",
-            "levers": {"rotation_rate_deg_s": rate, "particle_diameter_mm": size},
-            "predicted": 30.0,
-            "measured": 30.0 + off,
-            "sd": 0.5,
-        }
-        for rate in (10.0, 20.0, 40.0)
-        for size, off in ((1.0, 1.0), (2.0, 0.0), (4.0, 1.0))
-    ]
-
-    def setting(seed):
-        told = moved([r["measured"] for r in rows], seed)
-        own = [r | {"measured": float(y)} for r, y in zip(rows, told, strict=True)]
-        return tuple(least_known(own)["levers"].values())
-
-    always_the_same(setting)
