@@ -107,12 +107,12 @@ class Bulk:
 
     def _shared_errors(self):
         """What `shared` is, as the model of the table tells it without a term."""
-        names = {(k, n): at[0] for k, (own, at) in self._parts.items() for n in own.groups}
+        names = {(k, n): at for k, (own, at) in self._parts.items() for n in own.groups}
         if not names:
             return {}
         block, _ = self._bare()
         name = block.readings.name_of
-        return {(k, n): float(block.sd_of(name(n, k))[at]) for (k, n), at in names.items()}
+        return {(k, n): float(block.sd_of(name(n, k))[at].max()) for (k, n), at in names.items()}
 
     def judged(self, alpha: float = 0.05, seed: int = 0, chance: Sequence[int] = CHANCE) -> Found:
         """`Found` of the table, no further setting proposed."""

@@ -296,3 +296,18 @@ def test_a_column_that_acts_on_large_grains_alone_is_a_law_of_both():
     assert first["low"] < 0.0 < first["high"]
     assert last["low"] < -0.1 < last["high"]
     assert places(found(worn(lambda d: 1.0))) == [("drop", "restitution", ("impacts",))]
+
+
+def test_readings_without_a_batch_are_of_none():
+    """Two lots are off by a tenth either way; a third of the readings names no lot."""
+    rng, off = np.random.default_rng(0), {"A": 0.1, "B": -0.1, "": 0.0}
+    table = [
+        Measurement("drop", v, 0.02 * v, 4, {"drop_height_mm": h}, batch=lot, line=line)
+        for line, (h, lot) in enumerate([(h, lot) for h in HEIGHTS for lot in off] * 2)
+        for v in [0.3 * h * np.exp(off[lot] + 0.01 * rng.standard_normal())]
+    ]
+    said = found(table)
+    assert said.verdict == "adequate"
+    [declared] = said.errors
+    assert declared["of"] == "batch"
+    assert declared["offsets"] == pytest.approx({"A": 0.105, "B": -0.095}, abs=0.015)

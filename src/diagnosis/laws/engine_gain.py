@@ -224,6 +224,6 @@ def _one(measurements, block, laws, tested, names, engine):
     if any(ran) and term.free and has_curve(term.law):
         switch, middle = switched_on(term.law, curve(block, term.key))
         done["keys"] = switch({}, middle)  # of a run spec, that switch the law on
-    shared = {(readings.experiment, n): float(block.sd_of(n)[0]) for n in readings.groups}
+    shared = {(readings.experiment, n): float(block.sd_of(n).max()) for n in readings.groups}
     refit = np.abs(wider - after)[:, 0]
     return Compared(rows, before, after, shared, refit, done if any(ran) else None)

@@ -34,10 +34,10 @@ class Readings:
     covariates: {name: (n,)} of what was recorded beside and varies; log: (n,) logarithm of the
     reading over its shape; error: (n,) standard error of that, what all readings of a setting lose
     to rounding counted in; own: (n,) the same as if each lost something else; groups: {batch or
-    instrument: (n,) codes}; folds: {lever: [indices of a level]}; replicates: (n,) of each; values:
-    (n,) as read; step: that readings are multiples of, or None; relative: (n,) derivative of `log`
-    by the logarithm of the value; coarse: whether the step is coarser than the readings differ;
-    parts: {experiment: (its `Readings`, their places)} of simulated readings.
+    instrument: (n,) codes, -1 without a label}; folds: {lever: [indices of a level]}; replicates:
+    (n,) of each; values: (n,) as read; step: that readings are multiples of, or None; relative:
+    (n,) derivative of `log` by the logarithm of the value; coarse: whether the step is coarser than
+    the readings differ; parts: {experiment: (its `Readings`, their places)} of simulated readings.
     """
 
     experiment: str
@@ -157,8 +157,9 @@ def readings_of(
     error = np.maximum(replicated, FLOOR * digits)
     coarse = (error > replicated).any() or np.mean([m.sd <= digits for m in own]) >= COARSE
     log, slope = to_log(experiment, value, levers)
-    labels = {name: [getattr(m, name) for m in own] for name in LABELS}
-    groups = {name: np.unique(each, return_inverse=True)[1]
+    labels = {name: np.array([getattr(m, name) for m in own]) for name in LABELS}
+    # a row without a label shares nothing
+    groups = {name: np.where(each == "", -1, np.unique(each, return_inverse=True)[1] - ("" in each))
               for name, each in labels.items() if len(set(each)) > 1}  # fmt: skip
     return Readings(
         experiment, rows, levers, _covariates(own), log, error * slope, replicated * slope, groups,

@@ -355,10 +355,10 @@ def _not_held(measurements, block, misfit, left):
         readings, at = block.readings.of(kind)
         for name, code in (readings.groups | {"settings": None}).items():
             key = block.readings.name_of(name, kind)
-            there, sd = block.chance_of(key), block.sd_of(key)[at[0]]
+            there, sd = block.chance_of(key), block.sd_of(key)[at].max()
             odds = float(np.log(there / max(1.0 - there, 1e-9))) if there >= 0.5 else -np.inf
             if code is not None and there > SURE:
-                labels = sorted({getattr(measurements[i], name) for i in readings.rows})
+                labels = sorted({getattr(measurements[i], name) for i in readings.rows} - {""})
                 more = {"offsets": dict(zip(labels, _offsets(block, code, at), strict=True))}
                 yield _of_readings(kind, name, "declared", sd, 1.0 - there, odds, **more)
             elif code is None and there >= 0.5 and left < MISFIT:
@@ -374,6 +374,8 @@ def _offsets(block, code, at):
     weight = 1.0 / block.readings.error[at] ** 2
     left = (block.y - sum(block.part(key) for key in block.held))[at]
     left = left if block.ground is None else left - block.expected()[0][at]
+    some = code >= 0
+    code, weight, left = code[some], weight[some], left[some]
     means = np.bincount(code, weight * left) / np.bincount(code, weight)
     return np.expm1(means - means.mean()).tolist()
 
