@@ -72,6 +72,8 @@ def diagnosed(folder: Path, name: str) -> dict[str, Any]:
     (folder / f"{name}.yaml").write_text(yaml.safe_dump(config))
     command = [sys.executable, "-m", "snakemake", "-j1", "--workflow-profile", "none"]
     command += ["--snakefile", str(ROOT / "workflow/Snakefile"), "--configfile", f"{name}.yaml"]
+    # as profiles/default has it: a fresh checkout changes no code
+    command += ["--rerun-triggers", "mtime", "params", "input", "software-env"]
     said = subprocess.run(
         [*command, "--", "diagnose"], cwd=folder, check=False, text=True,
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT,

@@ -67,6 +67,7 @@ class Bulk:
         self.kinds = list(dict.fromkeys(m.experiment for m in self.measurements))
         self._parts = self._of_kinds()
         self._fits: dict[tuple[str, ...], tuple[Model, Fit]] = {}
+        self._block: Block | None = None
         self.base, self.fitted = self.fit(())
         self.shared = self._shared_errors()
         if self.shared:
@@ -86,6 +87,7 @@ class Bulk:
     def at(self, values: np.ndarray) -> "Bulk":
         """The same table with other values (n,) at the same best point of the base model."""
         other = copy.copy(self)
+        other._block = None
         other.data = replace(self.data, value=values[None])
         rows = zip(self.measurements, values, strict=True)
         other.measurements = [replace(m, value=float(v)) for m, v in rows]
@@ -94,9 +96,11 @@ class Bulk:
 
     def block(self) -> dict[str, Block]:
         """{name: `Block`} of the table, its terms beside it."""
-        bare, expected = self._bare()
-        found = [*self._laws(bare.readings, *expected), *_errors(bare.readings)]
-        return {bare.readings.experiment: replace(bare, terms={t.key: t for t in found})}
+        if self._block is None:
+            bare, expected = self._bare()
+            found = [*self._laws(bare.readings, *expected), *_errors(bare.readings)]
+            self._block = replace(bare, terms={t.key: t for t in found})
+        return {self._block.readings.experiment: self._block}
 
     def _bare(self):
         """The `Block` without a term, and what `_logs` expects at the base model's best point."""

@@ -97,14 +97,15 @@ class Model:
     def _by_differences(self, told, theta):
         """Derivatives (b, n, p) of told(theta) (b, n), within the bounds: beyond them is nothing,
         and an effect may start there with any slope."""
-        out = []
-        for k in range(theta.shape[1]):
-            ends = theta.copy(), theta.copy()
-            ends[0][:, k] = np.maximum(theta[:, k] - STEP, self.low[k])
-            ends[1][:, k] = np.minimum(theta[:, k] + STEP, self.high[k])
-            apart = np.maximum(ends[1][:, k] - ends[0][:, k], TINY)[:, None]
-            out.append((told(ends[1]) - told(ends[0])) / apart)
-        return np.stack(out, axis=-1)
+        b, p = theta.shape
+        ends = np.tile(theta, (p, 2, 1, 1))  # of each parameter, all asked for at once
+        for k in range(p):
+            ends[k, 0, :, k] = np.maximum(theta[:, k] - STEP, self.low[k])
+            ends[k, 1, :, k] = np.minimum(theta[:, k] + STEP, self.high[k])
+        values = told(ends.reshape(-1, p))
+        low, high = np.moveaxis(values.reshape(p, 2, b, values.shape[1]), 1, 0)
+        apart = np.maximum((ends[:, 1] - ends[:, 0]).max(-1), TINY)
+        return np.moveaxis((high - low) / apart[..., None], 0, -1)
 
     def scatter(self, theta: np.ndarray) -> np.ndarray:
         """Standard deviations (n,) of single runs in the unit of the value, at theta (p,)."""

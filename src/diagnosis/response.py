@@ -15,6 +15,7 @@ do not tell whether its form holds.
 """
 
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -95,7 +96,7 @@ class Response:
 
     def _kinds(self, inputs):
         """Of which kind (q,) each weight is."""
-        i, j = np.triu_indices(inputs)
+        i, j = _pairs(inputs)
         counts = [1, inputs, inputs, len(self.sites)]
         one, slope, cube, level = np.split(np.repeat([0, 1, 4, 5], counts), np.cumsum(counts)[:-1])
         return np.concatenate([one, slope, np.where(i == j, 3, 2), cube, level])
@@ -206,10 +207,13 @@ def _sites(at):
     return sites, SHORT * np.array(gaps)
 
 
+_pairs = cache(np.triu_indices)
+
+
 def _monomials(x):
     """1, u, u_i u_j and u^3 (k, q) of u = 2 x - 1 at x (k, d)."""
     u = 2.0 * x - 1.0
-    i, j = np.triu_indices(x.shape[1])
+    i, j = _pairs(x.shape[1])
     return np.hstack([np.ones((len(x), 1)), u, u[:, i] * u[:, j], u**3])
 
 
