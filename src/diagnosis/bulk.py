@@ -28,12 +28,11 @@ from diagnosis.fit import Fit, data_of, fit
 from diagnosis.laws.readings import Readings, readings_of, shared_covariance, to_log
 from diagnosis.model import Emulated, Model
 from diagnosis.next_measurement import words_of
-from diagnosis.residuals import smooth_terms
 from diagnosis.settings import lever_values
 from diagnosis.table_model.block import LAW, Block, Ground, Shape, Term
 from diagnosis.table_model.found import Found, judge, placed
 from diagnosis.table_model.selection import CHANCE, CLEAR, evidences
-from diagnosis.table_model.terms import all_terms
+from diagnosis.table_model.terms import all_terms, smooth_terms
 
 STRENGTHS = np.linspace(0.0, 1.0, 11)
 """Coded strengths at which a mechanism's curve is asked for."""

@@ -2,7 +2,7 @@
 each lever (Kennedy and O'Hagan 2001, J. R. Stat. Soc. B 63:425), and the calibrated coefficients.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -15,8 +15,8 @@ from diagnosis.design import WIDENED
 from diagnosis.fit import Fit
 from diagnosis.model import Model
 from diagnosis.page.words import told
-from diagnosis.table_model.block import LAW, Block, Term, random_term
-from diagnosis.table_model.terms import bend_root
+from diagnosis.table_model.block import Block
+from diagnosis.table_model.terms import smooth_terms
 
 
 def residual_rows(
@@ -100,20 +100,3 @@ def curves(blocks: Mapping[str, Block]) -> list[dict[str, Any]]:
             row = {"experiment": term.experiment, "lever": lever, "at": values[0].tolist()}
             out.append(row | {"value": value, "low": low, "high": high})
     return out
-
-
-def smooth_terms(block: Block) -> Iterator[tuple[str, Term]]:
-    """(lever, a smooth curve along it) of each lever of a block that all readings of an experiment
-    have: a squared exponential about a straight line over the logarithm."""
-    n = len(block.readings.log)
-    for kind in block.readings.experiments:
-        own, at = block.readings.of(kind)
-        for lever in own.folds:
-            value = own.levers[lever]
-            if np.isnan(value).any():
-                continue
-            x = np.log(value) if (value > 0.0).all() else value
-            x = 2.0 * (x - x.min()) / np.ptp(x) - 1.0
-            root = np.zeros((n, 1 + bend_root(x).shape[1]))
-            root[at] = np.column_stack([x, bend_root(x)])
-            yield lever, Term(kind, LAW, lever, (random_term(root),))

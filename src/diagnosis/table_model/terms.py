@@ -1,6 +1,6 @@
 """The kinds of terms of one experiment: laws, errors of the set-up, and single rows."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations
 
@@ -13,6 +13,7 @@ from diagnosis.table_model.block import (
     LAW,
     ROW,
     SIZES,
+    Block,
     Shape,
     Term,
     curve_shape,
@@ -119,6 +120,23 @@ def bend_root(x: np.ndarray) -> np.ndarray:
 def bend(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Squared exponential (n, m) of the distances of two scaled states."""
     return np.exp(-0.5 * ((x[:, None] - y[None, :]) / LENGTH) ** 2)
+
+
+def smooth_terms(block: Block) -> Iterator[tuple[str, Term]]:
+    """(lever, a smooth curve along it) of each lever of a block that all readings of an experiment
+    have: a squared exponential about a straight line over the logarithm."""
+    n = len(block.readings.log)
+    for kind in block.readings.experiments:
+        own, at = block.readings.of(kind)
+        for lever in own.folds:
+            value = own.levers[lever]
+            if np.isnan(value).any():
+                continue
+            x = np.log(value) if (value > 0.0).all() else value
+            x = 2.0 * (x - x.min()) / np.ptp(x) - 1.0
+            root = np.zeros((n, 1 + bend_root(x).shape[1]))
+            root[at] = np.column_stack([x, bend_root(x)])
+            yield lever, Term(kind, LAW, lever, (random_term(root),))
 
 
 def exchanged(readings: Readings) -> list[Term]:
