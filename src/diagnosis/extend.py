@@ -228,10 +228,10 @@ def gain(
 
     before, after: (n, r) values of r runs of the real engine. Errors are in standard errors of the
     measurement and of the mean of the runs together, and of what its batch and its instrument share
-    (`shared`, as `Bulk` has it), which no run tells. The bootstrap
-    resamples settings, the same for both models. refit: (n,) of `refit_errors` of the extended
-    model. `held_out_rmse_after_all_errors` counts them too, and that few runs tell their scatter
-    poorly: one setting of a model that is right exceeds FIT in 0.3 % of data, several less often.
+    (`shared`, as `Bulk` has it), which no run tells. The bootstrap resamples settings, the same for
+    both models. refit: (n,) of `refit_errors` of the extended model.
+    `held_out_rmse_after_all_errors` counts them too, and that few runs tell their scatter poorly:
+    one setting of a model that is right exceeds FIT in 0.3 % of data, several less often.
     """
     data = data_of(measurements)
     common = np.diag(shared_covariance(measurements, data.value[0], shared or {}))

@@ -59,8 +59,8 @@ def residual_figure(
 ) -> Figure:
     """Standardised residuals along every lever that varies: of the base model and, where it
     predicts the values `extended` (n,), of the model with `name`."""
-    after = np.full(len(rows), np.nan) if extended is None else extended
-    own_after = dict(zip(map(id, rows), after, strict=True))
+    if extended is not None:
+        rows = [{**r, "after": value} for r, value in zip(rows, extended, strict=True)]
     panels = _panels(rows)
     figure, axes = subplots(1, len(panels), size=(3.4 * len(panels), 3.2), squeeze=False)
     for axis, (kind, lever, own) in zip(axes[0], panels, strict=True):
@@ -70,7 +70,7 @@ def residual_figure(
         y = [r["standardised"] for r in own]
         axis.plot(x, y, "o", color=BLUE, label="base model")
         if extended is not None:
-            left = [(r["measured"] - own_after[id(r)]) / r["sd"] for r in own]
+            left = [(r["measured"] - r["after"]) / r["sd"] for r in own]
             axis.plot(x, left, "s", color=ORANGE, mfc="none", label=f"with {label(name)}")
             axis.legend(fontsize=8, frameon=False)
         _name_axis(axis, kind, lever)

@@ -1,5 +1,4 @@
-"""The error of a reading, from its own replicates and what the others of its experiment say; and
-the errors that readings of one batch or one instrument share.
+"""The error of a reading, from its own replicates and what the others of its experiment say.
 
 Few replicates tell their spread poorly. What the experiment's other settings say of it counts as
 much as the spreads show that it does: they follow a law, about which each has its own as scaled

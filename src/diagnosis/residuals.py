@@ -93,10 +93,10 @@ def curves(blocks: Mapping[str, Block]) -> list[dict[str, Any]]:
             own, at = block.readings.of(term.experiment)
             mean, sd = bare.holding(lever, term).part_of(lever)
             first = np.array([index[0] for index in own.folds[lever]])
-            share = [np.expm1((mean + z * sd)[at[first]] / own.relative[first])
-                     for z in (-NORMAL_95, 0.0, NORMAL_95)]  # fmt: skip
-            values = np.array([own.levers[lever][first], *share])
-            low, value, high = (part.tolist() for part in values[1:])
-            row = {"experiment": term.experiment, "lever": lever, "at": values[0].tolist()}
-            out.append(row | {"value": value, "low": low, "high": high})
+            row = {"experiment": term.experiment, "lever": lever}
+            row["at"] = own.levers[lever][first].tolist()
+            for name, z in (("value", 0.0), ("low", -NORMAL_95), ("high", NORMAL_95)):
+                logs = (mean + z * sd)[at[first]]
+                row[name] = np.expm1(logs / own.relative[first]).tolist()
+            out.append(row)
     return out

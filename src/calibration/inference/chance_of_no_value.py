@@ -31,8 +31,8 @@ class Chance:
         self.failed, self.runs = int(failed.sum()), int(runs.sum())
 
     def predict(self, x: np.ndarray, error: bool = False) -> tuple[np.ndarray, None]:
-        """Logarithms of the odds (k,) at x (k, d); None in the place of a variance, which is in the
-        odds already."""
+        """Logarithms of the odds (k,) at x (k, d). None in the place of a variance, whether `error`
+        asks for it or not, as the odds have it already."""
         x = _with_one(x)
         variance = ((x @ self.covariance) * x).sum(1)
         return x @ self.weights / np.sqrt(1.0 + np.pi * variance / 8.0), None
