@@ -47,19 +47,21 @@ LEAST = 1e-9  # value of a reading whose logarithm is taken
 
 
 class Bulk:
-    """The model of a table of simulated tests. measurements: those with a value; data: `Data` of
-    them and of the tests without one; base, fitted: the base model and its fit; shared:
-    {(experiment, batch or instrument): standard deviation of the logarithm} of errors that readings
-    share; aside: rows of readings that were set aside."""
+    """The model of a table of simulated tests. measurements: those with a value, and behind them
+    what is `beside`, settings that weigh nothing (`readings.unread`); data: `Data` of them and of
+    the tests without one; base, fitted: the base model and its fit; shared: {(experiment, batch or
+    instrument): standard deviation of the logarithm} of errors that readings share; aside: rows of
+    readings that were set aside."""
 
     def __init__(
         self,
         emulated: Emulated,
         tested: Sequence[Measurement],
         aside: Sequence[dict[str, Any]] = (),
+        beside: Sequence[Measurement] = (),
     ) -> None:
-        self.emulated, self.aside = emulated, aside
-        self.measurements = [m for m in tested if not m.outcome]
+        self.emulated, self.tested, self.aside = emulated, tested, aside
+        self.measurements = [*(m for m in tested if not m.outcome), *beside]
         self.tests, failed, tests = outcomes_of(tested, emulated.failures)
         self.data = replace(data_of(self.measurements), failed=failed, tests=tests)
         self.conditions = [m.condition for m in self.measurements]

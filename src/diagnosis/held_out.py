@@ -1,6 +1,6 @@
-"""Rows that no fit has used, beside what was predicted of them."""
+"""Rows that no fit has used, beside what the model of the table predicts of them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,104 +8,70 @@ import numpy as np
 from calibration.intake.measurements import Measurement
 from diagnosis.bulk import Bulk
 from diagnosis.fit import data_of
-from diagnosis.laws.readings import from_log, readings_of, shared_covariance, unknown
-from diagnosis.table_model.block import ROW, Held
+from diagnosis.laws.readings import from_log, readings_of, unread
+from diagnosis.table_model.block import ROW, Block
 from diagnosis.table_model.found import Found
 from diagnosis.table_model.selection import blocks_of, held_in_turn
 
-
-def by_emulators(
-    bulk: Bulk, held_out: list[Measurement], models: Mapping[str, Sequence[str]]
-) -> list[dict[str, Any]]:
-    """Rows (see `_rows`) of conditions held out, by models {label: names of mechanisms}.
-
-    An experiment of which nothing was fitted has no prediction. What is known of the error of a
-    row's batch and instrument counts."""
-    measurements = bulk.measurements
-    place = [i for i, m in enumerate(held_out) if m.experiment in bulk.kinds]
-    # the parameters of a model are those of all its experiments
-    rows = measurements + [held_out[i] for i in place]
-    together = [(m.experiment, m.levers) for m in rows]
-    predicted = {}
-    for label, names in models.items():
-        _, fitted = bulk.fit(names)
-        value, error = np.full(len(held_out), np.nan), np.zeros(len(held_out))
-        found = bulk.emulated.model(together, names).predict(fitted.theta[:1])
-        value[place], error[place] = (v[0, len(measurements) :] for v in found)
-        more, variance = _shared(shared_covariance(rows, found[0][0], bulk.shared), fitted)
-        value[place] += more
-        error[place] = np.hypot(error[place], np.sqrt(variance))
-        predicted[label] = value, error
-    return _rows(held_out, predicted) if held_out else []
+STEP = 1e-4  # of a logarithm, for the derivative of the reading
 
 
-def _shared(covariance, fitted):
-    """Return what errors of batches and instruments are expected to add (k,) to rows that were held
-    out, and its variance. covariance: of these errors, the rows held out last."""
-    n = fitted.predicted.shape[1]
-    cross = covariance[n:, :n]
-    total = covariance[:n, :n] + np.diag(fitted.sd[0] ** 2)
-    left = covariance[n:, n:] - cross @ np.linalg.solve(total, cross.T)
-    return cross @ (fitted.residual[0] / fitted.sd[0]), np.maximum(np.diag(left), 0.0)
+def by_emulators(bulk: Bulk, held_out: Sequence[Measurement], found: Found) -> list[dict[str, Any]]:
+    """Rows (see `_rows`) of conditions that were held out of a table of simulated tests."""
+    own = [m for m in held_out if m.experiment in bulk.kinds]
+    if not own:
+        return _rows(held_out, 0, [], found)
+    wider = Bulk(bulk.emulated, bulk.tested, beside=[*map(unread, own)])
+    return _rows(held_out, len(bulk.measurements), wider.block().values(), found)
 
 
 def by_contacts(
-    measurements: list[Measurement],
+    measurements: Sequence[Measurement],
     held_out: Sequence[Measurement],
     found: Found,
     defaults: Mapping[str, Mapping[str, float]],
 ) -> list[dict[str, Any]]:
-    """The same of single contacts: by a constant, and by the terms of a `Found`."""
-    if not held_out:
-        return []
-    shape = len(held_out)
-    before, after = ((np.full(shape, np.nan), np.zeros(shape)) for _ in range(2))
-    for kind, block in found.selection.blocks.items():
-        place = [i for i, m in enumerate(held_out) if m.experiment == kind]
-        if not place:
-            continue
-        own = [m for m in measurements if m.experiment == kind]
-        rows = own + [held_out[i] for i in place]
-        for out, held in ((before, {}), (after, block.held)):
-            value, error = predicted(rows, len(own), kind, held, defaults.get(kind))
-            out[0][place], out[1][place] = value, error
-    extended = any(b.held for b in found.selection.blocks.values())
-    return _rows(held_out, {"before": before} | ({"after": after} if extended else {}))
+    """The same of single contacts."""
+    own = [m for m in held_out if m.experiment in found.selection.blocks]
+    rows = [*measurements, *map(unread, own)]
+    kinds = {m.experiment for m in own}
+    blocks = blocks_of([readings_of(rows, kind, defaults.get(kind)) for kind in kinds], None)
+    return _rows(held_out, len(measurements), blocks.values(), found)
 
 
-def predicted(
-    rows: Sequence[Measurement],
-    known: int,
-    kind: str,
-    held: Mapping[str, Held],
-    defaults: Mapping[str, float] | None = None,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Values and errors of the readings from number `known` on, by the others and what is `held`
-    {key: Held} in a block of them alone. Both (m,), in the quantity's unit."""
-    readings = unknown(readings_of(rows, kind, defaults), np.arange(known, len(rows)))
-    [bare] = blocks_of([readings], None).values()
-    block = held_in_turn(bare, (key for key, h in held.items() if h.term.kind != ROW))
-    mean, variance = block.expected()
-    value = from_log(kind, mean, readings.levers)
-    step = 1e-4
-    moved = from_log(kind, mean + step, readings.levers)
-    sd = np.sqrt(variance) * np.abs(moved - value) / step
-    return value[known:], sd[known:]
-
-
-def _rows(held_out, predicted):
-    """[{experiment, line, levers, measured, error, before, after, miss_before, miss_after}]; after
-    and its miss are null without an extended model. Misses are in errors of reading and prediction
-    together."""
-    out, error = [], data_of(held_out).error[0]
-    for i, m in enumerate(held_out):
-        row = {"experiment": m.experiment, "line": m.line, "levers": m.levers}
-        row |= {"measured": m.value, "error": float(error[i])}
-        for label in ("before", "after"):
-            value, spread = (v[i] for v in predicted.get(label, ([np.nan] * (i + 1),) * 2))
-            good = np.isfinite(value)
-            row[label] = float(value) if good else None
-            miss = (m.value - value) / np.hypot(error[i], spread) if good else None
-            row[f"miss_{label}"] = None if miss is None else float(miss)
-        out.append(row)
+def _rows(held_out, known, blocks, found):
+    """[{experiment, line, levers, measured, error, before, after, miss_before, miss_after}] of rows
+    that stand in blocks behind the `known` ones, those of an experiment without a block left out:
+    by constant coefficients, and by what was found; what nothing predicts is null. Misses are in
+    errors of reading and prediction together."""
+    held = [k for b in found.selection.blocks.values() for k, h in b.held.items()
+            if h.term.kind != ROW]  # fmt: skip
+    kinds = {kind for block in blocks for kind in block.readings.experiments}
+    place = np.array([i for i, m in enumerate(held_out) if m.experiment in kinds], int)
+    predicted = np.full((2, 2, len(held_out)), np.nan)
+    for which, keys in enumerate(((), held) if held else ((),)):
+        for block in blocks:
+            for row, *told in _predicted(held_in_turn(block, keys), known):
+                predicted[which, :, place[row]] = told
+    out, error = [], data_of(held_out).error[0] if held_out else ()
+    for m, own, values in zip(held_out, error, predicted.transpose(2, 0, 1), strict=True):
+        line = {"experiment": m.experiment, "line": m.line, "levers": m.levers}
+        line |= {"measured": m.value, "error": float(own)}
+        for label, (value, sd) in zip(("before", "after"), values, strict=True):
+            some = np.isfinite(value)
+            line[label] = float(value) if some else None
+            line[f"miss_{label}"] = float((m.value - value) / np.hypot(own, sd)) if some else None
+        out.append(line)
     return out
+
+
+def _predicted(block: Block, known: int) -> Iterable[tuple[int, float, float]]:
+    """(place behind the known ones, value, standard deviation) of the rows of a block that weigh
+    nothing, in the quantity's unit, with what is known of their batches and instruments."""
+    mean, variance = block.expected(block.readings.groups)
+    for kind in block.readings.experiments:
+        own, at = block.readings.of(kind)
+        value, moved = (from_log(kind, mean[at] + s, own.levers) for s in (0.0, STEP))
+        sd = np.sqrt(variance[at]) * np.abs(moved - value) / STEP
+        for k in np.flatnonzero(own.rows >= known):
+            yield int(own.rows[k]) - known, float(value[k]), float(sd[k])

@@ -1,105 +1,24 @@
 """The one further measurement that would tell what is in question apart best, by the mutual
-information between candidate and reading: among models of emulators, or among terms of the model of
-a table.
+information between candidate and reading.
 
-Of a table each rival is put in the model. A reading that has no weight is put at a setting that has
-not been measured, within twice the plan's range, and the model says what it expects there.
+Each rival is put in the model of the table. A reading that has no weight is put at a setting that
+has not been measured, of single contacts within twice the plan's range, of simulated tests at the
+ends and the middle of what the emulators cover, and the model says what it expects there.
 """
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from calibration.intake.measurements import Measurement
-from calibration.intake.quantities import LEVERS, levers_of
-from diagnosis.fit import Fit
+from calibration.intake.quantities import LEVERS
 from diagnosis.laws.readings import from_log, with_setting
-from diagnosis.model import Emulated
 from diagnosis.page.words import place, told
-from diagnosis.settings import Settings, lever_values
 from diagnosis.table_model.block import ERROR, LAW, Block, Term
 from diagnosis.table_model.selection import blocks_of, held_in_turn
 
 SAMPLES = 2000
-FRAME_INTERVALS_S = (0.005, 0.03)
-
-
-def candidates(
-    settings: Settings, measurements: Sequence[Measurement]
-) -> list[tuple[str, dict[str, float]]]:
-    """Conditions (experiment, levers): the ends and the middle of each lever, of every experiment
-    in the settings."""
-    out = []
-    for kind in dict.fromkeys(m.experiment for m in measurements):
-        ranges = settings.experiments[kind].levers
-        points = [(lo, float(np.sqrt(lo * hi)), hi) for lo, hi in ranges.values()]  # type: ignore[union-attr]  # `setup` fills it in
-        framed = any("output_interval_s" in m.levers for m in measurements)
-        for values in itertools.product(*points):
-            levers = {n: float(f"{v:.3g}") for n, v in zip(ranges, values, strict=True)}  # type: ignore[arg-type]  # `setup` fills it in
-            levers = {n: min(max(v, ranges[n][0]), ranges[n][1]) for n, v in levers.items()}  # type: ignore[index]  # `setup` fills it in
-            if framed and "output_interval_s" in levers_of(kind):
-                out += [(kind, levers | {"output_interval_s": t}) for t in FRAME_INTERVALS_S]
-            else:
-                out.append((kind, levers))
-    return out
-
-
-def propose(
-    emulated: Emulated,
-    measurements: Sequence[Measurement],
-    fits: Mapping[tuple[str, ...], Fit],
-    weights: Mapping[tuple[str, ...], float],
-    seed: int = 0,
-) -> dict[str, Any] | None:
-    """The condition with the largest mutual information between model and value, or None with fewer
-    than two models.
-
-    fits: {names of mechanisms (tuple): Fit of those measurements}; weights: {the same:
-    probability}. Returns a mapping: experiment, levers, information_bits, predictions by model.
-    """
-    if len(fits) < 2:
-        return None
-    conditions = candidates(emulated.settings, measurements)
-    noise = _noise(measurements, conditions)
-    found = [_predictive(emulated.model(conditions, n), f, noise, seed) for n, f in fits.items()]
-    means, sds = (np.array(part) for part in zip(*found, strict=True))
-    weight = np.array([weights[n] for n in fits])
-    bits = information(means, sds, weight / weight.sum(), np.random.default_rng(seed))
-    k = int(np.argmax(bits))
-    kind, levers = conditions[k]
-    return {
-        "experiment": kind,
-        "levers": lever_values(emulated.settings, kind, levers) | levers,
-        "information_bits": float(bits[k]),
-        "predictions": {
-            " + ".join(n) or "base": {"value": float(means[i, k]), "sd": float(sds[i, k])}
-            for i, n in enumerate(fits)
-        },
-    }
-
-
-def _noise(measurements, conditions):
-    """Standard errors (k,) at the candidates, as shares: the median of the experiment's."""
-    share = {}
-    for kind in {m.experiment for m in measurements}:
-        own = [m.sd / m.value / np.sqrt(m.n) for m in measurements if m.experiment == kind]
-        share[kind] = float(np.median(own))
-    return np.array([share[kind] for kind, _ in conditions])
-
-
-def _predictive(model, fitted, noise, seed):
-    """Mean and sd (k,) over the Laplace posterior, with the noise of a measurement.
-
-    A parameter that the fit did not know, because its experiment was not measured, would be drawn
-    from its prior."""
-    rng = np.random.default_rng(seed)
-    root = np.linalg.cholesky(fitted.cov[0] + 1e-12 * np.eye(len(fitted.cov[0])))
-    theta = fitted.theta[0] + rng.standard_normal((200, len(root))) @ root.T
-    value, error = model.predict(np.clip(theta, model.low, model.high))
-    mean = value.mean(0)
-    return mean, np.sqrt(value.var(0) + (error**2).mean(0) + (noise * mean) ** 2)
 
 
 def information(
@@ -149,30 +68,40 @@ def propose_setting(
     if len(keys) < 2:
         return None
     readings = block.readings
-    settings = _settings(readings)
-    error = float(np.median(readings.error))
-    means, sds = np.empty((len(keys), len(settings))), np.empty((len(keys), len(settings)))
-    for j, (levers, covariates) in enumerate(settings):
+    settings = [(readings.experiment, *own) for own in _settings(readings)]
+    means, sds = np.empty((2, len(keys), len(settings)))
+    for j, (_, levers, covariates) in enumerate(settings):
         [wider] = blocks_of([with_setting(readings, levers, covariates)], None).values()
         for i, rival in enumerate(keys):
             means[i, j], sds[i, j] = _expected(wider, block, key, rival)
+    error = np.full(len(settings), np.median(readings.error))
+    words = [words_of(terms[k]) for k in keys]
+    return best_of(settings, words, means, sds, error) | {"text": _text(block, keys, again)}
+
+
+def best_of(
+    settings: Sequence[tuple[str, dict, dict]],
+    words: Sequence[str],
+    means: np.ndarray,
+    sds: np.ndarray,
+    error: np.ndarray,
+    weight: np.ndarray | None = None,
+) -> dict[str, Any]:
+    """{experiment, levers, information_bits, predictions} of the best of k settings [(experiment,
+    levers, covariates)], for rivals with means and standard deviations (r, k) of the logarithm
+    there; error: (k,) of a reading; weight: (r,) probabilities of the rivals, alike unless
+    given."""
     sds = np.hypot(sds, error)
-    weight = np.full(len(keys), 1.0 / len(keys))
-    bits = information(means, sds, weight, np.random.default_rng(0))
+    weight = np.ones(len(words)) if weight is None else weight
+    bits = information(means, sds, weight / weight.sum(), np.random.default_rng(0))
     best = int(np.argmax(bits))
-    levers, covariates = settings[best]
+    kind, levers, covariates = settings[best]
     predictions = {}
-    for i, rival in enumerate(keys):
-        logs = means[i, best] + sds[i, best] * np.array([0.0, -1.0, 1.0])
-        value, low, high = from_log(readings.experiment, logs, levers).tolist()
-        predictions[words_of(terms[rival])] = {"value": value, "sd": 0.5 * (high - low)}
-    return {
-        "experiment": readings.experiment,
-        "levers": levers | covariates,
-        "information_bits": float(bits[best]),
-        "predictions": predictions,
-        "text": _text(block, keys, again),
-    }
+    for name, mean, sd in zip(words, means[:, best], sds[:, best], strict=True):
+        value, low, high = from_log(kind, mean + sd * np.array([0.0, -1.0, 1.0]), levers).tolist()
+        predictions[name] = {"value": value, "sd": 0.5 * (high - low)}
+    out = {"experiment": kind, "levers": levers | covariates}
+    return out | {"information_bits": float(bits[best]), "predictions": predictions}
 
 
 def _expected(wider, block, key, rival):

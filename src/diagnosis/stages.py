@@ -80,8 +80,8 @@ def _of_simulated(setup, source):
     emulated, errors = setup.emulated(source.designs, source.plans)
     bulk = Bulk(emulated, setup.tested, table.aside)
     found = bulk.judged(settings.alpha, settings.seed)
-    told = verdict.findings(bulk, found, settings.alpha) | {"emulators": errors}
     names = verdict.extension(bulk, found)
+    told = verdict.findings(bulk, found, names, settings.alpha) | {"emulators": errors}
     told["refinement"] = {
         "share": emulator_waves.SHARE,
         "waves": [read_json(file) for file in source.left],
@@ -91,7 +91,7 @@ def _of_simulated(setup, source):
     shown = {"before": ()} | ({"after": names} if names else {})
     told["outcomes"] = verdict.of_outcomes(bulk, shown)
     told = with_untried(told, errors, emulated.catalogue)
-    told["held_out"] = held_out.by_emulators(bulk, table.held_out, shown)
+    told["held_out"] = held_out.by_emulators(bulk, table.held_out, found)
     told["remarks"] = verdict.remarks(table, {r["experiment"] for r in told["outcomes"]}, errors)
     models = {label: bulk.fit(own)[0] for label, own in shown.items()} if names else {}
     budget = settings.runs - trained(setup.rig, setup.catalogue, setup.kinds)  # type: ignore[operator]  # `setup` fills it in

@@ -3,6 +3,8 @@ settings of a table cannot tell and its tests that ended without a value."""
 
 import json
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -13,21 +15,24 @@ from scipy.special import expit
 from calibration.intake.quantities import levers_of
 from diagnosis import residuals
 from diagnosis.bulk import Bulk, place_of
+from diagnosis.chance import log_sum
 from diagnosis.fit import Fit
+from diagnosis.laws.readings import unread
 from diagnosis.measurements import Measured
 from diagnosis.model import Model
-from diagnosis.next_measurement import propose
+from diagnosis.next_measurement import best_of
 from diagnosis.page import words
 from diagnosis.residuals import calibration, moved, residual_rows
 from diagnosis.rig import combine
 from diagnosis.rules import NAMED
-from diagnosis.settings import BASE
+from diagnosis.settings import BASE, lever_values
 from diagnosis.table_model.found import Found, give_strengths
 from diagnosis.table_model.law import limits
 
 SCHEMA = Path(__file__).with_name("verdict.schema.json")
 CARRIED = 0.25  # variance left of the prior's, along a direction of the parameters, at most
 RIVALS = 4
+LEAST_SHARE = 0.01  # probability of a strength below which it takes no part
 
 
 def of_found(found: Found, alpha: float) -> dict[str, Any]:
@@ -69,8 +74,8 @@ def base(bulk: Bulk, p: float) -> dict[str, Any]:
     }
 
 
-def findings(bulk: Bulk, found: Found, alpha: float) -> dict[str, Any]:
-    """The mapping without its gain, of a table of simulated tests."""
+def findings(bulk: Bulk, found: Found, names: Sequence[str], alpha: float) -> dict[str, Any]:
+    """The mapping without its gain, of a table of simulated tests; names: of `extension`."""
     catalogue = bulk.emulated.catalogue
     out = of_found(found, alpha) | base(bulk, found.misfit["p"])
     out["misfit"] = out["lack_of_fit"]
@@ -81,7 +86,6 @@ def findings(bulk: Bulk, found: Found, alpha: float) -> dict[str, Any]:
     for row in found.laws:
         row["sentence"] = _told(row, strong[row["key"]], catalogue)
     out["next_measurement"] = None if out["verdict"] == "unexplained" else _next(bulk, found)
-    names = extension(bulk, found)
     model, likeliest = bulk.fit(names)
     out["exclusion"] = limits(found.selection.blocks, catalogue)
     if names:
@@ -122,7 +126,7 @@ def _told(row, strong, catalogue):
 
 def _next(bulk, found):
     """The measurement that separates the best mechanism of each place that is left, and the base
-    model unless it has been refuted."""
+    model unless it has been refuted; None with fewer than two of these."""
     refuted, catalogue = found.verdict in NAMED, bulk.emulated.catalogue
     near = [r for law in found.laws for r in (law, *law["rivals"]) if "slot" in r]
     places = {(r["slot"], tuple(r["state"])) for r in near}
@@ -131,12 +135,52 @@ def _next(bulk, found):
     placed = [n for n in names if place_of(catalogue[n], known) in places]
     names = (placed if refuted and len(placed) > 1 else names)[:RIVALS]
     names += [] if refuted else [BASE]
-    fits = {() if n == BASE else (n,): bulk.fit(() if n == BASE else (n,))[1] for n in names}
+    if len(names) < 2:
+        return None
     gains = {r["mechanism"]: r["gain"] for r in found.ranking} | {BASE: 0.0}
     gain = np.array([gains[n] for n in names])
     # equal weights among causes that count as not told apart
     weight = np.exp(np.clip(gain - gain.max(), -3.0, 0.0))
-    return propose(bulk.emulated, bulk.measurements, fits, dict(zip(fits, weight, strict=True)))
+    return best_of(*_expected(bulk, names), weight)
+
+
+def _expected(bulk, names):
+    """Settings, names, means and standard deviations (r, k) of the logarithm that the models with
+    each of r mechanisms expect there, BASE being none, and the usual errors (k,). The settings are
+    at the ends and the middle of each lever."""
+    settings, beside = [], []
+    for m in {m.experiment: m for m in bulk.measurements}.values():
+        ranges = bulk.emulated.settings.experiments[m.experiment].levers
+        ends = [(low, float(f"{np.sqrt(low * high):.3g}"), high) for low, high in ranges.values()]
+        for values in product(*ends):
+            levers = dict(zip(ranges, values, strict=True))
+            whole = lever_values(bulk.emulated.settings, m.experiment, levers) | levers
+            settings.append((m.experiment, whole, {}))
+            beside.append(unread(m, levers=levers, batch="", instrument=""))
+    wider = Bulk(bulk.emulated, bulk.tested, beside=beside)
+    [block] = wider.block().values()
+    at = np.argsort(block.readings.rows)[-len(settings) :]
+    told = [_with(block, name) for name in names]
+    means, variances = (np.array(v)[:, at] for v in zip(*told, strict=True))
+    return settings, names, means, np.sqrt(variances), block.readings.usual[at]
+
+
+def _with(block, name):
+    """Means and variances (n,) of the logarithms with a mechanism in the block, over its strengths
+    and what the readings say of these; BASE is none."""
+    if name == BASE:
+        return block.expected()
+    term, shape = next((t, s) for t in block.terms.values() for s in t.shapes if s.name == name)
+    odds, parts = block.by_strength(shape), []
+    share = np.exp(odds - log_sum(odds))
+    for k in np.flatnonzero(share > LEAST_SHARE):
+        one = replace(shape, label=shape.label[[k]], root=shape.root[[k]], mean=shape.mean[[k]])
+        held = block.holding(term.key, replace(term, shapes=(one,)))
+        parts.append((share[k], *held.expected()))
+    share, means, variances = map(np.array, zip(*parts, strict=True))
+    share /= share.sum()
+    mean = share @ means
+    return mean, share @ (variances + means**2) - mean**2
 
 
 def validate(verdict: Mapping[str, Any]) -> None:

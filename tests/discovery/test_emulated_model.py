@@ -138,9 +138,11 @@ def test_rows_held_out_are_predicted_by_the_fit_to_the_others(emulated):
     value = model.predict(np.array([[0.3, -0.2]]))[0][0]
     rows = [Measurement(e, v, 0.01 * v, 5, x) for (e, x), v in zip(CONDITIONS, value, strict=True)]
     fitted, held = rows[:2] + rows[3:], rows[2:3]
-    [row] = held_out.by_emulators(Bulk(emulated, fitted), held, {"before": ()})
+    bulk = Bulk(emulated, fitted)
+    [row] = held_out.by_emulators(bulk, held, bulk.judged(chance=(9,)))
     assert row["before"] == pytest.approx(held[0].value, rel=0.02)
     assert row["after"] is None
     drops = [m for m in rows if m.experiment == "drop"]
-    [none] = held_out.by_emulators(Bulk(emulated, drops), rows[3:4], {"before": ()})
+    bulk = Bulk(emulated, drops)
+    [none] = held_out.by_emulators(bulk, rows[3:4], bulk.judged(chance=(9,)))
     assert none["before"] is None

@@ -22,7 +22,7 @@ from diagnosis.page.markdown import page
 from diagnosis.response import Response
 from diagnosis.settings import BASE, parameters_of
 from diagnosis.table_model.block import LAW
-from diagnosis.verdict import findings, validate
+from diagnosis.verdict import extension, findings, validate
 
 SETTINGS = rate_settings()
 FACTORS = parameters_of(SETTINGS, "config/factors.tsv", ["heap", "shear"])
@@ -111,7 +111,7 @@ def test_a_row_held_out_knows_the_error_of_its_batch():
     known, new = (replace(free, value=level, batch=b) for b in ("lot 0", "lot 9"))
     bulk = Bulk(emulated, own)
     assert bulk.shared == {("heap", "batch"): pytest.approx(3.0 / level, rel=0.4)}
-    rows = held_out.by_emulators(bulk, [known, new], {"before": ()})
+    rows = held_out.by_emulators(bulk, [known, new], bulk.judged(chance=(9,)))
     assert rows[0]["before"] - rows[1]["before"] == pytest.approx(3.0, abs=1.5)
     assert abs(rows[1]["miss_before"]) < 1.5
     assert abs(rows[0]["miss_before"]) > 3.0
@@ -203,7 +203,7 @@ def test_a_mechanism_is_found_beside_batch_error(emulated):
         bulk = Bulk(emulated, rows)
         found = bulk.judged()
         assert found.verdict == "identified"
-        verdict = findings(bulk, found, 0.05)
+        verdict = findings(bulk, found, extension(bulk, found), 0.05)
         validate(verdict)
         told = {(e["experiment"], e["of"]) for e in verdict["errors"]}
         assert told & {("heap", "batch"), ("shear", "instrument")}

@@ -32,7 +32,7 @@ from diagnosis.rig import Rig
 from diagnosis.settings import catalogue_of, parameters_of, settings_of, study_settings
 from diagnosis.setup import MOST_RUNS, RUNS, Setup, completed
 from diagnosis.stages import plan_runs
-from diagnosis.verdict import findings
+from diagnosis.verdict import extension, findings
 from facts import refused
 
 LEVELS = (0.8, 1.0, 1.25)
@@ -335,7 +335,8 @@ def test_few_runs_tell_a_law_along_a_lever_from_none():
     bulk = Bulk(bench, heaps(lambda d: 38.0 + 7.5 * math.log(d / 2) / 0.45))
     found = bulk.judged()
     assert found.verdict in ("discovered", "ambiguous")
-    told = [law | {"words": place(law)} for law in findings(bulk, found, 0.05)["laws"]]
+    said = findings(bulk, found, extension(bulk, found), 0.05)
+    told = [law | {"words": place(law)} for law in said["laws"]]
     near = [r for law in told for r in (law, *law["rivals"])]
     assert "rolling friction of size" in {r["words"] for r in near}
     assert not told[0]["names"]  # a free law is a place and no name

@@ -21,7 +21,7 @@ from diagnosis.emulator import train_failures
 from diagnosis.extend import extension_plan
 from diagnosis.rig import Rig
 from diagnosis.settings import BASE, catalogue_of, parameters_of
-from diagnosis.verdict import findings
+from diagnosis.verdict import extension, findings
 
 CLOGS_AT_MM, COARSE = 2.6, 2.0
 """True diameter from which the funnel clogs; grains of a run over those that they stand for."""
@@ -155,7 +155,7 @@ def test_grains_that_are_too_large_clog(emulated):
     assert found.ranking[0]["gain"] > silent.ranking[0]["gain"] + 4.0
     assert found.p < 0.025
     assert found.causes == ["size_bias"]
-    findings(bulk, found, 0.05)
+    findings(bulk, found, extension(bulk, found), 0.05)
     strength = found.ranking[0]["strength"]["size_bias"]
     assert strength["low"] > 1.0
 
@@ -178,13 +178,14 @@ def test_waves_and_the_runs_of_the_gain_fit_the_outcomes_that_the_verdict_fits(e
     read = [m for m in rows if not m.outcome]
     settings = emulated.settings
     bulk = Bulk(emulated, rows)
-    verdict = findings(bulk, bulk.judged(settings.alpha, settings.seed), settings.alpha)
+    found = bulk.judged(settings.alpha, settings.seed)
+    verdict = findings(bulk, found, extension(bulk, found), settings.alpha)
     assert verdict["lack_of_fit"]["deviance"] > 1.0
     _, fitted = emulator_waves.modes(Bulk(emulated, rows))["size_bias"]
     model, own_fit = bulk.fit(["size_bias"])
     assert fitted.theta == pytest.approx(own_fit.theta)
     rig = Rig(settings, RUN, emulated.factors)
-    extension, _ = extension_plan(rig, {"after": model}, read, bulk.data)
+    planned, _ = extension_plan(rig, {"after": model}, read, bulk.data)
     strength = emulated.catalogue["size_bias"].strength
     # the angles alone leave the strength at its prior's 1.025
-    assert all(strength.natural(r["theta"][-1]) > 1.1 for r in extension)
+    assert all(strength.natural(r["theta"][-1]) > 1.1 for r in planned)

@@ -12,7 +12,7 @@ from diagnosis.extend import gain, run_scatter
 from diagnosis.laws.readings import readings_of
 from diagnosis.page.markdown import page
 from diagnosis.table_model.selection import blocks_of
-from diagnosis.verdict import carried, findings, validate
+from diagnosis.verdict import carried, extension, findings, validate
 from facts import tells
 
 CONDITIONS = [
@@ -96,7 +96,7 @@ def test_a_hump_that_no_mechanism_has_is_shown(emulated):
     bulk = Bulk(emulated, measured)
     found = bulk.judged()
     assert found.verdict == "unexplained"
-    verdict = findings(bulk, found, 0.05)
+    verdict = findings(bulk, found, extension(bulk, found), 0.05)
     [curve] = verdict["discrepancy"]
     assert max(curve["low"]) > 0.0
     assert min(curve["high"]) < 0.0

@@ -12,7 +12,7 @@ from diagnosis_cases import bench, closed_form, concluded, files, setup_of
 from diagnosis import setup, stages
 from diagnosis.bulk import Bulk
 from diagnosis.measurements import Measured, read_all
-from diagnosis.verdict import findings, validate
+from diagnosis.verdict import extension, findings, validate
 
 SHIPPED = "data/paper/measurements.csv"
 KINDS = ["heap", "tilt", "drop", "shear"]
@@ -45,7 +45,8 @@ def shear_of(measured, intercept, slope=0.845):
 
 def diagnose(emulated, measured):
     bulk = Bulk(emulated, measured)
-    return findings(bulk, bulk.judged(seed=2), 0.05)
+    found = bulk.judged(seed=2)
+    return findings(bulk, found, extension(bulk, found), 0.05)
 
 
 def test_without_an_intercept_nothing_is_missing(emulated):

@@ -116,6 +116,11 @@ def unknown(readings: Readings, index: np.ndarray | Sequence[int]) -> Readings:
     return replace(readings, error=error)
 
 
+def unread(m: Measurement, **other: Any) -> Measurement:
+    """The `Measurement` with another value of its fields, as one that weighs nothing."""
+    return replace(m, sd=UNKNOWN * abs(m.value), n=1, **other)
+
+
 def with_setting(
     readings: Readings, levers: Mapping[str, float], covariates: Mapping[str, float]
 ) -> Readings:

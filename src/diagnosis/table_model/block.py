@@ -18,7 +18,7 @@ many shapes are no advantage (Occam factor: MacKay 2003, Information Theory, Inf
 Algorithms, chapter 28).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -155,8 +155,7 @@ class Block:
         times = np.array([*self.times.values()])
         weight = np.where(times > 0.0, times / (1.0 + (times / USUAL) ** 2), NONE).prod(0)
         self.prior = np.log(weight / weight.sum())
-        over = np.outer(self.unit, self.unit)
-        alike = {k: over * ((v[:, None] == v) & (v >= 0)) for k, v in self.shared.items()}
+        alike = {name: self._alike(name) for name in self.shared}
         noise = np.diag(self.readings.error**2) + JITTER * np.eye(n)
         own = [noise + sum(t**2 * alike[k] for k, t in c.items()) for c in self.sds]
         self.errors = np.array(own)
@@ -167,6 +166,12 @@ class Block:
         self.smooth = self.own + (self.start.root @ self.start.root.T + self.start.error)
         total = self.errors + self.smooth
         self.precision, self.logdet = np.linalg.inv(total), np.linalg.slogdet(total)[1]
+
+    def _alike(self, name):
+        """Covariance (n, n) of an error that readings share, at size 1."""
+        code = self.shared[name]
+        same = (code[:, None] == code) & (code >= 0)
+        return np.outer(self.unit, self.unit) * same
 
     def without(self, key: str) -> "Block":
         """The same without a term, if it is held."""
@@ -261,11 +266,13 @@ class Block:
         found = shape.label[k] + 0.5 * u * np.gradient(shape.label)[k]
         return float(np.clip(found, shape.label.min(), shape.label.max()))
 
-    def expected(self) -> tuple[np.ndarray, np.ndarray]:
-        """Means and variances (n,) of the true values behind the readings, errors that these share
-        left out."""
-        share, fits = self.shares(), self.fitted()
-        cover = self.smooth - self.smooth @ self.precision @ self.smooth
+    def expected(self, errors: Iterable[str] = ()) -> tuple[np.ndarray, np.ndarray]:
+        """Means and variances (n,) of the true values behind the readings, and of what errors of
+        these names add to them; others that readings share are left out."""
+        own = (self.times[name][:, None, None] ** 2 * self._alike(name) for name in errors)
+        smooth, share = sum(own, self.smooth), self.shares()
+        fits = self.fitted(smooth)
+        cover = smooth - smooth @ self.precision @ smooth
         mean = share @ fits
         own = np.diagonal(cover, axis1=1, axis2=2)
         return mean, np.maximum(share @ (own + fits**2) - mean**2, 0.0)
@@ -282,10 +289,11 @@ class Block:
         quadratic = (z * (z @ p)).sum(-1)
         return np.take_along_axis(quadratic, value.argmax(0)[None], 0)[0]
 
-    def fitted(self) -> np.ndarray:
+    def fitted(self, smooth: np.ndarray | None = None) -> np.ndarray:
         """Return what the model says (g, n) of the true values behind the readings, at each place
-        of the grid."""
-        return self.mean + (self.smooth @ self.precision @ (self.y - self.mean)[:, None])[..., 0]
+        of the grid; smooth: their covariance, its own unless given."""
+        smooth = self.smooth if smooth is None else smooth
+        return self.mean + (smooth @ self.precision @ (self.y - self.mean)[:, None])[..., 0]
 
     def shares(self) -> np.ndarray:
         """Probabilities (g,) of the sizes of the errors."""
