@@ -20,6 +20,7 @@ from calibration.errors import ConfigError
 from calibration.intake.measurements import ROLES, Measurement, raise_faults, read_measured
 from calibration.intake.quantities import QUANTITIES
 from diagnosis.chance import share_above
+from diagnosis.laws.readings import step_of
 from diagnosis.page.words import told
 from diagnosis.reading_errors import LABELS, doubt, spread_unit, stated_sd
 
@@ -97,6 +98,17 @@ def _singles(m, spread):
             m, value=value, sd=sd, n=1, line=line, readings=(value,), lines=(line,), pooled={},
             covariates=m.covariates | more,
         )  # fmt: skip
+
+
+def rounded(measurements: Sequence[Measurement]) -> list[Measurement]:
+    """The measurements, no spread of replicates below what rounding to the step of their experiment
+    takes off: readings that were rounded to one value do not know it."""
+    kinds = {m.experiment for m in measurements}
+    steps = {k: step_of([m for m in measurements if m.experiment == k]) or 0.0 for k in kinds}
+    return [
+        m if m.n < 2 else replace(m, sd=max(m.sd, steps[m.experiment] / np.sqrt(12.0)))
+        for m in measurements
+    ]
 
 
 def set_aside(
@@ -205,7 +217,7 @@ def read_all(path: str | Path) -> Measured:
     kept, aside = set_aside([r for r in valued if r.role == ROLES[0]])
     fitted, singly = one_by_one(kept)
     out = Measured(
-        fitted,
+        rounded(fitted),
         [r for r in valued if r.role != ROLES[0]],
         [r for r in rows if r.outcome and r.role == ROLES[0]],
         singly,

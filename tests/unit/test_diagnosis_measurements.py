@@ -216,6 +216,14 @@ def test_readings_that_are_all_alike_have_a_spread_of_nothing(tmp_path):
     assert 0.0 < read_measured(path).conditions[0].sd < 1e-6
 
 
+def test_readings_rounded_to_one_value_are_known_to_what_rounding_takes_off(tmp_path):
+    """A uniform error over one step has the standard deviation step / sqrt(12)."""
+    read = {2: (31, 31, 31), 5: (33, 33, 33), 9: (34, 36, 38)}
+    rows = [f"tilt,sliding_angle,{v},deg,{r}" for r, own in read.items() for v in own]
+    found = read_all(write(tmp_path, rows, "experiment,quantity,value,unit,tilt_rate_deg_s")).fitted
+    assert [m.sd for m in found] == pytest.approx([1 / np.sqrt(12), 1 / np.sqrt(12), 2.0])
+
+
 def test_a_slip_of_the_decimal_point_is_set_aside_and_named_by_its_line(tmp_path):
     read = [(d, v) for d in (3, 4, 5) for v in (30.1, 30.9, 29.8, 30.4, 3.06 if d == 4 else 30.6)]
     rows = [f"heap,angle_of_repose,{value},deg,{d}" for d, value in read]

@@ -156,9 +156,8 @@ def readings_of(
     value = np.array([m.value for m in own])
     step = step_of(own)
     digits = (step or 0.0) / np.sqrt(12.0)
-    # readings that were rounded to one value do not know their spread
-    spread = stated_sd(own, np.array([max(m.sd, digits * (m.n > 1)) for m in own]))
-    replicated = np.hypot(spread / np.sqrt([m.n for m in own]), [m.lever_error for m in own])
+    replicated = np.hypot(stated_sd(own) / np.sqrt([m.n for m in own]),
+                          [m.lever_error for m in own])  # fmt: skip
     error = np.maximum(replicated, FLOOR * digits)
     coarse = (error > replicated).any() or np.mean([m.sd <= digits for m in own]) >= COARSE
     log, slope = to_log(experiment, value, levers)
