@@ -203,7 +203,7 @@ def perturbation(surface: Surface, region: Sequence[Factor], response: Response)
         levels[:, k] = x
         ax.plot(x, surface.predict(levels), label=f"{factor.code}  {figures.label(factor.name)}")
     ax.set(xlabel="distance from the centre, coded", ylabel=response.axis)
-    ax.legend(frameon=False)
+    figure.legend(loc="outside upper center", frameon=False)  # beside the lines, not over them
     return figure
 
 

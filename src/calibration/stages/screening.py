@@ -212,26 +212,16 @@ def pareto(
     colour = np.where(order["effect"] > 0, figures.BLUE, figures.ORANGE)
     names = [f"{figures.label(n)}  {c}" for n, c in zip(order["name"], order["code"], strict=True)]
     ax.barh(names, order["effect"].abs(), color=colour)
-    ax.axvline(t_limit, color="black", lw=1, ls="--")
-    ax.axvline(bonferroni_limit, color="black", lw=1, ls=":")
-    for x, text in (
-        (t_limit, f"t limit {100 * alpha:g} %"),
-        (bonferroni_limit, f"Bonferroni {100 * alpha:g} %"),
-    ):
-        ax.annotate(
-            text,
-            (x, 0),
-            xytext=(3, -2),
-            textcoords="offset points",
-            rotation=90,
-            fontsize=8,
-            va="bottom",
-        )
+    limits = (t_limit, "--", "t limit"), (bonferroni_limit, ":", "Bonferroni")
+    lines = [
+        ax.axvline(x, color="black", lw=1, ls=style, label=f"{words} {100 * alpha:g} %")
+        for x, style, words in limits
+    ]
     ax.set(xlabel=f"|effect|{response.brackets}")
     # below the whole figure: a line under the axis would be centred on it and cut off beside it
     ways = {figures.BLUE: f"raises the {response.name}", figures.ORANGE: "lowers it"}
     figure.legend(
-        handles=[Patch(color=colour, label=words) for colour, words in ways.items()],
+        handles=[*(Patch(color=colour, label=words) for colour, words in ways.items()), *lines],
         loc="outside lower center", ncols=2, frameon=False, fontsize=9,
     )  # fmt: skip
     return figure
