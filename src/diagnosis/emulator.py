@@ -75,16 +75,15 @@ def train(
     nothing.
     """
     emulators, table = {}, []  # type: ignore[var-annotated]
-    finished, planned = defaultdict(list), defaultdict(int)  # type: ignore[var-annotated]
+    planned = defaultdict(list)  # type: ignore[var-annotated]
     for row in rows:
-        planned[row["experiment"], row["mechanism"]] += len(row["run_ids"])
-        ran = [(row["inputs"], n) for n in row["run_ids"] if metrics[n] is not None]
-        finished[row["experiment"], row["mechanism"]] += ran
-    for key, own in finished.items():
-        done = len(own)
-        row = {"experiment": key[0], "mechanism": key[1], "runs": done}
-        row["failed"] = planned[key] - done
-        if done < (0.5 * planned[key] if key[1] == BASE else LEAST):
+        runs = [(row["inputs"], metrics[n]) for n in row["run_ids"]]
+        planned[row["experiment"], row["mechanism"]] += runs
+    for key, runs in planned.items():
+        own = [(inputs, found) for inputs, found in runs if found is not None]
+        row = {"experiment": key[0], "mechanism": key[1], "runs": len(own)}
+        row["failed"] = len(runs) - len(own)
+        if len(own) < (0.5 * len(runs) if key[1] == BASE else LEAST):
             table.append(row)
             continue
         base = emulators.get((key[0], BASE))
@@ -96,7 +95,7 @@ def train(
             n: np.array([log_span(low, high, s) for s in x[:, columns[n]]])
             for n, (low, high) in ranges.items()
         }
-        value = np.array([metrics[name][experiment.metric] for _, name in own])  # type: ignore[index]
+        value = np.array([found[experiment.metric] for _, found in own])  # type: ignore[index]
         z = scale_of(key[0]).forward(value, levers)
         if key[1] == BASE:
             emulators[key] = Response(x, z, list(columns.values()))

@@ -91,12 +91,12 @@ def completed(
     a lever that some rows leave empty and the run spec does not have.
     """
     kinds = list(dict.fromkeys(m.experiment for m in measurements))
-    given = {k: settings.experiments.get(k) or Experiment() for k in kinds}
     if settings.runs and settings.minutes:
         allowed = "one of `minutes` and `runs`"
         raise ConfigError("stands beside `runs`", key="diagnosis.minutes", allowed=allowed)
     found, faults = dict(settings.experiments), []
-    for kind, own in given.items():
+    for kind in kinds:
+        own = settings.experiments.get(kind, Experiment())
         rows = [m for m in measurements if m.experiment == kind]
         try:
             found[kind] = _experiment(kind, own, config, factors, rows, path)
