@@ -140,31 +140,21 @@ class Bulk:
         """Of all experiments, then of the tests without a value."""
         parts, (odds, error, tests) = self._parts, self._odds()
         n, more = len(self.measurements) + len(odds), np.ones(len(odds))
-
-        def together(name, last):
-            return np.concatenate([*(getattr(own, name) for own, _ in parts.values()), last])
-
+        behind = {
+            "rows": -more.astype(int), "log": odds, "error": error, "own": error,
+            "replicates": more, "values": tests, "relative": more,
+        }  # fmt: skip
+        together = {
+            name: np.concatenate([*(getattr(own, name) for own, _ in parts.values()), last])
+            for name, last in behind.items()
+        }
         groups = {}
         for kind, (own, at) in parts.items():
             for name, code in own.groups.items():
                 groups[f"{name} of {kind}"] = np.full(n, -1)
                 groups[f"{name} of {kind}"][at] = code
-        return Readings(
-            experiment=self.kinds[0] if len(self.kinds) == 1 else "bulk",
-            rows=together("rows", -more.astype(int)),
-            levers={},
-            covariates={},
-            log=together("log", odds),
-            error=together("error", error),
-            own=together("own", error),
-            groups=groups,
-            folds={},
-            replicates=together("replicates", more),
-            values=together("values", tests),
-            step=None,
-            relative=together("relative", more),
-            parts=parts,
-        )
+        kind = self.kinds[0] if len(self.kinds) == 1 else "bulk"
+        return Readings(kind, groups=groups, parts=parts, **together)
 
     def _odds(self):
         """Logarithms (c,) of the odds of the tests, their errors, and numbers of tests."""
@@ -316,14 +306,12 @@ def _errors(readings):
 def _spread(term, at, n):
     """A term of the readings at places (k,) as one of n readings."""
 
-    def over(shape):
-        root = np.zeros((len(shape.root), n, shape.root.shape[2]))
-        root[:, at] = shape.root
-        if shape.mean is None:
-            return replace(shape, root=root)
-        mean = np.zeros((len(shape.root), n))
-        mean[:, at] = shape.mean
-        return replace(shape, root=root, mean=mean)
+    def over(own):
+        out = np.zeros((len(own), n, *own.shape[2:]))
+        out[:, at] = own
+        return out
 
-    rows = tuple(int(at[i]) for i in term.rows)
-    return replace(term, shapes=tuple(map(over, term.shapes)), rows=rows)
+    means = [None if s.mean is None else over(s.mean) for s in term.shapes]
+    both = zip(term.shapes, means, strict=True)
+    shapes = tuple(replace(s, root=over(s.root), mean=mean) for s, mean in both)
+    return replace(term, shapes=shapes, rows=tuple(int(at[i]) for i in term.rows))

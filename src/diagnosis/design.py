@@ -21,28 +21,18 @@ REPEAT = 100_000  # between the seeds of runs that repeat a point
 WIDENED = 1.15  # the emulators reach a little beyond the factors' range, so that a fit may
 
 
-def wanted(
-    settings: Settings, catalogue: Mapping[str, Mechanism], experiments: Collection[str]
-) -> list[tuple[str, str]]:
-    """[(experiment, mechanism name or BASE)] that need runs of their own."""
-    pairs = [(e, BASE) for e in experiments]
-    for m in catalogue.values():
-        for e in m.experiments if m.observe is None else ():
-            chosen = settings.experiments[e].mechanisms if e in experiments else []
-            if chosen is None or m.name in chosen:
-                pairs.append((e, m.name))
-    return pairs
-
-
 def possible(
     rig: Rig, catalogue: Mapping[str, Mechanism], experiments: Collection[str]
 ) -> list[tuple[str, str]]:
-    """The pairs of `wanted` that the study's engine can represent."""
-    return [
-        (e, name)
-        for e, name in wanted(rig.settings, catalogue, experiments)
-        if name == BASE or not rig.refuses(e, catalogue[name])
-    ]
+    """[(experiment, mechanism name or BASE)] that need runs of their own and that the study's
+    engine can represent."""
+    pairs = [(e, BASE) for e in experiments]
+    for m in catalogue.values():
+        for e in m.experiments if m.observe is None else ():
+            chosen = rig.settings.experiments[e].mechanisms if e in experiments else []
+            if (chosen is None or m.name in chosen) and not rig.refuses(e, m):
+                pairs.append((e, m.name))
+    return pairs
 
 
 TRAIN, LEARN = 0.5, 0.8
@@ -66,18 +56,18 @@ LEAST_OF_A_MECHANISM = 3
 
 
 def budgeted(
-    settings: Settings, factors: Sequence[Factor], pairs: Sequence[tuple[str, str]]
+    rig: Rig, catalogue: Mapping[str, Mechanism], experiments: Collection[str]
 ) -> dict[tuple[str, str], int]:
-    """{(experiment, mechanism): runs} of the first training within `settings.runs`. Raises
-    ConfigError for a budget that is too small, with the least that is enough."""
-    counts, least = {}, 0  # type: ignore[var-annotated]
-    kinds = list(dict.fromkeys(e for e, _ in pairs))
-    if not kinds:
+    """{(experiment, mechanism): runs} of the first training within `settings.runs`, of the pairs of
+    `possible`. Raises ConfigError for a budget that is too small, with the least that is enough."""
+    settings, pairs = rig.settings, possible(rig, catalogue, experiments)
+    counts, least = dict.fromkeys(pairs, 0), 0
+    if not pairs:
         return counts
-    whole = int(TRAIN * settings.runs / len(kinds))  # type: ignore[operator]  # `setup` fills it in
-    for kind in kinds:
+    whole = int(TRAIN * settings.runs / len(experiments))  # type: ignore[operator]  # `setup` fills it in
+    for kind in experiments:
         others = [name for e, name in pairs if e == kind and name != BASE]
-        inputs = len(inputs_of(settings, factors, kind, BASE))
+        inputs = len(inputs_of(settings, rig.factors, kind, BASE))
         own = min(whole, int(ENOUGH * inputs / OF_BASE))
         fewest, few = inputs + 2, LEAST_OF_A_MECHANISM
         least = max(least, fewest + few * len(others))
@@ -88,7 +78,7 @@ def budgeted(
         if counts[kind, BASE] < fewest:
             counts[kind, BASE] = 0
     if 0 in counts.values():
-        needed = math.ceil(least * len(kinds) / TRAIN)
+        needed = math.ceil(least * len(experiments) / TRAIN)
         reason = "is too small a budget for the experiments, coefficients and mechanisms"
         allowed = f"at least {needed} runs, or fewer `mechanisms` or `parameters` of an experiment"
         key = "diagnosis.minutes" if settings.minutes else "diagnosis.runs"
@@ -98,8 +88,7 @@ def budgeted(
 
 def trained(rig: Rig, catalogue: Mapping[str, Mechanism], experiments: Collection[str]) -> int:
     """Return the number of runs of the first training."""
-    pairs = possible(rig, catalogue, experiments)
-    return sum(budgeted(rig.settings, rig.factors, pairs).values())
+    return sum(budgeted(rig, catalogue, experiments).values())
 
 
 def inputs_of(
@@ -128,12 +117,9 @@ def plan(
     The points follow from the settings alone and not from the measurements, so another data set
     re-uses the runs.
     """
-    rows, specs, settings, factors = [], {}, rig.settings, rig.factors  # type: ignore[var-annotated]
-    pairs = possible(rig, catalogue, experiments)
-    counts = budgeted(settings, factors, pairs)
-    for experiment, mechanism in pairs:
-        names = inputs_of(settings, factors, experiment, mechanism)
-        count = counts.get((experiment, mechanism), 0)
+    rows, specs, settings = [], {}, rig.settings  # type: ignore[var-annotated]
+    for (experiment, mechanism), count in budgeted(rig, catalogue, experiments).items():
+        names = inputs_of(settings, rig.factors, experiment, mechanism)
         rng = np.random.default_rng([settings.seed, *f"{experiment}/{mechanism}".encode()])
         points = qmc.LatinHypercube(len(names), rng=rng).random(count)
         own = settings.experiments[experiment]

@@ -21,12 +21,12 @@ import numpy as np
 from calibration.inference.chance_of_no_value import Chance
 from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import LEVERS, QUANTITIES
-from calibration.study.factors import Factor
 from dem.experiments.declare import Plain
-from diagnosis.catalogue import Strength
+from diagnosis.catalogue import Mechanism, Strength
 from diagnosis.design import inputs_of
 from diagnosis.response import Response, WithMechanism
-from diagnosis.settings import BASE, Settings, catalogue_of, log_span
+from diagnosis.rig import Rig
+from diagnosis.settings import BASE, Settings, log_span
 
 
 class Logarithm(Plain):
@@ -65,8 +65,8 @@ variance, and strong cohesion clogs a silo at most strengths."""
 def train(
     rows: Sequence[dict[str, Any]],
     metrics: Mapping[str, Mapping[str, float] | None],
-    settings: Settings,
-    factors: Sequence[Factor],
+    rig: Rig,
+    catalogue: Mapping[str, Mechanism],
 ) -> tuple[dict[tuple[str, str], Any], list[dict[str, Any]]]:
     """{(experiment, mechanism): Response} and a table of their errors.
 
@@ -75,36 +75,34 @@ def train(
     nothing.
     """
     emulators, table = {}, []  # type: ignore[var-annotated]
-    known = catalogue_of(settings, list(settings.experiments))
-    finished, planned = defaultdict(list), defaultdict(int)  # type: ignore[var-annotated]
+    planned = defaultdict(list)  # type: ignore[var-annotated]
     for row in rows:
-        planned[row["experiment"], row["mechanism"]] += len(row["run_ids"])
-        ran = [(row["inputs"], n) for n in row["run_ids"] if metrics[n] is not None]
-        finished[row["experiment"], row["mechanism"]] += ran
-    for key, own in finished.items():
-        done = len(own)
-        row = {"experiment": key[0], "mechanism": key[1], "runs": done}
-        row["failed"] = planned[key] - done
-        if done < (0.5 * planned[key] if key[1] == BASE else LEAST):
+        runs = [(row["inputs"], metrics[n]) for n in row["run_ids"]]
+        planned[row["experiment"], row["mechanism"]] += runs
+    for key, runs in planned.items():
+        own = [(inputs, found) for inputs, found in runs if found is not None]
+        row = {"experiment": key[0], "mechanism": key[1], "runs": len(own)}
+        row["failed"] = len(runs) - len(own)
+        if len(own) < (0.5 * len(runs) if key[1] == BASE else LEAST):
             table.append(row)
             continue
         base = emulators.get((key[0], BASE))
-        names = inputs_of(settings, factors, *key)
-        x, experiment = np.array([inputs for inputs, _ in own]), settings.experiments[key[0]]
+        names = inputs_of(rig.settings, rig.factors, *key)
+        x, experiment = np.array([inputs for inputs, _ in own]), rig.settings.experiments[key[0]]
         ranges: Any = experiment.levers  # `setup` fills it in
         columns = {n: names.index(n) for n in ranges}
         levers = {
             n: np.array([log_span(low, high, s) for s in x[:, columns[n]]])
             for n, (low, high) in ranges.items()
         }
-        value = np.array([metrics[name][experiment.metric] for _, name in own])  # type: ignore[index]
+        value = np.array([found[experiment.metric] for _, found in own])  # type: ignore[index]
         z = scale_of(key[0]).forward(value, levers)
         if key[1] == BASE:
             emulators[key] = Response(x, z, list(columns.values()))
         elif base is None:
             continue  # most of the base model's runs failed, which the table says
         else:
-            emulators[key] = WithMechanism(base, x, z, coded_off(known[key[1]].strength))
+            emulators[key] = WithMechanism(base, x, z, coded_off(catalogue[key[1]].strength))
         table.append(row | {n: getattr(emulators[key], n) for n in ("error", "scatter", "spread")})
     return emulators, table
 
@@ -112,23 +110,21 @@ def train(
 def coded_off(strength: Strength) -> float | None:
     """Coded strength at which a mechanism does nothing; None where its range does not reach so
     far."""
-    if strength.off is not None:
-        return strength.coded(strength.off)
-    return 0.0 if not strength.log and strength.low == 0.0 else None
+    nowhere = strength.off is None and (strength.log or strength.low != 0.0)
+    return None if nowhere else strength.weakest
 
 
 def train_failures(
     rows: Sequence[dict[str, Any]],
     metrics: Mapping[str, Mapping[str, float] | None],
-    settings: Settings,
-    factors: Sequence[Factor],
+    catalogue: Mapping[str, Mechanism],
     faults: Collection[str] = (),
 ) -> dict[tuple[str, str], Chance]:
     """{(experiment, mechanism): Chance}, as `diagnosis.emulator.train` its emulators;
     of the experiments of which a run gave no value.
 
     faults: runs that a fault of the simulation ended. They are no tests, and train nothing."""
-    out, known, by_key = {}, catalogue_of(settings, list(settings.experiments)), defaultdict(list)
+    out, by_key = {}, defaultdict(list)
     for row in rows:
         ran = [name for name in row["run_ids"] if name not in faults]
         if ran:
@@ -138,7 +134,7 @@ def train_failures(
     for (experiment, name), own in by_key.items():
         if experiment not in failing:
             continue
-        off = None if name == BASE else coded_off(known[name].strength)
+        off = None if name == BASE else coded_off(catalogue[name].strength)
         # rows of the base model are its at that strength, but for levers beyond the range
         base = by_key[experiment, BASE] if off is not None else []
         inside = [r for r in base if 0.0 <= min(r["inputs"]) and max(r["inputs"]) <= 1.0]

@@ -107,7 +107,6 @@ def extension_plan(
     models: Mapping[str, Model],
     measurements: Sequence[Measurement],
     data: Data,
-    seed: int = 90_000,
     places: Collection[int] | None = None,
 ) -> tuple[list[dict[str, Any]], dict[str, dict[str, Any]]]:
     """`gain_runs` runs of each model at the parameters fitted without each setting, at that
@@ -126,7 +125,7 @@ def extension_plan(
         for i, theta in enumerate(fits.theta):
             if places is not None and i not in places:
                 continue
-            seeds = [seed + i + 1000 * k for k in range(rig.settings.gain_runs)]
+            seeds = [90_000 + i + 1000 * k for k in range(rig.settings.gain_runs)]
             try:
                 own = named([real_spec(rig, model, measurements[i], theta, s) for s in seeds])
             except SpecError:

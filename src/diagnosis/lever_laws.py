@@ -51,15 +51,13 @@ class AlongLever:
         out[:, self.column] += (2.0 * x[:, -1] - 1.0) / WIDENED * place
         return out
 
-    def predict(self, x: np.ndarray, error: bool = True) -> tuple[np.ndarray, np.ndarray | None]:
+    def predict(self, x: np.ndarray, error: bool = True) -> Any:
         """As `Response.predict`."""
-        found: tuple[np.ndarray, np.ndarray | None] = self.base.predict(self.moved(x), error)
-        return found
+        return self.base.predict(self.moved(x), error)
 
-    def correlation(self, x: np.ndarray) -> np.ndarray:
+    def correlation(self, x: np.ndarray) -> Any:
         """As `Response.correlation`."""
-        found: np.ndarray = self.base.correlation(self.moved(x))
-        return found
+        return self.base.correlation(self.moved(x))
 
 
 def lever_laws(

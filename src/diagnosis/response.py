@@ -131,8 +131,6 @@ class Response:
 
     def _unknown(self, x):
         """Variance (k,) of levels beside the sites."""
-        if not len(self.sites):
-            return np.zeros(len(x))
         return self.own_level * np.maximum(1.0 - (self._near(x) ** 2).sum(1), 0.0)
 
     def correlation(self, x: np.ndarray) -> np.ndarray:

@@ -63,11 +63,6 @@ class Experiment(_Part):
                 raise ValueError(f"held.{name}: a known lever that is not among `levers` is needed")
         return self
 
-    @property
-    def whole(self) -> bool:
-        """Return whether nothing of it is left to be derived."""
-        return None not in (self.metric, self.parameters, self.levers, self.run)
-
 
 class Settings(_Part):
     """How a study's conditions are simulated for the diagnosis, and how it decides.

@@ -91,12 +91,12 @@ def completed(
     a lever that some rows leave empty and the run spec does not have.
     """
     kinds = list(dict.fromkeys(m.experiment for m in measurements))
-    given = {k: settings.experiments.get(k) or Experiment() for k in kinds}
     if settings.runs and settings.minutes:
         allowed = "one of `minutes` and `runs`"
         raise ConfigError("stands beside `runs`", key="diagnosis.minutes", allowed=allowed)
     found, faults = dict(settings.experiments), []
-    for kind, own in given.items():
+    for kind in kinds:
+        own = settings.experiments.get(kind, Experiment())
         rows = [m for m in measurements if m.experiment == kind]
         try:
             found[kind] = _experiment(kind, own, config, factors, rows, path)
@@ -183,7 +183,7 @@ def _experiment(kind, own, config, factors, rows, path):
         fixed = {f.key: config.fixed[f.name] for f in factors if f.name in config.fixed}
         fixed = {key: level for key, level in fixed.items() if key not in parameters}
         run = overlay(with_levels({}, fixed), run)
-    if own.run is None or not own.whole:
+    if None in (own.metric, own.parameters, own.levers, own.run):
         run = overlay(_rig(kind, config, own.run is not None, where), run)
     levers, held, levels = own.levers, dict(own.held), own.levels
     if levers is None:
@@ -276,31 +276,16 @@ class Setup:
     """
 
     def __init__(self, study: Study, settings: Settings) -> None:
-        self.config, self._given = study.config, settings
-
-    @cached_property
-    def _checked(self):
-        """The table and the settings in full. Raises ConfigError for conditions that no emulator
-        covers or that cannot be run."""
-        path = self.config.measurements
-        table = read_all(path)
-        rows = table.fitted + table.held_out
-        every = rows + table.outcomes
-        settings = completed(self._given, self.config, self.factors, every, path)
-        if not alone(m.experiment for m in table.fitted):
-            check_levers(settings, rows, path)
-        self._bare(settings).check(rows)
-        return table, settings
-
-    @property
-    def table(self) -> Measured:
-        """`Measured` of the study."""
-        return self._checked[0]
-
-    @property
-    def settings(self) -> Settings:
-        """The settings in full."""
-        return self._checked[1]
+        """Read the table and complete the settings. Raises ConfigError for conditions that no
+        emulator covers or that cannot be run."""
+        self.config, path = study.config, study.config.measurements
+        self.table: Measured = read_all(path)
+        rows = self.table.fitted + self.table.held_out
+        every = rows + self.table.outcomes
+        self.settings = completed(settings, self.config, self.factors, every, path)
+        if not self.of_contacts:
+            check_levers(self.settings, rows, path)
+        self._bare.check(rows)
 
     @property
     def measurements(self) -> list[Measurement]:
@@ -322,11 +307,6 @@ class Setup:
         """Return whether single contacts are integrated, and nothing is emulated."""
         return alone(self.kinds)
 
-    @property
-    def emulated_kinds(self) -> list[str]:
-        """The experiments that need emulators."""
-        return [] if self.of_contacts else self.kinds
-
     @cached_property
     def catalogue(self) -> dict[str, Mechanism]:
         """{name: Mechanism}."""
@@ -336,10 +316,11 @@ class Setup:
     def rig(self) -> Rig:
         """`Rig` with the factors that are calibrated on the measurements."""
         known = parameters_of(self.settings, self.config.factors, self.kinds)
-        return replace(self._bare(self.settings), factors=tuple(known))
+        return replace(self._bare, factors=tuple(known))
 
-    def _bare(self, settings):
-        return Rig(settings, self.config.own_run | {"experiment": self.config.experiment})
+    @property
+    def _bare(self):
+        return Rig(self.settings, self.config.own_run | {"experiment": self.config.experiment})
 
     @cached_property
     def factors(self) -> list[Factor]:
@@ -355,9 +336,9 @@ class Setup:
         specs = {name: spec for file in plans for name, spec in read_json(file).items()}
         settings, factors = self.settings, self.rig.factors
         metrics = as_tests(settings, specs, simulate(specs))
-        emulators, errors = train(rows, metrics, settings, factors)
+        emulators, errors = train(rows, metrics, self.rig, self.catalogue)
         faults = untested(name for name, found in metrics.items() if found is None)
-        failures = train_failures(rows, metrics, settings, factors, faults)
+        failures = train_failures(rows, metrics, self.catalogue, faults)
         emulators = with_laws(emulators, settings, factors, self.lever_laws)
         failures = with_laws(failures, settings, factors, self.lever_laws)
         known = self.catalogue | self.lever_laws

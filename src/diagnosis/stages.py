@@ -38,7 +38,8 @@ def plan_power(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
 
 def plan_runs(setup: Setup, output: NamedFiles) -> None:
     """Check the measurements; write the emulators' design and plan."""
-    rows, specs = plan(setup.rig, setup.catalogue, setup.emulated_kinds)
+    kinds = [] if setup.of_contacts else setup.kinds
+    rows, specs = plan(setup.rig, setup.catalogue, kinds)
     write_json(output.design, rows)
     write_json(output.plan, specs)
     written = Path(output.design).with_name(WRITTEN)

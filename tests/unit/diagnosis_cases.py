@@ -53,8 +53,8 @@ def trained(rig, known, kinds, answer=closed_form):
     """`Emulated` of the planned runs; answer(run spec): their metrics, None without a value."""
     rows, specs = plan(rig, known, kinds)
     metrics = {name: answer(spec) for name, spec in specs.items()}
-    emulators, _ = train(rows, metrics, rig.settings, rig.factors)
-    failures = train_failures(rows, metrics, rig.settings, rig.factors)
+    emulators, _ = train(rows, metrics, rig, known)
+    failures = train_failures(rows, metrics, known)
     return Emulated(emulators, rig.settings, rig.factors, known, failures)
 
 

@@ -90,7 +90,7 @@ def test_runs_that_blow_up_are_no_tests(tmp_path, monkeypatch):
     settings = salt_settings()
 
     def chance(faults):
-        trained = train_failures(rows, metrics, settings, [], faults)
+        trained = train_failures(rows, metrics, {}, faults)
         return trained["heap", BASE] if trained else None
 
     clogged = chance(())
@@ -105,7 +105,7 @@ def test_runs_that_blow_up_are_no_tests(tmp_path, monkeypatch):
     design, plan = tmp_path / "design.json", tmp_path / "plan.json"
     design.write_text(json.dumps(rows))
     plan.write_text(json.dumps({key: {"experiment": "heap"} for key in metrics}))
-    rig = types.SimpleNamespace(factors=[])
+    rig = types.SimpleNamespace(factors=[], settings=settings)
     own = types.SimpleNamespace(settings=settings, rig=rig, catalogue={}, lever_laws={})
     emulated, _ = setup.Setup.emulated(own, [design], [plan])
     assert emulated.failures == {}

@@ -48,7 +48,7 @@ def through_waves(draw):
     out = []
     for wave in (1, 2, 3):
         metrics = {name: scattered(spec, draw) for name, spec in specs.items()}
-        emulators, _ = train(rows, metrics, settings, factors)
+        emulators, _ = train(rows, metrics, rig, catalogue)
         emulated = Emulated(emulators, settings, factors, catalogue)
         more, own, found = emulator_waves.plan_wave(Bulk(emulated, measured), rig, wave, first)
         out.append((emulated, found, own))

@@ -42,17 +42,17 @@ class Readings:
 
     experiment: str
     rows: np.ndarray
-    levers: dict
-    covariates: dict
     log: np.ndarray
     error: np.ndarray
     own: np.ndarray
     groups: dict
-    folds: dict
     replicates: np.ndarray
     values: np.ndarray
-    step: float | None
     relative: np.ndarray
+    levers: dict = field(default_factory=dict)
+    covariates: dict = field(default_factory=dict)
+    folds: dict = field(default_factory=dict)
+    step: float | None = None
     coarse: bool = False
     parts: dict = field(default_factory=dict)
 
@@ -166,9 +166,9 @@ def readings_of(
     groups = {name: np.where(each == "", -1, np.unique(each, return_inverse=True)[1] - ("" in each))
               for name, each in labels.items() if len(set(each)) > 1}  # fmt: skip
     return Readings(
-        experiment, rows, levers, _covariates(own), log, error * slope, replicated * slope, groups,
-        folds_of(levers), np.array([m.n for m in own], float), value, step, slope * value,
-        bool(step and coarse),
+        experiment, rows, log, error * slope, replicated * slope, groups,
+        np.array([m.n for m in own], float), value, slope * value, levers, _covariates(own),
+        folds_of(levers), step, bool(step and coarse),
     )  # fmt: skip
 
 

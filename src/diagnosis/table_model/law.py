@@ -207,7 +207,6 @@ def written(block: Block, key: str, name: str) -> str:
     return f"{name}: {law.slot} = {text.format(c=f'{c:.3g}', k=k, s=state, m=at)}"
 
 
-LIMIT = 0.95
 EACH = 0.93
 """Probability on either side of each of the two limits of a slope. The wider of two holds more
 often than either: in 480 simulated tables of three to five levels they held 93 % between both sides
@@ -287,7 +286,7 @@ def _near(rest, x, most):
 
 
 def strength_limits(
-    block: Block, term: Term, shape: Shape, probability: float = LIMIT
+    block: Block, term: Term, shape: Shape, probability: float = BAND
 ) -> tuple[float | None, float | None]:
     """(low, high) of a mechanism's coded strength, with an error of its own for each level."""
     rest = paid(block.without(term.key), term.law.needs if term.law else ())
