@@ -9,7 +9,6 @@ the first measurement and the key to give.
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -28,10 +27,9 @@ from calibration.study.cost import duration, run_seconds
 from calibration.study.factors import Factor, read_factors
 from dem.errors import SpecError
 from dem.experiments import experiments
-from diagnosis.catalogue import Mechanism
 from diagnosis.emulator import as_tests, train, train_failures
 from diagnosis.lever_laws import lever_laws, with_laws
-from diagnosis.measurements import Measured, alone, read_all
+from diagnosis.measurements import alone, read_all
 from diagnosis.model import Emulated
 from diagnosis.page.words import told
 from diagnosis.rig import Rig
@@ -272,79 +270,45 @@ class Setup:
     how their conditions are simulated.
 
     study: a `calibration.chain.study.Study`, of which configuration and factors are used; settings:
-    `diagnosis.settings.Settings`.
+    `diagnosis.settings.Settings`, which are completed. Raises ConfigError for conditions that no
+    emulator covers or that cannot be run.
+
+    measurements: what is calibrated on; tested: the same and the tests that ended without a value;
+    kinds: the experiments among the measurements; of_contacts: whether single contacts are
+    integrated, and nothing is emulated; factors: all of the study; rig: with those of them that are
+    calibrated on the measurements; catalogue: {name: Mechanism}.
     """
 
     def __init__(self, study: Study, settings: Settings) -> None:
-        """Read the table and complete the settings. Raises ConfigError for conditions that no
-        emulator covers or that cannot be run."""
-        self.config, path = study.config, study.config.measurements
-        self.table: Measured = read_all(path)
-        rows = self.table.fitted + self.table.held_out
-        every = rows + self.table.outcomes
-        self.settings = completed(settings, self.config, self.factors, every, path)
+        config, path = study.config, study.config.measurements
+        self.config, self.table, self.factors = config, read_all(path), read_factors(config.factors)
+        self.measurements, outcomes = self.table.fitted, self.table.outcomes
+        self.tested = self.measurements + outcomes
+        self.kinds = list(dict.fromkeys(m.experiment for m in self.measurements))
+        self.of_contacts = alone(self.kinds)
+        rows = self.measurements + self.table.held_out
+        self.settings = completed(settings, config, self.factors, rows + outcomes, path)
         if not self.of_contacts:
             check_levers(self.settings, rows, path)
-        self._bare.check(rows)
-
-    @property
-    def measurements(self) -> list[Measurement]:
-        """Return what is calibrated on."""
-        return self.table.fitted
-
-    @property
-    def tested(self) -> list[Measurement]:
-        """The same and the tests that ended without a value."""
-        return self.table.fitted + self.table.outcomes
-
-    @cached_property
-    def kinds(self) -> list[str]:
-        """The experiments among the measurements."""
-        return list(dict.fromkeys(m.experiment for m in self.measurements))
-
-    @property
-    def of_contacts(self) -> bool:
-        """Return whether single contacts are integrated, and nothing is emulated."""
-        return alone(self.kinds)
-
-    @cached_property
-    def catalogue(self) -> dict[str, Mechanism]:
-        """{name: Mechanism}."""
-        return catalogue_of(self.settings, self.kinds)
-
-    @cached_property
-    def rig(self) -> Rig:
-        """`Rig` with the factors that are calibrated on the measurements."""
-        known = parameters_of(self.settings, self.config.factors, self.kinds)
-        return replace(self._bare, factors=tuple(known))
-
-    @property
-    def _bare(self):
-        return Rig(self.settings, self.config.own_run | {"experiment": self.config.experiment})
-
-    @cached_property
-    def factors(self) -> list[Factor]:
-        """All factors of the study."""
-        return read_factors(self.config.factors)
+        rig = Rig(self.settings, config.own_run | {"experiment": config.experiment})
+        rig.check(rows)
+        known = parameters_of(self.settings, config.factors, self.kinds)
+        self.rig = replace(rig, factors=tuple(known))
+        self.catalogue = catalogue_of(self.settings, self.kinds)
 
     def emulated(
         self, designs: Sequence[str | Path], plans: Sequence[str | Path]
     ) -> tuple[Emulated, list[dict[str, Any]]]:
-        """`Emulated` of emulators that the finished runs of all designs so far train, and a table
-        of their errors."""
+        """`Emulated` of emulators that the finished runs of all designs so far train, those of free
+        laws along a lever beside them, and a table of their errors."""
         rows = [row for file in designs for row in read_json(file)]
         specs = {name: spec for file in plans for name, spec in read_json(file).items()}
         settings, factors = self.settings, self.rig.factors
         metrics = as_tests(settings, specs, simulate(specs))
+        laws = lever_laws(settings, factors, self.measurements)
         emulators, errors = train(rows, metrics, self.rig, self.catalogue)
         faults = untested(name for name, found in metrics.items() if found is None)
         failures = train_failures(rows, metrics, self.catalogue, faults)
-        emulators = with_laws(emulators, settings, factors, self.lever_laws)
-        failures = with_laws(failures, settings, factors, self.lever_laws)
-        known = self.catalogue | self.lever_laws
-        return Emulated(emulators, settings, factors, known, failures), errors
-
-    @cached_property
-    def lever_laws(self) -> dict[str, Mechanism]:
-        """{name: Mechanism} of the free laws that are tried on bulk tests."""
-        return lever_laws(self.settings, self.rig.factors, self.measurements)
+        emulators = with_laws(emulators, settings, factors, laws)
+        failures = with_laws(failures, settings, factors, laws)
+        return Emulated(emulators, settings, factors, self.catalogue | laws, failures), errors
