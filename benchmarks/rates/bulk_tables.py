@@ -247,7 +247,7 @@ def _stages(setup):
     for wave in range(WAVES + 1):
         own = SimpleNamespace(**{n: f"{n}_{wave}.json" for n in ("design", "plan", "left")})
         if wave:
-            stages.plan_refinement(setup, files, own, wave)
+            stages.plan_refinement(setup, files, own)
             files.left.append(own.left)
         else:
             stages.plan_runs(setup, own)

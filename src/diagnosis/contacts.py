@@ -106,10 +106,19 @@ def findings(
 
     The constants are fitted without the single rows that were found."""
     aside = {r["setting"] for r in found.rows}
-    levels = _levels([m for i, m in enumerate(measurements) if i not in aside])
+    fitted = [m for i, m in enumerate(measurements) if i not in aside]
+    calibration: dict[str, Any] = {}
+    values = np.empty((3, len(measurements)))
+    for kind in dict.fromkeys(m.experiment for m in fitted):
+        log, error = _constant(fitted, kind)
+        calibration |= _calibrated(settings, factors, kind, log, error)
+        own = readings_of(measurements, kind)
+        value = from_log(kind, np.full(len(own.log), log), own.levers)
+        values[:, own.rows] = value, own.error * value, (own.log - log) / own.error
+    columns = dict(zip(("predicted", "sd", "standardised"), values, strict=True))
     return of_found(found, settings.alpha) | {
-        "calibration": _calibration(settings, factors, levels),
-        "residuals": residual_rows(measurements, **_by_constant(measurements, levels)),
+        "calibration": calibration,
+        "residuals": residual_rows(measurements, **columns),
         "lack_of_fit": found.misfit,
     }
 
@@ -119,7 +128,7 @@ def half_step(measurements: list[Measurement], rig: Rig) -> list[dict[str, Any]]
     out = []
     for i in extend.middles(measurements):
         m = measurements[i]
-        [(log, _)] = _levels([m]).values()
+        log, _ = _constant([m], m.experiment)
         name, low, high = COEFFICIENT[m.experiment]
         spec = rig.spec(m.condition, rig.settings.seed)
         value = float(np.exp(log / EXPONENT[m.experiment]))
@@ -129,12 +138,12 @@ def half_step(measurements: list[Measurement], rig: Rig) -> list[dict[str, Any]]
     return out
 
 
-def with_law(measurements: list[Measurement], found: Found) -> np.ndarray | None:
-    """Values (n,) that the laws found predict, or None without one; those of the constant where
-    they say nothing."""
+def with_law(residuals: Sequence[Mapping[str, Any]], found: Found) -> np.ndarray | None:
+    """Values (n,) that the laws found predict, or None without one; those of the constant, as the
+    residuals have them, where they say nothing."""
     if not found.laws:
         return None
-    value = _by_constant(measurements, _levels(measurements))["predicted"]
+    value = np.array([row["predicted"] for row in residuals])
     for kind, block in found.selection.blocks.items():
         if block.held:
             mean = block.expected()[0]
@@ -142,38 +151,22 @@ def with_law(measurements: list[Measurement], found: Found) -> np.ndarray | None
     return value
 
 
-def _levels(measurements):
-    """{experiment: (logarithm of the best constant, its standard error)}."""
-    out = {}
-    for kind in dict.fromkeys(m.experiment for m in measurements):
-        readings = readings_of(measurements, kind, {})
-        weight = readings.error**-2.0
-        level = float((weight * readings.log).sum() / weight.sum())
-        out[kind] = level, float((weight.sum() + LEVEL_SD**-2) ** -0.5)
-    return out
+def _constant(measurements, kind):
+    """(logarithm of the best constant of an experiment, its standard error)."""
+    readings = readings_of(measurements, kind)
+    weight = readings.error**-2.0
+    level = float((weight * readings.log).sum() / weight.sum())
+    return level, float((weight.sum() + LEVEL_SD**-2) ** -0.5)
 
 
-def _by_constant(measurements, levels):
-    """What the constants say of the measurements, as `residual_rows` takes it."""
-    out = np.empty((3, len(measurements)))
-    for kind, (log, _) in levels.items():
-        own = readings_of(measurements, kind, {})
-        value = from_log(kind, np.full(len(own.log), log), own.levers)
-        out[:, own.rows] = value, own.error * value, (own.log - log) / own.error
-    return dict(zip(("predicted", "sd", "standardised"), out, strict=True))
-
-
-def _calibration(settings, factors, levels):
-    """The base model's coefficients; one beyond the range of the factors' table is said and kept as
-    measured."""
-    known, out = {f.key: f for f in factors}, {}
-    for kind, (log, error) in levels.items():
-        power = EXPONENT[kind]
-        factor = known[settings.experiments[kind].parameters[0]]
-        ends = [float(np.exp((log + z * error) / power)) for z in (-NORMAL_95, NORMAL_95)]
-        value = float(np.exp(log / power))
-        ends[1] = min(ends[1], 1.0) if kind == "drop" else ends[1]
-        beyond = not factor.low <= value <= factor.high
-        own = value, value * error / power, *ends
-        out[factor.name] = calibrated(factor.key, *own, error / LEVEL_SD, beyond)
-    return out
+def _calibrated(settings, factors, kind, log, error):
+    """The base model's coefficient by its name; one beyond the range of the factors' table is said
+    and kept as measured."""
+    key, power = settings.experiments[kind].parameters[0], EXPONENT[kind]
+    factor = next(f for f in factors if f.key == key)
+    logs = log, log - NORMAL_95 * error, log + NORMAL_95 * error
+    value, low, high = (float(np.exp(each / power)) for each in logs)
+    high = min(high, 1.0) if kind == "drop" else high
+    beyond = not factor.low <= value <= factor.high
+    own = value, value * error / power, low, high, error / LEVEL_SD
+    return {factor.name: calibrated(key, *own, beyond)}

@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 from calibration.study.stage import Figure, Plan, Stage
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from calibration.chain.study import Study
 
 
@@ -23,23 +21,6 @@ def batches(study: Study) -> int:
 
     asked = need_emulators(study.config.measurements)
     return study_settings(study.config).batches if asked else 1
-
-
-def other_settings(path: str | Path) -> str:
-    """Return a sentence: at which lever columns the experiments of a table can be set otherwise. It
-    stands behind the refusal of a table that a diagnosis cannot be made of; empty for one that
-    cannot be read."""
-    from calibration.errors import ConfigError
-    from calibration.intake.measurements import read_measured
-    from calibration.intake.quantities import LEVERS, levers_of
-
-    try:
-        kinds = dict.fromkeys(m.experiment for m in read_measured(path).conditions)
-    except (ConfigError, OSError):
-        return ""
-    columns = {kind: [name for name in LEVERS if name in levers_of(kind)] for kind in kinds}
-    ways = [f"{kind} at another {' or '.join(own)}" for kind, own in columns.items() if own]
-    return f" Measure {', or '.join(ways)}." if ways else ""
 
 
 def _rules(config):

@@ -5,11 +5,13 @@ from textwrap import fill
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from matplotlib import ticker
 from matplotlib.figure import Figure
 
 from calibration.figures import BLUE, GREY, ORANGE, label, subplots
 from calibration.intake.quantities import LEVERS, QUANTITIES
+from diagnosis.page.words import lever_of
 
 LARGE = 10.0  # nats from which on the axis of gains is logarithmic
 
@@ -20,13 +22,10 @@ def _panels(rows):
     panels, single = [], []
     for kind in dict.fromkeys(r["experiment"] for r in rows):
         own = [r for r in rows if r["experiment"] == kind]
-        varied = [
-            lever
-            for lever in dict.fromkeys(n for r in own for n in r["levers"])
-            if len({r["levers"].get(lever) for r in own} - {None}) > 1
-        ]
+        levels = pd.DataFrame([r["levers"] for r in own])
+        varied = levels.columns[levels.nunique() > 1]
         panels += [(kind, lever, [r for r in own if lever in r["levers"]]) for lever in varied]
-        single += [] if varied else own
+        single += [] if len(varied) else own
     return panels + ([(None, None, single)] if single else [])
 
 
@@ -43,8 +42,7 @@ def _name_axis(axis, kind, lever):
         axis.set_title("single settings")
         axis.margins(x=0.4)
         return
-    known = LEVERS.get(lever)
-    name, unit = (known.words, known.unit) if known else (label(lever), "")
+    name, unit = lever_of(lever)
     axis.set(xlabel=f"{name} [{unit}]" if unit else name, title=QUANTITIES[kind].words)
     if axis.dataLim.xmin <= 0.0:  # a recorded number
         return
@@ -89,9 +87,8 @@ def gain_figure(gain: Mapping[str, Any] | None) -> Figure:
     y = np.arange(len(points))
     axis.axvspan(-2, 2, color=GREY, alpha=0.15, linewidth=0)
     axis.axvline(0, color=GREY, linewidth=1)
-    for key, marker, colour in (("miss_before", "o", BLUE), ("miss_after", "s", ORANGE)):
-        name = "base model" if key == "miss_before" else "extended model"
-        axis.plot([p[key] for p in points], y, marker, color=colour, label=name)
+    axis.plot([p["miss_before"] for p in points], y, "o", color=BLUE, label="base model")
+    axis.plot([p["miss_after"] for p in points], y, "s", color=ORANGE, label="extended model")
     axis.set_yticks(y, [_setting(p) for p in points], fontsize=8)
     axis.set_xlabel("(measured - simulated) / standard error, setting left out of the fit")
     if points:

@@ -48,8 +48,9 @@ def plan_runs(setup: Setup, output: NamedFiles) -> None:
         print(announced(setup.settings, specs, written), file=sys.__stderr__)
 
 
-def plan_refinement(setup: Setup, source: NamedFiles, output: NamedFiles, wave: int) -> None:
-    """Plan the runs of a wave, where emulators are too rough at the posterior mode."""
+def plan_refinement(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
+    """Plan the runs of the next wave, where emulators are too rough at the posterior mode."""
+    wave = len(source.designs)  # after the first plan
     emulated, _ = setup.emulated(source.designs, source.plans)
     first = trained(setup.rig, setup.catalogue, setup.kinds)
     bulk = Bulk(emulated, setup.tested)
@@ -62,8 +63,9 @@ def plan_refinement(setup: Setup, source: NamedFiles, output: NamedFiles, wave: 
 def name_causes(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     """Show where the calibrated base model fails, name the cause, and plan the runs that measure
     the gain."""
-    of = _of_contacts(setup) if setup.of_contacts else _of_simulated(setup, source)
-    told, extension, specs, extended, name = of
+    told, extension, specs, extended, name = (
+        _of_contacts(setup) if setup.of_contacts else _of_simulated(setup, source)
+    )
     write_json(output.findings, told)
     write_json(output.extension, extension)
     write_json(output.plan, specs)
@@ -121,7 +123,7 @@ def _of_contacts(setup):
     told["remarks"] = verdict.remarks(table)
     named = told["causes"] if told["verdict"] == "identified" else []
     extension = {"mechanisms": named, "rows": [], "steps": []}
-    return told, extension, {}, contacts.with_law(measurements, found), "the law"
+    return told, extension, {}, contacts.with_law(told["residuals"], found), "the law"
 
 
 def conclude(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
@@ -162,11 +164,6 @@ def _of_study(stage):
 
 diagnosis_power = _of_study(plan_power)
 diagnosis_plan = _of_study(lambda setup, source, output: plan_runs(setup, output))
-# the wave's folder bears its number
-diagnosis_wave = _of_study(
-    lambda setup, source, output: plan_refinement(
-        setup, source, output, int(Path(output.plan).parent.name.removeprefix("wave_"))
-    )
-)
+diagnosis_wave = _of_study(plan_refinement)
 diagnosis_identify = _of_study(name_causes)
 diagnose = _of_study(conclude)

@@ -17,8 +17,9 @@ REFERENCE = FROZEN / "table-tennis-ball"
 
 @pytest.fixture
 def ball():
-    """The recorded verdict of a ball on a floor, with the words that a new one has."""
+    """The recorded verdict of a ball on a floor, with the keys and words that a new one has."""
     verdict = json.loads((REFERENCE / "verdict.json").read_text())
+    verdict |= {"misfit": verdict["lack_of_fit"], "laws": [], "errors": [], "rows": []}
     for part in ("calibration", "calibration_extended"):
         for entry in verdict[part].values():
             entry["words"] = parameter_words("contacts.particle_wall.restitution")
@@ -76,9 +77,10 @@ def test_the_first_sentence_says_what_is_wrong_by_how_much_and_where(ball):
         ("ambiguous", {"causes": [], "laws": [law(rivals=[{"words": "a zero off", "behind": 0}])]},
          "a zero off"),
         ("error", {"causes": [], "errors": [{"experiment": "drop", "of": "drop_height_mm",
-         "sd": 0.1, "p": 0.01, "rivals": [], "sentence": "Line 9 reads like 132 mm."}]}, "132 mm"),
-        ("error", {"causes": [], "errors": [], "rows": [{"line": 9, "standard_deviations": 15.0,
-         "sentence": "Line 9 lies off."}]}, "line 9"),
+         "what": "one level", "level": 120.0, "sd": 0.1, "p": 0.01, "rivals": [],
+         "sentence": "Line 9 reads like 132 mm."}]}, "132 mm"),
+        ("error", {"causes": [], "errors": [], "rows": [{"experiment": "drop", "line": 9,
+         "standard_deviations": 15.0, "sentence": "Line 9 lies off."}]}, "line 9"),
         ("unexplained", {"causes": [], "best_tried": ["air_drag"]}, "air drag,"),
     ],
 )  # fmt: skip

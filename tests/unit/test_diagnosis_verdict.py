@@ -86,7 +86,7 @@ def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypa
         wave = files(
             tmp_path, design=f"design_{k}.json", plan=f"plan_{k}.json", left=f"left_{k}.json"
         )
-        stages.plan_refinement(own, trained, wave, k)
+        stages.plan_refinement(own, trained, wave)
         trained.designs.append(wave.design)
         trained.plans.append(wave.plan)
     trained.left = [at("left_1.json"), at("left_2.json")]

@@ -17,7 +17,7 @@ LAW = {
 CLOGGED = {
     "verdict": "identified", "causes": ["rolling_law"], "laws": [LAW], "outcomes": [FLOW],
     "misfit": {"chi_square": 2.0, "freedom": 4.0, "deviance": 24.1, "p": 0.007},
-    "refinement": {"left": []},
+    "errors": [], "rows": [], "refinement": {"left": []},
 }  # fmt: skip
 BASE = {"experiment": "discharge", "mechanism": "base", "runs": 26, "failed": 8, "error": 0.1}
 SILENT = {"experiment": "discharge", "mechanism": "cohesion", "runs": 0, "failed": 6}
@@ -72,7 +72,10 @@ def verdict(error=0.2, change=0.0, uncertain=0.0, said="adequate"):
     return {
         "verdict": said,
         "reason": "the base model fits within the stated spread",
-        "lack_of_fit": {"p": 0.5},
+        "misfit": {"p": 0.5},
+        "laws": [],
+        "errors": [],
+        "rows": [],
         "residuals": [residual | {"standardised": 0.0}],
         "refinement": {"share": 0.3, "left": [row]},
         "emulators": [{"experiment": "heap", "mechanism": "base", "runs": 40}],

@@ -2,7 +2,7 @@
 # metrics, two waves of runs refine them near the posterior mode, one rule names the cause and plans
 # the runs that measure the gain, and the last one gives the verdict
 
-from diagnosis.declared import WAVES, other_settings
+from diagnosis.declared import WAVES
 from diagnosis.measurements import need_emulators, read_all
 
 # tests and fixed levels give what the settings do not

@@ -3,15 +3,16 @@
 import math
 import re
 from collections.abc import Iterable, Mapping
-from functools import cache
 from typing import Any
 
+import numpy as np
 import yaml
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import Environment
 
+from calibration.engines import templates
+from calibration.engines.templates import capital
 from calibration.figures import label
 from calibration.intake.quantities import LEVERS, QUANTITIES
-from calibration.statistics.numbers import fixed
 
 WITHOUT = ("adequate", "not decided")
 """Verdicts that find nothing wrong."""
@@ -19,11 +20,6 @@ WITHOUT = ("adequate", "not decided")
 MOST_ODDS = 1000.0
 """Odds that are told: no data of a laboratory bear more, for a model is never right to one in a
 thousand."""
-
-
-def capital(text: str) -> str:
-    """Text with its first letter large."""
-    return text[:1].upper() + text[1:]
 
 
 def with_article(name: str) -> str:
@@ -74,19 +70,16 @@ def amount(value: float, unit: str) -> str:
     return f"{100 * value:+.2g} %" if unit == "share" else f"{value:.3g} {unit}".removesuffix(" 1")
 
 
+def lever_of(name: str) -> tuple[str, str]:
+    """What a lever is called, and its unit; what was recorded beside a reading has none."""
+    known = LEVERS.get(name)
+    return (known.words, known.unit) if known else (label(name), "")
+
+
 def setting(levers: Mapping[str, float | None]) -> str:
     """Levers with their values and units, those that are set."""
-    return ", ".join(
-        f"{LEVERS[k].words if k in LEVERS else label(k)} {v:g} "
-        f"{LEVERS[k].unit if k in LEVERS else ''}".rstrip()
-        for k, v in levers.items()
-        if v is not None
-    )
-
-
-def quantity(experiment: str) -> str:
-    """Return what an experiment measures."""
-    return QUANTITIES[experiment].words
+    known = [(*lever_of(k), v) for k, v in levers.items() if v is not None]
+    return ", ".join(f"{name} {v:g} {unit}".rstrip() for name, unit, v in known)
 
 
 def in_unit(experiment: str, value: float, form: str) -> str:
@@ -97,9 +90,8 @@ def in_unit(experiment: str, value: float, form: str) -> str:
 
 def at(lever: str, value: float) -> str:
     """The value of a lever, or of what was recorded beside a reading, as a place."""
-    if lever not in LEVERS:
-        return f"{with_article(label(lever))} of {value:.4g}"
-    return f"a {LEVERS[lever].words} of {value:.4g} {LEVERS[lever].unit}".rstrip()
+    name, unit = lever_of(lever)
+    return f"{with_article(name)} of {value:.4g} {unit}".rstrip()
 
 
 def miss(experiment: str, value: float) -> str:
@@ -110,14 +102,9 @@ def miss(experiment: str, value: float) -> str:
 
 def lines_of(rows: Iterable[Mapping[str, Any]]) -> str:
     """'line 5', 'lines 5, 8 and 12', or 'lines 5 to 8' of a setting with several readings."""
-    runs: list[list[int]] = []
-    for line in sorted({n for r in rows for n in r.get("lines") or [r["line"]]}):
-        if len(runs) and line == runs[-1][-1] + 1:
-            runs[-1].append(line)
-        else:
-            runs.append([line])
+    lines = np.unique([n for r in rows for n in r.get("lines") or [r["line"]]])
     told: list[str] = []
-    for run in runs:
+    for run in np.split(lines, np.flatnonzero(np.diff(lines) > 1) + 1):
         told += [f"{run[0]} to {run[-1]}"] if len(run) > 2 else map(str, run)
     head = ", ".join(told[:-1])
     many = head or " to " in told[0]
@@ -141,11 +128,10 @@ def keys(data: Mapping[str, Any] | None) -> list[str]:
 FILTERS = {
     f.__name__: f
     for f in (
-        amount, at, bare, capital, chance, fixed, in_unit, joined, keys, label, lines_of, miss,
-        odds, place, plain, quantity, sentence, setting, with_article,
+        amount, at, bare, chance, in_unit, joined, keys, label, lever_of, lines_of, miss, odds,
+        place, plain, sentence, setting, with_article,
     )
 } | {
-    "number": format,
     "largest": lambda numbers: max(numbers, key=lambda k: abs(numbers[k])),
     "two_digits": lambda value: f"{float(f'{value:.2g}'):,.0f}",
 }  # fmt: skip
@@ -156,16 +142,8 @@ def told(template: str, **facts: Any) -> str:
     return plain(environment().get_template(template).render(facts))
 
 
-@cache
 def environment() -> Environment:
     """Return what the templates of this folder are read in."""
-    own = Environment(
-        loader=PackageLoader("diagnosis.page", "."),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        autoescape=False,
-    )
-    own.filters |= FILTERS
+    own: Environment = templates.environment("diagnosis.page", tuple(FILTERS.items()))
     own.globals |= {"LEVERS": LEVERS, "QUANTITIES": QUANTITIES, "WITHOUT": WITHOUT}
     return own

@@ -107,11 +107,6 @@ def head(answer: Answer) -> list[str]:
 ASCII = str.maketrans({"±": "+-", "−": "-", "°": " deg", "µ": "u", "²": "2", "³": "3", "’": "'"})
 
 
-def capital(text: str) -> str:
-    """With a capital letter first, the others as they are."""
-    return text[:1].upper() + text[1:]
-
-
 def given_nowhere(summary: Mapping[str, Any]) -> bool:
     """Return whether no point of the region is predicted to give the target."""
     return not summary.get("attainable", True)
@@ -123,11 +118,10 @@ def between(name: str) -> str:
 
 
 FILTERS = {
-    "behind": behind, "between": between, "capital": capital, "compared": compared,
-    "difference_of": difference_of, "given_nowhere": given_nowhere, "judged": judged,
-    "known": known, "label": label, "response_of": response_of, "signed": signed,
-    "title_of": title, "value": lambda x, response: response.value(x), "value_of": value,
-    "verdict": verdict_of,
+    "behind": behind, "between": between, "compared": compared, "difference_of": difference_of,
+    "given_nowhere": given_nowhere, "judged": judged, "known": known, "label": label,
+    "response_of": response_of, "signed": signed, "title_of": title,
+    "value": lambda x, response: response.value(x), "value_of": value, "verdict": verdict_of,
 }  # fmt: skip
 
 
