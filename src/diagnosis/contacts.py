@@ -12,10 +12,9 @@ import numpy as np
 from calibration.intake.measurements import Measurement
 from calibration.statistics.numbers import NORMAL_95
 from calibration.study.factors import Factor
-from diagnosis import extend
 from diagnosis.catalogue import Mechanism
 from diagnosis.laws.engine_gain import Engine, compared, gain_of, not_run
-from diagnosis.laws.known import COEFFICIENT, integrated, known_curves, with_coefficient
+from diagnosis.laws.known import known_curves
 from diagnosis.laws.readings import EXPONENT, FREE, from_log, readings_of
 from diagnosis.residuals import calibrated, residual_rows
 from diagnosis.rig import Rig
@@ -121,21 +120,6 @@ def findings(
         "residuals": residual_rows(measurements, **columns),
         "lack_of_fit": found.misfit,
     }
-
-
-def half_step(measurements: list[Measurement], rig: Rig) -> list[dict[str, Any]]:
-    """Rows of `diagnosis.extend.time_step_row`: the integrated contacts at half their time step."""
-    out = []
-    for i in extend.middles(measurements):
-        m = measurements[i]
-        log, _ = _constant([m], m.experiment)
-        name, low, high = COEFFICIENT[m.experiment]
-        spec = rig.spec(m.condition, rig.settings.seed)
-        value = float(np.exp(log / EXPONENT[m.experiment]))
-        spec = with_coefficient(spec, name, np.clip(value, low, high))
-        values = np.array([[integrated(spec, finer)] for finer in (1.0, 2.0)])
-        out.append(extend.time_step_row(m, values, float(m.sd / np.sqrt(m.n))))
-    return out
 
 
 def with_law(residuals: Sequence[Mapping[str, Any]], found: Found) -> np.ndarray | None:

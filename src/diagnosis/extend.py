@@ -342,26 +342,14 @@ def time_step_check(
     out, errors = [], data_of(measurements).error[0]
     values = real_values(settings, {}, measurements, rows, metrics)
     for i in dict.fromkeys(row["setting"] for row in rows):
-        pair = np.array([values["full"][i], values["half"][i]])
-        if np.isfinite(pair).any(1).all():
-            out.append(time_step_row(measurements[i], pair, float(errors[i])))
+        m, pair = measurements[i], np.array([values["full"][i], values["half"][i]])
+        if not np.isfinite(pair).any(1).all():
+            continue
+        full, half = map(float, np.nanmean(pair, axis=1))
+        known = np.isfinite(pair).sum() - 2.0  # of few runs
+        uncertain = float(np.hypot(*run_scatter([m] * 2, pair)) * doubt(np.maximum(known, 1.0)))
+        matters = abs(half - full) - SURE * uncertain > LARGE * errors[i]
+        row = {"experiment": m.experiment, "levers": m.levers, "value": full, "half": half}
+        row |= {"change": half - full, "uncertain": uncertain, "error": float(errors[i])}
+        out.append(row | {"matters": bool(matters)})
     return out
-
-
-def time_step_row(measurement: Measurement, values: np.ndarray, error: float) -> dict[str, Any]:
-    """A row of `time_step_check` from values (2, r) at the full and the half step."""
-    full, half = map(float, np.nanmean(values, axis=1))
-    uncertain = float(np.hypot(*run_scatter([measurement] * 2, values)))
-    known = np.isfinite(values).sum() - 2.0
-    uncertain *= float(doubt(np.maximum(known, 1.0)))  # of few runs
-    change = half - full
-    return {
-        "experiment": measurement.experiment,
-        "levers": measurement.levers,
-        "value": full,
-        "half": half,
-        "change": change,
-        "uncertain": uncertain,
-        "error": error,
-        "matters": bool(abs(change) - SURE * uncertain > LARGE * error),
-    }

@@ -117,7 +117,6 @@ def _of_contacts(setup):
     found = contacts.discovered(measurements, setup.rig, setup.catalogue, table.aside)
     told = contacts.findings(measurements, found, settings, setup.factors)
     told = contacts.with_engine(told, measurements, found, setup.rig, setup.catalogue)
-    told["time_step"] = contacts.half_step(measurements, setup.rig)
     defaults = contacts.defaults_of(settings, setup.kinds)
     told["held_out"] = held_out.by_contacts(measurements, table.held_out, found, defaults)
     told["remarks"] = verdict.remarks(table)

@@ -63,11 +63,13 @@ def test_each_experiment_is_checked_at_its_middle_value():
 
 def test_two_runs_at_each_step_seldom_move_the_answer_by_chance():
     """The scatter of two runs each is known poorly: by a normal law a sixth of them would."""
-    rng = np.random.default_rng(6)
-    heap = Measurement("heap", 30.0, 0.1, 5, {})
-    moved = [
-        extend.time_step_row(heap, 30.0 + rng.standard_normal((2, 2)), 0.05) for _ in range(500)
-    ]
+    rng, own, labels = np.random.default_rng(6), settings(0.2), ("full", "half")
+    rows = [{"label": part, "setting": i, "run_ids": [f"{part} {i} {k}" for k in (1, 2)],
+             "reads": {}} for i in range(500) for part in labels]  # fmt: skip
+    metric = own.experiments["drop"].metric
+    metrics = {n: {metric: 30.0 + rng.standard_normal()} for r in rows for n in r["run_ids"]}
+    read = [Measurement("drop", 30.0, 0.05, 1, {"drop_height_mm": 90.0})] * 500
+    moved = extend.time_step_check(own, read, rows, metrics)
     assert 0.01 < np.mean([row["matters"] for row in moved]) < 0.07
 
 

@@ -49,10 +49,10 @@ SETTLE, SLIP_SPEED, LOOK, LOOKS = 20.0, 0.2, 5, 400
 force, and looks."""
 
 
-def rebounds(spec: dict[str, Any], heights: ArrayLike, finer: float = 1.0) -> np.ndarray:
+def rebounds(spec: dict[str, Any], heights: ArrayLike) -> np.ndarray:
     """Rebound heights (k,) [mm] of the grain of a drop's run spec (a mapping) from heights (k,)
-    [mm], the time step over `finer`."""
-    own = _in_steps(spec, FINE / finer)
+    [mm]."""
+    own = _in_steps(spec, FINE)
     air = _air(own)
     heights = 1e-3 * np.asarray(heights, float)
     radius = mean_radius(own)
@@ -150,14 +150,14 @@ def _rise(spec, radius, speed, air):
     return height
 
 
-def sliding_angles(spec: dict[str, Any], rates: ArrayLike, finer: float = 1.0) -> np.ndarray:
+def sliding_angles(spec: dict[str, Any], rates: ArrayLike) -> np.ndarray:
     """Sliding angles (k,) [deg] of the grain of a tilt's run spec (a mapping) at tilt rates (k,)
-    [degrees/s], the time step over `finer`.
+    [degrees/s].
 
     A grain at rest under its weight on the plate is pushed until it slips. The friction is the
     force that holds it then, over its weight. On the plate the load is m g cos(theta). The angle is
     read once the spec's slip has been covered."""
-    own = _in_steps(spec, COARSE / finer)
+    own = _in_steps(spec, COARSE)
     angle = math.atan(friction(own, 0.0))
     for _ in range(2):
         angle = math.atan(friction(own, angle))
@@ -284,12 +284,6 @@ def with_coefficient(spec: dict[str, Any], name: str, value: float) -> dict[str,
 
 READ = {"drop": ("drop_height_mm", rebounds), "tilt": ("tilt_rate_deg_s", sliding_angles)}
 """{experiment: (lever along which one contact is asked, how)}."""
-
-
-def integrated(spec: dict[str, Any], finer: float) -> float:
-    """The reading of a run spec by the engine's contact, its time step divided by `finer`."""
-    lever, read = READ[spec["experiment"]]
-    return float(read(spec, [getattr(parse_spec(spec).geometry, lever)], finer)[0])
 
 
 def contact_logs(
