@@ -106,7 +106,7 @@ def test_runs_that_blow_up_are_no_tests(tmp_path, monkeypatch):
     design.write_text(json.dumps(rows))
     plan.write_text(json.dumps({key: {"experiment": "heap"} for key in metrics}))
     rig = types.SimpleNamespace(factors=[], settings=settings)
-    own = types.SimpleNamespace(settings=settings, rig=rig, catalogue={}, lever_laws={})
+    own = types.SimpleNamespace(settings=settings, rig=rig, catalogue={}, measurements=[])
     emulated, _ = setup.Setup.emulated(own, [design], [plan])
     assert emulated.failures == {}
 
