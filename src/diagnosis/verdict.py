@@ -157,8 +157,7 @@ def _expected(bulk, names):
             whole = lever_values(bulk.emulated.settings, m.experiment, levers) | levers
             settings.append((m.experiment, whole, {}))
             beside.append(unread(m, levers=levers, batch="", instrument=""))
-    wider = Bulk(bulk.emulated, bulk.tested, beside=beside)
-    [block] = wider.block().values()
+    [block] = Bulk(bulk.emulated, bulk.tested, beside=beside).block().values()
     at = np.argsort(block.readings.rows)[-len(settings) :]
     told = [_with(block, name) for name in names]
     means, variances = (np.array(v)[:, at] for v in zip(*told, strict=True))
@@ -167,10 +166,11 @@ def _expected(bulk, names):
 
 def _with(block, name):
     """Means and variances (n,) of the logarithms with a mechanism in the block, over its strengths
-    and what the readings say of these; BASE is none."""
-    if name == BASE:
+    and what the readings say of these; without one where the block has none of that name."""
+    found = [(t, s) for t in block.terms.values() for s in t.shapes if s.name == name]
+    if not found:  # it is none, or does not show
         return block.expected()
-    term, shape = next((t, s) for t in block.terms.values() for s in t.shapes if s.name == name)
+    [(term, shape), *_] = found
     odds, parts = block.by_strength(shape), []
     share = np.exp(odds - log_sum(odds))
     for k in np.flatnonzero(share > LEAST_SHARE):
