@@ -93,7 +93,8 @@ def test_pareto_is_sorted_with_its_limits(screening):
         screening.t_limit,
         screening.bonferroni_limit,
     ]
-    assert "t limit 1 %" in [t.get_text() for t in ax.texts]
+    [legend] = figure.legends
+    assert {"t limit 1 %", "Bonferroni 1 %"} < {t.get_text() for t in legend.get_texts()}
     assert not overlapping(figure)
 
 
