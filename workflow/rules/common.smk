@@ -17,6 +17,7 @@ from calibration.study.config.parse import parse_resolved
 from calibration.study.config.schema import VIEWS
 from calibration.study.config.tests import predicted, swept_test
 from calibration.errors import REFUSALS, in_words
+from calibration.intake.measurements import other_settings
 from calibration.intake.started_code import refuse_unasked
 from calibration.digests import digest
 from calibration.runs.verify import made_again, refuse_outside

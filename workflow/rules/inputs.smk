@@ -11,14 +11,14 @@ HANDED_OUT = (
 OWN = [name for name, stage in STAGES.items() if stage.of(SETTINGS)]
 
 
-def refusing(asked, files=()):
-    """Input function: `files`; refuses a stage for which `asked` raises."""
+def refusing(asked, files=(), hint=lambda: ""):
+    """Input function: `files`; refuses a stage for which `asked` raises, with a hint behind why."""
 
     def check(wildcards):
         try:
             asked()
         except REFUSALS as error:
-            raise WorkflowError(in_words(error))
+            raise WorkflowError(in_words(error) + hint())
         return files
 
     return check
@@ -29,10 +29,16 @@ def needs(key, stage):
     return refusing(lambda: given(SETTINGS, key, stage))
 
 
-# the table of measurements, which has values of the target
-measured = refusing(STUDY_OBJECT.measured, MEASUREMENTS)
-# the same, of which a diagnosis can be made
-diagnosed = refusing(lambda: read_all(SETTINGS.measurements), MEASUREMENTS)
+def table_that(reads):
+    """Input function: the table of measurements; refuses one that `reads` refuses."""
+    hint = lambda: other_settings(SETTINGS.measurements)
+    return refusing(reads, MEASUREMENTS, hint)
+
+
+# it has values of the target
+measured = table_that(STUDY_OBJECT.measured)
+# a diagnosis can be made of it
+diagnosed = table_that(lambda: read_all(SETTINGS.measurements))
 
 
 def shown(wildcards):

@@ -164,6 +164,19 @@ def read_measured(path: str | Path, sheet: str | None = None, apart: bool = Fals
     return Measurements(path, tuple(conditions), table.how)
 
 
+def other_settings(path: str | Path) -> str:
+    """Return a sentence: at which lever columns the experiments of a table can be set otherwise. It
+    stands behind the refusal of a table that says too little; empty for one that cannot be
+    read."""
+    try:
+        kinds = dict.fromkeys(m.experiment for m in read_measured(path).conditions)
+    except (ConfigError, OSError):
+        return ""
+    columns = {kind: " or ".join(quantities.levers_of(kind)) for kind in kinds}
+    ways = [f"{kind} at another {own}" for kind, own in columns.items() if own]
+    return f" Measure {', or '.join(ways)}." if ways else ""
+
+
 def _gathered(rows, path, faults, apart):
     """The rows with readings of a condition made one; faults for conditions that come twice."""
     kept, groups = [r for r in rows if r.outcome], {}
