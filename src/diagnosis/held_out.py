@@ -1,6 +1,7 @@
 """Rows that no fit has used, beside what the model of the table predicts of them."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -18,11 +19,11 @@ STEP = 1e-4  # of a logarithm, for the derivative of the reading
 
 def by_emulators(bulk: Bulk, held_out: Sequence[Measurement], found: Found) -> list[dict[str, Any]]:
     """Rows (see `_rows`) of conditions that were held out of a table of simulated tests."""
-    own = [m for m in held_out if m.experiment in bulk.kinds]
-    if not own:
-        return _rows(held_out, 0, [], found)
-    wider = Bulk(bulk.emulated, bulk.tested, beside=[*map(unread, own)])
-    return _rows(held_out, len(bulk.measurements), wider.block().values(), found)
+    place = [i for i, m in enumerate(held_out) if m.experiment in bulk.kinds]
+    if not place:
+        return _rows(held_out, place, 0, [], found)
+    wider = Bulk(bulk.emulated, bulk.tested, beside=[unread(held_out[i]) for i in place])
+    return _rows(held_out, place, len(bulk.measurements), wider.block().values(), found)
 
 
 def by_contacts(
@@ -32,35 +33,33 @@ def by_contacts(
     defaults: Mapping[str, Mapping[str, float]],
 ) -> list[dict[str, Any]]:
     """The same of single contacts."""
-    own = [m for m in held_out if m.experiment in found.selection.blocks]
-    rows = [*measurements, *map(unread, own)]
-    kinds = {m.experiment for m in own}
+    place = [i for i, m in enumerate(held_out) if m.experiment in found.selection.blocks]
+    rows = [*measurements, *(unread(held_out[i]) for i in place)]
+    kinds = {held_out[i].experiment for i in place}
     blocks = blocks_of([readings_of(rows, kind, defaults.get(kind)) for kind in kinds], None)
-    return _rows(held_out, len(measurements), blocks.values(), found)
+    return _rows(held_out, place, len(measurements), blocks.values(), found)
 
 
-def _rows(held_out, known, blocks, found):
+def _rows(held_out, place, known, blocks, found):
     """[{experiment, line, levers, measured, error, before, after, miss_before, miss_after}] of rows
-    that stand in blocks behind the `known` ones, those of an experiment without a block left out:
+    that were held out. Those at `place` stand in blocks behind the `known` ones and are predicted
     by constant coefficients, and by what was found; what nothing predicts is null. Misses are in
     errors of reading and prediction together."""
     held = [k for b in found.selection.blocks.values() for k, h in b.held.items()
             if h.term.kind != ROW]  # fmt: skip
-    kinds = {kind for block in blocks for kind in block.readings.experiments}
-    place = np.array([i for i, m in enumerate(held_out) if m.experiment in kinds], int)
-    predicted = np.full((2, 2, len(held_out)), np.nan)
-    for which, keys in enumerate(((), held) if held else ((),)):
-        for block in blocks:
-            for row, *told in _predicted(held_in_turn(block, keys), known):
-                predicted[which, :, place[row]] = told
+    shown = {"before": ()} | ({"after": held} if held else {})
+    predicted = {label: np.full((2, len(held_out)), np.nan) for label in ("before", "after")}
+    for (label, keys), block in product(shown.items(), blocks):
+        for row, *told in _predicted(held_in_turn(block, keys), known):
+            predicted[label][:, place[row]] = told
     out, error = [], data_of(held_out).error[0] if held_out else ()
-    for m, own, values in zip(held_out, error, predicted.transpose(2, 0, 1), strict=True):
+    for i, m in enumerate(held_out):
         line = {"experiment": m.experiment, "line": m.line, "levers": m.levers}
-        line |= {"measured": m.value, "error": float(own)}
-        for label, (value, sd) in zip(("before", "after"), values, strict=True):
-            some = np.isfinite(value)
-            line[label] = float(value) if some else None
-            line[f"miss_{label}"] = float((m.value - value) / np.hypot(own, sd)) if some else None
+        line |= {"measured": m.value, "error": float(error[i])}
+        for label, own in predicted.items():
+            value, sd = own[:, i]
+            both = {label: value, f"miss_{label}": (m.value - value) / np.hypot(error[i], sd)}
+            line |= {key: float(v) if np.isfinite(v) else None for key, v in both.items()}
         out.append(line)
     return out
 

@@ -146,5 +146,5 @@ def _curves(verdict):
 FACTS = {
     f.__name__.lstrip("_"): f
     for f in (_placed, _alone, _missed, _named, _weighed, _rivals, _zeros, _costliest, _curves)
-} | {"BASE": BASE, "CATALOGUE": load_catalogue(), "CORES": CORES, "duration": duration}
+} | {"BASE": BASE, "CORES": CORES, "duration": duration, "known": load_catalogue}
 """What `first_lines.j2` asks of a verdict."""

@@ -3,11 +3,11 @@
 import math
 import re
 from collections.abc import Iterable, Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
 import yaml
-from jinja2 import Environment
 
 from calibration.engines import templates
 from calibration.engines.templates import capital
@@ -142,8 +142,9 @@ def told(template: str, **facts: Any) -> str:
     return plain(environment().get_template(template).render(facts))
 
 
-def environment() -> Environment:
+@cache
+def environment() -> Any:
     """Return what the templates of this folder are read in."""
-    own: Environment = templates.environment("diagnosis.page", tuple(FILTERS.items()))
+    own = templates.environment("diagnosis.page", tuple(FILTERS.items()))
     own.globals |= {"LEVERS": LEVERS, "QUANTITIES": QUANTITIES, "WITHOUT": WITHOUT}
     return own
