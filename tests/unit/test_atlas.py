@@ -22,6 +22,7 @@ from calibration.interface.commands import main
 from calibration.runs.plans import read_plan
 from calibration.runs.store import RunStore
 from calibration.stages.joint import first_points
+from calibration.study.config.joint import joint_targets
 from calibration.study.factors import read_factors
 from dem.results import write_result
 from dem.spec import parse_spec
@@ -204,8 +205,22 @@ def test_few_runs_correct_an_atlas_that_is_off(tmp_path, monkeypatch):
     config.tests["heap"].run["geometry"]["plate_diameter_mm"] = 220.0
     config.tests["heap"].run["particles"]["count"] *= 2  # a wider plate takes more
     config.tests["heap"].run["laws"] = {"rolling": "constant_torque"}
-    said = " ".join(AtlasEmulators(config, study.factors).counted())
+    said = " ".join(AtlasEmulators(config, study.factors).said([]))
     assert tells(said, "counts as 50", "rolling is constant_torque", "elastic_plastic in the atlas")
+
+
+def test_a_study_outside_of_the_atlas_begins_all_over_the_levels(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    begun("peas", ["--measured", "29", "30", "31", "--rim=5mm", *RIG])
+    config = read("peas", supplements=["joint"], calibrate={"test": "heap", "by": "atlas"})
+    study = Study(config)
+    rules_of(config.model_dump(mode="json"))["plan_joint_first"].call(study)
+    own = study.table("joint_first", "design")
+    levels = [(own[f.name] - f.low) / (f.high - f.low) for f in study.factors]
+    spread = first_points(config, "heap", len(study.factors))
+    assert np.column_stack(levels) == pytest.approx(spread, abs=1e-6)
+    (told,) = AtlasEmulators(config, study.factors).said(joint_targets(config))
+    assert tells(told, "heap", "plate_rim_height_mm is 5.0")
 
 
 @pytest.mark.slow

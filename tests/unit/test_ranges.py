@@ -78,7 +78,7 @@ def test_the_atlas_is_asked_for_as_many_grains_as_it_has(here, angle):
     config, factors = begun_with("peas", angle, angle + 1.0, rig=[*RIG, "--height=150mm"])
     assert AtlasEmulators(poured_as_atlas(config)[0], factors).tests == ["heap"]
     with refused(CalibrationError, "grains poured", "0.6 to 2"):
-        AtlasEmulators(config, factors)
+        AtlasEmulators(config, factors).told()
 
 
 def test_an_angle_beyond_all_heaps_narrows_no_range_but_where_heaps_roll_off(here):

@@ -1,7 +1,7 @@
 """Emulators of a study's tests out of the atlas: in place of runs of its own, the runs of the atlas
 that are nearest to each of its rigs."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from types import SimpleNamespace
@@ -25,9 +25,9 @@ from dem.grains.sizes import clump_shape, mean_radius
 from dem.spec import RunSpec
 
 NEAREST = 400
-"""Runs of the atlas by which a test is emulated: those nearest to its rig, in lengths over which
-the response bends (a local process: Gramacy and Apley 2015, Journal of Computational and Graphical
-Statistics 24:561)."""
+"""Runs of the atlas by which a test is emulated, nearest to its rig in lengths over which the
+response bends (a local process: Gramacy and Apley 2015, J. Comput. Graph. Stat. 24:561)."""
+HAS = ", ".join(rig.title for rig in RIGS.values())
 SLACK = 0.02  # of an input's range, by which a rig may lie beyond it
 
 
@@ -155,9 +155,7 @@ class Response:
 class AtlasEmulators:
     """`calibration.chain.joint.analysis.Emulators` of a study's tests, out of the atlas.
 
-    factors: the free ones. Raises CalibrationError where all tests lie outside the atlas, naming
-    what does, and by how much.
-    """
+    factors: the free ones; tests: those of the study that lie in the atlas."""
 
     def __init__(self, config: Config, factors: Sequence[Factor]) -> None:
         names = [n for n, t in config.tests.items() if t.experiment in BY_EXPERIMENT]
@@ -166,16 +164,9 @@ class AtlasEmulators:
         self._faults = {name: own.outside for name, own in settings.items()}
         self._settings = {n: own for n, own in settings.items() if not own.outside}
         self.tests = list(self._settings)
-        if not self.tests:
-            told = "; ".join(self._faults.values()) or "no test of the study is in it"
-            raise CalibrationError(f"outside the atlas: {told}")
         self._of: dict[tuple[str, str], Response] = {}
         runs = [len(kept(own.rig.name)) for own in self._settings.values()]
         self.design = pd.DataFrame({"rig": np.repeat(self.tests, runs)})
-
-    def counted(self) -> list[str]:
-        """Sentences on what of the tests counts as what the atlas has."""
-        return [sentence for own in self._settings.values() for sentence in own.counted]
 
     def of(self, test: str, metric: str) -> Response:
         """The emulator of a metric. Raises CalibrationError where the atlas does not have it."""
@@ -196,21 +187,23 @@ class AtlasEmulators:
         return test in self.tests and metric in self._settings[test].rig.readings
 
     def told(self) -> tuple[dict[JointTarget, MeasuredMean], list[str]]:
-        """(the targets that the atlas has of what was measured, sentences on the others, and why).
-        Raises CalibrationError where it has none, and ConfigError for a table that cannot be
-        read."""
+        """(the targets that the atlas has of what was measured, `said` of all). Raises
+        CalibrationError where it has none, and ConfigError for a table that cannot be read."""
         measured = measured_of(self.config, joint_targets(self.config))
         found = {t: m for t, m in measured.items() if self.has(t.test, t.metric)}
         if not found:
             faults = "; ".join(filter(None, self._faults.values()))
-            titles = ", ".join(rig.title for rig in RIGS.values())
-            known = f"nothing was measured that it has; allowed: {titles}"
-            raise CalibrationError(f"outside the atlas: {faults or known}")
-        rest = [
-            f"the atlas tells nothing of {t.name}: {self._faults.get(t.test) or 'it has none'}"
-            for t in measured if t not in found
+            raise CalibrationError(f"outside the atlas: {faults or f'nothing of {HAS}'}")
+        return found, self.said(measured)
+
+    def said(self, targets: Iterable[JointTarget]) -> list[str]:
+        """Sentences on what of the tests counts as what the atlas has, and on the targets that it
+        does not tell, and why."""
+        counted = [sentence for own in self._settings.values() for sentence in own.counted]
+        return counted + [
+            f"the atlas tells nothing of {t.name}: {self._faults.get(t.test) or f'it has {HAS}'}"
+            for t in targets if not self.has(t.test, t.metric)
         ]  # fmt: skip
-        return found, rest
 
     def values(self, test: str, metric: str) -> np.ndarray:
         """(n,) values of a metric of the atlas' runs, nan where a run gave none."""

@@ -34,7 +34,6 @@ ONE = Grain(2.0, 1500.0)
 SOFTNESS = 5e4
 """Shear modulus over rho g d. A modulus of 3 MPa, which studies take, is 1e5 for grains of 2 mm and
 5e4 for grains of 4 mm."""
-CONE_SLOPE = math.tan(math.radians(35.0))
 
 
 @dataclass(frozen=True)
@@ -87,7 +86,7 @@ _SCALES: dict[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
 
 def grains_of_cone(plate: float) -> float:
     """Grains of a cone of 35° on a plate, which is in diameters."""
-    return filling(math.pi / 24.0 * CONE_SLOPE * plate**3, 1.0)
+    return filling(math.pi / 24.0 * math.tan(math.radians(35.0)) * plate**3, 1.0)
 
 
 def relative_length(elongation: float) -> float:
@@ -222,26 +221,19 @@ def _beside_heap(at, levels, mm):
     }
 
 
-def _beside_cylinder(at, levels, mm):
-    return {"geometry.plate_diameter_mm": 6.0 * levels["geometry.cylinder_diameter_mm"]}
-
-
-def _beside_silo(at, levels, mm):
-    orifice = _wide("orifice", at)
-    return {"particles.count": _bed(at["silo"] * orifice, 1.9 * orifice)}
-
-
 _HEAP = "angle_of_repose_deg", "radial_angle_deg", "height_mm"
 RIGS = {
     rig.name: rig
     for rig in (
         Rig("heap", "heap", "heap of a funnel", _HEAP, _beside_heap),
-        Rig("cylinder", "lifted_cylinder", "heap of a lifted cylinder",
-            (*_HEAP, "base_radius_mm"), _beside_cylinder),
+        Rig("cylinder", "lifted_cylinder", "heap of a lifted cylinder", (*_HEAP, "base_radius_mm"),
+            lambda _, levels, mm:
+                {"geometry.plate_diameter_mm": 6.0 * levels["geometry.cylinder_diameter_mm"]}),
         Rig("density", "bulk_density", "poured density",
             ("poured_density_kg_m3", "poured_solid_fraction"), lambda *_: {"geometry.taps": 0}),
-        Rig("silo", "discharge", "discharge of a silo",
-            ("mass_flow_g_s", "bulk_density_kg_m3"), _beside_silo),
+        Rig("silo", "discharge", "discharge of a silo", ("mass_flow_g_s", "bulk_density_kg_m3"),
+            lambda at, *_: {"particles.count":
+                _bed(at["silo"] * _wide("orifice", at), 1.9 * _wide("orifice", at))}),
         Rig("drum", "drum", "turning drum", ("dynamic_angle_deg",),
             lambda *_: {"geometry.start_turns": 0.3, "geometry.turns": 0.25}),
     )

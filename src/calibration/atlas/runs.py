@@ -22,11 +22,9 @@ from dem.io.files import write_json
 PART = 25
 RUNS = {"heap": 2000, "cylinder": 1500, "density": 1500, "drum": 1500, "silo": 400}
 """Runs of one part, which is made at once, and of each test when all are made."""
-DIGITS = 4
-TRAINED = 300, 0.75
-"""Runs at most, evenly out of those that have a value, and share of them, by which lengths are
-trained: the likelihood takes the cube of their number, and the others tell what the trained process
-is worth."""
+TRAINED = 300
+"""Runs at most, evenly out of those that have a value, by which lengths are trained: the likelihood
+takes the cube of their number; the others, a quarter at least, tell what the process is worth."""
 KEPT = Path(__file__).with_name("kept")
 
 
@@ -40,7 +38,7 @@ def design(rig: Rig) -> list[dict[str, float]]:
 
 
 def _rounded(value):
-    return float(f"{value:.{DIGITS}g}")
+    return float(f"{value:.4g}")
 
 
 def one(rig: Rig, at: dict[str, float], seed: int) -> dict[str, Any]:
@@ -66,10 +64,9 @@ def make(name: str, part: int, out: Path) -> None:
 @cache
 def kept(name: str) -> pd.DataFrame:
     """The kept table of a test: inputs and readings, a row a run; without rows where none is."""
-    path, inputs = KEPT / f"{name}.csv", [i.name for i in RIGS[name].all_inputs]
-    return (
-        read_parts([path]) if path.is_file() else pd.DataFrame(columns=["run", *inputs, "engine"])
-    )
+    if (path := KEPT / f"{name}.csv").is_file():
+        return read_parts([path])
+    return pd.DataFrame(columns=["run", *(i.name for i in RIGS[name].all_inputs), "engine"])
 
 
 @cache
@@ -88,8 +85,9 @@ def coded(rig: Rig, table: pd.DataFrame) -> np.ndarray:
 def missing(name: str) -> list[int]:
     """Parts of a test whose runs are not kept of this engine."""
     done = set(kept(name).loc[kept(name)["engine"] == engine_fingerprint(), "run"])
-    parts = range(RUNS[name] // PART)
-    return [k for k in parts if not done.issuperset(range(k * PART, (k + 1) * PART))]
+    return [
+        k for k in range(RUNS[name] // PART) if not done.issuperset(range(k * PART, (k + 1) * PART))
+    ]
 
 
 def keep(name: str, parts: Sequence[Path], out: Path) -> None:
@@ -107,9 +105,7 @@ def keep(name: str, parts: Sequence[Path], out: Path) -> None:
 def _trained(x, y):
     """What is `trained` of a reading y (n,) at inputs x (n, D); nan where a run gave none."""
     x, y = x[np.isfinite(y)], y[np.isfinite(y)]
-    most, share = TRAINED
-    count = min(most, int(share * len(y)))
-    own = np.linspace(0, len(y) - 1, count).astype(int)
+    own = np.linspace(0, len(y) - 1, min(TRAINED, int(0.75 * len(y)))).astype(int)
     known = GaussianProcess().fit(x[own], y[own]).known
     error, sd = GaussianProcess().fit(x, y, known).left_out()
     rest = np.delete(error / sd, own)
@@ -143,8 +139,8 @@ def compare(name: str, parts: Sequence[Path], out: Path) -> None:
 
 
 if __name__ == "__main__":
-    task, name, *rest = sys.argv[1:]
+    task, name, *given, out = sys.argv[1:]
     if task == "make":
-        make(name, int(rest[0]), Path(rest[1]))
+        make(name, int(given[0]), Path(out))
     else:
-        {"keep": keep, "compare": compare}[task](name, [Path(p) for p in rest[:-1]], Path(rest[-1]))
+        {"keep": keep, "compare": compare}[task](name, [Path(p) for p in given], Path(out))

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import yaml
-from scipy.special import expit
 
 from calibration.atlas.emulators import AtlasEmulators, cut_to_atlas, grain_of, poured_as_atlas
 from calibration.atlas.rigs import RIGS, as_pair, grains_of_cone
@@ -29,11 +28,7 @@ from calibration.study.new.answers import Entry
 from calibration.study.new.laboratory import Laboratory, laboratory_of
 from calibration.study.new.study import reach, write_study
 from calibration.study.simulated_tests import WITH_SIZE
-from dem.experiments import experiments
 from dem.units import behind, unit_of, without_unit
-
-GRAINS = round(grains_of_cone(RIGS["heap"].input("plate").high))
-"""Grains of a test at most, as `dem new --grains` has it: a cone on the atlas' widest plate."""
 
 
 @dataclass(frozen=True)
@@ -63,43 +58,21 @@ def estimate(config: Config) -> Estimate:
     the atlas, naming what lies outside it."""
     factors, said = cut_to_atlas(config, read_factors(config.factors))
     emulators = AtlasEmulators(config, factors)
-    told, left_out = emulators.told()
-    said += [*emulators.counted(), *left_out]
+    told, about = emulators.told()
+    said += about
     tests = {name: metrics_of(config, name, told) for name in emulators.tests}
     summary, tables = analysed(config, emulators, told, tests)  # type: ignore[arg-type]  # as Emulators
     if summary["agreement"]["contradicts"]:
         own = {key: summary[key] for key in ("agreement", "targets", "misspecification_p")}
         said += atlas_against(own, None)
         return Estimate(own, {"targets": tables["targets"]}, said, factors)
-    expected = tables["predictions"] = _expected(config, emulators, tables)
+    expected = tables["predictions"]
+    expected["geometry"] = [_in_words(config, rig) for rig in expected["rig"]]
     rigs = expected.dropna(subset="mean")[["rig", "metric", "geometry"]]
     tables["next"] = tables["next"].merge(rigs)
     summary["next_test"] = tables["next"].to_dict("records")
     said += [*sentences(summary, None), *_foretold(expected, [(t.test, t.metric) for t in told])]
     return Estimate(summary, tables, said, factors)
-
-
-def _expected(config, emulators, tables):
-    """The predictions with their rigs in words, over those draws at which a test gives a value, and
-    one that is possible; nan where these are not more than half."""
-    rng, draws, found = np.random.default_rng(config.seed), tables["draws"], []
-    u = np.column_stack([(draws[f.name] - f.low) / (f.high - f.low) for f in emulators.factors])
-    for row in tables["predictions"].to_dict("records"):
-        rig, metric = row["rig"], row["metric"]
-        metrics = experiments()[config.tests[rig].experiment].metrics
-        least, most = next((max(m.least, 0.0), m.most) for m in metrics if m.name == metric)
-        response = emulators.of(rig, metric)
-        mean, variance = response.mean(u)
-        many = rng.normal(mean, np.sqrt(variance))
-        odds, _ = emulators.formed(rig, metric, 1).chance.predict(u)
-        has = (many >= least) & (many <= most) & (rng.random(len(u)) > expit(odds))
-        runs = rng.normal(many, response.sd_of_run(u)).clip(least, most)
-        row["geometry"] = _in_words(config, rig)
-        many, runs = (x[has] if has.mean() > 0.5 else np.nan * x for x in (many, runs))
-        for name, values in (("", many), ("run_", runs)):
-            row[f"{name}low"], row[f"{name}high"] = tails(values)
-        found.append(row | {"mean": many.mean()})
-    return pd.DataFrame(found)
 
 
 def _in_words(config, test):
@@ -124,7 +97,9 @@ def estimate_of(entries: Sequence[Entry]) -> Estimate:
     did not make. Raises CalibrationError."""
     with tempfile.TemporaryDirectory() as work:
         folder = Path(work) / "estimate"
-        lab = laboratory_of("estimate", folder, entries, GRAINS, single=True)
+        # grains of a test at most, as of `dem new --grains`: a cone on the atlas' widest plate
+        most = round(grains_of_cone(RIGS["heap"].input("plate").high))
+        lab = laboratory_of("estimate", folder, entries, most, single=True)
         said = write_study(lab)
         files = [folder / "config.yaml"]
         data = with_usual_tests(yaml.safe_load(files[0].read_text("utf-8")), lab)
@@ -140,18 +115,18 @@ def with_usual_tests(data: Mapping[str, Any], lab: Laboratory) -> dict[str, Any]
     test that it did not make, so that what is expected of it can be told. A drum of grains that
     stick is none of these: they turn as a block, which has no surface to read."""
     grains, tests, priors = lab.grains, dict(data["tests"]), {}
-    size = {"diameter_mm": grains.common_mm or grains.diameter_mm}
     for test in lab.tests:
         for f in (f for f in lab.factors if f.key in test.known):
             mean, sd = test.known[f.key]
             priors[f.name] = {"mean": mean, "sd": sd, "source": f.description}
             tests.pop(test.rig)
     made = {t.experiment for t in lab.tests} | ({"drum"} if grains.sticky else set())
-    shape = {"clump": {"file": grains.clump_file}} if grains.spheres else {}
+    mm = grains.common_mm or grains.diameter_mm
+    own = {"diameter_mm": mm} | ({"clump": {"file": grains.clump_file}} if grains.spheres else {})
     longer = as_pair(grains.longest) if grains.spheres else 1.0
     for rig in (r for r in RIGS.values() if r.experiment not in made):
         at = {i.name: i.value(0.5) for i in rig.inputs} | {"elongation": longer}
-        run = overlay(rig.run(at, size["diameter_mm"]), {"particles": shape | size})
+        run = overlay(rig.run(at, mm), {"particles": own})
         tests[rig.name] = {"experiment": rig.experiment, "run": run}
     return {**data, "tests": tests, "posterior": {"priors": priors}}
 
@@ -176,18 +151,17 @@ def ranges_by_atlas(
         config, first = poured_as_atlas(config)
         own, short = cut_to_atlas(config, factors)
         emulators = AtlasEmulators(config, own)
-        measured, left_out = emulators.told()
+        measured, about = emulators.told()
     except (CalibrationError, ConfigError) as error:
         return list(factors), [f"the ranges stay as they are: {error}"], []
     joint = joint_of(config, emulators, measured)  # type: ignore[arg-type]  # as Emulators
-    tests = [target.test for target in measured]
-    sides, said = zip(*_reached(config, joint, measured), strict=True)
+    sides, tests, said = zip(*_reached(config, joint, measured), strict=True)
     why, low, high = "", np.zeros(len(own)), np.ones(len(own))
     inner = low + LEAST, high - LEAST
     if any(sides) or (len(sides) > 1 and misspecification(joint, seed=config.seed) < ALPHA):
         why = "in the atlas hardly any of their parameters give all that was measured"
         if short:  # what lies beyond it may give that
-            why, said, tests = f"{why}, and it ends within them", (), []
+            why, said, tests = f"{why}, and it ends within them", (), ()
     else:
         posterior = joint.posterior(config.seed)
         if short and borders(posterior.draws, joint.prior):
@@ -201,17 +175,16 @@ def ranges_by_atlas(
     ends = {f.name: (f, *pair) for f, *pair in zip(own, low, high, strict=True)}
     cut = [_narrowed(f, *ends[f.name]) if f.name in ends else f for f in factors]
     pairs = [(f, new) for f, new in zip(factors, cut, strict=True) if f != new]
-    said = [*said, *first, *left_out]
-    said += [f"{f.name}: {f.levels} becomes {new.levels}" for f, new in pairs]
+    said = [*said, *first, *about, *(f"{f.name}: {f.levels} becomes {n.levels}" for f, n in pairs)]
     if why:
         where = "are cut only to where tests have a value" if pairs else "stay as they are"
         said.append(f"the ranges {where}: {why}")
-    return cut, said, tests
+    return cut, said, list(tests)
 
 
 def _reached(config, joint, measured):
-    """(side, sentence) of each target: what the atlas gives over the ranges, by KEPT, and whether
-    all of that lies below the measured value (1), above it (-1) or about it (0)."""
+    """(side, test, sentence) of each target: what the atlas gives over the ranges, by KEPT, and
+    whether all of that lies below the measured value (1), above it (-1) or about it (0)."""
     rng = np.random.default_rng(config.seed)
     u = joint.prior.draw(POINTS, rng)
     for response, target in zip(joint.responses, measured, strict=True):
@@ -222,7 +195,7 @@ def _reached(config, joint, measured):
         side = int(y - error > high) - int(y + error < low)
         given = f"{shown.name} {shown.value(max(low, 0.0))} to {shown.value(high)}"
         told = f"measured {shown.value(y)}: {reach(config, test, metric, side)}"
-        yield side, f"{test}: {given} over the ranges, by the atlas; {told}"
+        yield side, test, f"{test}: {given} over the ranges, by the atlas; {told}"
 
 
 def _wide_enough(low, high):

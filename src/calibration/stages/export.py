@@ -141,7 +141,7 @@ def _expected(predictions):
     return [
         {"rig": row["rig"], "metric": row["metric"], "unit": in_ascii(unit_of(row["metric"]))}
         | {"mean": row["mean"], "a_run_95": [row["run_low"], row["run_high"]]}
-        for row in predictions.to_dict("records")
+        for row in predictions.dropna(subset="mean").to_dict("records")
     ]
 
 

@@ -53,11 +53,14 @@ def plan_joint_first(study: Study, source: NamedFiles, output: NamedFiles) -> No
 
 
 def _by_atlas(config, factors):
-    """(tests that the atlas has, points (n, d) where it expects the answer)."""
+    """(tests that the atlas has, points (n, d) where it expects the answer); no tests where it has
+    nothing of what was measured."""
     from calibration.atlas.emulators import AtlasEmulators
     from calibration.chain.joint.analysis import joint_of
 
     atlas = AtlasEmulators(config, factors)
+    if not any(atlas.has(t.test, t.metric) for t in joint_targets(config)):
+        return (), None
     draws = joint_of(config, atlas, atlas.told()[0]).posterior(config.seed).draws  # type: ignore[arg-type]  # as Emulators
     return atlas.tests, _spread(draws, config.joint.runs, config.seed)
 
@@ -172,7 +175,8 @@ def joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     measured = measured_of(config, joint_targets(config))
     tests = {name: metrics_of(config, name, measured) for name in joint_tests(config)}
     emulators = _emulators(config, factors, read_written(source.design))
-    _write(config, emulators, measured, tests, output, config.joint.machine)
+    said = emulators.atlas.said(measured) if emulators.atlas else []
+    _write(config, emulators, measured, tests, output, config.joint.machine, said)
 
 
 def posterior(study: Study, source: NamedFiles, output: NamedFiles) -> None:
@@ -189,12 +193,11 @@ def posterior(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     _write(config, emulators, measured, {config.own: metrics}, output)
 
 
-def _write(config, emulators, measured, tests, output, machine=None):
+def _write(config, emulators, measured, tests, output, machine=None, said=()):
     from calibration.chain.joint.analysis import analysed
 
-    write_posterior(
-        emulators.factors, *analysed(config, emulators, measured, tests, machine), output
-    )
+    summary, tables = analysed(config, emulators, measured, tests, machine)
+    write_posterior(emulators.factors, summary | {"atlas": list(said)}, tables, output)
 
 
 def write_posterior(

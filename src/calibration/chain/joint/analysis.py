@@ -329,25 +329,31 @@ def predictions(
     config: Config, emulators: Emulators, tests: Mapping[str, Sequence[str]], draws: np.ndarray
 ) -> pd.DataFrame:
     """Return what the posterior expects of each metric of each test, and which parameter it owes
-    its spread. tests: {test: metrics}; draws: u (k, d)."""
-    rows = []
-    for rig, metrics in tests.items():
-        for metric, emulator in _known(emulators, rig, metrics).items():
-            row = {"rig": rig, "metric": metric}
-            rows.append(row | _prediction(emulator, emulators.factors, draws, config.seed))
-    return pd.DataFrame(rows)
+    its spread, over those draws at which the test gives a value, and one that is possible; nan
+    where these are not more than half. tests: {test: metrics}; draws: u (k, d)."""
+    return pd.DataFrame(
+        {"rig": rig, "metric": metric} | _prediction(config, emulators, rig, metric, draws)
+        for rig, metrics in tests.items() for metric in _known(emulators, rig, metrics)
+    )  # fmt: skip
 
 
-def _prediction(emulator, factors, draws, seed):
-    u, many, run = pushed(emulator, draws, seed)
-    mean = emulator.mean(u)[0]
-    first, alone = shares(mean, u)
-    row = {"mean": float(mean.mean())}
-    row |= dict(zip(("low", "high"), tails(many), strict=True))
-    row |= dict(zip(("run_low", "run_high"), tails(run), strict=True))
-    row |= {"sd_parameters": float(mean.std())}
-    row |= {f"{f.name} share": float(x) for f, x in zip(factors, first, strict=True)}
-    return row | {f"{f.name} alone": float(x) for f, x in zip(factors, alone, strict=True)}
+def _prediction(config, emulators, rig, metric, draws):
+    emulator, names = emulators.of(rig, metric), [f.name for f in emulators.factors]
+    u, many, run = pushed(emulator, draws, config.seed)
+    metrics = experiments()[config.tests[rig].experiment].metrics
+    least, most = next((m.least, m.most) for m in metrics if m.name == metric)
+    has = (many >= least) & (many <= most)
+    if formed := emulators.formed(rig, metric, 1):
+        chances = np.random.default_rng([config.seed, 1]).random(len(u))
+        has &= chances < np.exp(formed.log_likelihood(u))
+    mean, many, run = (x[has] if has.mean() > 0.5 else np.nan * x
+                       for x in (emulator.mean(u)[0], many, run.clip(least, most)))  # fmt: skip
+    row = {"mean": float(mean.mean()), "sd_parameters": float(mean.std())}
+    for name, values in (("", many), ("run_", run)):
+        row[f"{name}low"], row[f"{name}high"] = tails(values)
+    for told, own in zip(("share", "alone"), shares(emulator.mean(u)[0], u), strict=True):
+        row |= {f"{name} {told}": float(x) for name, x in zip(names, own, strict=True)}
+    return row
 
 
 def tails(values: np.ndarray, level: float = LEVEL) -> list[float]:
