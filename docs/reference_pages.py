@@ -276,7 +276,8 @@ def atlas():
     for title, inputs in (shared | {r.title: r.inputs for r in RIGS.values()}).items():
         text += f"\n## Inputs of {title}\n\n| input | from | to | reason |\n|---|---|---|---|\n"
         text += "".join(f"| {i.meaning} | {i.low:g} | {i.high:g} | {i.reason} |\n" for i in inputs)
-    return text + atlas_left_out() + atlas_laboratories() + atlas_published() + atlas_salt()
+    text += atlas_left_out() + atlas_laboratories() + atlas_published()
+    return text + "".join(atlas_study(name, *told) for name, told in STUDIES.items())
 
 
 def assumed():
@@ -365,11 +366,18 @@ pellets stand steeper.
 {rows_of(["material", "reading", "unit", "measured", "told", "met"], rows)}"""
 
 
-def atlas_salt():
-    """The salt's answer by `config/atlas.yaml`."""
-    salt = json.loads((ROOT / "results/reference/salt-atlas/answer.json").read_text())
+STUDIES = {
+    "salt-atlas": ("The salt that begins there", "config/atlas.yaml"),
+    "pp-atlas": ("Pellets that begin there", "examples/pp/atlas.yaml"),
+    "soybean-atlas": ("Soybeans, whose heap lies outside", "examples/soybean/atlas.yaml"),
+}
+
+
+def atlas_study(name, title, settings):
+    """The answer of a study by the atlas: its tests, its parameters, what is wrong."""
+    study = json.loads((ROOT / f"results/reference/{name}/answer.json").read_text())
     tests = []
-    for t in salt["tests"]:
+    for t in study["tests"]:
         at = [f"{label(without_unit(k))} {v:g} {unit_of(k)}" for k, v in t["setting"].items()]
         values = [f"{t['measured']:.4g} ± {t['error']:.2g}"]
         values += [f"{t['predicted']:.4g} ± {t['predicted_sd']:.2g}", f"{t['runs']}", t["state"]]
@@ -377,13 +385,15 @@ def atlas_salt():
     parameters = [
         [p["name"], f"{p['value']:.3g}", "{:.3g} to {:.3g}".format(*p["interval_95"])]
         + ["yes" if p["bounded"] else "no"]
-        for p in salt["parameters"]
+        for p in study["parameters"]
         if p["source"] == "calibrated"
     ]
+    made, minutes = study["runs"]["made"], study["runs"]["seconds"] / 60
     return f"""
-## The salt that begins there
+## {title}
 
-`config/atlas.yaml`, engine `{salt["engine"]}`.
+`{settings}`, engine `{study["engine"]}`: {made} runs, {minutes:.0f} minutes of one core.
+{study["wrong"]["sentence"]}
 
 {rows_of(["test", "setting", "measured", "predicted", "runs", "state"], tests)}
 {rows_of(["parameter", "value", "interval (95 %)", "bounded by the tests"], parameters)}"""

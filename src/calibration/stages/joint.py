@@ -76,7 +76,7 @@ def _emulators(config, factors, design):
 def plan_joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """The design of all runs, and the plan of those that are added: `joint.second_wave` points
     spread over the posterior that the first runs, finished by now, give. They are for the rigs of
-    the targets and for `joint.machine`."""
+    the targets that these do not tell yet, and for `joint.machine`."""
     config, factors = study.config, free_factors(study)
     first, parts = read_written(source.first), []
     if config.joint.second_wave:
@@ -88,10 +88,24 @@ def plan_joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
         points = _spread(draws, config.joint.second_wave, config.seed)
         before = config.joint.runs + config.joint.repeated
         for rig in refined_tests(config):
-            parts.append(_planned(study, rig, factors, points, before))
+            if not _told(emulators, measured, rig, draws):
+                parts.append(_planned(study, rig, factors, points, before))
     parts = [(first.drop(columns="run"), {}), *parts]
     table, specs = _numbered(parts)
     write_plan(output.plan, table, specs, first["run_id"])
+
+
+TOLD = 0.5
+"""Of the error of a measured mean. An emulator that is known so well adds an eighth to it at most,
+and further runs narrow nothing."""
+
+
+def _told(emulators, measured, rig, draws):
+    """Whether the runs of a rig tell all that was measured of it, where the posterior stands."""
+    own = [(emulators.of(rig, t.metric), mean) for t, mean in measured.items() if t.test == rig]
+    return bool(own) and all(
+        emulator.mean(draws)[1].mean() <= TOLD**2 * mean.variance for emulator, mean in own
+    )
 
 
 def free_factors(study: Study) -> list:
@@ -151,7 +165,7 @@ def _first(config, factors):
 
 
 def _second(config, factors):
-    """Runs that are added where the posterior is wide, where the study waits for them."""
+    """Runs that are added where the posterior is wide, at most, where the study waits for them."""
     waits = refined_tests(config) if "joint" in config.supplements else ()
     return [_points(config, name, config.joint.second_wave) for name in waits]
 
