@@ -346,8 +346,8 @@ def _prediction(config, emulators, rig, metric, draws):
     if formed := emulators.formed(rig, metric, 1):
         chances = np.random.default_rng([config.seed, 1]).random(len(u))
         has &= chances < np.exp(formed.log_likelihood(u))
-    mean, many, run = (x[has] if has.mean() > 0.5 else np.nan * x
-                       for x in (emulator.mean(u)[0], many, run.clip(least, most)))  # fmt: skip
+    values = emulator.mean(u)[0], many, run.clip(least, most)
+    mean, many, run = (x[has] if has.mean() > 0.5 else np.nan * x for x in values)
     row = {"mean": float(mean.mean()), "sd_parameters": float(mean.std())}
     for name, values in (("", many), ("run_", run)):
         row[f"{name}low"], row[f"{name}high"] = tails(values)
