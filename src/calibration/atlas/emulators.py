@@ -193,9 +193,7 @@ class AtlasEmulators:
         found = {t: m for t, m in measured.items() if self.has(t.test, t.metric)}
         if not found:
             faults = "; ".join(filter(None, self._faults.values()))
-            raise CalibrationError(
-                f"outside the atlas: {faults or f'nothing was measured of {HAS}'}"
-            )
+            raise CalibrationError(f"outside the atlas: {faults or f'none is measured of {HAS}'}")
         return found, self.said(measured)
 
     def said(self, targets: Iterable[JointTarget]) -> list[str]:
