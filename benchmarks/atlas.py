@@ -203,7 +203,7 @@ def left_out() -> pd.DataFrame:
             rows.append({
                 "test": rig.title, "metric": metric, "runs": len(y), "without_value": (~has).sum(),
                 "median": np.median(y[has]), "error": np.median(np.abs(error)),
-                "pull": (error / sd).std(), "wider": own["wider"],
+                "pull": (error / sd).std(), "dry": own["wider"][0], "sticky": own["wider"][1],
             })  # fmt: skip
     return pd.DataFrame(rows)
 

@@ -301,10 +301,12 @@ def atlas_left_out():
     """What `benchmarks/atlas.py` keeps of runs that are left out."""
     planned = ", ".join(f"{rig.title} {RUNS[name]}" for name, rig in RIGS.items())
     heads = ["test", "reading", "runs", "without a value", "its median", "error, median"]
-    heads += ["error over that of the process (sd)", "taken so many times wider"]
+    heads += ["error over that of the process (sd)", "taken so many times wider, of dry grains"]
+    heads += ["of grains that stick"]
     rows = [
         [r.test, label(without_unit(r.metric)), f"{r.runs}", f"{r.without_value}"]
-        + [f"{r.median:.3g}", f"{r.error:.2g}", f"{r.pull:.2f}", f"{r.wider:.2f}"]
+        + [f"{r.median:.3g}", f"{r.error:.2g}", f"{r.pull:.2f}"]
+        + [f"{r.dry:.2f}", f"{r.sticky:.2f}"]
         for r in pd.read_csv(ATLAS / "left_out.csv").itertuples()
     ]
     return f"""
@@ -313,8 +315,8 @@ def atlas_left_out():
 Planned runs: {planned}.
 
 {rows_of(heads, rows)}
-Angles are in degrees, lengths in diameters of the grain, densities in its own. The last column is
-what runs ask for by which the process was not trained.
+Angles are in degrees, lengths in diameters of the grain, densities in its own. The last columns
+are what runs ask for by which the process was not trained.
 """
 
 

@@ -76,6 +76,8 @@ class Setting:
             if own.key == f.key and f.name not in test.fixed
         ]
         """[(factor's number, input's column, its value at the factor's low level, at its high)]."""
+        self.free = [column for _, column, *_ in self.moved]
+        self.sticks = self.at["bond_number"] > 0.0 or "bond" in [GRAIN[c].of for c in self.free]
         self.outside, self.counted = self._judged()
 
     def inputs(self, u: np.ndarray) -> np.ndarray:
@@ -99,8 +101,7 @@ class Setting:
             if law != own:
                 told = f"the law of {slot} is {law}, and {own} in the atlas"
                 counted.append(f"{self.name}: {told}: what it tells may differ")
-        moved = [column for _, column, *_ in self.moved]
-        for own in (i for k, i in enumerate(self.rig.all_inputs) if k not in moved):
+        for own in (i for k, i in enumerate(self.rig.all_inputs) if k not in self.free):
             value, x = self.at[own.name], own.coded(self.at[own.name])
             end, told = "low" if x < 0.0 else "high", f"{own.meaning} is {value:.3g}"
             if -SLACK <= x <= 1.0 + SLACK:
@@ -174,9 +175,9 @@ class AtlasEmulators:
             raise CalibrationError(f"tests.{test}: the atlas has no {metric} of it")
         if (test, metric) not in self._of:
             own = self._settings[test]
-            name, free = own.rig.name, [column for _, column, *_ in own.moved]
+            name = own.rig.name
             near = [
-                (w, nearest(name, m, own.base, free), trained(name)[m]["wider"])
+                (w, nearest(name, m, own.base, own.free), trained(name)[m]["wider"][own.sticks])
                 for w, m in own.parts(metric)
             ]
             self._of[test, metric] = Response(near, own.inputs)
@@ -230,8 +231,7 @@ def nearest(name: str, metric: str, at: np.ndarray, free: Sequence[int]) -> Gaus
     `free` ones, with the lengths of all."""
     x, y = coded(RIGS[name], kept(name)), kept(name)[metric].to_numpy(float)
     known = trained(name)[metric]["process"]
-    has = np.isfinite(y)
-    x, y = x[has], y[has]
+    x, y = x[np.isfinite(y)], y[np.isfinite(y)]
     smooth = np.exp(known[0][1 : 1 + x.shape[1]])  # behind the smooth part's share
     apart = np.delete(((x - at) / smooth) ** 2, free, axis=1).sum(axis=1)
     near = np.argsort(apart, kind="stable")[:NEAREST]

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from calibration.atlas.rigs import ONE, RIGS, Rig, size_of_unit
+from calibration.atlas.rigs import GRAIN, ONE, RIGS, Rig, size_of_unit
 from calibration.files import read_json, write_table
 from calibration.inference.gaussian_process import GaussianProcess
 from calibration.intake.tables import read_written
@@ -22,7 +22,7 @@ from dem.io.files import write_json
 PART = 25
 RUNS = {"heap": 2000, "cylinder": 1500, "density": 1500, "drum": 1500, "silo": 400}
 """Runs of one part, which is made at once, and of each test when all are made."""
-TRAINED = 300
+TRAINED = 600
 """Runs at most, evenly out of those that have a value, by which lengths are trained: the likelihood
 takes the cube of their number; the others, a quarter at least, tell what the process is worth."""
 KEPT = Path(__file__).with_name("kept")
@@ -72,8 +72,8 @@ def kept(name: str) -> pd.DataFrame:
 @cache
 def trained(name: str) -> dict[str, dict[str, Any]]:
     """{reading: what the kept runs of a test have trained}: `process`, what is known of it, and
-    `wider`, how many times the errors that it states are those of runs which had no part in that
-    (1 at least)."""
+    `wider`, how many times the errors that it states are those of runs which had no part in that,
+    of dry grains and of grains that stick (1 at least)."""
     return read_json(KEPT / f"{name}.json")
 
 
@@ -109,7 +109,9 @@ def _trained(x, y):
     known = GaussianProcess().fit(x[own], y[own]).known
     error, sd = GaussianProcess().fit(x, y, known).left_out()
     rest = np.delete(error / sd, own)
-    return {"process": known, "wider": max(1.0, float(np.sqrt(np.mean(rest**2))))}
+    sticky = np.delete(x[:, [i.of for i in GRAIN].index("bond")] > 0.0, own)
+    wider = [float(np.sqrt(np.mean(rest[sticky == s] ** 2))) for s in (False, True)]
+    return {"process": known, "wider": [max(1.0, times) for times in wider]}
 
 
 def read_parts(parts: Sequence[Path]) -> pd.DataFrame:

@@ -36,8 +36,7 @@ class Estimate:
     """What the atlas tells of a study.
 
     summary: as joint.json of a study's joint stage; tables: parameters, targets, predictions, next,
-    draws; where no parameters meet the targets, targets alone; said: sentences, what was cut and
-    what was left out first.
+    draws; where no parameters meet the targets, targets alone; said: sentences.
     """
 
     summary: dict[str, Any]
