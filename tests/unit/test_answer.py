@@ -136,6 +136,18 @@ def test_a_heap_that_is_off_is_met_within_its_margin_alone(tmp_path, monkeypatch
     assert ("margin of 1 deg" in heap["note"]) == (state == "met")
 
 
+def test_a_heap_that_its_validation_calls_different_is_missed_beside_other_rows(
+    tmp_path, monkeypatch
+):
+    """Two readings alone: 3.6 degrees are ten of their errors, and p is 0.04."""
+    config = config_of(tmp_path, monkeypatch, 0.37)
+    row, values = Measurement("heap", 30.18, 0.51, 2, {}), np.linspace(26.0, 27.2, 10)
+    test = stage._row(row, "heap", "angle_of_repose_deg", values, "")
+    judged = stage._judged(config, test, count=2)
+    assert 0.025 < judged.p < 0.05
+    assert judged.state == "missed"
+
+
 def test_every_measured_row_stands_in_the_answer(tmp_path, monkeypatch):
     """Also one that no test simulates, and one that nobody gives an error of."""
     found, folder = answered(config_of(tmp_path, monkeypatch, 0.37))

@@ -223,11 +223,12 @@ def _row(row, name, metric, values, why):
 
 def _judged(config, test, count):
     """The test with its verdict; p counts for as many rows as are judged. A calibrated response
-    that differs by less than the margin is met however well it is known."""
+    stands for itself, as its validation has it, and is met however well it is known where it
+    differs by less than the margin."""
     if test.p is None:
         return test
-    p = min(test.p * count, 1.0)
     calibrated = (test.test, test.metric) == (config.own, config.target)
+    p = test.p if calibrated else min(test.p * count, 1.0)
     margin = config.validation.margin if calibrated else 0.0
     near = abs(test.measured - test.predicted) < margin
     found = {"p": p, "state": "missed" if p < ALPHA and not near else "met"}
