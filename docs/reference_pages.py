@@ -398,11 +398,10 @@ def atlas_study(name, title, settings):
         for p in study["parameters"]
         if p["source"] == "calibrated"
     ]
-    made, minutes = study["runs"]["made"], study["runs"]["seconds"] / 60
     return f"""
 ## {title}
 
-`{settings}`, engine `{study["engine"]}`: {made} runs, {minutes:.0f} minutes of one core.
+`{settings}`, engine `{study["engine"]}`, {study["runs"]["made"]} runs.
 {study["wrong"]["sentence"]}
 
 {rows_of(["test", "setting", "measured", "predicted", "runs", "state"], tests)}
