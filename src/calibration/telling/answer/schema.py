@@ -46,7 +46,9 @@ class Test(_Part):
     interval_95: tuple[float, float] | None = Field(description="of a further run, by the draws")
     runs: int
     pull: float | None = Field(description="measured less predicted, over their common error")
-    p: float | None = Field(description="of so large a pull, times the rows that are judged")
+    p: float | None = Field(
+        description="of so large a pull, times the rows judged; the calibrated alone"
+    )
     state: Literal["met", "missed", "not judged", "not simulated", "prediction"]
     note: str = Field(description="why it is not judged or not simulated, or how near it is")
 
