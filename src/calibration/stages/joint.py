@@ -189,8 +189,7 @@ def joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     measured = measured_of(config, joint_targets(config))
     tests = {name: metrics_of(config, name, measured) for name in joint_tests(config)}
     emulators = _emulators(config, factors, read_written(source.design))
-    said = emulators.atlas.said(measured) if emulators.atlas else []
-    _write(config, emulators, measured, tests, output, config.joint.machine, said)
+    _write(config, emulators, measured, tests, output, config.joint.machine)
 
 
 def posterior(study: Study, source: NamedFiles, output: NamedFiles) -> None:
@@ -207,11 +206,13 @@ def posterior(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     _write(config, emulators, measured, {config.own: metrics}, output)
 
 
-def _write(config, emulators, measured, tests, output, machine=None, said=()):
+def _write(config, emulators, measured, tests, output, machine=None):
     from calibration.chain.joint.analysis import analysed
 
     summary, tables = analysed(config, emulators, measured, tests, machine)
-    write_posterior(emulators.factors, summary | {"atlas": list(said)}, tables, output)
+    if emulators.atlas:
+        summary["atlas"] = emulators.atlas.said(measured)
+    write_posterior(emulators.factors, summary, tables, output)
 
 
 def write_posterior(

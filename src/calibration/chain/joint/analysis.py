@@ -346,12 +346,13 @@ def _prediction(config, emulators, rig, metric, draws):
     if formed := emulators.formed(rig, metric, 1):
         chances = np.random.default_rng([config.seed, 1]).random(len(u))
         has &= chances < np.exp(formed.log_likelihood(u))
-    values = emulator.mean(u)[0], many, run.clip(least, most)
+    expected = emulator.mean(u)[0]
+    values = expected, many, run.clip(least, most)
     mean, many, run = (x[has] if has.mean() > 0.5 else np.nan * x for x in values)
     row = {"mean": float(mean.mean()), "sd_parameters": float(mean.std())}
     for name, values in (("", many), ("run_", run)):
         row[f"{name}low"], row[f"{name}high"] = tails(values)
-    for told, own in zip(("share", "alone"), shares(emulator.mean(u)[0], u), strict=True):
+    for told, own in zip(("share", "alone"), shares(expected, u), strict=True):
         row |= {f"{name} {told}": float(x) for name, x in zip(names, own, strict=True)}
     return row
 
