@@ -299,7 +299,6 @@ def rows_of(heads, rows):
 
 def atlas_left_out():
     """What `benchmarks/atlas.py` keeps of runs that are left out."""
-    planned = ", ".join(f"{rig.title} {RUNS[name]}" for name, rig in RIGS.items())
     heads = ["test", "reading", "runs", "without a value", "its median", "error, median"]
     heads += ["error over that of the process (sd)", "taken so many times wider, of dry grains"]
     heads += ["of grains that stick"]
@@ -312,7 +311,7 @@ def atlas_left_out():
     return f"""
 ## Runs that are left out
 
-Planned runs: {planned}.
+Planned runs of each test: {RUNS}.
 
 {rows_of(heads, rows)}
 Angles are in degrees, lengths in diameters of the grain, densities in its own. The last columns

@@ -20,7 +20,7 @@ from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
 
 PART = 25
-RUNS = {"heap": 2000, "cylinder": 1500, "density": 1500, "drum": 1500, "silo": 400}
+RUNS = 1500
 """Runs of one part, which is made at once, and of each test when all are made."""
 TRAINED = 600
 """Runs at most, evenly out of those that have a value, by which lengths are trained: the likelihood
@@ -33,7 +33,7 @@ def design(rig: Rig) -> list[dict[str, float]]:
     """{input: value} of every run, of which each beginning fills the space of all inputs."""
     return [
         {i.name: _rounded(i.value(u)) for i, u in zip(rig.all_inputs, point, strict=True)}
-        for point in space_filling(RUNS[rig.name], len(rig.all_inputs), 1)
+        for point in space_filling(RUNS, len(rig.all_inputs), 1)
     ]
 
 
@@ -86,7 +86,7 @@ def missing(name: str) -> list[int]:
     """Parts of a test whose runs are not kept of this engine."""
     done = set(kept(name).loc[kept(name)["engine"] == engine_fingerprint(), "run"])
     return [
-        k for k in range(RUNS[name] // PART) if not done.issuperset(range(k * PART, (k + 1) * PART))
+        k for k in range(RUNS // PART) if not done.issuperset(range(k * PART, (k + 1) * PART))
     ]
 
 

@@ -278,6 +278,7 @@ def posterior_pairs(
             ax.set_xlabel(figures.label(column.name) if i == d - 1 else "", fontsize=8)
             ax.set_ylabel(figures.label(row.name) if j == 0 and i else "", fontsize=8)
             ax.tick_params(labelsize=7)
+            ax.locator_params(axis="x", nbins=4)  # long numbers of a narrow range
     return figure
 
 
