@@ -85,9 +85,7 @@ def coded(rig: Rig, table: pd.DataFrame) -> np.ndarray:
 def missing(name: str) -> list[int]:
     """Parts of a test whose runs are not kept of this engine."""
     done = set(kept(name).loc[kept(name)["engine"] == engine_fingerprint(), "run"])
-    return [
-        k for k in range(RUNS // PART) if not done.issuperset(range(k * PART, (k + 1) * PART))
-    ]
+    return [k for k in range(RUNS // PART) if not done.issuperset(range(k * PART, (k + 1) * PART))]
 
 
 def keep(name: str, parts: Sequence[Path], out: Path) -> None:
