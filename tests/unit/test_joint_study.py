@@ -9,7 +9,7 @@ import pytest
 import yaml
 from scipy.stats import t as student
 
-from calibration.chain.joint.analysis import middle
+from calibration.chain.joint.analysis import medoid, middle
 from calibration.chain.study import Study
 from calibration.errors import ConfigError
 from calibration.figures import ANGLE
@@ -246,10 +246,18 @@ def test_the_middle_set_is_one_of_the_sets():
     """The mean of draws along an arc meets no target."""
     along = np.linspace(0.0, 1.2, 41)
     arc = pd.DataFrame({"a": np.cos(along), "b": np.sin(along)})
-    level = middle(arc)
-    assert level["a"] ** 2 + level["b"] ** 2 == pytest.approx(1.0)
-    assert 0.2 < np.arctan2(level["b"], level["a"]) < 1.0
-    assert middle(arc * [1.0, 1e6])["a"] == level["a"]
+    row = medoid(arc.to_numpy())
+    assert 0.2 < along[row] < 1.0
+    assert medoid((arc * [1.0, 1e6]).to_numpy()) == row
+
+
+def test_the_middle_of_a_curved_set_meets_what_was_measured():
+    """Draws about a circle: their medoid lies inside of it, the middle one on it."""
+    rng = np.random.default_rng(1)
+    radius, turn = 1.0 + 0.1 * rng.standard_normal(2000), rng.uniform(0.0, 1.5 * np.pi, 2000)
+    draws = pd.DataFrame({"a": radius * np.cos(turn), "b": radius * np.sin(turn)})
+    assert radius[medoid(draws.to_numpy())] < 0.85
+    assert abs(radius[middle(draws, radius[:, None])] - 1.0) < 0.0675  # the half that is nearest
 
 
 def test_a_rig_may_hold_a_factor_that_stays_free_in_the_others(tmp_path, monkeypatch):

@@ -223,13 +223,11 @@ def write_posterior(
 ) -> None:
     """Write what `calibration.chain.joint.analysis.analysed` gives: a file a table, the figure
     `pairs` where there are draws, the summary."""
-    from calibration.chain.joint.analysis import middle
-
     for name, table in tables.items():
         write_table(table, getattr(output, name))
     if "draws" in tables:
         draws, told = tables["draws"], found["parameters"]
-        figures.save(posterior_pairs(factors, draws, told, middle(draws)), output.pairs)
+        figures.save(posterior_pairs(factors, draws, told, dict(draws.iloc[0])), output.pairs)
     write_json(output.summary, found)
 
 

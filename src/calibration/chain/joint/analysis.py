@@ -131,8 +131,12 @@ def analysed(
     following = next_tests(config, emulators, measured, tests, posterior.draws, machine)
     coded = 2.0 * critique.thinned(posterior.draws, config.posterior.draws).T - 1.0
     natural = {f.name: f.natural(levels) for f, levels in zip(factors, coded, strict=True)}
+    expected = [r.emulator.mean((coded.T + 1.0) / 2.0)[0] for r in whole.responses]
+    draws, order = pd.DataFrame(natural), np.arange(coded.shape[1])
+    first = middle(draws, np.column_stack(expected))
+    order[[0, first]] = first, 0
     tables = {
-        "draws": pd.DataFrame(natural),
+        "draws": draws.iloc[order],
         "parameters": _as_table(parameters),
         "targets": _targets(whole, criticism["targets"]),
         "next": following,
@@ -161,19 +165,26 @@ def analysed(
     return found | criticism, tables
 
 
-def middle(draws: pd.DataFrame) -> dict[str, float]:
-    """{factor: level} of the medoid of draws (n, d): the one with the least distance to all others.
+def middle(draws: pd.DataFrame, expected: np.ndarray) -> int:
+    """Row of the draw that stands for all (n, d): the medoid of the half of them that expects the
+    most usual of the measured values, expected (n, m).
 
-    Distance is by the covariance of the draws (Mahalanobis). Of draws that are as near but for
-    rounding, the first one is taken. The means of parameters that hang together are no set that
-    meets the measurements; a draw is one.
+    The means of parameters that hang together are no set that meets the measurements; a draw is
+    one. A surface of equal response is curved, so the medoid of all draws may lie beside it.
     """
-    values = draws.to_numpy(float)
+    shape = np.linalg.pinv(np.atleast_2d(np.cov(expected, rowvar=False)))
+    away = cdist(expected, expected.mean(axis=0)[None], "mahalanobis", VI=shape)[:, 0]
+    usual = np.flatnonzero(away <= np.median(away))
+    return int(usual[medoid(draws.to_numpy(float)[usual])])
+
+
+def medoid(values: np.ndarray) -> int:
+    """Row of values (n, d) with the least distance to all others, by their covariance
+    (Mahalanobis). Of rows that are as near but for rounding, the first one is taken."""
     sd = values.std(axis=0)
     scaled = values / np.where(sd > 0.0, sd, 1.0)  # units do not spoil the inverse
     shape = np.linalg.pinv(np.atleast_2d(np.cov(scaled, rowvar=False)))
-    nearest = first_least(cdist(scaled, scaled, "mahalanobis", VI=shape).sum(axis=1))
-    return {str(name): float(x) for name, x in zip(draws.columns, values[nearest], strict=True)}
+    return first_least(cdist(scaled, scaled, "mahalanobis", VI=shape).sum(axis=1))
 
 
 def _criticism(config, whole, measured, draws):
