@@ -129,11 +129,11 @@ def analysed(
     parameters = _parameters(factors, config.experiment, posterior, whole.prior)
     criticism = _criticism(config, whole, measured, posterior.draws)
     following = next_tests(config, emulators, measured, tests, posterior.draws, machine)
-    coded = 2.0 * critique.thinned(posterior.draws, config.posterior.draws).T - 1.0
+    u = critique.thinned(posterior.draws, config.posterior.draws)
+    coded = 2.0 * u.T - 1.0
     natural = {f.name: f.natural(levels) for f, levels in zip(factors, coded, strict=True)}
-    expected = [r.emulator.mean((coded.T + 1.0) / 2.0)[0] for r in whole.responses]
-    draws, order = pd.DataFrame(natural), np.arange(coded.shape[1])
-    first = middle(draws, np.column_stack(expected))
+    draws, order = pd.DataFrame(natural), np.arange(len(u))
+    first = middle(draws, np.column_stack([r.emulator.mean(u)[0] for r in whole.responses]))
     order[[0, first]] = first, 0
     tables = {
         "draws": draws.iloc[order],
